@@ -132,12 +132,11 @@ def _start(folder: Path, pictures: Path) -> int:
     return numbers.index(wanted) if wanted in numbers else 0
 
 
-# One-pass evaluation (OPE) by Wu, Lim and Yang, "Online object tracking: a benchmark" (2013).
-#
-# A tracker is given the true box of the first picture and nothing after it. The success curve says in what share of the
-# frames the box of the tracker overlaps the true one by more than a threshold; the figure that trackers are ranked by
-# is the area under it, the mean over the 21 thresholds 0, 0.05, ..., 1. Precision is the share of frames whose centre
-# is within 20 px of the true one. The first frame counts, as it does there.
+# A tracker is given the true box of the first picture and nothing after it (one-pass evaluation, OPE, by Wu, Lim and
+# Yang, "Online object tracking: a benchmark", 2013). The success curve says in what share of the frames the box of the
+# tracker overlaps the true one by more than a threshold; the figure that trackers are ranked by is the area under it,
+# the mean over the 21 thresholds 0, 0.05, ..., 1. Precision is the share of frames whose centre is within 20 px of the
+# true one. The first frame counts, as it does there.
 
 THRESHOLDS = np.arange(21) / 20.0
 GREY_LEVELS = 3.0
@@ -265,11 +264,10 @@ def _is_grey(picture_rgb: NDArray[np.uint8]) -> bool:
     return bool((channels.max(axis=2) - channels.min(axis=2)).mean() < GREY_LEVELS)
 
 
-# What classical trackers came to on the sequences of OTB, by its authors' own runs.
-#
-# The table holds areas under the success curve, one pass, of the file `results/OPE/<tracker>/scores_cvpr13/ALL.json` of
-# the repository jwlim/tracker_benchmark at commit 5e1029c. CPF is the particle filter of Pérez et al. (2002), KMS and
-# MS are mean shift (Comaniciu, Ramesh, Meer 2003; Collins 2003), the others are no colour trackers.
+# The table of classical trackers holds areas under the success curve, one pass, of the file
+# `results/OPE/<tracker>/scores_cvpr13/ALL.json` of the repository jwlim/tracker_benchmark at commit 5e1029c. CPF is the
+# particle filter of Pérez et al. (2002), KMS and MS are mean shift (Comaniciu, Ramesh, Meer 2003; Collins 2003), the
+# others are not colour trackers.
 
 PUBLISHED_SOURCE = "Wu, Lim, Yang, Online object tracking: a benchmark, 2013; jwlim/tracker_benchmark, results/OPE"
 

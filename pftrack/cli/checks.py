@@ -147,8 +147,6 @@ def _cell(value: object) -> str:
     return f"{value:.4g}" if isinstance(value, float) else "" if value is None else str(value)
 
 
-# Saying that a command compiles, which it does once on a machine and which takes longer than all else.
-
 EVERY_S = 3.0
 
 

@@ -1,8 +1,9 @@
-"""What commands say, and where: the result on standard output, all else on standard error.
+"""What commands say, and where: the result on standard output, all else on standard error; and options they share.
 
 With `--json` the result is exactly one JSON value, a failure too; without it, a table for people. A command that cannot
 do what was asked raises a `CommandError`, or lets an error of the library through: `explain` makes one sentence of
-either.
+either. Values of parameters are given as NAME=VALUE, or as NAME=@FILE where the value is a file's text; `--jobs` says
+on how many processes a command computes.
 """
 
 import json
@@ -166,9 +167,6 @@ def _plain(value: object) -> object:
     return str(value)
 
 
-# Values of parameters as a command line gives them: NAME=VALUE, and NAME=@FILE for one that is a file's text.
-
-
 def assign(assignment: str) -> tuple[str, str]:
     """Return name and text of NAME=VALUE."""
     name, separator, text = assignment.partition("=")
@@ -223,8 +221,6 @@ def text_of(path: Path) -> str:
         raise CommandError(f"{path} is empty")
     return text
 
-
-# `--jobs`: on how many processes a command computes.
 
 Jobs = Annotated[str | None, typer.Option(metavar="N", help="Processes that compute; one a core if not given.")]
 

@@ -1,6 +1,7 @@
-"""Files that appear whole: whoever looks sees the old content or the new one, even after a crash.
+"""Files and tables that can be relied on: written whole, safe in a spreadsheet; keys of pictures; warnings given once.
 
-A file is written beside its place under a hidden name of its own, brought to the disk, and only then renamed.
+A file is written beside its place under a hidden name of its own, brought to the disk, and only then renamed. So a
+reader sees the old content or the new one, even after a crash.
 """
 
 import csv
@@ -61,8 +62,6 @@ def write_whole(path: Path, data: bytes) -> None:
         part.unlink(missing_ok=True)
 
 
-# Tables as CSV that a spreadsheet shows and does not compute.
-#
 # Names in tables come from files of anybody. A spreadsheet takes a cell that begins with one of a few characters for a
 # formula, which may ask other machines and read other cells. So an apostrophe stands before such a text: a spreadsheet
 # shows what follows it, and other programs see it. Numbers stay as they are, whatever their sign.
@@ -86,7 +85,8 @@ def csv_text(rows: Iterable[Iterable[str]]) -> str:
     return file.getvalue()
 
 
-# Pictures as keys of caches: a frame is tracked first and drawn then, and what it comes to is needed both times.
+# A frame is tracked first and drawn then, and what is computed of its picture is needed both times: so pictures are
+# keys of caches.
 
 
 class PictureKey:
@@ -105,7 +105,7 @@ class PictureKey:
         return id(self.image_rgb)
 
 
-# Warnings that are given once: what goes wrong in one frame mostly does in all that follow.
+# What goes wrong in one frame mostly does in all that follow.
 
 logger = logging.getLogger(__name__)
 

@@ -1,6 +1,6 @@
-"""Displays: what a notebook shows of a run, a comparison or an explanation that a cell ends with.
+"""Displays: what a notebook shows of a run, a comparison, an explanation or a look into a frame that a cell ends with.
 
-They are HTML that needs nothing else, in the colours of whoever shows it, light or dark.
+They are HTML and SVG that need nothing else, in the colours of the page that shows them, light or dark.
 """
 
 import base64
@@ -37,8 +37,6 @@ if TYPE_CHECKING:
     from pftrack.analysis.explanation import Explanation
     from pftrack.runs.comparison import Comparison, Paired
 
-# What displays are made of.
-
 KEY = "text-align:left;opacity:.75;padding:1px 12px 1px 0;white-space:nowrap"
 VALUE = "text-align:left;font-variant-numeric:tabular-nums;padding:1px 12px 1px 0"
 """Styles of a cell that says what something is, and of one that says how much."""
@@ -73,8 +71,6 @@ def row(title: str, cells: Iterable[str]) -> str:
     return f'<tr><td style="{KEY}">{escape(title)}</td>{filled}</tr>'
 
 
-# Readings in words: what is said of one frame in a line of figures, each with its unit.
-#
 # An experiment declares its readings (`pftrack.core.model.plot`); a run has those that its tracker measures. A number
 # that is not known is a dash. Signals and shares are written to a thousandth, other quantities to a tenth.
 
@@ -189,9 +185,8 @@ _SAYS: dict[ReadingKind, Callable[[Experiment, Reading, Diagnostics], str]] = {
     "count": _count,
 }
 
-# A run at a glance: its error over the frames without axes, where its target was hidden or lost, and what changed.
-#
-# It is SVG that stretches to whatever room it is given, for notebooks and pages, light or dark.
+# A run at a glance is its error over the frames without axes, where its target was hidden or lost, and what changed:
+# SVG that stretches to whatever room it is given.
 
 HEIGHT = 100.0
 ROOM_ABOVE = 0.08
@@ -269,9 +264,6 @@ def _mark(run: Run, change: Change, last: int) -> str:
     return f'<rect {place} fill="currentColor"><title>{escape(said)}</title></rect>'
 
 
-# A comparison in a notebook: what differs, what came of each run with its error at a glance, and what one gains.
-
-
 def comparison_html(comparison: "Comparison") -> str:
     """Return a comparison as HTML, as far as its runs have been computed."""
     names = [
@@ -323,8 +315,6 @@ def _dot(colour: str) -> str:
     return f'<span style="color:{colour}">●</span>'
 
 
-# An explanation in a notebook: why the target was lost, and what would have saved it, the best first.
-
 SHOWN = 12
 """Changes that are listed; all are in `Explanation.lines`."""
 
@@ -370,8 +360,6 @@ def _bar(share: float, interval: tuple[float, float]) -> str:
         f'<path d="M{low} 6H{high}" stroke="currentColor" stroke-width="2"/></svg>'
     )
 
-
-# A run in a notebook: the frame at which it stands, what came of it so far, and its error at a glance.
 
 WIDE_PX = 320
 """Of the picture, as it is shown; it has twice as many pixels where there are that many."""
@@ -430,8 +418,6 @@ def _picture(run: Run, drawing: Drawing) -> str:
 def _append_unit(words: str, unit: str) -> str:
     return f"{words} {unit}".strip()
 
-
-# What is drawn of a look into a frame: the likelihood as heat over the picture, and what is looked at.
 
 LAYER = "inspected"
 """Of what is looked at; it is no layer of an experiment, and is always shown."""

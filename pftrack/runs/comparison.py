@@ -1,7 +1,8 @@
 """Comparisons: two to four runs beside each other on the frames that they have in common.
 
 The runs may have different trackers, parameters, seeds and timelines, and belong to different experiments, as long as
-their errors have one unit.
+their errors have one unit. Runs on the same recording belong together picture by picture, wherever in it each of them
+began. All others, on scenes that are simulated or on different recordings, belong together by the frames' numbers.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -21,11 +22,6 @@ from pftrack.core.model.series import to_json
 from pftrack.core.numerics.statistics import dependent_mean_interval
 from pftrack.runs.run import Run, find_lost_frames
 from pftrack.runs.scoring import before_loss, evaluated_run
-
-# Alignment: which frame of one run belongs to which frame of another.
-#
-# Runs on the same recording belong together picture by picture, wherever in it each of them began. All others, on
-# scenes that are simulated or on different recordings, belong together by the frames' numbers.
 
 MOST_RUNS = 4
 
@@ -95,9 +91,7 @@ def _starts(runs: Sequence[Run]) -> list[int]:
     return [one.start for one in known]
 
 
-# Two runs frame by frame: where their estimates part, and how much better one of them did.
-#
-# The frames of a run are no independent trials: an error that is large in one frame is large in the next. So the
+# The frames of a run are not independent trials: an error that is large in one frame is large in the next. So the
 # interval of their mean difference is that of a few long stretches
 # (`pftrack.core.numerics.statistics.dependent_mean_interval`). It speaks of these two runs, of their one seed; what
 # other seeds would give is a question for a sweep.
@@ -184,10 +178,8 @@ def paired_difference(one: Floats, other: Floats) -> tuple[int, float, float, fl
     return len(gains), mean, *dependent_mean_interval(gains, CONFIDENCE)
 
 
-# Settings: what makes runs different, in words.
-#
-# A parameter may change in mid-run, so that what a run has of it is a course of values. It is listed where these
-# courses differ within the frames that are compared, and only there.
+# A parameter may change in mid-run, so that what a run has of it is a course of values. It is listed among the
+# differences where these courses differ within the frames that are compared, and only there.
 
 Steps: TypeAlias = tuple[tuple[int, Value], ...]
 """Values by the frame from which on they are in force, as the frames that are compared are counted."""
@@ -315,8 +307,6 @@ def _format_value(declaration: Declaration, value: Value) -> str:
     text = f"{value:.6g}" if isinstance(value, int | float) else value or "none"
     return f"{text} {declaration.unit}".strip()
 
-
-# A comparison: runs beside each other, frame by frame, as far as they have been computed.
 
 TOLD_SETTINGS = 2
 """A run is called by so many of its settings at most."""

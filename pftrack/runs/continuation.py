@@ -4,6 +4,9 @@ A run that is watched is one of many that might have been. Here they are compute
 pictures read them once, and a tracker that can takes many frames, or many seeds, at a time. The numbers are those of
 live runs, to the bit: any of them can be opened as a branch (`Run.branch` with `seed` among the changes) or as a run of
 that seed.
+
+An ensemble is many runs with other seeds, and says of every frame which errors they have and what share of them still
+holds the target. It shows whether a run is typical.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -275,12 +278,6 @@ def _go_on_together(
         errors, lost = zip(*map(judge, stretch.frames), strict=True)
         yield np.stack(errors, axis=1), np.stack(lost, axis=1)
 
-
-# Ensembles: not one run but what runs do.
-#
-# A particle filter is a random thing: the run that one looks at is one of many that the same settings make. An ensemble
-# is so many of them with other seeds, and says of every frame which errors they have and what share of them still holds
-# the target. It shows whether a run is typical.
 
 RUNS = 40
 ROUNDS = (10,)

@@ -112,7 +112,7 @@ def _pool(of: str, promised: float, pairs: Sequence[tuple[int, int]]) -> Coverag
     return Coverage(of, promised, share, error, runs)
 
 
-# Consistency: whether a filter is as sure as it may be, by the squares of its errors in the deviations that it told.
+# Whether a filter is as sure as it may be is told by the squares of its errors in the deviations that it told.
 #
 # - NEES, the normalised estimation error squared, compares the estimate with the truth, where that is known;
 # - NIS, the normalised innovation squared, compares each measurement with what was expected of it, and needs no truth.
@@ -120,7 +120,7 @@ def _pool(of: str, promised: float, pairs: Sequence[tuple[int, int]]) -> Coverag
 # Both are told for one number, so that each is 1 on average if the filter is right: above it is too sure of itself,
 # below it could be surer. Innovations of a right filter are independent, so the mean NIS has limits, from the
 # chi-square distribution of the sum. Errors of the estimate in frames in a row are alike, so a mean NEES of one run has
-# none (Bar- Shalom, Li, Kirubarajan 2001, section 5.4).
+# none (Bar-Shalom, Li, Kirubarajan 2001, section 5.4).
 
 LIMIT_DIGITS = 6
 """The last digits of a quantile hang on the library that computes it."""

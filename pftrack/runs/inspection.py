@@ -29,10 +29,8 @@ from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.tracker import Tracker
 from pftrack.runs.run import Run
 
-# Lines of particles through the clouds of successive frames, back to ancestors and on to children.
-#
-# Each cloud knows the places of its particles' parents in the cloud before. A frame without particles, or with those
-# of other filters, or one whose parents are not known, ends all lines.
+# Each cloud knows the places of its particles' parents in the cloud before. A frame without particles, or with those of
+# other filters, or one whose parents are not known, ends all lines.
 
 
 def find_ancestor(particle: int, clouds: Sequence[Cloud | None]) -> int | None:

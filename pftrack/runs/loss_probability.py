@@ -1,6 +1,7 @@
-"""How probable it is that the target of a run is lost, frame by frame.
+"""How probable it is that the target of a run is lost, frame by frame; and the numbers of a run's frames as columns.
 
-It is told from the rows when it is asked for: a run costs nothing for it, and runs of earlier versions have it, too.
+The probability is told from the rows when it is asked for: a run costs nothing for it, and runs of earlier versions
+have it, too. Columns are arrays by name, as files hold them, notebooks show and lessons read them.
 """
 
 from collections.abc import Mapping, Sequence
@@ -62,11 +63,9 @@ class LossAccount:
         return self._told
 
 
-# Columns: the numbers of a run's frames as arrays by name, as files hold them, notebooks show and lessons read them.
-#
-# What every frame has comes under the names of its diagnostics, and what tracker and experiment have measured under
-# `series_NAME`, with the probability that the target is lost, where the tracker has one. A number that is not known is
-# NaN; true and false are 1 and 0.
+# What every frame has is a column under the names of its diagnostics, and what tracker and experiment have measured
+# under `series_NAME`, with the probability that the target is lost, where the tracker has one. A number that is not
+# known is NaN; true and false are 1 and 0.
 
 PREFIX = "series_"
 """Of the columns of what was measured beside what every frame has."""

@@ -1,9 +1,10 @@
-"""The recursion: how each state of a run comes out of the one before.
+"""The recursion: how each state of a run comes out of the one before, and which states are kept for seeking.
 
     state_t = step(state_{t-1}, frame_t, parameters_t, random numbers of (seed, t))
 
 It is pure. What it needs of the run's past is its timeline, which tells the parameters, the tracker and the seed in
-force in each frame; so whoever holds a state and a timeline can enter it at any frame.
+force in each frame; so code that holds a state and a timeline can enter it at any frame. Keyframes are whole states
+kept now and then, so that seeking repeats few steps.
 """
 
 from dataclasses import dataclass, field
@@ -110,8 +111,6 @@ class Recursion:
     def _tracker(self, frame: Frame, timeline: Timeline) -> Tracker:
         return self.experiment.trackers[timeline.tracker_at(frame.index)]
 
-
-# Keyframes: whole states kept now and then, so that seeking repeats few steps.
 
 BUDGET_BYTES = 32 * 1024 * 1024
 

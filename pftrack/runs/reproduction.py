@@ -1,4 +1,11 @@
-"""Whether a run came to the numbers that were saved, and if not, from which frame on and how it was computed then."""
+"""Whether a run has the numbers that were saved, and if not, from which frame on; and what computes it again.
+
+A run, or a comparison of runs, is computed again by a few lines of Python, or by a command:
+
+    pftrack run ball --preset works --frames 77 --set occlusion_width_px=55
+
+A run whose parameters change on the way, or that has a mark, has its recipe in the lines, as a person would write it.
+"""
 
 import json
 import shlex
@@ -97,12 +104,6 @@ def _apart(one: Floats, other: Floats) -> Floats:
         away: Floats = np.where(same, 0.0, np.abs(one - other)).max(axis=1)
     return away
 
-
-# What computes a run, or a comparison of runs, again: a few lines of Python, and a command.
-#
-#     pftrack run ball --preset works --frames 77 --set occlusion_width_px=55
-#
-# A run whose parameters change on the way, or that has a mark, has its recipe in the lines, as a person would write it.
 
 WIDTH = 100
 

@@ -461,9 +461,6 @@ def _check_length(wanted: int | None, available: int | None, usual: int) -> int:
     return frames
 
 
-# In which frames of a run the target is lost, and who says so.
-
-
 @dataclass(frozen=True)
 class LostFrames:
     """What is said of the L frames that a run has computed.

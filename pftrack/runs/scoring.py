@@ -1,4 +1,7 @@
-"""Verdicts: what a whole run comes to, judged by the frames whose truth is known."""
+"""Measuring and judging: what is measured of a frame, the verdict on a whole run, and its summary.
+
+A run is judged by the frames whose truth is known. Summaries are for a table, a file and a batch.
+"""
 
 import hashlib
 import math
@@ -159,7 +162,7 @@ def estimates_hash(estimates: Floats) -> str:
     return hashlib.sha256(np.ascontiguousarray(estimates, dtype="<f8").tobytes()).hexdigest()
 
 
-# Where to look when a target was lost: at the frames before, where another choice can still save it.
+# A loss is best looked at in the frames before it, where another choice can still save the target.
 
 APPROACH_FRAMES = 10
 """Frames before a loss at which one begins to watch."""
@@ -244,8 +247,6 @@ def _starts(flags: Sequence[bool]) -> list[int]:
     return [index for index, holds in enumerate(flags) if holds and (index == 0 or not flags[index - 1])]
 
 
-# Measuring a frame: what tracker and experiment report of it, without what is no measurement.
-#
 # Experiments of other packages measure, too, and a run is worth more than one of its series. What fails, or is not of
 # the shape that was declared, is missing from the frame, as where a method does not have it; the log says so, once.
 
@@ -301,9 +302,6 @@ def _find_series(declared: Mapping[str, Series], name: str) -> Series:
     if name not in declared:
         raise ValueError(f"nobody declares a series {name!r}")
     return declared[name]
-
-
-# Summaries: what came of a run, for a table, a file and a batch.
 
 
 @dataclass(frozen=True, slots=True)

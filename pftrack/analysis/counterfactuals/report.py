@@ -1,4 +1,7 @@
-"""Reports: what came of the changes that were tried, and how sure one may be of it."""
+"""Reports: what came of the changes that were tried, and how sure one may be of it; and the trials themselves.
+
+A trial is a run that goes on from shortly before a loss, with a change and with other seeds.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -315,8 +318,6 @@ def join(reports: Sequence[Report]) -> Report | None:
         return None
     return replace(reports[0], findings=tuple(found), is_complete=all(report.is_complete for report in reports))
 
-
-# Trials: runs that go on from shortly before a loss, with a change and with other seeds.
 
 HORIZON_FRAMES = 30
 """So many frames after the loss runs are followed, where the run is that long."""

@@ -1,7 +1,8 @@
-"""The course of a run: what its rows say over time, by what series are declared to be.
+"""The course of a run: what its rows say over time, by what series are declared to be, and the moment in question.
 
 Rules of diagnosis read these columns and nothing else, so that they hold for whatever tracker, plug-in or recording: a
-column is there if the run has it, and NaN where a frame does not. Nothing here knows the name of a series.
+column is there if the run has it, and NaN where a frame does not. Nothing here knows the name of a series. A rule that
+finds its cause at work at the moment returns a `Sign`.
 """
 
 import math
@@ -282,8 +283,6 @@ def _outside(places: Numbers, size: tuple[int, int] | None) -> Numbers:
     return np.where(np.isfinite(places).all(axis=1), beyond.astype(np.float64), np.nan)
 
 
-# The moment of which a diagnosis speaks, and what the run was like before it.
-
 SCATTERS = 3.0
 """A fit is low if it is below its usual value by so many times its usual scatter,"""
 LEAST_FALL = {True: 0.12, False: 0.6}
@@ -500,9 +499,6 @@ def middle(values: Numbers) -> float:
     """
     known = values[np.isfinite(values)]
     return np.float64(np.median(known) if len(known) else np.nan)
-
-
-# A sign: that a cause is at work at a moment of a run, since when, and the numbers that this is said from.
 
 
 @dataclass(frozen=True)

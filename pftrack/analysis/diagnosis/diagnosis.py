@@ -1,4 +1,4 @@
-"""A diagnosis: what went wrong with a run, since when, and the numbers that this is said from."""
+"""A diagnosis: what went wrong with a run, since when, and the numbers that this is said from, by all rules."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -35,11 +35,9 @@ from pftrack.core.model.preset import CAUSES, CauseId
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import first_loss
 
-# Rules of diagnosis: one for each way in which a cause shows, from the columns of a course.
-#
 # A rule measures one mechanism around a moment and returns a `Sign` if it is at work: since when, how strongly, and the
-# numbers that this is said from. Several may be: whoever asks orders them by when they began. What follows from another
-# sign begins later, so no rule needs to know the others.
+# numbers that this is said from. Several may be: the diagnosis orders them by when they began. What follows from
+# another sign begins later, so no rule needs to know the others.
 
 RULES: tuple[Rule, ...] = (
     beyond_the_picture,

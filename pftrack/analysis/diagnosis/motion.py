@@ -1,4 +1,8 @@
-"""Rules of where the target goes: beyond the edge, behind something, or where the law of motion does not."""
+"""Rules of where the target goes, and of what is looked for.
+
+It may go beyond the edge, behind something, or where the law of motion does not. What is looked for may have changed,
+something else may fit as well, or a search took the wrong place.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -208,8 +212,6 @@ def _stretch(holds: Flags, first: int) -> int:
     ends = np.flatnonzero(~holds[first:])
     return int(ends[0]) if len(ends) else len(holds) - first
 
-
-# Rules of what is looked for: it has changed, something else fits as well, or a search took the wrong place.
 
 WIDENED, WIDENED_EARLY, WIDER = 1.4, 2.0, 1.1
 """Times its usual value that the deviation is where a cloud comes apart; the same in the first frames, and times the

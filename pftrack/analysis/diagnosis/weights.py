@@ -1,4 +1,8 @@
-"""Rules of particles and their weights: they carry too little, differ too little, or say more than is seen."""
+"""Rules of what is believed, by particles or without.
+
+Particles and their weights may carry too little, differ too little, or say more than is seen. A belief without
+particles may be too sure of itself, or on the wrong side of an ambiguity.
+"""
 
 import numpy as np
 
@@ -135,8 +139,6 @@ def everything_fits(moment: Moment) -> Sign | None:
         ("ess_share", "deviation", "fit"),
     )
 
-
-# Rules of beliefs without particles: one that is too sure of itself, or on the wrong side of an ambiguity.
 
 TOO_SURE, DOUBTFUL = 3.0, 2.0
 """Times the stated deviation that an error exceeds where a belief is too sure, and where it begins to be."""

@@ -1,4 +1,9 @@
-"""What a fit has found: numbers before and after, what both halves of the run come to, and whether it is kept."""
+"""Fitting a run's numbers to what it has seen, on its first half, judged on its second; and what a fit has found.
+
+Fixed is what was seen, with all that was changed in the scene while it went on; varied is what the tracker is told. So
+the fit of a simulated run is one to that recording, not one to a scene that changes with the trial. A fit knows the
+numbers before and after, how both halves of the run went, and whether it is kept.
+"""
 
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -165,11 +170,6 @@ class Fit:
             "seeds": self.seeds,
         }
 
-
-# Fitting a run's numbers to what it has seen: on its first half, judged on its second.
-#
-# Fixed is what was seen, with all that was changed in the scene while it went on; varied is what the tracker is told.
-# So the fit of a simulated run is one to that recording, not one to a scene that changes with the trial.
 
 MOST_NUMBERS: Final = max(TRIALS)
 FITTED_ROLES: Final[tuple[Role, ...]] = ("noise", "sharpness")

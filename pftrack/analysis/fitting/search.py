@@ -3,7 +3,8 @@
 Noises and sharpnesses are scales: what matters is the factor between two of them, so the search goes over logarithms.
 One number is found by golden section with parabolas (Brent 1973, ch. 5), several by the simplex of Nelder and Mead
 (1965). Both ask for values only, which is right for filters with particles: with the same random numbers in all trials
-their evidence is a function of the settings, but one with small steps, where resampling takes another particle.
+their evidence is a function of the settings, but one with small steps, where resampling takes another particle. Where
+the model is linear and its noise Gaussian, expectation maximisation finds the numbers without trying.
 """
 
 import contextlib
@@ -93,9 +94,6 @@ def _descend(ask: Loss, start: Floats, limits: Floats) -> None:
 def _section(ask: Loss, between: Floats) -> float:
     found = scipy.optimize.minimize_scalar(ask, bounds=tuple(between), method="bounded", options={"xatol": TOLERANCE})
     return float(found.x)
-
-
-# The numbers of a linear Gaussian model that make what was seen most probable, by expectation maximisation.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

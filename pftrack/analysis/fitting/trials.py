@@ -1,4 +1,8 @@
-"""Trials: runs on what one run has seen, with other values and other random numbers."""
+"""Trials: runs on what one run has seen, with other values and other random numbers, and their scores.
+
+What a run has seen is a source here that no parameter and no seed changes. A score says how good some frames of a run
+are, by the filter's own word and by the truth.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -15,8 +19,6 @@ from pftrack.filters.particles import normalise
 from pftrack.runs.coverage import Consistency, Counts, count_held, measure_consistency, pool_counts
 from pftrack.runs.run import Run
 
-# Scores: what some frames of a run come to, by the filter's own word and by the truth.
-#
 # Where a likelihood leaves out a constant of the frame, a sharper one has another constant, and its evidence cannot be
 # compared. What can is how much more probable the frame is where the filter had expected the target than anywhere in
 # the picture: the evidence beside the mean likelihood over all places. That is a score for predicting the place among
@@ -119,8 +121,6 @@ def _coverage(counts: Sequence[Counts]) -> dict[float, float]:
     of = pooled[0].of if pooled else ""
     return {one.promised: one.share for one in pooled if one.of == of}
 
-
-# What a run has seen, as a source that no parameter and no seed changes.
 
 KEPT_BYTES: Final = 512 * 2**20
 """Of pictures that are kept, so that hundreds of runs over a recording do not decode it hundreds of times."""

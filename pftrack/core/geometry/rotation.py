@@ -1,4 +1,4 @@
-"""Rotations by three angles: R(theta) = R_Y(theta_y) R_X(theta_x) R_Z(theta_z), acting on column vectors.
+"""Rotations by three angles, R(theta) = R_Y(theta_y) R_X(theta_x) R_Z(theta_z) on column vectors, and by a vector.
 
 Z turns first, so that for a head that looks into the camera theta_x is its nod (positive downwards), theta_y its turn
 (positive towards the left of the picture) and theta_z its roll (positive clockwise in the picture), each in the frame
@@ -117,14 +117,12 @@ def nearest_rotation(matrix: Floats) -> Floats:
     )
 
 
-# Rotations by a vector: about its direction, by its length in rad.
-#
 # A rotation vector has no preferred axis, and near zero its three numbers are the turns about the three axes, so that a
 # filter can keep a reference attitude as a quaternion and estimate a small vector beside it. Quaternions are (s, v)
 # with s the cosine of half the angle.
 #
-# If R(w + dw) is to be written as R(w) R(du), du = J_r(w) dw with the *right Jacobian* J_r. Hence
-# d(R(w) x) = -R(w) [x]x J_r(w) dw, with [x]x the matrix of the cross product.
+# If R(w + dw) is to be written as R(w) R(du), du = J_r(w) dw with the *right Jacobian* J_r. Hence d(R(w) x) = -R(w)
+# [x]x J_r(w) dw, with [x]x the matrix of the cross product.
 #
 # Source: Shimada 1997, appendix A.2, corrected (docs/methods/linkages.md).
 

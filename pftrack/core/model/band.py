@@ -180,11 +180,9 @@ def _within(values: ArrayLike, deviations: ArrayLike, truths: ArrayLike, *, turn
     return {share: (off <= width * spread)[known] for share, width in WITHIN.items()}
 
 
-# What an experiment says of the bands of its trackers: which there are, and where they are not to be believed.
-#
-# A band of 95 % should hold the truth in 95 % of the reports. Where a method cannot do that, whoever declares the
-# tracker says so, with the setting and the reason; whoever shows, summarises or exports a run passes the reason on.
-# There are two ways: bands that hold the truth less often than they say, and those that hold it more often.
+# Where a method's bands cannot hold the truth as often as they say, its declaration says so, with the setting and the
+# reason; what shows, summarises or exports a run passes the reason on. There are two ways: bands that hold the truth
+# less often than they say, and those that hold it more often.
 
 Direction: TypeAlias = Literal["overconfident", "underconfident"]
 

@@ -1,4 +1,7 @@
-"""Diagnostics: what is written down of every frame, small enough to keep for all of them."""
+"""Diagnostics and steps: what is written down of every frame, and one frame of a run as all that shows it gets it.
+
+Diagnostics are small enough to keep for all frames.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -123,9 +126,6 @@ def diagnose(
 
 def _scale(values: Floats, scale: float) -> tuple[float, ...]:
     return tuple((scale * values).tolist())
-
-
-# A step: one frame of a run as everything that shows it is given it, and what draws it.
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Drawings: what a tracker's state looks like, in a dozen primitives that know no viewer.
+"""Drawings: what a tracker's state looks like, in a dozen primitives that know no viewer; layers, worlds and legends.
 
 An experiment turns a step of a run into a `Drawing`; the library renders drawings to pictures and video
 (`pftrack.vision.rendering`), the server renders the same drawings into a 3-D scene. Coordinates are the picture's: x =
@@ -7,11 +7,9 @@ px, towards the viewer. A renderer without depth ignores z. Where a drawing show
 stands at a height stands on the way from its pixel to the camera, so that looked at from aside all has its true
 proportions.
 
-Beside the picture there may be worlds of their own (`pftrack.core.model.drawing`), in which a drawing shows the same
-primitives in the world's coordinates: lengths are in its unit, right-handed; only widths of lines stay px of the
-screen.
-
-Each primitive names its layer; a viewer lets people switch layers on and off. Colours are the palette's.
+Each primitive names its layer; a viewer lets people switch layers on and off. An experiment lists its layers in the
+order in which they are shown. A viewer or a film needs to know their roles and nothing of the experiment. Colours are
+the palette's.
 """
 
 from collections.abc import Iterable, Iterator
@@ -24,12 +22,6 @@ from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.palette import COLOURS, Colour
-
-# Layers of a drawing, declared as data: what can be switched on and off, and what its colours mean.
-#
-# An experiment lists its layers in the order in which they are shown, as it lists its plots. Each primitive of its
-# drawings names one of them. Whoever shows drawings, a viewer or a film, needs to know the roles below and nothing of
-# the experiment.
 
 LayerRole: TypeAlias = Literal["", "through time", "flat only"]
 
@@ -92,11 +84,10 @@ def sort_keys(keys: Iterable[Key]) -> tuple[Key, ...]:
     return tuple(sorted(dict.fromkeys(keys), key=lambda key: list(COLOURS).index(key.colour)))
 
 
-# Worlds: spaces of their own beside the picture, declared as data.
-#
-# A drawing lives in the picture's space. What has a shape of its own, such as the model of a head, is better seen in
-# another one as well: in its own coordinates and unit, at rest while the picture moves, from all sides. An experiment
-# declares its worlds, as it declares its layers; each drawing then says what there is in them.
+# A drawing lives in the picture's space. What has a shape of its own, such as the model of a head, is better seen in a
+# world as well: in its own coordinates and unit, at rest while the picture moves, from all sides. An experiment
+# declares its worlds, as it declares its layers; each drawing then says what there is in them. Only widths of lines
+# stay px of the screen.
 #
 # A world is right-handed. It is seen without perspective, so that equal lengths look equal and a ruler holds
 # everywhere: what lies within `radius` of its middle is seen from each side and at one scale.
@@ -459,10 +450,8 @@ class Drawing:
         return next((item.apex for item in self.primitives.values() if isinstance(item, Frustum)), None)
 
 
-# The legend of a drawing: what its colours mean, of the layers and colours that it really has.
-#
-# An experiment declares keys for all that any of its trackers may draw. A Kalman filter draws no particles, and a
-# filter without observation proposals none in that colour; so keys are looked up among what was drawn.
+# An experiment declares keys of the legend for all that any of its trackers may draw. A Kalman filter draws no
+# particles, and a filter without observation proposals none in that colour; so keys are looked up among what was drawn.
 
 EXTENTS = ("positions", "segments", "centres", "vertices")
 """Fields of primitives that hold as many places as there are to draw."""

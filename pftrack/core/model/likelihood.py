@@ -1,12 +1,12 @@
-"""What a likelihood says of any state, for people who want to look into it.
+"""What a likelihood says of any state, for people who want to look into it; the particles of a state, and their lines.
 
-A filter asks its likelihood p(z_t | x_t) at its particles alone. Whoever wants to know why a target was lost asks it
-elsewhere: at the target, at a look-alike, all over the picture. A tracker that can answer declares an
-`ObservationLikelihood`: the very function that weighs its particles, for any states of any frame, and what that number
-is made of (`pftrack.core.model.likelihood`), such as the histogram of a window beside the model's.
+A filter asks its likelihood p(z_t | x_t) at its particles alone. A person who wants to know why a target was lost asks
+it elsewhere: at the target, at a look-alike, all over the picture. A tracker that can answer declares an
+`ObservationLikelihood`: the very function that weighs its particles, for any states of any frame, and the parts that
+this number is made of, such as the histogram of a window beside the model's.
 
 An `Anchor` says where in the picture a state is, and which state is at a place; so a picture can be covered with states
-that are like the estimate in all but the place (`likelihood_map`).
+that are like the estimate in all but the place (`pftrack.runs.inspection`).
 """
 
 import math
@@ -21,16 +21,8 @@ from numpy.typing import NDArray
 from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.source import Frame
 
-# Parts: what a number is made of, so that a person can look at it and not only at the number.
-#
-# A likelihood compares what it expects with what it finds; each kind of comparison is a kind of part, which whoever
-# shows it, a page or a notebook, knows how to draw:
-#
-# - `Amount`: a number, and the limit that it should stay within;
-# - `Residual`: a number found beside the one expected, and the deviation that is expected of their difference;
-# - `Histograms`: shares found beside shares expected;
-# - `Patches`: a piece of a picture beside the one expected;
-# - `Contributions`: a table of what several things had their share in, with arrows in the picture where they pull.
+# A likelihood compares what it expects with what it finds; each kind of comparison is a kind of part, which a page or a
+# notebook knows how to draw.
 
 
 @dataclass(frozen=True, slots=True)
@@ -286,13 +278,10 @@ def lattice(size: tuple[int, int], most: int) -> tuple[Floats, tuple[int, int], 
     return np.column_stack([across.ravel(), down.ravel()]), (len(rows), len(columns)), step
 
 
-# Clouds: the particles of a state, laid open for whoever wants to look at one of them.
-#
-# A state keeps its particles in a form of its own; its tracker says how to see them (`Tracker.cloud`). What general
-# code asks of them is little: how probable each is, which particle of the frame before it descends from, and which
-# sampler has drawn it.
-#
-# Where several targets or parts of one have a filter each, their particles lie in one cloud, filter by filter.
+# A state keeps its particles in a form of its own; its tracker says how to see them (`Tracker.cloud`). General code
+# asks little of them: how probable each is, which particle of the frame before it descends from, and which sampler has
+# drawn it. Where several targets or parts of one have a filter each, their particles lie in one cloud, filter by
+# filter.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -352,11 +341,9 @@ class Cloud:
         return self.samplers[int(np.searchsorted(np.cumsum(self.counts), particle, "right")) % len(self.samplers)]
 
 
-# Genealogies: from which particles of earlier frames the present ones descend.
-#
-# Each resampling lets some particles have many children and others none, so the further one looks back, the fewer
-# ancestors the present generation has, until all descend from one: there their lines coalesce, and the cloud knows
-# nothing of the past but one path (Kitagawa 1996; Jacob, Murray, Rubenthaler 2015, "Path storage in the particle
+# Genealogies: each resampling lets some particles have many children and others none, so the further one looks back,
+# the fewer ancestors the present generation has, until all descend from one: there their lines coalesce, and the cloud
+# knows nothing of the past but one path (Kitagawa 1996; Jacob, Murray, Rubenthaler 2015, "Path storage in the particle
 # filter"). How soon that happens is impoverishment, made visible.
 #
 # A particle that is drawn without a parent, as from an observation or by another tracker, begins a line of its own: its

@@ -3,7 +3,8 @@
 A mark is a small frozen value with a `kind`. A kind knows how to read itself from text and JSON, whether it fits a
 picture, how it is drawn, and how it describes itself to an editor: which handles can be dragged, which lines join them,
 which numbers go with them. Command line, REST interface, saved runs and the page's editors ask the kind and know none
-by name; which kinds an experiment takes is declared by the experiment, so that one from outside can bring its own.
+by name; which kinds an experiment takes is declared by the experiment, so that one from outside can bring its own. The
+kinds here are a long body with a front and a back, a box of whole pixels, and named points.
 """
 
 import csv
@@ -23,8 +24,6 @@ from pftrack.core.model.drawing import Ellipse, Links, Points, Polyline, Primiti
 from pftrack.core.model.palette import COLOURS
 from pftrack.core.model.parameters import NOT_BOOLEAN, ParameterError
 from pftrack.core.model.source import Target
-
-# What every kind of mark answers, and the description from which an editor is made.
 
 LARGEST_FILE_BYTES = 1024 * 1024
 LARGEST_PX = 100_000
@@ -217,10 +216,6 @@ def text_of(path: Path) -> str:
         raise ValueError(f"{path.name} is no text") from None
 
 
-# A long body: the axis from its head to the root of its tail, the tip of the tail, and how wide it is.
-#
-# It suits what is longer than wide and has a front and a back: a fish, a mouse, a worm from above.
-
 Coordinate = Annotated[float, Field(ge=-LARGEST_PX, le=LARGEST_PX), NOT_BOOLEAN]
 Point = tuple[Coordinate, Coordinate]
 
@@ -337,8 +332,6 @@ class LongBody(Mark):
         return cls.describe(handles=handles, links=(("head", "root"), ("root", "tip")), numbers=(half_width,))
 
 
-# A box: the rectangle of whole pixels around a target.
-
 Length = Annotated[float, Field(le=LARGEST_PX), NOT_BOOLEAN]
 
 
@@ -427,9 +420,6 @@ class Box(Mark):
             for name, (title, default) in named.items()
         ]
         return cls.describe(numbers=tuple(numbers))
-
-
-# Named points of a target, as a person has marked or a finder has found them.
 
 
 class FeaturePoints(Mark):

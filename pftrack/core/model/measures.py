@@ -333,10 +333,9 @@ POSE_MEASURES = (
 )
 """Of a target whose pose is estimated, in degrees: what has no box cannot be inside one."""
 
-# What a tracker says of itself, as measures of a run: of all that are on a recording of which no truth is known.
-#
-# It may be wrong: a tracker that follows the wrong thing says that it follows. So these numbers compare trackers and
-# parameters, and prove nothing. How true its probability is that the target is lost was measured in simulated scenes
+# Measures of what a tracker says of itself are those of all runs on a recording whose truth is not known. The tracker
+# may be wrong: one that follows the wrong thing says that it follows. So these numbers compare trackers and parameters,
+# and prove nothing. How true its probability is that the target is lost was measured in simulated scenes
 # (`pftrack.experiments.shared.loss_probability`); it is a measure of a run there where a sweep asks for it.
 
 
@@ -393,11 +392,9 @@ def _deviation(course: EvaluatedRun) -> Floats:
     return np.where(np.isfinite(course.deviations), course.deviations, np.nan)
 
 
-# Who says that a target is lost: the one rule by which everything goes that asks.
-#
-# A target is lost where the truth says so, and where the tracker looks for it by its own account: then there is nothing
-# that it follows, wherever its last place was. Else the truth says that it is held. Where that is not known, the
-# tracker says that it follows, if it gives such an account; else nobody says.
+# The one rule of who says that a target is lost: it is lost where the truth says so, and where the tracker looks for it
+# by its own account: then there is nothing that it follows, wherever its last place was. Else the truth says that it is
+# held. Where that is not known, the tracker says that it follows, if it gives such an account; else nobody says.
 
 Witness: TypeAlias = Literal["truth", "tracker", ""]
 """The truth, the tracker's own account, or nobody."""

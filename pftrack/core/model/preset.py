@@ -1,4 +1,4 @@
-"""Presets and example sweeps: where to begin with an experiment, so that there is something to be seen at once.
+"""Where to begin with an experiment, so that there is something to be seen at once: presets, sweeps, tours, failures.
 
 The presets of an experiment stand in `presets.yaml` in its folder, each under its name, so that a sentence can be
 mended without Python. `read_presets` reads them, and `Experiment` checks that what they name is there.
@@ -12,8 +12,6 @@ from typing import Any, Literal, TypeAlias, get_args
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.texts import read_texts
-
-# What a guided tour says: how somebody who has never seen a tracker comes to see one lose its target, and why.
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,8 +112,6 @@ class ExampleSweep:
     frames: int
 
 
-# Causes of a loss: the names that failures, rules of diagnosis and studies have in common.
-
 CauseId: TypeAlias = Literal[
     "sample-impoverishment",
     "overconfident-weights",
@@ -147,11 +143,9 @@ CAUSES: dict[CauseId, str] = {
 }
 """What they are called in a sentence."""
 
-# Failures: named ways in which a tracker goes wrong, with what shows each and what cures it.
-#
 # A failure is the recipe of a run, the frame before it happens, and its *cause*. A loss alone shows nothing, since a
 # target can be lost for many reasons: the diagnosis (`pftrack.analysis.diagnosis`), which knows nothing of failures,
-# must come to that cause by the run's own numbers. Its *cure* is a change to the beginning of the same run, of the same
+# must find that cause by the run's own numbers. Its *cure* is a change to the beginning of the same run, of the same
 # seed, after which the target is held at the end.
 
 Kind: TypeAlias = Literal["weights", "dynamics", "collapse", "appearance"]

@@ -1,4 +1,4 @@
-"""Recipes: the whole of what makes a run, one frozen value with one JSON form.
+"""Recipes: the whole of what makes a run, one frozen value with one JSON form, and the timeline of its changes.
 
 A saved run, a request for a session, a stored session, a worker's configuration, a run of a sweep and a share link all
 hold a recipe rather than its parts. It is also a file that people write:
@@ -6,7 +6,7 @@ hold a recipe rather than its parts. It is also a file that people write:
     {"experiment": "ball", "seed": 3, "timeline": [{"frame": 0, "values": {"sample_count": 400}}]}
 
 Everything but the experiment may be left out. Of a recording it says in `footage` which file it is and what is marked
-in it; the file itself is found by whoever makes the run.
+in it; the file itself is found by the code that makes the run.
 """
 
 import re
@@ -34,9 +34,8 @@ if TYPE_CHECKING:
     from pftrack.core.model.marks import Mark
     from pftrack.core.model.source import FrameSequence, Truth
 
-# Timelines: which parameters, tracker and random numbers are in force in which frame of a run.
-#
-# A timeline is a value: a change makes another timeline, or is refused whole, and what two branches share is shared.
+# A timeline says which parameters, tracker and random numbers are in force in which frame. It is a value: a change
+# makes another timeline, or is refused whole, and what two branches share is shared.
 
 LONGEST_RUN = 1_000_000
 

@@ -1,4 +1,11 @@
-"""Setups: a source wired for an experiment, be it a simulated scene or a recording."""
+"""Setups: a source wired for an experiment, a simulated scene or a recording, and what the experiment offers of it.
+
+- Suitability: can this target be followed by this likelihood? Asked before tracking, not after.
+- Finders: how a target is found on a recording that nobody has marked.
+- Exports: files of a frame and of those before it. A run is saved, and its series are written as columns, without
+  anybody's help. What a belief has beyond that and is worth taking to another program, such as the model of a head, its
+  experiment declares; commands and pages list what there is.
+"""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -18,8 +25,6 @@ from pftrack.core.model.recipe import Footage
 from pftrack.core.model.series import Series
 from pftrack.core.model.source import Frame, FrameSequence, Source, Truth
 
-# Suitability: can this target be followed by this likelihood? Asked before tracking, not after.
-#
 # An experiment that takes recordings may declare how it looks at a target that was marked or found
 # (`Experiment.suits`). The answer is a number from 0 to 1, the words that go with it, and what would help.
 # `docs/reference/measures.md` says how well the number predicts what share of the frames a tracker is inside the true
@@ -177,9 +182,6 @@ class Suits(Protocol):
         """
 
 
-# How a target is found on a recording that nobody has marked: where one looks, and what is seen there.
-
-
 @dataclass(frozen=True, slots=True)
 class Sighting:
     """What came of looking for a target in one picture of a recording.
@@ -233,12 +235,6 @@ class Finder:
     within: Callable[[FrameSequence, int, Mark], Sighting] | None = None
     hints: tuple[type[Mark], ...] = ()
 
-
-# Exports: files that an experiment offers of a frame and of those before it, declared as data.
-#
-# A run is saved, and its series come as columns, without anybody's help. What a belief has beyond that and is worth
-# taking to another program, such as the model of a head, its experiment declares; commands and pages list what there
-# is.
 
 Make: TypeAlias = Callable[[Any, Sequence[Diagnostics]], bytes]
 """(the tracker's state, the rows of all frames from 0 to this one) -> the file; an `ExportError` says why not."""

@@ -1,4 +1,9 @@
-"""What a source is, and the history of parameters that it looks at."""
+"""What a source is: frames with what is known to be true of them, and the history of parameters that it looks at.
+
+A frame may also hold beliefs that another loop, or another tracker, has computed. A recording is a source's pictures by
+number, with the index of what decodes, and with its truth. `pftrack.sources.sequence` opens, surveys and decodes files;
+`pftrack.sources.truth` reads tables of truth.
+"""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -10,8 +15,6 @@ from pydantic import TypeAdapter
 
 from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.model.parameters import Parameters
-
-# Beliefs that others have computed: what a loop, or another tracker, says of its targets in one frame.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,9 +85,6 @@ class Beliefs:
     components: tuple[int, ...]
     names: tuple[str, ...]
     plane: Plane
-
-
-# Frames: what a source shows at one instant, and what is known to be true of it.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -235,10 +235,6 @@ class Source(Protocol[P_contra]):
         """Return a frame; the same arguments give the same frame, to the bit."""
 
 
-# What a recording is to all that use one: pictures by number, and the index of what decodes.
-#
-# How files are opened, surveyed and decoded is the business of `pftrack.sources.sequence`.
-
 Kind: TypeAlias = Literal["video", "gif", "images", "tracks", "beliefs"]
 
 
@@ -350,9 +346,6 @@ class FrameSequence(Protocol):
 
     def close(self) -> None:
         """Let go of files and cached pictures."""
-
-
-# What is known of a recording, to all that compare an estimate with it; tables are read by `pftrack.sources.truth`.
 
 
 class Truth(Protocol):

@@ -1,4 +1,13 @@
-"""What a tracker is, and what its states offer to whoever runs, records and watches it."""
+"""What a tracker is, and what its states and its model offer to the code that runs, records and watches it.
+
+A tracker whose model is linear and all noise Gaussian lays it open:
+
+    x_t = A_t x_{t-1} + d_t + B_t u_t,  u_t ~ N(0, I)
+    z_t = C_t x_t + v_t,                v_t ~ N(0, R_t)
+
+For such a model more can be computed than by running the filter: how large the noises were, given all frames, in closed
+form (`pftrack.filters.learning.online_em`).
+"""
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -16,15 +25,8 @@ from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.source import Frame, History, Target
 from pftrack.core.numerics.random import Stream
 
-# What a tracker says of its model where that is linear and all noise Gaussian.
-#
-#     x_t = A_t x_{t-1} + d_t + B_t u_t,  u_t ~ N(0, I)
-#     z_t = C_t x_t + v_t,                v_t ~ N(0, R_t)
-#
-# For such a model more can be computed than by running the filter: how large the noises were, given all frames, in
-# closed form (`pftrack.filters.learning.online_em`). A tracker declares which of its numbers scale which noise, and
-# lays the model of some frames open as chains. One chain is one such recursion; a tracker of many points has one for
-# each.
+# A tracker declares which of its numbers scale which noise, and lays the linear model of some frames open as chains.
+# One chain is one such recursion; a tracker of many points has one for each.
 
 NoiseKind: TypeAlias = Literal["process", "observation"]
 

@@ -1,9 +1,9 @@
-"""Exponentials and logarithms of whole arrays, for use inside compiled loops and outside.
+"""Exponentials, logarithms, sines and cosines of whole arrays, in compiled loops and outside; angles on the circle.
 
 A compiled loop calls the C library's `exp` once per element; these do the same on eight elements at a time, because
 they are nothing but multiplications and additions, which a compiler turns into vector instructions. Weights and
-likelihoods are made of little else, so a filter's step is three times faster for it. The results are within one unit
-in the last place of the correctly rounded ones, and the same on every processor.
+likelihoods are made of little else, so a filter's step is three times faster for it. The results are within one unit in
+the last place of the correctly rounded ones, and the same on every processor.
 
 NumPy's own differ by processor in the last place, so `exponential`, `logarithm` and `power` do the same outside of
 compiled loops.
@@ -108,10 +108,7 @@ def logarithms(values: Floats) -> Floats:
     return results
 
 
-# Sines and cosines of whole arrays, for compiled loops, to the same bits on every processor.
-#
-# As with `pftrack.core.numerics.elementary`: nothing but multiplications and additions, which a compiler turns into
-# vector instructions. The angle less the nearest multiple of a quarter turn, in two parts so that little is lost for
+# For sines and cosines, the angle less the nearest multiple of a quarter turn, in two parts so that little is lost for
 # large angles, goes into fdlibm's polynomials; which quarter it was says which of the two is which, and the signs.
 
 QUARTER_HIGH, QUARTER_LOW = 1.57079632673412561417e00, 6.07710050650619224932e-11
@@ -150,10 +147,8 @@ def sines_cosines(angles: Floats) -> tuple[Floats, Floats]:
     return sines, cosines
 
 
-# Angles: the same after a whole turn, so that a difference or a mean of them is taken on the circle.
-#
-# `wrap` is for arrays outside of compiled loops, `direction` for one vector there; `less_turns` and `circular_mean`
-# are for inside.
+# An angle is the same after a whole turn, so that a difference or a mean is taken on the circle. `wrap` is for arrays
+# outside of compiled loops, `direction` for one vector there; `less_turns` and `circular_mean` are for inside.
 
 
 def wrap(angle_rad: ArrayLike) -> Floats:

@@ -1,7 +1,8 @@
-"""Small matrices: products, roots and systems of equations, to the same bits on every processor.
+"""Small matrices, sums and cameras, to the same bits on every processor.
 
-NumPy leaves these to a BLAS that chooses its code, and with it the order of its sums, by the processor. The matrices of
-a filter are small, where a compiled loop in plain order is faster than the call of a library besides.
+NumPy leaves products, roots and systems of equations to a BLAS that chooses its code, and with it the order of its
+sums, by the processor. The matrices of a filter are small, where a compiled loop in plain order is faster than the call
+of a library besides.
 
 Names with a leading verb are for compiled loops and take two-dimensional arrays that lie together in memory; `product`,
 `solve_system`, `cholesky` and `least_squares` are the same for the interpreter, and take arrays of any layout.
@@ -19,14 +20,12 @@ from numpy.typing import ArrayLike, NDArray
 from pftrack.core.arrays import Floats
 from pftrack.core.numerics.compiled import compiled
 
-# Sums whose order is part of their definition, vectorised all the same.
-#
 # A sum of floating-point numbers depends on its order. A compiler that must keep the order of a loop adds one number
-# after the other, four times slower than it could; one that may choose chooses by the processor. These two say the
+# after the other, four times slower than it could; one that may choose chooses by the processor. These two sums say the
 # order themselves: the terms are dealt out to sixteen lanes in turn, each lane adds its own from the first to the last,
 # the lanes are added in halves (the first eight to the last eight, then four to four, and so on), and what is left over
-# at the end, fewer than sixteen terms, is added up one after the other and comes last. Sixteen lanes are four vectors
-# of AVX2, which keep its adders busy.
+# at the end, fewer than sixteen terms, is added up one after the other and is added last. Sixteen lanes are four
+# vectors of AVX2, which keep its adders busy.
 #
 # They are for use inside compiled loops only, on arrays that lie together in memory.
 
@@ -320,11 +319,10 @@ def _least_squares(slopes: Floats, wanted: Floats) -> tuple[Floats, bool]:
     return shares, True
 
 
-# Singular values and eigenvalues of matrices of moderate size, to the same bits on every processor.
-#
-# NumPy leaves these to LAPACK, whose code depends on the processor. Here they are found by rotations in the plane of
-# two columns, one pair after another, until all columns are at right angles (one-sided Jacobi; Hestenes 1958). Small
-# singular values come out as exactly as large ones, since the matrix is never multiplied by its transpose.
+# NumPy leaves singular values and eigenvalues to LAPACK, whose code depends on the processor. Here they are found by
+# rotations in the plane of two columns, one pair after another, until all columns are at right angles (one-sided
+# Jacobi; Hestenes 1958). Small singular values are exactly as precise as large ones, since the matrix is never
+# multiplied by its transpose.
 
 RIGHT_ANGLE = 1e-15
 """The cosine of two columns below which they are at right angles."""
@@ -399,13 +397,11 @@ def orthogonalise(rows: Floats) -> tuple[Floats, Floats]:
     return turned, turn
 
 
-# Cameras: the pinhole, and the affine camera that stands in for it.
-#
 # A *pinhole* of focal length f, in px, sees the point (X, Y, Z) of its own frame at (f X/Z, f Y/Z) from its principal
 # point. It is what cameras do, but not linear. An *affine camera* is the linear map x = P (X; 1) with a 2 x 4 matrix P
 # whose first three columns are in px/mm and whose last is in px: exact for an object that is far away compared with its
-# depth, and wrong by the perspective otherwise. A rigid object that turns by R and does not change its distance has
-# P = P_0 diag(R, 1) (Bando 2007, Appendix D, eq. A.31, corrected: docs/methods/adaptive.md).
+# depth, and wrong by the perspective otherwise. A rigid object that turns by R and does not change its distance has P =
+# P_0 diag(R, 1) (Bando 2007, Appendix D, eq. A.31, corrected: docs/methods/adaptive.md).
 #
 # Points that come closer to the pinhole than `NEAREST_MM`, or lie behind it, are projected as if they were at that
 # distance, so that a filter on a wrong track meets large numbers but no infinite ones.

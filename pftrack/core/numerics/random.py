@@ -177,9 +177,6 @@ def _philox(seed: int, frame: int, purpose: int, draw: int, blocks: int) -> NDAr
     return words
 
 
-# Gaussian distributions: the value that Kalman filters carry, and the density that weights need.
-
-
 @dataclass(frozen=True)
 class Gaussian:
     """N(mean, covariance).

@@ -1,4 +1,8 @@
-"""Watching this process compile."""
+"""What a process does that compiles: it runs a case of an experiment, and tells what it has compiled on the way.
+
+Each piece of news is a dictionary: `{"begun": EXPERIMENT, "cases": 12, "total": 81}` before the first case of one, with
+the number of all functions that there are, and `{"function": NAME, "seconds": S}` for what it has compiled.
+"""
 
 import time
 from collections.abc import Callable, Iterator
@@ -54,12 +58,6 @@ def name_of(dispatcher: Any) -> str:  # noqa: ANN401 - numba's
 def _ours(event: Any) -> str | None:  # noqa: ANN401 - numba's
     dispatcher = event.data["dispatcher"]
     return name_of(dispatcher) if any(dispatcher is ours for ours in FUNCTIONS) else None
-
-
-# What a process does that compiles: it runs a case of an experiment, and tells what it has compiled on the way.
-#
-# Each piece of news is a dictionary: `{"begun": EXPERIMENT, "cases": 12, "total": 81}` before the first case of one,
-# with the number of all functions that there are, and `{"function": NAME, "seconds": S}` for what it has compiled.
 
 
 def compile_case(name: str, number: int) -> list[str]:

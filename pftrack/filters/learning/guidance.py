@@ -119,9 +119,6 @@ def _read(text: str, experiment: str, chart: Chart) -> Learned:
     return Learned.read(text, experiment=experiment, chart=chart)
 
 
-# Guided dynamics: particles that move as was learned, for any filter that takes `pftrack.filters.dynamics`.
-
-
 @dataclass(frozen=True, eq=False)
 class GuidedDynamics:
     """p(x' | x) by which motion and shape change as they did in recorded tracks.

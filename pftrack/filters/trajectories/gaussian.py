@@ -232,9 +232,8 @@ def _smooth(means: Floats, covariances: Floats, drives: Floats) -> tuple[Floats,
     return positions, variances
 
 
-# What a cloud of particles comes to: the mode of a histogram, refined by the mean about it, or the mean.
-#
-# The histogram has bins of 1 px that begin at whole numbers; the mean is of the particles in the 3 x 3 bins around the
+# The estimate of a cloud of particles is the mode of a histogram, refined by the mean about it, or the mean. The
+# histogram has bins of 1 px that begin at whole numbers; the mean is of the particles in the 3 x 3 bins around the
 # fullest. A jump of the measurement makes the distribution bimodal, where a mean is at neither place.
 
 LOG_BIN = 0.25

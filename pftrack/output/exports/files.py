@@ -1,6 +1,7 @@
-"""The table of a run as files: CSV, Parquet, NPZ and JSON Lines, all with the same columns.
+"""The table of a run as files: CSV, Parquet, NPZ and JSON Lines, all with the same columns; and boxes of other forms.
 
-They are written piece by piece: of a long run there is never the whole text in memory.
+Tables are written piece by piece: of a long run there is never the whole text in memory. Boxes, what is believed and
+what is true, are in the forms of `pftrack.sources.results`.
 """
 
 import json
@@ -78,9 +79,6 @@ def _first(batch: Any) -> int:  # noqa: ANN401 - pyarrow has no types
 
 def _plain(row: dict[str, Any]) -> dict[str, Any]:
     return {name: value if value is not None and math.isfinite(value) else None for name, value in row.items()}
-
-
-# Boxes of a run in the forms of other trackers: what is believed, and what is true; see `pftrack.sources.results`.
 
 
 def believed_file(run: Run, form: Form) -> bytes:

@@ -1,10 +1,11 @@
-"""What a run can be exported as: one list, by the suffix of a file's name, for Python, commands, server and pages.
+"""What a run can be exported as, and what shows one: one list for Python, commands, server and pages.
 
 A format is a `RunExport`: a function that writes a run, as far as it has been computed, to a file, and tells how far it
-is. To add one is to write that function and to add a line to `FORMATS`; wherever exports are offered it is there then.
-To these come the files that an experiment offers of the frame at which a run stands.
+is; the suffix of a file's name chooses it. To add one is to write that function and to add a line to `FORMATS`;
+wherever exports are offered it is there then. To these come the files that an experiment offers of the frame at which a
+run stands.
 
-Whoever writes through `exporting` or `export` gets a file that appears whole or not at all, and beside a file that
+Code that writes through `exporting` or `export` gets a file that appears whole or not at all, and beside a file that
 cannot hold its manifest, one that is called like it with `.manifest.json` behind.
 """
 
@@ -32,8 +33,6 @@ from pftrack.sources.limits import DEFAULT_LIMITS, SourceError
 from pftrack.sources.results.table import FORMS, Form
 from pftrack.sources.truth import BOXES
 
-# Viewers: what shows a run in three dimensions, from another package, found when somebody asks for it.
-#
 # The library draws runs as pictures and films; it knows no browser. A package that shows them otherwise says so by
 # entry points of the group `pftrack.viewers`: `page` writes a run as an HTML page that needs no server, `show` opens
 # its scene on this machine. pftrack's own server provides both.
@@ -426,10 +425,9 @@ BELIEVED = tuple(_boxes(form, "boxes") for form in FORMS)
 TRUE = tuple(_boxes(form, "truth") for form in FORMS)
 """What a run of a target with a box can be exported as besides."""
 
-# Watching a recording while it is written: the scene follows the newest frame as the loop runs.
-#
-# The recorder says whenever something has been written; the file is read as far as it is whole, and the newest frames
-# become a run that takes the place of the one that is shown. Nothing here is waited for by the loop.
+# While a recording is written, the scene follows the newest frame. The recorder says whenever something has been
+# written; the file is read as far as it is whole, and the newest frames become a run that takes the place of the one
+# that is shown. The loop waits for none of it.
 
 SPAN = 1000
 """Frames: so many at least, and twice as many at most, are computed anew whenever something has been written."""

@@ -1,4 +1,9 @@
-"""Jupyter notebooks: cells of words and of code, as the content of a file."""
+"""Jupyter notebooks: cells of words and of code, as the content of a file; and a run as one.
+
+The notebook of a run has its recipe, the run computed again, a table of its numbers, and plots of them. Nothing that
+was computed is carried along, so that a notebook is small and its numbers are made where it runs; a hash of the
+estimates tells whether they are the same. A recording is not carried either: the notebook says which it was.
+"""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -53,12 +58,6 @@ def notebook(cells: Sequence[Cell]) -> bytes:
     )
     nbformat.validate(made)
     return f"{nbformat.writes(made)}\n".encode()
-
-
-# A run as a notebook: its recipe, the run computed again, a table of its numbers, and plots of them.
-#
-# Nothing that was computed is carried along, so that a notebook is small and its numbers are made where it runs; a hash
-# of the estimates tells whether they are the same. A recording is not carried either: the notebook says which it was.
 
 
 def run_notebook(run: Run) -> bytes:

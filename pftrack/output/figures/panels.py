@@ -1,6 +1,7 @@
 """Panels over an axis of a few values, below each other, and what stands in them: curves with intervals, and boxes.
 
-All lengths are inches.
+All lengths are inches, and every text has the room that its size asks for: a layout that matplotlib finds by itself
+costs more than the drawing, since it measures every text several times.
 """
 
 from collections.abc import Iterator, Sequence
@@ -23,10 +24,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
-
-# Places in a figure, in inches: every text has the room that its size asks for.
-#
-# A layout that matplotlib finds by itself costs more than the drawing, since it measures every text several times.
 
 Anchor: TypeAlias = Literal["sw", "s", "n", "e", "w"]
 
@@ -261,7 +258,7 @@ def foot_height(key: "Sequence[Line2D]", width: float) -> float:
     return key_height([str(line.get_label()) for line in key], width) + 0.1
 
 
-# The numbers that plots are drawn of: arrays over the frames of a run, NaN where a frame has none.
+# What plots are drawn from are arrays over the frames of a run, NaN where a frame has none.
 
 Numbers = Floats
 

@@ -1,7 +1,8 @@
-"""The style of all figures in print: sizes, letters, colours, and what surrounds a panel.
+"""The style of all figures in print: sizes, letters, colours, frames of panels; and a failing run beside its cure.
 
 Runs, sweeps, reproductions and lessons draw in it, with matplotlib but without pyplot, so that nothing is kept behind.
-Lengths are inches, sizes of letters points. matplotlib is loaded by whoever draws: a process that computes needs none.
+Lengths are inches, sizes of letters points. matplotlib is loaded by the code that draws: a process that computes needs
+none.
 """
 
 from collections.abc import Sequence
@@ -106,8 +107,6 @@ def diverging() -> "Colormap":
 
     return LinearSegmentedColormap.from_list("first-second", [hexadecimal(stop.light) for stop in DIVERGING])
 
-
-# The errors of a failing run and of the cured one over their frames, as the gallery of failures shows them.
 
 HIGH_IN = 2.4
 

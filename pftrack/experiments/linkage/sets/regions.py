@@ -29,7 +29,7 @@ class Ways(NamedTuple):
         sampled: Whether guides shrink to the cells that fit the observation.
         sides: Whether the guides are strips for the ellipsoid.
         splitting: Whether cells that fall apart make regions of their own.
-        way: Of prediction: `prediction.OUTER`, or one that may lose the truth.
+        way: Of prediction: `OUTER`, or one that may lose the truth.
     """
 
     ellipsoids: bool
