@@ -1,4 +1,4 @@
-"""A finding: one figure of ours beside its reference, and what comes of the comparison."""
+"""Findings and records: figures of ours beside their references, what the comparison says, and the file of all."""
 
 import json
 import math
@@ -199,11 +199,10 @@ def _held(source: str) -> Verdict:
     return "our own figure" if isinstance(source, Own) else "reproduced"
 
 
-# A record: the findings of a run in a file, kept as they come, so that a second call goes on with what is left.
-#
-# The file is JSON: by the name of a result the form in which it was computed, of which revision of pftrack, the hash of
-# the sources that it depends on, how many pieces of work it was, what they took, and the findings. A result whose
-# sources have changed is computed again. It is what docs/explanation/reproduction.md is written from.
+# A record keeps findings as they come, so that a second call goes on with what is left. The file is JSON: by the name
+# of a result the form in which it was computed, of which revision of pftrack, the hash of the sources that it depends
+# on, how many pieces of work it was, what they took, and the findings. A result whose sources have changed is computed
+# again. docs/explanation/reproduction.md is written from it.
 
 Form: TypeAlias = Literal["full", "quick"]
 

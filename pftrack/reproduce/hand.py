@@ -1,4 +1,8 @@
-"""The figures of Shimada 1997, chapter 2: the pose of a hand from its silhouette."""
+"""Shimada 1997, chapter 2: how often the pose of a hand from its silhouette is right, with one hypothesis and four.
+
+Beside the table (docs/methods/hands.md) are its figures, and how much of a silhouette a step of a finger's angle
+changes.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -25,8 +29,6 @@ from pftrack.vision.rendering import png, render_beside
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-# Runs of the simulated hand: what came of a motion with a seed under a condition.
 
 
 class Condition(NamedTuple):
@@ -94,8 +96,6 @@ def mean(outcomes: list[Outcome]) -> Outcome:
     return Outcome(*np.mean(outcomes, axis=0).tolist())
 
 
-# The figures of a hand: how often it is right, and the same turn with one hand kept and with four.
-
 BAR = 0.38
 SEED, FRAME, SCALE = 151, 24, 2.0
 """Of the presets in which one hand is lost and four are not, and a frame in which that is so."""
@@ -149,10 +149,9 @@ def kept_figure() -> bytes:
     return png(np.hstack(pictures))
 
 
-# How much of a silhouette a step of a finger's angle changes: by the integral that sets the step, and measured.
-#
-# The integral of eq. 2.3 is compared with what becomes of the finger's own pixels when the angle is turned a little. It
-# leaves out the disc at the finger's root, which is why it is a little low; the reference allows 20 %.
+# The integral of eq. 2.3, which sets the step of an angle, is compared with what becomes of the finger's own pixels
+# when the angle is turned a little. It leaves out the disc at the finger's root, which is why it is a little low; the
+# reference allows 20 %.
 
 SCALE_PX, TURN_RAD = 312.0, 0.03
 SIDE_PX = 1000
@@ -197,13 +196,10 @@ def _measure(pose: Floats, angle: int) -> float:
     return float(np.count_nonzero(masks[0] != masks[1])) / TURN_RAD
 
 
-# How often the pose of a hand is right, with one hypothesis and with four (docs/methods/hands.md).
-#
 # The reference figures are means over six held-out seeds, with a ranking and a scoring that are kept here as
 # "reference". Random numbers are others here, and so are the hands and the noise of a seed: fractions of six seeds each
 # may differ by 0.15, tip errors by 0.03 palm axes; with fewer seeds the allowance grows as the standard error does.
-#
-# Some fractions come out better than that, and it is known why (`WHY_BETTER`).
+# Some fractions are better than that, and it is known why (`WHY_BETTER`).
 
 TABLE_SOURCE = "Shimada 1997, section 2.8; reference implementation"
 OURS = Own("this project")

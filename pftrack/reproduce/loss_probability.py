@@ -2,6 +2,14 @@
 
 They are fitted on some scenes that are drawn at random, and judged here on others: a tracker declares its probability
 where the expected calibration error in these is at most 0.05. No publication has such figures of these trackers.
+
+The figures are a small panel a tracker:
+
+- Reliability: of the frames in which a probability is said, the share that are lost; a dot a bin, the larger the more
+  frames it has, and all on the diagonal where the probability is true.
+- Receiver operating characteristic: the share of the lost frames that a threshold tells, over the share of the others
+  that it tells wrongly.
+- Delays: the share of the losses that have been told so many frames after they began.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -40,14 +48,6 @@ from pftrack.runs.run import Run
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-# Figures of the probabilities by which trackers say that they have lost their target, a small panel a tracker.
-#
-# - Reliability: of the frames in which a probability is said, the share that are lost; a dot a bin, the larger the more
-#   frames it has, and all on the diagonal where the probability is true.
-# - Receiver operating characteristic: the share of the lost frames that a threshold tells, over the share of the others
-#   that it tells wrongly.
-# - Delays: the share of the losses that have been told so many frames after they began.
 
 Scores: TypeAlias = tuple[Sequence[Bin], Roc, Delays]
 """Of a tracker: frames by their probability, what thresholds tell, and how soon losses were told."""

@@ -151,8 +151,6 @@ def _transform(function: Callable[[Item], Outcome], items: list[Item]) -> tuple[
     return [function(item) for item in items], process_time() - began
 
 
-# What the results cost, so that the cheap ones come first and a bar can say how long is left.
-
 SECONDS: dict[str, tuple[float, float]] = {
     "kalman-sine": (1.0, 24),
     "sample-count-signal": (1.5, 24),

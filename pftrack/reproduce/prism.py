@@ -1,4 +1,8 @@
-"""The tables of Bando 2007, ch. 4 section 3: the pose of the prism (`pose`), from its trials (`trials`)."""
+"""The turning prism, whose vertices hide at times: the tables of Bando 2007, ch. 4 section 3.
+
+Bando's 625 frames; all methods of a seed see the same measurements. Errors are mean absolute errors of the angles,
+wrapped, over all frames after the first.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,11 +25,6 @@ from pftrack.reproduce.finding import CHOSEN, FEWER, PROTOCOL, Finding, claim, c
 from pftrack.reproduce.pool import Pool
 from pftrack.sources.prism import FRAMES, REAR, VERTICES_MM, PrismParameters, Sight, sight
 from pftrack.vision.likelihoods import points
-
-# One course of the turning prism by one method, and what is measured of it.
-#
-# Bando's 625 frames; all methods of a seed see the same measurements. Errors are mean absolute errors of the
-# angles, wrapped, over all frames after the first.
 
 Method: TypeAlias = Literal["pf-asd", "alpha-1", "alpha-0", "rb-pf"]
 Reading: TypeAlias = Literal["chosen", "kernel", "sharp", "underflow"]
@@ -209,12 +208,10 @@ def _ramp(ratios: Floats, visible: Bools) -> Floats:
     return ramp
 
 
-# The turning prism: Bando 2007, ch. 4 section 3.
-#
 # Vertices that hide at times are tracked in two layers. In Bando 2007 the adaptive mixture has the smallest error, the
 # upper prediction alone is slightly worse, for its camera is only affine, the features' own prediction alone is thrown
-# off by hidden vertices, and the Rao-Blackwellised filter has too few particles. That comes out so under the readings
-# of docs/methods/adaptive.md, which were chosen to this end; `readings` shows what comes of others.
+# off by hidden vertices, and the Rao-Blackwellised filter has too few particles. That is so here under the readings of
+# docs/methods/adaptive.md, which were chosen to this end; `readings` shows what others give.
 #
 # With the features' own prediction alone a trial diverges now and then, so its mean says little. Medians are compared,
 # with an allowance of three standard errors of both sides: on a pinhole those of twenty trials scatter by 7 %, which is

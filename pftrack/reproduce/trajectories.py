@@ -1,4 +1,4 @@
-"""The figures of Ichimura and Ikoma."""
+"""Trajectories with outliers under three laws of the noise, simulated and in pictures (Ichimura and Ikoma 2000)."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -28,8 +28,6 @@ from pftrack.vision.rendering import png, render_beside
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-# The figures of the simulated track: what each filter makes of it, and the likelihood of the scales.
 
 TITLES = {"lg": "Gaussian noise (LG)", "lng": "Cauchy noise (LNG)", "nlng": "Self-organising (NLNG)"}
 DEEPEST = 100.0
@@ -78,17 +76,16 @@ def _likelihood(surfaces: Mapping[str, Floats]) -> "Figure":
     return figure
 
 
-# Ichimura and Ikoma 2000, section 5.2: corners that block matching mistakes for each other, filtered and smoothed.
-#
-# Their own sequence is not public, and they report no numbers: mismatches of 8 to 25 px are suppressed by both filters
-# with Cauchy noise and not by the Kalman filter. The reference has figures for a simulated stand-in. Scenes
-# differ much from each other, since how often the light jumps, and whether it does so twice in a row, is a matter of
-# the seed; so means over several are compared, within a quarter. What must hold of nearly every scene is the order.
+# Section 5.2: corners that block matching mistakes for each other, filtered and smoothed. Their own sequence is not
+# public, and they report no numbers: mismatches of 8 to 25 px are suppressed by both filters with Cauchy noise and not
+# by the Kalman filter. The reference has figures for a simulated stand-in. Scenes differ much from each other, since
+# how often the light jumps, and whether it does so twice in a row, is a matter of the seed; so means over several are
+# compared, within a quarter. What must hold of nearly every scene is the order.
 #
 # Ours are drawn from the same description with other random numbers, and are a little harder: where one jump of the
 # light follows another, a match gets two cells away, further than the search reaches back, and goes on from there. Such
-# tracks weigh most where the filters have removed all else, so that the smoothed errors under Cauchy noise come out up
-# to a third above the reference's. These rows are known to differ.
+# tracks weigh most where the filters have removed all else, so that the smoothed errors under Cauchy noise are up to a
+# third above the reference's. These rows are known to differ.
 #
 # A track is *mixed* if it is mismatched, more than 5 px off, in some but fewer than 30 % of the frames.
 
@@ -240,13 +237,12 @@ def _distances(one: Floats, other: Floats) -> Floats:
     return np.asarray(np.hypot(*np.moveaxis(one - other, -1, 0)))
 
 
-# Ichimura and Ikoma 2000, section 5.1: errors on the simulated track, and the likelihood of the scales of the noise.
-#
-# What they say: where outliers are, both filters with Cauchy noise beat the Kalman filter, filtered and
-# smoothed; the one that finds the scales itself is worse than the one that is given the best, and as good once it is
-# smoothed. That holds. Two readings were needed, and were chosen since no others agree with the figures: "scale 50" is
-# the square of the scale, and the "mean squared errors" are sqrt(sum |e|^2) / N. One figure, the smoothed error of the
-# Kalman filter, comes out by no reading; an exact smoother is better than that.
+# Section 5.1: errors on the simulated track, and the likelihood of the scales of the noise. What they say: where
+# outliers are, both filters with Cauchy noise beat the Kalman filter, filtered and smoothed; the one that finds the
+# scales itself is worse than the one that is given the best, and as good once it is smoothed. That holds. Two readings
+# were needed, and were chosen since no others agree with the figures: "scale 50" is the square of the scale, and the
+# "mean squared errors" are sqrt(sum |e|^2) / N. One figure, the smoothed error of the Kalman filter, agrees with no
+# reading; an exact smoother is better than that.
 
 TRACKS_SOURCE = "Ichimura and Ikoma 2000, table 1; reference implementation"
 LIKELIHOOD = "Ichimura and Ikoma 2000, section 5.1; reference implementation"

@@ -1,8 +1,9 @@
-"""Success over occluder width and distracter size: the study of Bando 2007, ch. 3 sections 3.1 and 3.2.
+"""Success over occluder width and distracter size: the study of Bando 2007, ch. 3 sections 3.1 to 3.3.
 
 The coarse map of the reference implementation: 25 cells, 60 frames, 800 particles, all 20 layouts of three look-alikes.
 Condensation and the auxiliary filter stand beside the switching filters, although Bando leaves them out of the
-simulation, because the sharpened auxiliary filter beats both of them.
+simulation, because the sharpened auxiliary filter beats both of them. Beside it are the whole maps, and the same in the
+other reading of the scene.
 """
 
 from dataclasses import dataclass, replace
@@ -188,11 +189,10 @@ def _smaller_errors(first: list[Tally], second: list[Tally]) -> tuple[int, int]:
     return smaller, larger
 
 
-# The maps: the whole protocol of Bando 2007, ch. 3 sections 3.1 to 3.3, and its figures 3.5 to 3.11.
-#
-# Twenty occluder widths by twenty look-alike sizes by twenty layouts by ten trials by three methods with 800 particles,
-# 240,000 runs of sixty frames; the same with 400 and 1600 particles for the two switching filters; and seven numbers of
-# particles over a hundred conditions. There is no quick form: few cells are no map.
+# The maps are the whole protocol with figures 3.5 to 3.11: twenty occluder widths by twenty look-alike sizes by twenty
+# layouts by ten trials by three methods with 800 particles, 240,000 runs of sixty frames; the same with 400 and 1600
+# particles for the two switching filters; and seven numbers of particles over a hundred conditions. There is no quick
+# form: few cells are not a map.
 #
 # The reference implementation has figures for some of these cells only (see `occlusion` and `counts`); here the
 # statements are judged that Bando makes of the maps as a whole.
@@ -350,10 +350,9 @@ def _success_where(found: CellMap, *, radius_above: float) -> float:
     return float(found.successes[:, wide].sum() / found.runs[:, wide].sum())
 
 
-# The other reading of the scene: 200 px to either side, twice the frame rate, a larger picture.
-#
-# Bando leaves open what "amplitude 200 px" means. In this reading wide occluders are no longer hopeless, success
-# hardly depends on their width, and switching is ahead by little.
+# Bando leaves open what "amplitude 200 px" means. In this other reading, 200 px to either side, twice the frame rate
+# and a larger picture, wide occluders are no longer hopeless, success hardly depends on their width, and switching is
+# ahead by little.
 
 OTHER_SCENE_SOURCE = "reference implementation, reading B"
 SOURCE_COUNTS = "reference implementation, reading B"

@@ -1,4 +1,7 @@
-"""Studies by the thousand runs: plans, carried out in the pool, and what is counted of their rows."""
+"""Studies of the ball by the thousand runs: plans, carried out in the pool, and what is counted of their rows.
+
+Three of them are here: how many particles, what the result hangs on, and one step whose exact answer is known.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -159,11 +162,9 @@ def _share(table: pa.Table) -> float:
     return float(known.mean()) if len(known) else float("nan")
 
 
-# How many particles: the study of Bando 2007, ch. 3 section 3.3.
-#
-# Sixteen cells pooled. In Bando 2007 fewer particles do better until too few collapse, since more particles populate
-# the tails, which then find look-alikes. Success confirms it in both readings of the scene; whether the error falls as
-# well depends on which of them is taken.
+# The study of the number of particles (Bando 2007, ch. 3 section 3.3) pools sixteen cells. In Bando 2007 fewer
+# particles do better until too few collapse, since more particles populate the tails, which then find look-alikes.
+# Success confirms it in both readings of the scene; whether the error falls as well depends on which of them is taken.
 
 SOURCE = "Bando 2007, ch. 3 section 3.3; reference implementation"
 CELL_RUNS = 80
@@ -223,10 +224,9 @@ def sample_count(pool: Pool, full: bool) -> list[Finding]:
     return findings
 
 
-# What the result hangs on: the scene and the trackers, varied one by one.
-#
-# Nine cells pooled. The order of the methods survives almost every variation; how far they are apart does not: it needs
-# a background level as high as Bando's and a motion model as rough.
+# The scene and the trackers are varied one by one; nine cells are pooled. The order of the methods survives almost
+# every variation; how far they are apart does not: it needs a background level as high as Bando's and a motion model as
+# rough.
 
 SENSITIVITY_SOURCE = "reference implementation"
 WIDTHS = (30, 55, 80)
@@ -323,11 +323,10 @@ def variations(pool: Pool, full: bool) -> list[Finding]:
     return findings
 
 
-# One step of the ball trackers whose exact answer is known by quadrature (docs/methods/filters.md).
-#
-# Parents of equal weight at rest around (160, 120) with a spread of 10 px, constant velocity, process noise 3 px, and
-# one red disc of radius 5 px at (170, 120). With a million particles every sampler must come within 0.05 px of the
-# posterior that its weight rule aims at.
+# The exact answer of one step is known by quadrature (docs/methods/filters.md). Parents of equal weight lie at rest
+# around (160, 120) with a spread of 10 px, constant velocity, process noise 3 px, and one red disc of radius 5 px at
+# (170, 120). With a million particles every sampler must be within 0.05 px of the posterior that its weight rule aims
+# at.
 
 ORACLE_SOURCE = "quadrature"
 PARTICLES = 1_000_000

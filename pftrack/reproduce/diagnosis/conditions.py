@@ -1,4 +1,10 @@
-"""Conditions: runs in which one thing is wrong, because it was put there (`condition`); those of poses in `poses`."""
+"""Conditions: runs in which one thing is wrong, because it was put there (`Condition`); those of poses as well.
+
+A condition is a run that holds, and one change to it by which it fails, the *flaw*. What is lost with the flaw and held
+without it, on the same seed, was lost because of it: so the cause is known without anybody's opinion. Parameters of the
+flaw, trackers and seeds are drawn, by a number each, so that there are as many different runs of a condition as one
+wants.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -9,12 +15,6 @@ from pftrack.core.model.preset import CauseId
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.head.parameters import AS_PUBLISHED
-
-# A condition: a run that holds, and one change to it by which it fails, the *flaw*.
-#
-# What is lost with the flaw and held without it, on the same seed, was lost because of it: so the cause is known
-# without anybody's opinion. Parameters of the flaw, trackers and seeds are drawn, by a number each, so that there are
-# as many different runs of a condition as one wants.
 
 Range: TypeAlias = tuple[float, float]
 """Bounds between which a number is drawn; a list is of values of which one is drawn."""
@@ -92,7 +92,7 @@ def _draw(said: "Value | Range | list[Value]", chance: float) -> Value:
     return said
 
 
-# Conditions of the pose of a head and of a hand, whose runs are slow: few of each are drawn.
+# Runs of the pose of a head and of a hand are slow: few of each are drawn.
 
 PEOPLE: Drawn = {"person": (0, 2000)}
 QUICK: Drawn = {**PEOPLE, "speed": (2.0, 3.0)}

@@ -39,8 +39,6 @@ from pftrack.vision.rendering import png, render
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# The figures of the fish: successes over the number of particles (6 and 7), and ten particles of each (8 and 9).
-
 AT_FRAME, AROUND_PX = 12, 110
 """In the middle of a sharp turn, and how much of the picture around the fish is shown."""
 

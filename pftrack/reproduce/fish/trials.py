@@ -169,11 +169,10 @@ def _prepare(shown: Clip) -> tuple[Any, list[Edges], list[list[FishTarget]]]:
     return parameters, edges, targets
 
 
-# What is learned offline: ten clips followed by the ordinary filter with 3,000 particles and wide noise (eqs 10-15).
-#
-# `pftrack reproduce fish-offline --full --figures FOLDER` writes what was learned to FOLDER/learned.json; it is the
-# file that comes with the trackers, `pftrack/experiments/fish/trackers/learned.json`, and here it is compared with
-# that.
+# Offline, ten clips are followed by the ordinary filter with 3,000 particles and wide noise (Mitsugami et al. 2009,
+# eqs. 10 to 15). `pftrack reproduce fish-offline --full --figures FOLDER` writes what was learned to
+# FOLDER/learned.json; it is the file that comes with the trackers, `pftrack/experiments/fish/learned.json`, and here it
+# is compared with that.
 
 SOURCE = "reference implementation, offline"
 FIRST = 100

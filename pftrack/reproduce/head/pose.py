@@ -62,11 +62,10 @@ from pftrack.vision.geometry.face import FEATURES, TITLES
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Success curves: the share of trials whose error on an axis is below a threshold, over the threshold (fig. 4.16).
-#
-# A curve is steep: all trials of a method see the same video, and their errors lie within a few tenths of a degree. A
-# rate at one threshold therefore says little about another renderer, and it is the curve's *place* that is compared: by
-# how much it has to be moved along the thresholds to agree with the reference at all thresholds that are known.
+# Of a success curve, the share of trials whose error on an axis is below a threshold (fig. 4.16), it is the *place*
+# that is compared: by how much the curve has to be moved along the thresholds to agree with the reference at all
+# thresholds that are known. A curve is steep: all trials of a method see the same video, and their errors lie within a
+# few tenths of a degree. A rate at one threshold therefore says little about another renderer.
 
 CURVE_SOURCE = "Bando 2007, ch. 4 fig. 4.16; reference implementation"
 
@@ -122,8 +121,6 @@ def _distance_deg(courses: Sequence[TrialResult], axis: int, references: Floats)
             return float(moved)
     return float("nan")
 
-
-# The figures of the head: alpha of every feature over the drive (4.15), and success over the threshold (4.16).
 
 MODEL_COLOURS: dict[Model, str] = {"individual": CURVE_COLOURS[0], "mean": CURVE_COLOURS[1]}
 NAMES: dict[Model, str] = {"individual": "the driver's own face", "mean": "mean face of other people"}

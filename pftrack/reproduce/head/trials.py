@@ -1,9 +1,8 @@
-"""Courses of the simulated driver's head, and what is measured of them.
+"""Courses of the simulated driver's head, what is measured of them, and the same over more people.
 
-Bando's protocol: the same video again and again, and only the tracker's random numbers differ.
-So one picture is drawn and given to all trials before the next is drawn. The trackers are those of the
-experiment `head`, with templates of exactly Bando's sizes. Errors are mean absolute errors of the angles,
-wrapped, over all frames after the first.
+Bando's protocol: the same video again and again, and only the tracker's random numbers differ. So one picture is drawn
+and given to all trials before the next is drawn. The trackers are those of the experiment `head`, with templates of
+exactly Bando's sizes. Errors are mean absolute errors of the angles, wrapped, over all frames after the first.
 """
 
 from collections.abc import Sequence
@@ -162,10 +161,9 @@ def _features_px(frame: Frame) -> Floats:
     return frame.target.landmarks.points_px
 
 
-# The same over more people, to separate what depends on one face from what does not.
-#
-# The reference's three drivers are three draws of faces that we cannot repeat. If our scene and trackers are like the
-# reference's, then the middle of many people must be near the middle of its three.
+# More people separate what depends on one face from what does not. The reference's three drivers are three draws of
+# faces that we cannot repeat. If our scene and trackers are like the reference's, then the middle of many people must
+# be near the middle of its three.
 
 SOURCE = "reference implementation, the median of its three drivers"
 FRAGILE = Unexplained(
@@ -214,11 +212,9 @@ def errors_of(drives: Sequence[Sequence[TrialResult]], method: Method, model: Mo
     )
 
 
-# The pose by a face model that grows from the mean to the person's own, beside both of them.
-#
-# There is no reference for it: its own bar is the mean model, which it must beat, and the driver's own face,
-# which it can at best come near. The people are others than those on which the model's noise was chosen
-# (`trackers.head.growth`).
+# A face model that grows from the mean to the person's own has no reference: its own bar is the mean model, which it
+# must beat, and the driver's own face, which it can at best come near. The people are others than those on which the
+# model's noise was chosen (`pftrack.experiments.head.parameters`).
 
 OURS = Own("this project, beyond Bando 2007, ch. 4 section 5.5")
 GROWTH_PEOPLE = range(300, 306)

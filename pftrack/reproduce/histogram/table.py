@@ -26,8 +26,6 @@ from pftrack.reproduce.pool import Pool
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# The figures of the lawn: success over the number of particles and over lambda, scene by scene, ours and reference.
-
 PARTICLES = {"N = 25": 25, "N = 50": 50, "N = 100": 100, "N = 300": 300, "N = 1000": 1000}
 LAMBDAS = {"lambda = 2": 2, "lambda = 5": 5, "lambda = 10": 10, "N = 300": 20} | {
     f"lambda = {number}": number for number in (50, 100, 200)

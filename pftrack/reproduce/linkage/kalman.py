@@ -319,11 +319,10 @@ def _vibration(pose: Floats, end: Floats) -> Floats:
     return np.concatenate([still, still[-1] + weights * (end - still[-1])])
 
 
-# A chain in space whose links are seen as lines, Shimada 1997, eqs. 4.9 to 4.11: by filters and by regions.
-#
-# Shimada shows no run on lines, and the reference has none, so that all figures are our own. Lines with root and tip
-# say almost what four points say, since joints are where lines cross. Lines alone leave the root free to slide along
-# the first link, and the tip along the last: of the lengths they show the middle one, and only where the links bend.
+# Shimada shows no run on links that are seen as lines (1997, eqs. 4.9 to 4.11), and the reference has none, so that all
+# figures are our own. Lines with root and tip say almost what four points say, since joints are where lines cross.
+# Lines alone leave the root free to slide along the first link, and the tip along the last: of the lengths they show
+# the middle one, and only where the links bend.
 
 SEEDS, QUICK_SEEDS = 5, 1
 WIDTHS_PX: Mapping[str, tuple[float, float, float]] = {
@@ -372,8 +371,6 @@ def lines(pool: Pool, full: bool) -> list[Finding]:
 def _line_courses(pool: Pool, tracker: str, values: Mapping[str, Value], seeds: int) -> list[RunResult]:
     return pool.map(run_condition, [Condition(tracker, tuple(values.items()), seed) for seed in range(seeds)])
 
-
-# The figures of the chain of links: a region that has split, and a length while nothing moves.
 
 SPLIT_FRAME = 68
 LINK, TRUE_PX = 3, 50.0

@@ -1,9 +1,10 @@
 """Shimada 1997, chapter 5: regions that hold the truth, split and are refuted, and which part does what.
 
-Containment, splits and refutation come out as Shimada has them. That all lengths come within some 5 px, and that
-two objects are told apart by them, does not by his ellipsoids: their guides shrink by the extent of
-the ellipsoid alone, and learn no length. It does with guides that interval arithmetic shrinks, and then the ellipsoids
-add nothing. These of his claims are known to differ here, with what his own method comes to.
+Containment, splits and refutation are as Shimada has them. That all lengths are within some 5 px, and that two objects
+are told apart by them, does not hold by his ellipsoids: their guides shrink by the extent of the ellipsoid alone, and
+learn no length. It does with guides that interval arithmetic shrinks, and then the ellipsoids add nothing. These of his
+claims are known to differ here, with what his own method finds. The algebra of ellipsoids is tried on random cases,
+beside figures of the reference implementation: what is contained, what is least, and what Shimada prints.
 """
 
 from collections.abc import Sequence
@@ -247,10 +248,6 @@ def _last(one: RunResult) -> Floats:
     """Return the final interval of each length, (3, 2) px."""
     return np.stack([one.low[-1], one.high[-1]], axis=1)
 
-
-# The algebra of ellipsoids on random cases: what is contained, what is least, and what Shimada prints.
-#
-# Figures of the reference implementation.
 
 ALGEBRA_SOURCE = "reference implementation, algebra"
 Array = Floats

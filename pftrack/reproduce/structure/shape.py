@@ -46,8 +46,6 @@ from pftrack.vision.structure.tracks import shape_error
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# The figures of the shapes: reconstructions (4.21 to 4.23, 4.27), and errors over trials (4.24, 4.26).
-
 NUMBERS = {
     "prism": {"svd": "4.21", "batch": "4.22", "online": "4.23", "errors": "4.24"},
     "face": {"online": "4.27", "errors": "4.26"},

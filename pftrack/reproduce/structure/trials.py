@@ -1,4 +1,7 @@
-"""One set of tracks, reconstructed by every method, and what is measured of it."""
+"""One set of tracks, simulated and reconstructed by every method, and what is measured of it.
+
+The tracks are of a driver's face, or of the turning prism (docs/methods/heads.md).
+"""
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -26,8 +29,6 @@ from pftrack.vision.structure.recursive import from_window
 from pftrack.vision.structure.tracks import Tracks, align, check_view, residuals, shape_error
 from pftrack.vision.structure.variational import Forgetting
 
-# What a simulation of tracks gives: what is measured, and what is true.
-
 
 @dataclass(frozen=True, eq=False)
 class SimulatedTracks:
@@ -54,9 +55,7 @@ class SimulatedTracks:
     visible: Bools
 
 
-# Tracks of a driver's face: eleven features over 360 frames, with noise by how they look.
-#
-# In place of a tracker, each feature's true position is measured with noise whose standard deviation is
+# In place of a tracker, each feature's true position on the face is measured with noise whose standard deviation is
 # 10^((1 - NCC) / 0.7) px, at least 1 and at most 10, NCC being the correlation of the picture there with the frontal
 # template. (Bando 2007, ch. 4 section 5.4, takes the inverse of a probability of the patch, which is not to be had.) So
 # nothing hides for long, and the noise changes all the time. Every second frame of the script of motions is used.
@@ -120,12 +119,10 @@ def _video(driver: int, frames: int) -> SimulatedTracks:
     )
 
 
-# Tracks of the turning prism: its eight corners and the centres of its six faces, 360 frames.
-#
-# It turns by 1 degree a frame about the vertical axis and by 2 about the horizontal one, so that in no frame all
-# fourteen points are seen: a corner is while one of its faces is, a centre while its face is. What is hidden is
-# measured all the same, with noise of 50 px (Bando 2007, ch. 4 section 5.3, with the readings of
-# docs/methods/heads.md).
+# The prism has eight corners and the centres of its six faces. It turns by 1 degree a frame about the vertical axis and
+# by 2 about the horizontal one, so that in no frame all fourteen points are seen: a corner is while one of its faces
+# is, a centre while its face is. What is hidden is measured all the same, with noise of 50 px (Bando 2007, ch. 4
+# section 5.3, with the readings of docs/methods/heads.md).
 
 POINTS_MM: Floats = np.concatenate([VERTICES_MM, VERTICES_MM[np.array(FACES)].mean(axis=1)])
 """(14, 3) corners, then the centres of front, rear, left, right, top and bottom."""
