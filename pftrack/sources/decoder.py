@@ -253,8 +253,6 @@ def _out_of_memory_or(error: av.FFmpegError, sentence: str) -> Exception:
     return SourceError(f"{sentence}, so that it cannot be read; expected {ALLOWED}")
 
 
-# Timing: when the frames of a video are shown, and whether its own account of that can be trusted.
-#
 # Frames are counted; a tracker steps from one to the next. Their times matter for speeds on a screen, and as names by
 # which a seek knows a frame again, for which they must rise from frame to frame.
 

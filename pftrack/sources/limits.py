@@ -1,9 +1,10 @@
-"""How large a sequence may be, so that nothing that a stranger brings fills a machine."""
+"""What a stranger's file may do: how large a sequence may be, so that it fills no machine, and the error of a source.
+
+Names are put into the order in which people number their files, and text is decoded as one program or another saved it.
+"""
 
 import re
 from dataclasses import dataclass
-
-# What a source says when it cannot be used.
 
 
 class SourceError(ValueError):
@@ -59,16 +60,10 @@ def check_pixels(width: int, height: int, limits: Limits, subject: str) -> None:
         )
 
 
-# Natural order: the order in which people number their files, `2.png` before `10.png`.
-
-
 def natural_order(name: str) -> tuple[tuple[int, str], ...]:
     """Return a sorting key under which runs of digits count as numbers, and letters' case does not matter."""
     parts = re.split(r"(\d+)", name.casefold(), flags=re.ASCII)
     return (*((int(part), "") if part.isdecimal() else (-1, part) for part in parts), (-2, name))
-
-
-# Text of files that people have saved with one program or another.
 
 
 def decode(data: bytes) -> str:

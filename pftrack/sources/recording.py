@@ -1,4 +1,10 @@
-"""A recording as a source: the pictures of a video, with an overlay and, where it is known, the truth."""
+"""A recording as a source: the pictures of a video, with an overlay and, where it is known, the truth.
+
+The overlay is an occluder and look-alikes that any source can wear. The occluder is a vertical strip in front of
+everything; the distracters are discs in the target's colour at three of six slots around the middle of the picture,
+twenty layouts in all (Bando 2007, ch. 3 section 3). On a simulated scene they are the experiment; on a recording they
+make an easy clip hard, live.
+"""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -11,12 +17,6 @@ from numpy.typing import NDArray
 from pftrack.core.model.parameters import ParameterError, Parameters, parameter
 from pftrack.core.model.source import Frame, FrameSequence, History, Target
 from pftrack.core.numerics.compiled import compiled
-
-# The overlay: an occluder and look-alikes that any source can wear.
-#
-# The occluder is a vertical strip in front of everything; the distracters are discs in the target's colour at three of
-# six slots around the middle of the picture, twenty layouts in all (Bando 2007, ch. 3 section 3).
-# On a simulated scene they are the experiment; on a recording they make an easy clip hard, live.
 
 LAYOUTS = tuple(combinations(range(6), 3))
 """Which three of the six slots hold a distracter, by layout number; slots run row by row from the left top."""

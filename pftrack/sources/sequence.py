@@ -101,8 +101,6 @@ def _inspect(file: BinaryIO, limits: Limits) -> Format:
     return found
 
 
-# A bounded cache: what was used least recently goes first.
-
 T = TypeVar("T")
 
 

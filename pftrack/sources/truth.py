@@ -28,8 +28,6 @@ from pftrack.sources.limits import SourceError, decode
 from pftrack.sources.results.numbers import form_of
 from pftrack.sources.results.reading import read_results
 
-# Whether true boxes can be of the pictures that they are given for.
-#
 # A target may leave the picture, partly or for some frames entirely, and its true box with it. Where most boxes lie
 # wholly outside, they were drawn on a clip of another size, or hold other numbers than their columns say.
 

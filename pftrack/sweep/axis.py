@@ -25,8 +25,6 @@ from pftrack.core.model.parameters import (
 from pftrack.core.model.source import Kind
 from pftrack.experiments import Experiment
 
-# What is wrong with a sweep, in one sentence.
-
 
 class SweepError(ValueError):
     """A sweep that cannot be made, continued or read; the sentence says why and names both sides."""

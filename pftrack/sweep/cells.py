@@ -1,7 +1,10 @@
-"""Cells: what a map shows.
+"""Cells: what a map shows; counts, from which they are made; and the quantities that trackers are compared by.
 
 A map spans two axes; all other axes and the trials are pooled in its cells. Counts add up, so that a map can be filled
 chunk by chunk: `count` one table, add, and `cells` makes rates, intervals and means of the sums.
+
+A quantity is success, the error, or any measure that the experiment declares. What is shown of one, tested and written
+down is the same wherever a sweep is looked at: on its page, in its report, and by code that asks the library.
 """
 
 from collections.abc import Mapping
@@ -19,10 +22,6 @@ from pftrack.sweep import arrow
 from pftrack.sweep.axis import Axis, SweepError
 from pftrack.sweep.plan import Plan
 from pftrack.sweep.result import Result
-
-# Counts: the runs of a sweep added up by tracker and cell.
-#
-# Sums add up, so that a map can be filled chunk by chunk; `cells` makes rates, intervals and means of them.
 
 SUMS = ("runs", "judged", "successes", "measured", "error", "lost", "counted", "problems")
 """What is added up: runs; runs with a verdict and those that succeeded; runs whose error counts and their errors; lost
@@ -278,11 +277,6 @@ def _map(counts: Counts, tracker: int) -> CellMap:
         counts.x, counts.y, runs, judged, successes, rate, low, high, mean_error, mean_lost, problems, measures
     )
 
-
-# Quantities: what the trackers of a sweep are compared by, and the values that the runs have of one.
-#
-# They are success, the error, and every measure that the experiment declares. What is shown of one, tested and written
-# down is the same wherever a sweep is looked at: on its page, in its report, and by who asks the library.
 
 COMMON = SUCCESS, ERROR = "success", "error"
 """Names of the quantities that do not hang on the experiment: no measure may be called so."""

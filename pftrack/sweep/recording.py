@@ -1,4 +1,4 @@
-"""The recording of a sweep, as workers get it: by its content.
+"""The recording of a sweep, as workers get it, and what computes a sweep again: a few lines of Python, and a command.
 
 A process of this machine opens the file where it is. A worker elsewhere gets the file's content once, keeps it in a
 folder of its own for as long as it lives, and knows it by its hash. Either way it is refused if it is another one.
@@ -101,8 +101,6 @@ def _unpack(sha256: str, packed: Packed) -> Recording:
             _UNPACKED[sha256] = folder, Recording(str(path))
         return _UNPACKED[sha256][1]
 
-
-# What computes a sweep again: a few lines of Python, and a command.
 
 OUT = "sweep.parquet"
 

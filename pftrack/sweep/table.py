@@ -30,8 +30,6 @@ from pftrack.runs.batch import Outcome, outcomes
 from pftrack.sweep import arrow
 from pftrack.sweep.plan import Plan
 
-# Chunks: the pieces in which a sweep is computed, and the order in which it is.
-#
 # A chunk is a contiguous range of run numbers, some whole conditions or some trials of one, that takes about a second.
 # So the final file is the chunks one after the other. They are computed in an order that spreads over the grid from the
 # start: by the fractional part of a linear form of the chunk's place on the axes, the additive recurrence of

@@ -1,7 +1,7 @@
-"""What workers do: measure a plan, compute a chunk.
+"""Work and workers: a plan measured, a chunk computed, and the processes, here or elsewhere, that do it.
 
-Both are functions of plain values, so that a process of the pool and a worker of a cluster do the same. A plan travels
-as text and is understood once in a process.
+Measuring and computing are functions of plain values, so that a process of the pool and a worker of a cluster do the
+same. A plan travels as text and is understood once in a process.
 """
 
 import json
@@ -123,8 +123,6 @@ def _setup(text: str, recording: Given, thread: int) -> Setup:
     return setup_of(_plan(text), recording)
 
 
-# Workers: whoever computes for the driver, here or elsewhere.
-#
 # The driver hands out tasks by number, as many as there are free workers, and takes back what is done. A worker that is
 # lost gives its task back; the driver decides whether it is tried again.
 
@@ -171,9 +169,8 @@ class Workers(Protocol):
         """Let all workers go, whatever they are doing."""
 
 
-# The pool: processes of this machine that compute for a sweep or a study.
-#
-# The loss of one is seen at once and costs its own task alone, and when the driver is lost, all of them end.
+# In the pool of this machine the loss of a process is seen at once and costs its own task alone, and when the driver is
+# lost, all of them end.
 
 PRELOAD = "pftrack.sweep.preload"
 

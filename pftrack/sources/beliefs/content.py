@@ -1,4 +1,8 @@
-"""What a recording of beliefs says, at hand by frame and target, its particles read when they are asked for."""
+"""What a recording of beliefs says, at hand by frame and target, its particles read when they are asked for.
+
+With it are the selection of a target and of components, what a recorder has gathered and not yet written, true targets,
+and the clip that belongs to a recording.
+"""
 
 import hashlib
 import io
@@ -257,8 +261,6 @@ def _fits(counts: NDArray[Any]) -> bool:
     return bool((counts >= 0).all() and ((each == 0) | (each == particles)).all() and (once <= 1).all())
 
 
-# Which target of a recording is looked at, and which components of its state.
-
 GROUP = "Selection"
 
 
@@ -280,8 +282,6 @@ class SelectionParameters(Parameters):
     # fmt: on
 
 
-# What a recorder has gathered and not yet written: numbers in memory that is used again and again.
-#
 # To ask the system for fresh memory costs several times what copying into it costs, so a few chunks go round: the loop
 # fills one while others are written.
 
@@ -365,12 +365,11 @@ class Chunk:
             column.clear()
 
 
-# Which true target each number of a tracker stands for, frame by frame, and where that changes.
-#
-# As CLEAR MOT has it (Bernardin and Stiefelhagen 2008): a pair of the frame before stays together as long as its boxes
-# overlap by half; what is left is paired, the greatest overlap first (they take the greatest sum, which differs only
-# where three boxes overlap each other by half). A true target that comes by another number than
-# the last one it had is an identity switch. Where there are no boxes, the distance of positions stands for the overlap.
+# Which true target each number of a tracker stands for is told as CLEAR MOT has it (Bernardin and Stiefelhagen 2008): a
+# pair of the frame before stays together as long as its boxes overlap by half; what is left is paired, the greatest
+# overlap first (they take the greatest sum, which differs only where three boxes overlap each other by half). A true
+# target that gets another number than the last one it had is an identity switch. Where there are no boxes, the distance
+# of positions stands for the overlap.
 
 LEAST_OVERLAP = 0.5
 
@@ -440,10 +439,9 @@ def _likeness(one: Belief, true: Belief) -> float:
     return float(one.target == true.target)
 
 
-# The clip of a recording of beliefs: in the file, or a file of its own that is known by the digest of its content.
-#
-# A path in a file is never followed: who opens a stranger's recording opens nothing else. Where a recording names its
-# clip only, it is looked for under that name beside the recording, and taken if it has the content that is named.
+# A path to a clip in a file is never followed: who opens a stranger's recording opens nothing else. Where a recording
+# names its clip only, it is looked for under that name beside the recording, and taken if it has the content that is
+# named.
 
 
 def open_clip(file: BinaryIO, name: str, sha256: str, limits: Limits, index: FrameIndex | None = None) -> FrameSequence:

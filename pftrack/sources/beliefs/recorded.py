@@ -1,4 +1,10 @@
-"""The frames of a recording of beliefs as a tracker gets them: nothing is left to compute but moments."""
+"""The frames of a recording of beliefs as a tracker gets them, and an example that is made up.
+
+Nothing is left to compute but moments. The example is two discs that pass each other, and beliefs of both. There is no
+tracker behind it. The particles of a disc lie around a point that is off its centre by a random error, and are as wide
+as that error is on average: so what they say of themselves is right, and can be checked. Where the discs meet, their
+numbers may be confused, as trackers of several targets do.
+"""
 
 from collections.abc import Callable, Iterator
 from functools import cached_property
@@ -184,12 +190,6 @@ def _components(content: Content, parameters: SelectionParameters) -> tuple[int,
             raise ParameterError(name, getattr(parameters, name), bound)
     return parameters.component_across, parameters.component_down
 
-
-# An example of a recording that is made up, frame by frame: two discs that pass each other, and beliefs of both.
-#
-# There is no tracker behind it. The particles of a disc lie around a point that is off its centre by a random error,
-# and are as wide as that error is on average: so what they say of themselves is right, and can be checked. Where the
-# discs meet, their numbers may be confused, as trackers of several targets do.
 
 FRAMES = 120
 SIZE_PX = (480, 320)

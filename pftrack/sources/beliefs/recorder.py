@@ -398,7 +398,7 @@ def _jpeg(picture_rgb: NDArray[Any]) -> bytes:
     return bytes(data)
 
 
-# Adapters: what the filters of other libraries hold, said to a recorder. They import none of these libraries.
+# Adapters say to a recorder what the filters of other libraries hold. They import none of these libraries.
 #
 # | library | in its loop |
 # |---|---|

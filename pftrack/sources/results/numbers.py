@@ -1,4 +1,7 @@
-"""Text of nothing but numbers: MOTChallenge, OTB and VOT, told apart by how many there are in a line."""
+"""Text of nothing but numbers: MOTChallenge, OTB and VOT, told apart by how many there are in a line.
+
+Which form a file of results has is told by its beginning.
+"""
 
 import math
 import re
@@ -118,9 +121,6 @@ def _rises(rows: Sequence[Sequence[float]]) -> bool:
     """Return whether the first numbers are those of frames: from 0 or 1 on, and never far apart."""
     frames = [row[0] for row in rows]
     return min(frames) in {0.0, 1.0} and frames == sorted(frames)
-
-
-# Which form of results a file has, told by its beginning.
 
 
 def form_of(data: bytes) -> Form | None:

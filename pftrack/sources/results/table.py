@@ -1,4 +1,7 @@
-"""What a file of results says: boxes by frame and target."""
+"""What a file of results says: boxes by frame and target; and tables of boxes with a header (CSV).
+
+Columns of a table are found by the names that programs give them, or by what a person says.
+"""
 
 import csv
 import io
@@ -121,8 +124,6 @@ def table_of(
     ordered = tuple(found[key] for key in sorted(found))
     return ResultTable(form, ordered, max(frames, ordered[-1].frame + 1), names or {}, tuple(told))
 
-
-# Tables of boxes with a header (CSV): columns by the names that programs give them, or by what a person says.
 
 NAMES: Mapping[str, tuple[str, ...]] = {
     "frame": ("frame", "frame_id", "frame_number", "frame_index", "frame_no", "image_id", "t"),

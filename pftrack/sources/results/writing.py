@@ -1,4 +1,10 @@
-"""Writing results: boxes in the forms that others read."""
+"""Writing results: boxes in the forms that others read; and the forms COCO and CVAT, both ways.
+
+- COCO has JSON for videos: images with their frame, and boxes with a track's number. Three forms are about: `images`
+  and `annotations`, as COCO-VID has them; a bare list of results, which name only their image; and `videos` with
+  `bboxes`, a list a target with one box or null for each frame (YouTube-VIS).
+- CVAT has XML for video: `<track id label>` with `<box frame outside keyframe xtl ytl xbr ybr>`, from 0.
+"""
 
 import json
 import math
@@ -141,11 +147,6 @@ _WRITERS: Mapping[Form, Write] = {
     "csv": _csv,
 }
 
-# COCO's JSON for videos: images with their frame, and boxes with a track's number.
-#
-# Three forms are about: `images` and `annotations`, as COCO-VID has them; a bare list of results, which name only their
-# image; and `videos` with `bboxes`, a list a target with one box or null for each frame (YouTube-VIS).
-
 TRACK = ("track_id", "instance_id", "id")
 FRAME = ("frame_id", "frame_index", "mot_frame_id")
 
@@ -233,8 +234,6 @@ def _called(annotations: Sequence[Mapping[str, Any]], names: Mapping[int, str]) 
             called[int(track)] = names[one["category_id"]]
     return called
 
-
-# CVAT's XML for video: `<track id label>` with `<box frame outside keyframe xtl ytl xbr ybr>`, from 0.
 
 MOST_DIGITS = 9
 

@@ -1,4 +1,4 @@
-"""Tracks of a file as a source, from a chosen frame on."""
+"""Tracks of a file as a source, from a chosen frame on, and what is true and known beforehand of their body."""
 
 from dataclasses import dataclass, field
 
@@ -10,8 +10,6 @@ from pftrack.core.model.source import Frame, History, Measurements, Target
 from pftrack.sources.recording import check_start
 from pftrack.sources.tracks.sequence import TrackSequence
 from pftrack.sources.tracks.table import Shape, named_shape
-
-# What is true of a body that is followed by its points, and what a tracker may know of it beforehand.
 
 
 @dataclass(frozen=True, slots=True)

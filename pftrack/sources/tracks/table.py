@@ -1,4 +1,4 @@
-"""Tables of tracks: text with a header, by delimiter and encoding as spreadsheets and other programs write it.
+"""Tables of tracks, text with a header as spreadsheets and other programs write it; and bodies of points.
 
 The long form has a line for each point in each frame, with the columns
 
@@ -289,7 +289,7 @@ def write(names: Sequence[str], positions: Floats, variances: Floats) -> str:
     return csv_text(lines)
 
 
-# Bodies of points: what is between the points, from where each is seen, and what others of the kind look like.
+# A body says what is between its points, from where each is seen, and what others of the kind look like.
 
 Kind: TypeAlias = Literal["prism", "face", "cloud", "plate"]
 

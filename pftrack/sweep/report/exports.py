@@ -1,4 +1,8 @@
-"""Files of a sweep: its rows as a table, and any of its maps and curves as a picture at print size."""
+"""Files of a sweep: its rows as a table, and any of its maps and curves as a picture at print size.
+
+A figure has one quantity; two show all of them together. Figures are made directly, without pyplot, so that nothing is
+kept in global state.
+"""
 
 import hashlib
 import json
@@ -21,10 +25,6 @@ from pftrack.sweep.report.curves import along, boxes, curves
 from pftrack.sweep.report.maps import sheet
 from pftrack.sweep.report.study import Study
 from pftrack.sweep.result import Result, csv_pieces, summary
-
-# The figures of a report as pictures: one of each quantity, and two that show them together.
-#
-# Figures are made directly, without pyplot, so that nothing is kept in global state.
 
 MOST_BOXES = 16
 

@@ -1,6 +1,6 @@
-"""The frame that all maps on the page of a report have: where cells are, and what is written along their axes, as SVG.
+"""The frame that all maps of a report have: where cells are, colours and scales, and what is written along their axes.
 
-Coordinates are pixels from the upper left corner of the cells; a row of cells is counted from below.
+Coordinates are pixels from the upper left corner of the cells; a row of cells is counted from below. The frame is SVG.
 """
 
 from collections.abc import Iterable, Sequence
@@ -22,11 +22,9 @@ from pftrack.sweep.cells import Code, Quantity
 from pftrack.sweep.comparison import Comparison
 from pftrack.sweep.report.study import Study
 
-# Colours and scales, which can be distinguished without red and green, and mean the same in every figure.
-#
-# Amounts are shown in viridis. What is better is blue for the first tracker and orange for the second, in the
-# difference maps as in the tests, with a neutral middle. All are the palette's, in the form that matplotlib and CSS
-# read.
+# Colours can be distinguished without red and green, and mean the same in every figure. Amounts are shown in viridis.
+# What is better is blue for the first tracker and orange for the second, in the difference maps as in the tests, with a
+# neutral middle. All are the palette's, in the form that matplotlib and CSS read.
 
 CODES = {
     Code.FIRST_BETTER: hexadecimal(VERDICTS["first"].light),
@@ -68,9 +66,6 @@ def scale_of(quantity: Quantity, means: Iterable[Floats]) -> tuple[float, float]
 def largest_difference(pairs: Iterable[Comparison]) -> float:
     """Return what the ends of a scale of differences stand for, 1 where no cell has a difference."""
     return max(float(np.nanmax(np.abs(pair.difference), initial=0.0)) for pair in pairs) or 1.0
-
-
-# What is written in a report: names of axes, their values, and results.
 
 
 def label(study: Study, axis: Axis) -> str:

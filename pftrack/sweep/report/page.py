@@ -1,6 +1,7 @@
 """The page of a report: one HTML file that needs nothing else, with tables and with maps that answer to the pointer.
 
-Success and error are open, every other measure is a section of its own that a reader unfolds.
+Success and error are open, every other measure is a section of its own that a reader unfolds. Tables have success by
+tracker, along every axis, and one tracker against another by every quantity.
 """
 
 import json
@@ -15,8 +16,6 @@ from pftrack.sweep.comparison import TEST_TITLES, Comparison
 from pftrack.sweep.report.frame import CODE_NAMES, CODES, Frame, format_value, label, number
 from pftrack.sweep.report.plots import code_maps, difference_maps, tracker_maps
 from pftrack.sweep.report.study import Study
-
-# The tables of a report: success by tracker, along every axis, and one tracker against another by every quantity.
 
 
 @dataclass(frozen=True)
