@@ -1,4 +1,4 @@
-"""Files of models, for other programs: surfaces (`surface`: OBJ, PLY, `gltf`), and named points (`points`: JSON).
+"""Files of models, for other programs: surfaces (OBJ, PLY, glTF), and named points (JSON).
 
 All units are stated: in OBJ, PLY and JSON they are mm, in glTF the metre, as that format demands.
 """
@@ -14,10 +14,8 @@ from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
 
-# A mesh with a colour and an opacity for each vertex, as binary glTF 2.0.
-#
-# About 36 bytes a vertex and 12 a triangle. The format's unit is the metre, its y axis points up; the viewer of scenes,
-# which takes meshes of many colours in this form only, has its own.
+# Binary glTF 2.0 has about 36 bytes a vertex and 12 a triangle. Its unit is the metre, its y axis points up; the viewer
+# of scenes, which takes meshes of many colours in this form only, has its own.
 
 MAGIC, VERSION = 0x46546C67, 2
 JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
@@ -98,7 +96,7 @@ def _normals(vertices: NDArray[np.float32], faces: NDArray[np.uint32]) -> Floats
     return np.where(lengths > 0.0, normals / np.where(lengths > 0.0, lengths, 1.0), (0.0, 0.0, 1.0))
 
 
-# Named points as JSON, with unit and standard deviations: what a model is, and what can be read back as one.
+# Named points as JSON say what a model is, with unit and standard deviations, and can be read back as one:
 #
 #     {"format": "pftrack points", "version": 1, "unit": "mm", "points": {"nose": [0.0, 38.1, -26.2], ...}, ...}
 #
@@ -159,11 +157,9 @@ def _point(name: str, raw: object) -> tuple[float, ...]:
     return tuple(float(one) for one in numbers)
 
 
-# A surface as OBJ or PLY, and turned upright for other programs.
-#
 # A head's own frame has y down and z away from the camera, as pictures have it. Other programs have y up and look along
-# -z, so a surface is turned by half a turn about x before it is written. Its triangles run counterclockwise as seen
-# from outside, as both formats have it. Numbers have four decimals, a ten-thousandth of a mm.
+# -z, so a surface is turned by half a turn about x before it is written as OBJ or PLY. Its triangles run
+# counterclockwise as seen from outside, as both formats have it. Numbers have four decimals, a ten-thousandth of a mm.
 
 MM_IN_M = 1000.0
 HALF_TURN: Floats = np.array([1.0, -1.0, -1.0])

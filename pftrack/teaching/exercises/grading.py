@@ -1,4 +1,4 @@
-"""Grading: a folder of submissions, each checked in a confined process of its own, and told as it comes.
+"""Grading: submissions, each checked in a confined process of its own, told as they come, and reported to graders.
 
 A submission is a program of somebody else. Its process has limits on time, memory and files, and no network where the
 system allows that. It is still the same user, and is asked about by code that runs beside it: these limits are for
@@ -32,8 +32,6 @@ from pftrack.teaching.exercises.library import exercise_named_in
 from pftrack.teaching.exercises.properties import PROPERTIES
 from pftrack.teaching.exercises.submission import Check, Exercise, Submission
 from pftrack.teaching.exercises.verdict import Verdict
-
-# Checking: all that an exercise demands, of one file.
 
 
 @dataclass(frozen=True)
@@ -137,7 +135,7 @@ def _look(submission: Submission, asked: Check, seed: int) -> Verdict:
         return Verdict(False, f"{error}.", {}, seed)
 
 
-# Reports in the form that graders of courses take: Gradescope's `results.json`, which otter-grader writes as well.
+# Gradescope takes reports in the form `results.json`, which otter-grader writes as well.
 
 
 def results(report: Report) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Submissions: a file that answers an exercise, and all that its functions are called with."""
+"""Exercises and submissions: a text and a file to begin with, and a file that answers it with all it is called with."""
 
 from collections.abc import Mapping
 from copy import deepcopy
@@ -22,8 +22,6 @@ from pftrack.experiments.own.sliders import FilterFileError
 from pftrack.experiments.shared.beliefs import FilterInterface
 from pftrack.filters.particles import normalise
 from pftrack.runs.run import Run
-
-# What an exercise is: a text, a file to begin with, and what is checked of what becomes of it.
 
 
 @dataclass(frozen=True)
@@ -214,10 +212,9 @@ def _is_array(value: object) -> bool:
     return isinstance(value, np.ndarray)
 
 
-# The exact moments of a signal of one dimension by brute force: a grid over its two newest values.
-#
-# The model is of second order, x_t = 2 x_{t-1} - x_{t-2} + b u, so the belief is a density over pairs (x_t, x_{t-1}),
-# and a step is one sum over x_{t-2} for each pair. The values of each frame have a grid of their own, around their
+# The exact moments of a signal of one dimension are computed by brute force: a grid over its two newest values. The
+# model is of second order, x_t = 2 x_{t-1} - x_{t-2} + b u, so the belief is a density over pairs (x_t, x_{t-1}), and a
+# step is one sum over x_{t-2} for each pair. The values of each frame have a grid of their own, around their
 # prediction. The likelihood is the experiment's, and may be of any form.
 
 CELLS = 81

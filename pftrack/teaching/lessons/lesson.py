@@ -1,4 +1,4 @@
-"""What a lesson is: one idea, shown, asked and checked.
+"""What a lesson is: one idea, shown, asked and checked; how its prediction is judged, and its question as a poll.
 
 A lesson asks for a prediction before it shows, then shows, and says how far off the prediction was and why. What it
 shows is a *demonstration*, a figure that is a pure function of parameters and a seed, or a *scenario*, a run of an
@@ -266,9 +266,6 @@ class Lesson:
         return ONCE_MINUTES + len(self.tries) if self.declared_minutes is None else self.declared_minutes
 
 
-# How a prediction is judged: how far off it was, and in words why.
-
-
 @dataclass(frozen=True, slots=True)
 class Verdict:
     """What is said of a prediction.
@@ -383,10 +380,9 @@ def _write(value: float, digits: int = 4) -> str:
     return f"{value:,.0f}" if abs(value) >= 10**digits - 0.5 else f"{value:.{digits}g}"
 
 
-# A lesson's question as a poll: a few answers to choose from, which a class can tap.
-#
-# A choice has its own. For a number or a point the range of answers is cut between the right one and the usual
-# mistakes, so that each lies in an interval of its own; where two lie far apart the cut is at their geometric mean.
+# The answers of a poll are the choices of a question. For a number or a point the range of answers is cut between the
+# right one and the usual mistakes, so that each lies in an interval of its own; where two lie far apart the cut is at
+# their geometric mean.
 
 MOST_ANSWERS: Final = 8
 """As many as a phone shows, and keys count."""
@@ -458,8 +454,6 @@ def _distinct(cuts: Sequence[float]) -> list[float]:
     return list(dict.fromkeys(cuts))
 
 
-# Running a scenario: the answer of its question, computed from the numbers of the run that it asks for.
-#
 # A demonstration's answer is a function of parameters and a seed; a scenario's is a function of columns. So the run
 # that the question speaks of is computed to its end, and its numbers are handed over by name.
 

@@ -1,4 +1,8 @@
-"""A lesson as a notebook: predict, then see, with the numbers that the page and the command line have."""
+"""A lesson as a notebook: predict, then see, with the numbers that the page and the command line have.
+
+The notebook of a scenario computes the run that the question is about. A lecturer's file comes from elsewhere, so that
+its own HTML is text in a notebook, as it is on the page.
+"""
 
 import re
 
@@ -9,10 +13,6 @@ from pftrack.output.exports.notebook import Cell, code, run_cells
 from pftrack.output.exports.notebook import notebook as notebook_of
 from pftrack.teaching.lessons.lesson import Demonstration, Lesson, Question, Scenario
 from pftrack.teaching.lessons.lesson import question_recipe as asked_run
-
-# Cells that the notebooks of all lessons have: the lesson itself, what is asked, a prediction judged, the checks.
-#
-# A lecturer's file comes from elsewhere, so that its own HTML is text here, as it is on the page.
 
 TAG = re.compile(r"<(?=[A-Za-z/!?])")
 """What begins HTML, which a space after the bracket prevents; in a formula a space says nothing."""
@@ -94,8 +94,6 @@ def _quote(text: str) -> str:
     lines_up = "'''" not in text and not text.endswith(("'", "\\")) and text.replace("\n", "").isprintable()
     return f"r'''{text}'''" if lines_up else repr(text)
 
-
-# A scenario lesson as a notebook: predict, then compute the run that the question is about, and see.
 
 ANSWER_IMPORTS = "from pftrack.teaching.lessons.lesson import answer_of, numbers_of_run"
 

@@ -1,4 +1,8 @@
-"""What draws each kind of trace of a lesson's figure on the axes of matplotlib."""
+"""A lesson's figure drawn by matplotlib, trace by trace: in print, in a notebook and as a file.
+
+Panels stand in their rows, each with its title and keys over it. On a screen one drags handles; here a dotted line
+stands where each of them is.
+"""
 
 import base64
 import io
@@ -216,11 +220,6 @@ def _ends(middles: Floats) -> tuple[float, float]:
     half = 0.5 * (middles[1] - middles[0]) if len(middles) > 1 else 0.5
     return float(middles[0] - half), float(middles[-1] + half)
 
-
-# A lesson's figure drawn by matplotlib: in print, in a notebook and as a file.
-#
-# Panels stand in their rows, each with its title and keys over it. On a screen one drags handles; here a dotted line
-# stands where each of them is.
 
 WIDTH_IN, ROW_IN = 9.0, 2.8
 """In inches: width of a figure, and height of its lowest row."""

@@ -1,9 +1,9 @@
 """Where the eleven features of a face are in a first picture, and where a lost face is again.
 
 Cascades find the face and its eyes; all other points are placed by the mean model, by the similarity that brings its
-eyes onto those found, and then looked for nearby (`refinement`). What is found is a proposal: a person may drag any
-point to where it belongs, so a doubtful one comes with warnings rather than not at all. Nothing is proposed for
-a picture without a face, or with one that is cut off or not upright.
+eyes onto those found, and then looked for nearby. What is found is a proposal: a person may drag any point to where it
+belongs, so a doubtful one has warnings rather than being refused. Nothing is proposed for a picture without a face, or
+with one that is cut off or not upright.
 """
 
 import threading
@@ -20,10 +20,9 @@ from numpy.typing import NDArray
 from pftrack.core.arrays import Bools, Floats
 from pftrack.vision.geometry.face import FEATURES, FaceModel, Similarity, fit_similarity, mean_model, place
 
-# Viola and Jones' boosted cascades: boxes around faces and eyes (Bando 2007, ch. 4 section 4; OpenCV's stock files).
-#
-# A face is looked for in a picture made small, an eye in a face brought to one size, so that the time taken does not
-# depend on the size of the picture.
+# The cascades are those of Viola and Jones (Bando 2007, ch. 4 section 4; OpenCV's stock files). A face is looked for in
+# a picture made small, an eye in a face brought to one size, so that the time taken does not depend on the size of the
+# picture.
 
 Box: TypeAlias = tuple[float, float, float, float]
 """x and y of the left top corner, width and height, px."""
@@ -128,13 +127,12 @@ def _detect(cascade: Cascade, grey: NDArray[np.uint8], step: float, neighbours: 
     return [(float(x), float(y), float(w), float(h)) for x, y, w, h in boxes]
 
 
-# Looking for a face's features near where the mean model puts them.
-#
-# The face is brought upright and to one scale, so that all lengths below are mm on the mean face. Then each feature is
-# looked for within the distance that people differ by, by what it looks like on any face: the irises are dark discs;
-# the mouth is a dark line, and its corners are the ends of it; the nostrils are a pair of dark spots, which say how far
-# down the nose reaches; the outer corner of an eye is the end of the upper lid's dark arc, and a brow ends in brighter
-# skin. Inner corners of the eyes stay where the model puts them, which is as near as anything found there.
+# To refine the points, the face is brought upright and to one scale, so that all lengths below are mm on the mean face.
+# Then each feature is looked for within the distance that people differ by, by what it looks like on any face: the
+# irises are dark discs; the mouth is a dark line, and its corners are the ends of it; the nostrils are a pair of dark
+# spots, which say how far down the nose reaches; the outer corner of an eye is the end of the upper lid's dark arc, and
+# a brow ends in brighter skin. Inner corners of the eyes stay where the model puts them, which is as near as anything
+# found there.
 #
 # Over simulated frontal faces of 23 people the mean distance from the truth falls, in per cent of the distance between
 # the eyes, from 3 to 1 at the irises, from 6 to 2 at the nose, from 7 to 2 at the mouth, from 4 to 2 at the outer

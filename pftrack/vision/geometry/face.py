@@ -1,4 +1,4 @@
-"""The face as eleven named points: its mean and its spread over people, persons drawn from them, and the mean model.
+"""The face as eleven named points, their mean and spread over people; the surface of a head; and gaze.
 
 A face model is rigid: points, the eleven features or others, in the head's own frame, in mm, with the origin midway
 between the corneas, x to the right of the picture (the person's left), y down and z away from the camera (Bando 2007,
@@ -7,10 +7,10 @@ ch. 4 section 4). Names begin with `l` for the person's left, which is the right
 No one's own face is known when a video begins. So a tracker uses the mean of thirteen measured people, the driver not
 among them; here people are drawn from published means and standard deviations of adult faces. What varies is mostly
 symmetric: both sides share one draw, mirrored; 0.5 mm a coordinate is each point's own, and 3 % is the size of the
-whole. `person(seed)` uses NumPy's `default_rng`, as the reference implementation does, and draws in this
-order: eleven triples of which the left points' count for both sides, eleven triples of asymmetry, and the size. Drivers
-99, 101 and 102 are then 2.2, 3.8 and 3.7 mm (root mean square over the points) from the mean model; the reference
-implementation, whose order of draws is not known, has 2.2, 3.9 and 3.6.
+whole. `person(seed)` uses NumPy's `default_rng`, as the reference implementation does, and draws in this order: eleven
+triples, the left points' for both sides, eleven triples of asymmetry, and the size. Drivers 99, 101 and 102 are then
+2.2, 3.8 and 3.7 mm (root mean square over the points) from the mean model; the reference implementation, whose order of
+draws is not known, has 2.2, 3.9 and 3.6.
 """
 
 from collections.abc import Mapping
@@ -256,11 +256,10 @@ def _statistics() -> tuple[Floats, Floats]:
     return mean, spread
 
 
-# The surface of a head through the eleven points of a face (docs/methods/heads.md).
-#
-# An egg, a nose on it, and a smooth correction that makes the surface pass through every point of the face model and
-# keeps its shape between them. Depth is a function of (x, y) in front; the mesh goes round to behind the ears, with the
-# correction faded out. Units and axes are the face model's: mm, x to the right of the picture, y down, z away from it.
+# The surface of a head through the eleven points (docs/methods/heads.md) is an egg, a nose on it, and a smooth
+# correction that makes it pass through every point of the face model and keeps its shape between them. Depth is a
+# function of (x, y) in front; the mesh goes round to behind the ears, with the correction faded out. Units and axes are
+# the face model's.
 #
 # The full mesh has 200 x 220 vertices. The shape is smooth, so half as many in either direction show the same picture
 # when colour is looked up for every pixel and only shape and light are interpolated.
@@ -396,9 +395,8 @@ def vertex_normals(vertices: Floats, triangles: NDArray[np.int32]) -> Floats:
     return unit
 
 
-# How a head looks to whoever sees the picture: yaw, pitch and roll, in place of the angles of a rotation.
-#
-# With d = R (0, 0, -1) the direction in which the face looks, in the camera's frame, and e = R (1, 0, 0) its eye line,
+# How a head looks in the picture is said by yaw, pitch and roll, in place of the angles of a rotation. With d = R (0,
+# 0, -1) the direction in which the face looks, in the camera's frame, and e = R (1, 0, 0) its eye line,
 #
 #     yaw = atan2(d.x, -d.z),   pitch = asin(-d.y),   roll = atan2(e.y, e.x):
 #

@@ -1,7 +1,8 @@
-"""Counting the bins of many windows: those of a picture are visited along a path, so that neighbours share work.
+"""Bins of colour, windows of a picture, and counting the bins of many windows so that neighbours share work.
 
 Where all pixels of a window count alike and it has one part, and the next window overlaps the last one, only the pixels
-that leave and enter are counted. Counts are whole numbers, so the path changes nothing of the result.
+that leave and enter are counted. Counts are whole numbers, so the path on which windows are visited changes nothing of
+the result.
 """
 
 from collections.abc import Callable
@@ -16,10 +17,8 @@ from pftrack.core.arrays import Floats, Ints
 from pftrack.core.numerics.compiled import compiled, read_only
 from pftrack.core.numerics.matrices import inner_product
 
-# Bins of colour: a pixel that has a colour belongs to one of 10 x 10 bins of it, any other to one of 10 of brightness.
-#
-# Three spaces of colour (`SPACES`) share one way of counting, since the bin of each of the 2^24 colours is looked up in
-# a table.
+# A pixel that has a colour belongs to one of 10 x 10 bins of it, any other to one of 10 of brightness. Three spaces of
+# colour (`SPACES`) share one way of counting, since the bin of each of the 2^24 colours is looked up in a table.
 
 Space: TypeAlias = Literal["hsv", "lab", "chromaticity"]
 
@@ -105,8 +104,6 @@ SPACES: dict[Space, Callable[[NDArray[np.uint8]], NDArray[np.uint8]]] = {
 }
 """How colours (h, w, 3) are put into bins (h, w), by name."""
 
-# Windows of a picture: rectangles of whole pixels around places, clipped, and the order in which to visit many.
-#
 # A window is a row of eight whole numbers: left, top, right, bottom within the picture (right and bottom are the first
 # beyond it), the middle's column and row, half width and half height.
 

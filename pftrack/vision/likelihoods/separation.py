@@ -1,4 +1,4 @@
-"""Separation: does a likelihood tell a target from what is around it?
+"""Separation: does a likelihood tell a target from what is around it? And templates in relief.
 
 A tracker holds a target as long as its likelihood is higher there than beside it. Collins, Liu and Leordeanu ("Online
 selection of discriminative tracking features", 2005) rank features by how well they separate the pixels of the target
@@ -107,14 +107,13 @@ def _ring(shape: tuple[int, ...], box: Box) -> Bools:
     return ring if ring.any() else outer & ~_within(shape, box, 1.0)
 
 
-# Templates in relief: what a feature looked like at first sight, bent with the surface that it lies on as that turns.
-#
-# A flat template (`template`) knows a feature as it was seen from the front. Of a face that is turned by 30 degrees it
-# sees half: on simulated drivers the correlation of the tip of the nose falls to 0.4 there, and what correlates best is
-# 25 px beside it. Here every pixel of a template is a point of the object, with the grey level of first sight and the
-# normal of the surface there. Where the object is expected to stand next says which way these points are seen from the
-# feature, how far apart, and which of them turn away; then the picture is compared at those places alone. So a template
-# is also as large as the object is near, and as rolled as it is.
+# Templates in relief are what a feature looked like at first sight, bent with the surface that it lies on as that
+# turns. A flat template (`template`) knows a feature as it was seen from the front. Of a face that is turned by 30
+# degrees it sees half: on simulated drivers the correlation of the tip of the nose falls to 0.4 there, and what
+# correlates best is 25 px beside it. Here every pixel of a template is a point of the object, with the grey level of
+# first sight and the normal of the surface there. Where the object is expected to stand next says which way these
+# points are seen from the feature, how far apart, and which of them turn away; then the picture is compared at those
+# places alone. So a template is also as large as the object is near, and as rolled as it is.
 #
 # A template of a thousand pixels is thinned to a few hundred points, and it is bent once a frame rather than once a
 # particle. Eleven features with fifty particles each take less time than with flat templates.

@@ -220,16 +220,14 @@ def ncc(grey: NDArray[np.uint8], positions: Floats, pixels: NDArray[np.float32],
     return results
 
 
-# Templates by pose: what each feature looks like when the head is turned, gathered while it turns.
-#
 # The templates of the first frame show a frontal face. A turned eye looks different, correlates badly, and is then left
 # to the upper layer. A bank keeps further templates on a small grid of nod and turn. Each is cut at the estimated
 # positions when the estimated pose first comes near its place on the grid, and only if the features correlate well
 # enough with the templates in use that they are probably where they are thought to be. From then on, the nearest set is
 # used.
 #
-# It is off unless asked for, for two reasons: Bando has no such thing, and a set that was cut while a feature was
-# off its place keeps that feature off its place whenever the head comes back. Unlike slow renewal, the error does not
+# It is off unless asked for, for two reasons: Bando has no such thing, and a set that was cut while a feature was off
+# its place keeps that feature off its place whenever the head comes back. Unlike slow renewal, the error does not
 # accumulate: no set is ever changed. On four simulated drivers with the mean model it changed the mean pose error of
 # PF-ASD from 1.3, 4.7, 3.2 and 9.1 to 1.3, 2.9, 4.4 and 2.2 degrees: a gain where features were lost, a loss where they
 # were merely off their place.

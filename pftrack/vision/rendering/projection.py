@@ -1,7 +1,7 @@
-"""Worlds become pictures: what a viewer sees who looks at a world from some side.
+"""Worlds become pictures: what a viewer sees who looks at a world from some side; and numbers as colours, as heat.
 
 A `Projection` turns, scales and moves a world's coordinates into those of a square drawing: x to the right, y down, z
-towards the viewer, px. It has no perspective, so each primitive stays one of its kind, an ellipsoid too, and whoever
+towards the viewer, px. It has no perspective, so each primitive stays one of its kind, an ellipsoid too, and code that
 can paint a picture's drawing can paint a world. The page's canvas does the same by itself while somebody turns the
 world (`frontend_static/session/flat/projection.js`).
 """
@@ -157,8 +157,6 @@ def look_at(drawn: WorldDrawing, viewpoint: Viewpoint, side_px: int) -> Drawing:
     shown = projection.primitives(drawn.primitives) | _ruler(world, side_px, projection.scale)
     return Drawing(side_px, side_px, shown, f"{world.title}, {world.unit} · {viewpoint.title}")
 
-
-# Heat: numbers as colours, such as over a picture, so that one sees where they are high.
 
 SHARE = 0.65
 """Of the colours; the rest is the picture, in grey."""

@@ -162,8 +162,6 @@ def _root(metric: Floats) -> Floats:
     return np.asarray(vectors * np.sqrt(np.maximum(values, SMALLEST_SQUARE * values[0])))
 
 
-# Positive definite matrices in compiled loops: roots, solutions and inverses.
-#
 # `matrices.factorise` says of a matrix whether it is singular. Precisions here are never meant to be: what rounding has
 # left of a pivot is raised to `SMALLEST_PIVOT` of what it was.
 

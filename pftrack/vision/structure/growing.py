@@ -210,15 +210,13 @@ def _predict(
     return fitted, evidence(focal, fitted, shape, rows, precisions, camera, turn_precision)
 
 
-# Measurements that are silently wrong: how likely each is right, given a shape.
-#
 # A point that has slipped to another place is measured as exactly as ever, there. One such measurement in fifty ruins a
 # factorization of all of them, and a shape that is kept frame by frame still more. So a measurement is right, with the
-# variance that it comes with and that of the point in the shape, or wrong, and then it may lie anywhere on the body.
-# The view's camera is fitted to what is likely right, and the probabilities come from its residuals: expectation and
+# variance that it has and that of the point in the shape, or wrong, and then it may lie anywhere on the body. The
+# view's camera is fitted to what is likely right, and the probabilities are told by its residuals: expectation and
 # maximisation of a mixture (Dempster, Laird and Rubin 1977; for measurements of which some are wrong A. Aitkin and G.
-# Wilson 1980). Whoever divides a variance by the probability has the expected log likelihood of the measurement, up to
-# a constant.
+# Wilson 1980). A variance divided by the probability gives the expected log likelihood of the measurement, up to a
+# constant.
 #
 # Where no shape is known yet the same is done with the affine fit of a factorization (`fit_despite_outliers`).
 #

@@ -1,10 +1,10 @@
 """A shape that grows with every frame: the covariance of all its points together, each frame's camera integrated out.
 
-Bando's online method (`online_variational`) keeps a window of frames and averages the shape over time. It
-takes shape and motion as independent, so it looks at the frames of its window again and again, and it assumes a camera
-that is far away. This is the project's own way. The belief in all points together is one Gaussian over 3 n numbers,
-kept as mean and precision. A frame adds the precision of its positions, less what they pay for the frame's own camera,
-a pinhole that is found anew and integrated out:
+Bando's online method (`variational`) keeps a window of frames and averages the shape over time. It takes shape and
+motion as independent, so it looks at the frames of its window again and again, and it assumes a camera that is far
+away. This is the project's own way. The belief in all points together is one Gaussian over 3 n numbers, kept as mean
+and precision. A frame adds the precision of its positions, less what they pay for the frame's own camera, a pinhole
+that is found anew and integrated out:
 
     P <- P + sum w a a^T - C B^-1 C^T,
 
@@ -352,11 +352,10 @@ def _forgotten(
     return shape + cholesky_solve(lower, pull).reshape(count, 3), held
 
 
-# Factorization by singular values, frame by frame: what counts of all frames is a matrix of the points alone.
-#
-# The shape of `factorization` are the right singular vectors of W, the positions of all frames less the means of their
-# rows. They are the eigenvectors of the Gram matrix W^T W (n, n), to which each frame adds its two rows. So no frame
-# need be kept, and a further one costs the same however many there were. Every position counts alike, as there.
+# Factorization by singular values has a form frame by frame, too. The shape of `factorization` are the right singular
+# vectors of W, the positions of all frames less the means of their rows. They are the eigenvectors of the Gram matrix
+# W^T W (n, n), to which each frame adds its two rows. So no frame need be kept, and a further one costs the same
+# however many there were. Every position counts alike, as there.
 
 UNSEEN_DEPTH = 1e-13
 """The third eigenvalue, relative to the first, that is rounding."""
@@ -397,8 +396,6 @@ def principal_shape(known: Accumulated) -> tuple[Floats, Floats] | None:
         return None
     return vectors[:, :3] * np.sqrt(strengths[:3]), strengths
 
-
-# A shape to begin with where nothing is known of the body: from its first frames (see `recursive`).
 
 SPREAD = 0.15
 """Standard deviation of the first shape's coordinates, relative to that of the points about their centre: of more the

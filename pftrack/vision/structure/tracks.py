@@ -1,4 +1,9 @@
-"""Tracks: where points of a rigid body were seen in each frame, and how far that is to be trusted."""
+"""Tracks: where points of a rigid body were seen, how far that is to be trusted, and the error of a reconstruction.
+
+From tracks of an affine camera alone a shape is known up to an affine map, 12 numbers; with cameras that are known to
+be orthographic, up to a similarity. That map is fitted before the rest is an error: the distance from the truth that is
+left after alignment, relative to the size of the true shape about its centre (Bando 2007, eq. 4.19).
+"""
 
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
@@ -95,12 +100,6 @@ def _refuse(positions: Floats, variances: Floats) -> None:
     if not np.isfinite(positions[np.isfinite(variances)]).all():
         raise ValueError("expected finite positions where the variance is finite; a point not seen has an infinite one")
 
-
-# Comparing shapes: a reconstruction is known only up to a map, which is fitted before the rest is an error.
-#
-# From tracks of an affine camera alone a shape is known up to an affine map, 12 numbers; with cameras that are known to
-# be orthographic, up to a similarity. The error is that of Bando 2007, eq. 4.19: the distance from the truth that is
-# left after alignment, relative to the size of the true shape about its centre.
 
 Alignment: TypeAlias = Literal["affine", "similarity"]
 MIRROR: Floats = np.array([1.0, 1.0, -1.0])

@@ -168,12 +168,10 @@ def strengths_of(precisions: Floats, shape: Floats, motion: Floats) -> Floats:
     return np.asarray(singular_values(whitened)[1][:3] / (np.sqrt(height) + np.sqrt(count)))
 
 
-# Variational factorization frame by frame, over a sliding window and with forgetting (Bando 2007, ch. 4 section 5.2).
-#
-# As printed the method averages the cameras of different frames, which a moving camera forbids. Here a window of 90
-# frames slides on by one, and only the second moments of the shape are averaged over time (docs/methods/heads.md). A
-# step drops the oldest frame, finds the camera of the new one from the averaged shape, finds the shape from the
-# window, averages, and finds all cameras of the window from the average:
+# The online method (Bando 2007, ch. 4 section 5.2) as printed averages the cameras of different frames, which a moving
+# camera forbids. Here a window of 90 frames slides on by one, and only the second moments of the shape are averaged
+# over time (docs/methods/heads.md). A step drops the oldest frame, finds the camera of the new one from the averaged
+# shape, finds the shape from the window, averages, and finds all cameras of the window from the average:
 #
 #     <<G>> <- (1 - eta) <<G>> + eta G,   eta <- 1 / (1 + lambda / eta).
 #

@@ -1,7 +1,9 @@
-"""Properties of a filter whose exact answer is known: its evidence and its moments, within the error of sampling.
+"""Properties of a filter whose exact answer is known, and of how its functions go about their work.
 
-A particle filter's estimate of the evidence is unbiased, so its logarithm lies on average half its variance too low. A
-right filter is judged by how much its own answers scatter over the seeds; how much they may scatter is bounded, too.
+Evidence and moments must be right within the error of sampling. A particle filter's estimate of the evidence is
+unbiased, so its logarithm lies on average half its variance too low. A right filter is judged by how much its own
+answers scatter over the seeds; how much they may scatter is bounded, too. Functions are judged by what they cost, what
+they leave alone, and that they replay.
 """
 
 import math
@@ -89,8 +91,6 @@ def steadier(submission: Submission, options: Options, seed: int) -> Verdict:
     )
     return Verdict(ratio <= most, words, {"mine": mine, "theirs": theirs, "ratio": ratio, "most": most}, seed)
 
-
-# Properties of how functions go about it: what they cost, what they leave alone, and that they replay.
 
 COUNT = 100
 TRIES = 3

@@ -1,4 +1,8 @@
-"""The property of weights: that they are a distribution, whatever the likelihood comes to."""
+"""What a property is, and the properties of weights, of resampling and of a tracker.
+
+Weights are a distribution, whatever the likelihood says; resampling draws so many parents, each so often; a tracker
+holds its target.
+"""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -14,8 +18,6 @@ from pftrack.filters.particles import normalise
 from pftrack.teaching.exercises.margins import RISK, bernstein_margin
 from pftrack.teaching.exercises.submission import Submission, generator
 from pftrack.teaching.exercises.verdict import Verdict
-
-# What a property is: a name, what holds, what it can be asked with, and the function that looks.
 
 Option: TypeAlias = "int | float | str"
 Options: TypeAlias = "Mapping[str, Option]"
@@ -137,8 +139,6 @@ def _of_step(submission: Submission, seed: int) -> Verdict:
             return Verdict(False, words, {"parent": float(parent)}, seed)
     return Verdict(True, f"They are a distribution in all of {len(kinds)} cases.", {}, seed)
 
-
-# Properties of resampling: how many parents are drawn, and how often each.
 
 ROUNDING = 1e-9
 """Of an expected number of children: so close to a whole number it may be rounded either way."""
@@ -279,8 +279,6 @@ def threshold(submission: Submission, options: Options, seed: int) -> Verdict:
             break
     return Verdict(True, f"It was right in all of {seen} cases.", {"cases": float(seen)}, seed)
 
-
-# The property of a tracker: that it holds its target.
 
 LAST = 0.25
 """Of the frames: so long the target has to be held at the end."""

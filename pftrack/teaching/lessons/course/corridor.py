@@ -1,4 +1,4 @@
-"""A robot in a corridor with doors: a particle filter and the exact density beside it, of which two lessons tell.
+"""A robot in a corridor with doors: a particle filter and the exact density beside it, for two lessons, and drawn.
 
 The robot walks 3 m in a step, give or take some noise, and senses only whether there is a door beside it. It knows the
 doors' places and not its own. Its position is one number, so that the exact density fits on a grid of narrow cells, and
@@ -183,8 +183,6 @@ def total_variation(cloud: ParticleSet, density: Floats) -> float:
     ours, exact = assign_bins(cloud.states[:, 0], cloud.weights), assign_bins(CELLS_M, density * CELL_M)
     return float(0.5 * np.abs(ours - exact).sum())
 
-
-# The corridor drawn: all steps so far, the particles as they are weighed, and as they are redrawn.
 
 MOST_STEMS, MOST_DOTS = 400, 50
 """Particles that are drawn of a step, spread evenly over all of them."""

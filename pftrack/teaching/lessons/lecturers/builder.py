@@ -1,4 +1,8 @@
-"""Making a lesson of a document: does what it says fit an experiment, or a figure of the course?"""
+"""Making a lesson of a document: does what it says fit an experiment, or a figure of the course?
+
+A lecturer's lesson shows a run of an experiment, or a figure of the course with other parameters. Its question is
+answered by an expression over numbers.
+"""
 
 import math
 import re
@@ -30,8 +34,6 @@ from pftrack.teaching.lessons.lesson import (
     judge,
 )
 from pftrack.teaching.lessons.registry import find as find_lesson
-
-# What a lecturer's lesson shows: a run of an experiment, or a figure of the course with other parameters.
 
 BESIDE: Final = ("tracker", "seed")
 """What can be unlocked beside parameters."""
@@ -135,9 +137,6 @@ def _demonstration(head: Head, found: Findings) -> tuple[Demonstration | None, M
         return None, {}
     seed = body.seed if head.seed is None else head.seed
     return replace(body, parameters=parameters, seed=seed), figure_numbers(body, at, seed)
-
-
-# What a lecturer's lesson asks, and how the answer is computed: by an expression over numbers.
 
 
 def check_expression(expression: Expression, columns: Mapping[str, Any], head: Head, found: Findings) -> None:

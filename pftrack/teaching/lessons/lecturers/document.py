@@ -6,7 +6,9 @@
     The idea, as text.
 
 A file may come from anybody: its size is limited before it is read, nothing in its head refers to another place of it,
-and its head is neither deep nor of kinds other than those of JSON.
+and its head is neither deep nor of kinds other than those of JSON. Findings of what is wrong are gathered, so that a
+file is mended in one go. A head is what a lecturer writes above the text, before it is known whether it fits an
+experiment.
 """
 
 import re
@@ -184,8 +186,6 @@ def _pairs(node: yaml.MappingNode) -> Iterator[tuple[str, yaml.Node, yaml.Node]]
         yield key.value, key, value
 
 
-# Findings: what is wrong in a document, gathered with its lines, so that a file is mended in one go.
-
 T = TypeVar("T")
 
 
@@ -216,8 +216,6 @@ class Findings:
             self.add(place, f"`{'.'.join(map(str, place))}`: {error.args[0]}")
         return None
 
-
-# Heads: what a lecturer writes above the text, before it is known whether it fits an experiment.
 
 M = TypeVar("M", bound=BaseModel)
 
