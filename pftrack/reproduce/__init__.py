@@ -28,8 +28,6 @@ from pathlib import Path
 from time import process_time
 
 from pftrack.reproduce import calibration, hand, loss_probability, prism, signals, trajectories
-from pftrack.reproduce import hand as hand_steps
-from pftrack.reproduce import trajectories as corners
 from pftrack.reproduce.ball import motion, occlusion, study
 from pftrack.reproduce.diagnosis import confusion as diagnosis
 from pftrack.reproduce.finding import Entry, Finding, Form, Record, describe_verdicts, not_run, read_record
@@ -38,7 +36,6 @@ from pftrack.reproduce.fish import trials as fish_learning
 from pftrack.reproduce.head import pose as head
 from pftrack.reproduce.histogram import table as histogram
 from pftrack.reproduce.linkage import kalman, regions
-from pftrack.reproduce.linkage import kalman as linkage
 from pftrack.reproduce.pool import SECONDS, Pool
 from pftrack.reproduce.sources import hash_sources
 from pftrack.reproduce.structure import shape as structure
@@ -72,7 +69,7 @@ RESULTS: dict[str, Callable[[Pool, bool], list[Finding]]] = {
     "histogram": histogram.table,
     "histogram-trackers": histogram.trackers,
     "trajectories": trajectories.errors,
-    "corners": corners.pictures,
+    "corners": trajectories.pictures,
     "fish-offline": fish_learning.offline,
     "fish": fish.table,
     "fish-ablations": fish.ablations,
@@ -80,13 +77,13 @@ RESULTS: dict[str, Callable[[Pool, bool], list[Finding]]] = {
     "hand-switches": hand.switches,
     "hand-scoring": hand.scorings,
     "hand-particles": hand.compare_with_particles,
-    "hand-steps": hand_steps.steps,
-    "linkage-algebra": linkage.algebra,
-    "linkage-cross": linkage.cross,
-    "linkage-static": linkage.static,
-    "linkage-confident": linkage.confident,
-    "linkage-recovery": linkage.recovery,
-    "linkage-space": linkage.space,
+    "hand-steps": hand.steps,
+    "linkage-algebra": kalman.algebra,
+    "linkage-cross": kalman.cross,
+    "linkage-static": kalman.static,
+    "linkage-confident": kalman.confident,
+    "linkage-recovery": kalman.recovery,
+    "linkage-space": kalman.space,
     "linkage-strips": regions.algebra,
     "linkage-regions": regions.containment,
     "linkage-ingredients": regions.ingredients,

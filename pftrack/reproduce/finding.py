@@ -200,7 +200,7 @@ def _held(source: str) -> Verdict:
 
 
 # A record keeps findings as they come, so that a second call goes on with what is left. The file is JSON: by the name
-# of a result the form in which it was computed, of which revision of pftrack, the hash of the sources that it depends
+# of a result the form in which it was computed, the revision of pftrack, the hash of the sources that it depends
 # on, how many pieces of work it was, what they took, and the findings. A result whose sources have changed is computed
 # again. docs/explanation/reproduction.md is written from it.
 

@@ -6,7 +6,7 @@
 - `coverage`: whether a tracker is as sure as it may be;
 - `batch`: many runs of one condition at once, to the same numbers; `continuation`: one run with other seeds;
 - `comparison`: runs beside each other; `inspection`: a look into one frame of a run;
-- `record`, `checkpoint`, `manifest`, `table`: a run as files; `reproduction`: whether it came to the saved numbers
+- `record`, `checkpoint`, `manifest`, `table`: a run as files; `reproduction`: whether it has the saved numbers
   again.
 """
 

@@ -1,4 +1,4 @@
-"""What a stranger's file may do: how large a sequence may be, so that it fills no machine, and the error of a source.
+"""Limits of a sequence, so that nothing that a stranger brings fills a machine; and how names and text are read.
 
 Names are put into the order in which people number their files, and text is decoded as one program or another saved it.
 """

@@ -213,7 +213,7 @@ def describe(
 
 
 # A measured point is two of the numbers that are seen, along the axes of the image. A link that is seen as a line is
-# two as well: the places of its beginning and of its end along the line's unit normal n, both of which are the line's
+# two as well: the places of its beginning and of its end along the line's unit normal n, and both are the line's
 # offset from the origin,
 #
 #     n . L X_{i-1} = rho + error,  n . L X_i = rho + error.

@@ -23,7 +23,7 @@ from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Tracker
 from pftrack.core.numerics.matrices import contiguous_copy, product
 from pftrack.core.numerics.random import Stream
-from pftrack.experiments.structure import methods as frames
+from pftrack.experiments.structure import methods
 from pftrack.experiments.structure.methods import (
     Belief,
     Found,
@@ -244,7 +244,7 @@ class StructureState:
         return {"covariances": self.placed.covariances, "camera": self.placed.camera}
 
 
-Method: TypeAlias = Callable[[Belief, frames.Observed, Prior, StructureTrackerParameters], Belief]
+Method: TypeAlias = Callable[[Belief, methods.Observed, Prior, StructureTrackerParameters], Belief]
 View: TypeAlias = tuple[Floats, Floats]
 
 ANGLES = ("yaw", "pitch", "roll")
@@ -270,7 +270,7 @@ def start(
     shape = target.shape
     prior = Prior(shape.mean, shape.prior_sd, target.focal_px)
     positions, variances = _measure(frame, target.principal_px, parameters)
-    seen = frames.take(frames.begin(len(shape.names)), positions, variances)
+    seen = methods.take(methods.begin(len(shape.names)), positions, variances)
     rows, precisions = check_view(positions, variances, len(shape.names))
     focal = prior.focal_px * parameters.lens_factor
     guess = flat(seen.filled[-1], rows, precisions, focal)
@@ -283,7 +283,7 @@ def step(
 ) -> StructureState:
     """Take a further view."""
     positions, variances = _measure(frame, state.principal_px, parameters)
-    seen = frames.take(state.seen, positions, variances)
+    seen = methods.take(state.seen, positions, variances)
     return _take(method, replace(state, seen=seen), parameters)
 
 
@@ -303,7 +303,7 @@ def _take(method: Method, state: StructureState, parameters: StructureTrackerPar
     return replace(state, belief=belief, placed=shape, focal_px=focal, log_evidence=evidence)
 
 
-def doubt(seen: frames.Observed, belief: Belief, focal_px: float, wrong: float) -> frames.Observed:
+def doubt(seen: methods.Observed, belief: Belief, focal_px: float, wrong: float) -> methods.Observed:
     """Return what was seen, with the last frame's variances over how likely each measurement is right.
 
     Args:

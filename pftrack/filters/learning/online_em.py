@@ -220,7 +220,7 @@ def _solve(regressors: Floats, products: Floats, anchor: Floats, ridge: float) -
 
 # Given all frames, the smoother says how large the noises of a linear Gaussian model were on average in deviations of
 # what they were taken to be (the E step). The covariance under which they are 1 is the old one times that average (the
-# M step; Shumway and Stoffer 1982, section 3, for covariances of which a scale alone is unknown). No step makes the
+# M step; Shumway and Stoffer 1982, section 3, for covariances whose scale alone is unknown). No step makes the
 # evidence smaller.
 #
 # Where a noise is hardly seen EM creeps. So two steps are taken at once and extrapolated on logarithms (Varadhan and

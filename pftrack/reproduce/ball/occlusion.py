@@ -191,7 +191,7 @@ def _smaller_errors(first: list[Tally], second: list[Tally]) -> tuple[int, int]:
 
 # The maps are the whole protocol with figures 3.5 to 3.11: twenty occluder widths by twenty look-alike sizes by twenty
 # layouts by ten trials by three methods with 800 particles, 240,000 runs of sixty frames; the same with 400 and 1600
-# particles for the two switching filters; and seven numbers of particles over a hundred conditions. There is no quick
+# particles for the two switching filters; and seven numbers of particles over a hundred conditions. It has no quick
 # form: few cells are not a map.
 #
 # The reference implementation has figures for some of these cells only (see `occlusion` and `counts`); here the

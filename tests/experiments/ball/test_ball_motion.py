@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from pftrack.core.model.parameters import ParameterError, Value, revise
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
-from pftrack.experiments.ball import model as common
 from pftrack.experiments.ball import model as motion
 from pftrack.experiments.ball.model import CHROMATICITY, colour_model
 from pftrack.experiments.ball.parameters import MODELLED, BallTrackerParameters, LoopParameters
@@ -45,7 +44,7 @@ def frame(index: int, radius: float = 6.0) -> Frame:
 
 
 def begun(given: LoopParameters, seed: int = 1) -> PointState:
-    return common.start(Target(np.array([60.0, 60.0]), 12.0), frame(0), given, Stream(seed, 0, Purpose.START))
+    return motion.start(Target(np.array([60.0, 60.0]), 12.0), frame(0), given, Stream(seed, 0, Purpose.START))
 
 
 def stepped(tracker: str, state: PointState, index: int, given: LoopParameters, radius: float = 6.0) -> PointState:
