@@ -1,6 +1,6 @@
 """What an experiment is: a named wiring of source, trackers, parameters, drawing and measure.
 
-Whoever declares one finds here what it is declared with: presets, setups of sources, and the steps that it draws.
+It is declared with presets, setups of sources, and a drawing of each step.
 """
 
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence

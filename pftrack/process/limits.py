@@ -1,8 +1,8 @@
 """Limits that a child process sets itself before it touches what came from elsewhere, so that it harms only itself.
 
 They are those of the operating system, and none can be raised again. Linux has all of them; other Unixes lack those on
-memory and on the network. They hold against a program that runs wild. Whoever takes a confined process over is still
-the same user, with that user's files; and a fork has the memory of the process that it was forked from.
+memory and on the network. They hold against a program that runs wild. An attacker who takes a confined process over is
+still the same user, with that user's files; and a fork has the memory of the process that it was forked from.
 """
 
 import ctypes

@@ -1,8 +1,8 @@
 """Checkpoints: what a run has computed, as a file, so that it need not be computed again.
 
-A checkpoint is a convenience and no record: it holds the states of one version of the program on one machine, and
-whoever cannot read it computes the run again. So it is written without waiting for the disk, and a file that was cut
-short is found out by its checksum. States are the trackers' own classes, hence pickled; a file is read with nothing
+A checkpoint is a convenience and not a record: it holds the states of one version of the program on one machine, and a
+program that cannot read it computes the run again. So it is written without waiting for the disk, and a file that was
+cut short is found out by its checksum. States are the trackers' own classes, hence pickled; a file is read with nothing
 but these classes and NumPy's arrays at hand, so that it can build values and call nothing.
 """
 

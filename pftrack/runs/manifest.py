@@ -1,8 +1,8 @@
-"""The manifest of an export: what its numbers are, and all that is needed to come to them again.
+"""The manifest of an export: what its numbers are, and all that is needed to compute them again.
 
 It names the version of pftrack, the recipe, the hashes by which recipe, recording and estimates can be known again, how
-far the run was computed, title and unit of every column, and what to cite. There is no time in it: the same run has the
-same manifest. A format that can carry it does; beside the others it is a file of its own.
+far the run was computed, title and unit of every column, and what to cite. It holds no time: the same run has the same
+manifest. A format that can carry it does; beside the others it is a file of its own.
 """
 
 import hashlib

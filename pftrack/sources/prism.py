@@ -1,9 +1,9 @@
-"""The trapezoidal prism: eight vertices that turn in front of a camera, of which the rear ones hide now and then.
+"""The trapezoidal prism: eight vertices that turn in front of a camera; the rear ones hide now and then.
 
 What is measured is the pinhole projection of every vertex with Gaussian noise, small for a visible vertex and huge for
 a hidden one; which is which is known (Bando 2007, ch. 4 section 3.3). The solid turns about its centroid in a compound
 motion; it may also move to and fro and change its distance, which an affine camera cannot follow. With everything at
-its default this is the scene of docs/methods/adaptive.md: 625 frames, of which frame 0 shows the prism from the front.
+its default this is the scene of docs/methods/adaptive.md: 625 frames, and frame 0 shows the prism from the front.
 
 Vertices with odd numbers make the front face, the one with the short bases, and are never hidden; those with even
 numbers make the rear one. The solid is convex, so a face is visible exactly if it looks towards the camera, and a

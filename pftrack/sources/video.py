@@ -3,7 +3,7 @@
 A compressed video is a chain: most pictures are differences to others, and decoding can begin only at a keyframe. So
 `VideoSequence` first makes one pass and keeps, for each picture, its time and the checksum of its pixels. To reach a
 frame it then seeks to the keyframe before it and decodes from there; pictures on the way that no other rests on are
-skipped, and the last ones before the goal are kept, because whoever steps backwards wants them next.
+skipped, and the last ones before the goal are kept, because a step backwards wants them next.
 
 What a seek gives need not be what the pass gave: some files let pictures refer across keyframes, some containers seek
 inexactly, damage spreads differently. So each picture is checked against its checksum before it is handed out. If it is

@@ -4,9 +4,9 @@ A *plan* says what is computed: an experiment, *axes* (declared parameters and t
 a seed. It is cut into *chunks* of about a second, which a pool of processes or a cluster computes in an order that
 fills every map evenly. A *journal* keeps each finished chunk on disk, so that a sweep goes on where it was when it was
 stopped, by whatever. The *result* is one Parquet file; its *cells* are what a map shows, and each row opens as a live
-run that comes to the same numbers.
+run with the same numbers.
 
-All runs may be on one *recording*, of which the plan knows hash, target and truth; workers get its content. Where its
+All runs may be on one *recording*, and the plan knows its hash, target and truth; workers get its content. Where its
 truth is not known, runs are measured by what the tracker says of itself.
 
 What methods are compared by is a *quantity*: success, the error, or a measure that the experiment declares.

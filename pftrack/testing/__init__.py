@@ -1,9 +1,8 @@
 """What holds for every experiment, as checks that an experiment's own tests run.
 
-The command line, the server and sweeps rely on promises that no type can express: a run comes to the same numbers
-whichever way one comes to a frame, a batch equals the live run, a drawing keeps to the layers that are declared. An
-experiment that keeps them works everywhere. Its tests need a few lines for that, in the manner of scikit-learn's
-`check_estimator`:
+The command line, the server and sweeps rely on promises that no type can express: a run has the same numbers whichever
+way leads to a frame, a batch equals the live run, a drawing keeps to the layers that are declared. An experiment that
+keeps them works everywhere. Its tests need a few lines for that, in the manner of scikit-learn's `check_estimator`:
 
     @pytest.mark.parametrize("check", experiment_checks(EXPERIMENT), ids=str)
     def test_it_keeps_what_every_experiment_promises(check):
@@ -12,7 +11,7 @@ experiment that keeps them works everywhere. Its tests need a few lines for that
 - `declarations`: identity, parameters, presets, plots and readings are whole and consistent;
 - `numbers`: what a tracker says is finite, and as it declares it;
 - `coverage`: bands hold the truth as often as they say, or it is declared that they do not;
-- `repeatability`: seek, branch, file, process, batch and change of tracker come to the same numbers;
+- `repeatability`: seek, branch, file, process, batch and change of tracker lead to the same numbers;
 - `likelihoods`: asked at any state, they say what the filter weighs its particles by;
 - `linear`: a model that is declared as linear is the one that the filter computes with;
 - `marks`: the kinds of mark that it takes describe themselves, and refuse what is none;

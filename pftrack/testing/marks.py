@@ -1,4 +1,4 @@
-"""Checks of the kinds of mark that an experiment takes: described whole, and refusing what is no mark of theirs."""
+"""Checks of the kinds of mark that an experiment takes: described whole, and refusing what is not a mark of theirs."""
 
 import math
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""Checks that a run comes to the same numbers whichever way one comes to them."""
+"""Checks that a run has the same numbers whichever way leads to them."""
 
 import tempfile
 from collections.abc import Iterator

@@ -1,8 +1,8 @@
 """What a page shows of every frame in curves and in figures, declared as data.
 
-An experiment lists its plots and its readings, as it lists its parameters; whoever shows them, a page or a notebook,
-needs to know the kinds below and nothing of the experiment. A plot is a view of the diagnostics of the frames: of their
-own columns, of the series that have a role, or of series by name. What no frame of a run has is not shown.
+An experiment lists its plots and its readings, as it lists its parameters; what shows them, a page or a notebook, needs
+to know the kinds below and nothing of the experiment. A plot is a view of the diagnostics of the frames: of their own
+columns, of the series that have a role, or of series by name. What no frame of a run has is not shown.
 """
 
 from dataclasses import dataclass

@@ -1,9 +1,9 @@
 """Series: what is measured of every frame, declared as data.
 
-Whoever measures something declares it: a tracker what it reports of its own belief, an experiment what it compares with
-the truth. Plots, readings, columns of sweeps and of saved files come from the declarations, and general code knows
-shapes and roles, never a name. What a method does not have, it neither declares nor reports: a frame of a Kalman filter
-has no effective sample size, not one of 0.
+What is measured is declared: a tracker what it reports of its own belief, an experiment what it compares with the
+truth. Plots, readings, columns of sweeps and of saved files come from the declarations, and general code knows shapes
+and roles, never a name. What a method does not have, it neither declares nor reports: a frame of a Kalman filter has no
+effective sample size, not one of 0.
 
 The shapes, and what a value of each is in Python, in JSON and in the columns of a file of L frames:
 

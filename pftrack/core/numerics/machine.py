@@ -1,6 +1,6 @@
 """Settings that keep a run's numbers from depending on the machine, and a description of the machine for its file.
 
-A run is to come to the same bits on every x86-64 processor with AVX2 (and FMA, which came with it: from 2013 on). Three
+A run should have the same bits on every x86-64 processor with AVX2 (and FMA, which came with it: from 2013 on). Three
 libraries would choose their instructions by the processor that they meet:
 
 - Numba compiles for the host: wider vectors, other fused operations, Intel's vector mathematics where it is installed.
@@ -15,7 +15,7 @@ What remains is the C library: `log`, `exp`, `sin`, `cos` and the like of glibc 
 processors with FMA. Without AVX2 everything still runs, to numbers that are the same on that machine only.
 
 The libraries read their settings from the environment when they are loaded, and child processes inherit it. So this
-module is imported before any of them, by `pftrack` itself, and it must not import them. Whoever has imported Numba
+module is imported before any of them, by `pftrack` itself, and it must not import them. A program that imports Numba
 before `pftrack` compiles for the host once more, to the same numbers.
 """
 

@@ -1,10 +1,10 @@
 """A frame of the particle filter, with the likelihood of the beam: in partitions, the palm first and then the fingers.
 
 A hand has 25 numbers, and particles that are drawn in all of them at once would need to be millions. Fingers hang on
-the palm but not on one another, so they are drawn in partitions (J. MacCormick and M. Isard, 2000): many palms, of
-which those that fit the silhouette are drawn again, and for each of these some candidates of every finger, of which one
-is drawn by how well it fits. The mean fit of a finger's candidates is its part of the particle's weight, so that all of
-them count. A share of the candidates is drawn from all that a finger can do, since fingers move fast.
+the palm but not on one another, so they are drawn in partitions (J. MacCormick and M. Isard, 2000): many palms; those
+that fit the silhouette are drawn again, and for each of these some candidates of every finger, and one is drawn by how
+well it fits. The mean fit of a finger's candidates is its part of the particle's weight, so that all of them count. A
+share of the candidates is drawn from all that a finger can do, since fingers move fast.
 
 A particle holds its pose and that of its parent: it goes on as it moved, or it stands still, as the beam's predictions.
 """

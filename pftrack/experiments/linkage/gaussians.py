@@ -3,9 +3,9 @@
 - `ekf`: the extended Kalman filter, which knows no constraints;
 - `ekf-truncated`: the same, cut by them after each update;
 - `ekf-mirrors`: several of these, one for each side on which a link may lie (`linearised`);
-- `ukf`: the unscented filter with the same cut. There are other ways to constrain one, of which moving sigma points to
-  the nearest that is allowed is the most common; it makes spreads too small wherever several points meet at a bound.
-  Cutting the posterior is as good as any in comparisons (Teixeira et al. 2010, Simon 2010) and lets `ukf` differ from
+- `ukf`: the unscented filter with the same cut. Of other ways to constrain one, moving sigma points to the nearest that
+  is allowed is the most common; it makes spreads too small wherever several points meet at a bound. Cutting the
+  posterior is as good as any in comparisons (Teixeira et al. 2010, Simon 2010) and lets `ukf` differ from
   `ekf-truncated` in one thing alone: how it treats what is not linear.
 
 An observation that is too far from all that was predicted is left out, as is one whose every candidate is refuted: the

@@ -3,8 +3,8 @@
 A run counts if it is lost with its flaw and holds without it. The rules were made on the draws with even numbers; those
 with odd ones were kept aside, and are what the shares are of (`Condition.numbers`). `unclear` counts as wrong.
 
-Each run is told twice: with the truth, and as on a recording of which nothing is known. Somebody asks then about the
-frame in which it is lost, and there is nothing to go by but what the tracker itself computes.
+Each run is told twice: with the truth, and as on a recording without any truth. Somebody asks then about the frame in
+which it is lost, and there is nothing to go by but what the tracker itself computes.
 """
 
 from collections import Counter

@@ -1,4 +1,4 @@
-"""Runs of the experiment of a chain, and what they come to beside the truth."""
+"""Runs of the experiment of a chain, and how they stand beside the truth."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple

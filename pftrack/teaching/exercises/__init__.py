@@ -2,7 +2,7 @@
 
 An exercise is a Markdown file as a lecturer's lesson is: a head that says what is checked and for how many points, a
 text, and the file to begin with as its last block of code. A solution is a file as `pftrack.experiments.own` takes
-them, so that it can be watched at work as well. There are no solutions here.
+them, so that it can be watched at work as well. Solutions are not kept here.
 
 - `head` and `library`: what stands in the file of an exercise, and all exercises that there are;
 - `submission`: an exercise, and a file that answers it, with all that its functions are called with;

@@ -1,7 +1,7 @@
 """Margins of chance: how far a right solution may be off, so that it practically never fails.
 
 Each check that rests on random draws has a false alarm with a probability of `RISK`, shared among all that it compares.
-The seeds are fixed: whoever has passed once passes again.
+The seeds are fixed: a solution that has passed once passes again.
 """
 
 import math

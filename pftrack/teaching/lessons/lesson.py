@@ -2,7 +2,7 @@
 
 A lesson asks for a prediction before it shows, then shows, and says how far off the prediction was and why. What it
 shows is a *demonstration*, a figure that is a pure function of parameters and a seed, or a *scenario*, a run of an
-experiment of which some parameters may be turned. Its *checks* compare what it computes with what is exact.
+experiment with some parameters that may be turned. Its *checks* compare what it computes with what is exact.
 """
 
 import math

@@ -2,9 +2,9 @@
 
 Two small grey pictures are laid over each other, moved against each other by whole pixels, and compared where both have
 pixels (block matching, with the whole picture as the block). The best place is where their differences are smaller by
-most than those which the same pixels have if nothing is moved, so that moving it out of sight gains nothing.
-It is looked for in quarters of the size first, then near the best place in halves and in full. Between pixels the top
-of a parabola through three gains counts. Sums are of whole numbers, so every processor comes to the same bits.
+most than those which the same pixels have if nothing is moved, so that moving it out of sight gains nothing. It is
+looked for in quarters of the size first, then near the best place in halves and in full. Between pixels the top of a
+parabola through three gains counts. Sums are of whole numbers, so every processor has the same bits.
 
 Most of the picture has to be background: a target that fills it takes the camera's place.
 """

@@ -9,7 +9,7 @@ wherever its particles are, each as likely as the others. A mixture of the two h
 - Light, blur and a turn change how all features look. So a feature is compared with how well the others fit: with the
   third best, since a cover leaves that many.
 - A head that moves as nobody expected leaves its features outside their clouds, where they look hidden as well. The
-  features that fit tell it: they are far from where they were expected, and then a bad fit is no sign of a cover.
+  features that fit tell it: they are far from where they were expected, and then a bad fit does not tell of a cover.
 """
 
 import numpy as np

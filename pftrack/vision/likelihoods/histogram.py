@@ -7,16 +7,16 @@ model has the shares q_u of the window in which it was made. Their likeness is t
     rho(p, q) = sum_u sqrt(p_u q_u),      p(z | x) = exp(-lambda (1 - rho))
 
 between 0 and 1; 1 - rho is the square of a distance (Perez, Hue, Vermaak, Gangnet, "Color-based probabilistic
-tracking", 2002). Windows are clipped to the picture; one of which less than a quarter lies within has rho = 0.
+tracking", 2002). Windows are clipped to the picture; one with less than a quarter within has rho = 0.
 
 A window may count all its pixels alike or, with Epanechnikov's kernel, those in the middle more than those near its
-edge, where the background is. It may be divided into parts, each with bins of its own, so that colours have places
-(the multi-part model of the same paper); and bins may be weighed, and contrast asked for, by what is around the target
+edge, where the background is. It may be divided into parts, each with bins of its own, so that colours have places (the
+multi-part model of the same paper); and bins may be weighed, and contrast asked for, by what is around the target
 (`background`).
 
-All windows of a frame are weighed at once. Only the part of the picture that they touch is put into bins. They are
-then visited along a path on which neighbours follow each other, and where the next window overlaps the last one, only
-the pixels that leave and enter are counted. Counts are whole numbers, so the path changes nothing of the result.
+All windows of a frame are weighed at once. Only the part of the picture that they touch is put into bins. They are then
+visited along a path on which neighbours follow each other, and where the next window overlaps the last one, only the
+pixels that leave and enter are counted. Counts are whole numbers, so the path changes nothing of the result.
 """
 
 from dataclasses import dataclass

@@ -4,7 +4,7 @@ A tracker needs points from the first frame on, and at first it has only those o
 learned meanwhile (`recursive`, from that mean as the prior). Whether it is the better one is not a matter of how sure
 it is of itself: both shapes predict each frame before they have seen it, the camera integrated out, and the log
 densities are compared (prequentially; Dawid 1984). The probability that the own shape predicts better follows from the
-sum of the differences, of which a share returns to what was thought at first in each frame (fixed share; Herbster and
+sum of the differences; a share of it returns to what was thought at first in each frame (fixed share; Herbster and
 Warmuth 1998), so that it can change its mind. The weight of the own shape in what is published follows that probability
 at a bounded speed, so that a tracker meets no jump:
 
@@ -214,7 +214,7 @@ def _predict(
 # factorization of all of them, and a shape that is kept frame by frame still more. So a measurement is right, with the
 # variance that it has and that of the point in the shape, or wrong, and then it may lie anywhere on the body. The
 # view's camera is fitted to what is likely right, and the probabilities are told by its residuals: expectation and
-# maximisation of a mixture (Dempster, Laird and Rubin 1977; for measurements of which some are wrong A. Aitkin and G.
+# maximisation of a mixture (Dempster, Laird and Rubin 1977; where some measurements are wrong A. Aitkin and G.
 # Wilson 1980). A variance divided by the probability gives the expected log likelihood of the measurement, up to a
 # constant.
 #

@@ -2,7 +2,7 @@
 
 Below are the points, each with particles of its own or all of them together; above is the solid. The members differ in
 both: layers with an affine camera above, layers with a pinhole above, and the joint particles of the Rao-Blackwellised
-filter. Each answers `Belief` by itself, so that states, drawings and methods ask no belief of which kind it is.
+filter. Each answers `Belief` by itself, so that states, drawings and methods ask no belief for its kind.
 """
 
 import math

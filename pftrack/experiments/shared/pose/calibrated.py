@@ -1,19 +1,17 @@
 """A band of the pose that holds the truth about as often as it says, beside Bando's, which does not.
 
-Bando's filters take each point's mean to be off by the spread of its particles, independently of all other
-points and frames. Measured on simulated prisms and heads (`docs/explanation/calibration.md`), too much confidence
-comes from
+Bando's filters take each point's mean to be off by the spread of its particles, independently of all other points and
+frames. Measured on simulated prisms and heads (`docs/explanation/calibration.md`), too much confidence comes from
 
 - the affine camera: an error of several px that depends on the pose, nearly all of it on the near prism;
 - the shape of the face, and what templates have slipped to: errors that last as long as the pose does, most of it on
   heads;
-- fifty particles of which two or three carry the weight, whose spread is too small: all of it on the prism before a
-  pinhole.
+- fifty particles with the weight on two or three, whose spread is too small: all of it on the prism before a pinhole.
 
 The first two outlast the memory of the filters, which is two or three frames. A state for each of them (a
-Schmidt-Kalman filter, or a Gauss-Markov error of each point) then comes to this: averaging over frames gains nothing,
-and the pose is as uncertain as a fit of the solid to the points of one frame, with their whole error. So the band is
-that of the fit:
+Schmidt-Kalman filter, or a Gauss-Markov error of each point) then shows this: averaging over frames gains nothing, and
+the pose is as uncertain as a fit of the solid to the points of one frame, with their whole error. So the band is that
+of the fit:
 
 - the variance of a point is v / (1 - kappa), unbiased, with kappa the sum of its particles' squared weights;
 - beyond it all points have one variance in excess, from how badly they fit the solid
@@ -26,8 +24,8 @@ that of the fit:
   seen there. What it does not tell is how deep the solid is. A wrong depth looks like a smaller or larger turn and
   shows in no misfit, so it is told beforehand (`Solid.depth_doubt`), as is which share of the misfit moves the pose.
 
-An error that looks like another pose, and is not of these, is seen by nobody: a face is off as a whole now and then.
-So the errors of a head have heavier tails than a Gaussian, and its band is that of Student's t with four degrees of
+An error that looks like another pose, and is not of these, is seen by nobody: a face is off as a whole now and then. So
+the errors of a head have heavier tails than a Gaussian, and its band is that of Student's t with four degrees of
 freedom (`Solid.widths`). Its 95 % lie within 1.96 standard deviations, like a Gaussian's, but its 50 % within 0.52.
 """
 

@@ -1,9 +1,9 @@
 """The inner loop of the trackers that draw by prediction and by observation, compiled as a whole.
 
 One pass is one frame: choose the samplers by the last posterior, draw parents, move them, weigh them by a likelihood of
-the picture, such as the colour of the pixel under them (Bando 2007, ch. 3). It calls the very functions that
-the filters are made of, and only spares the interpreter between them. A live step is a loop over one frame; a batch
-gives it many, and therefore comes to the same numbers.
+the picture, such as the colour of the pixel under them (Bando 2007, ch. 3). It calls the very functions that the
+filters are made of, and only spares the interpreter between them. A live step is a loop over one frame; a batch gives
+it many, and therefore has the same numbers.
 """
 
 from collections.abc import Callable
