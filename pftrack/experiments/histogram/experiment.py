@@ -5,6 +5,7 @@ hypotheses, carried on by a velocity, come out on the right side? The scene is s
 person has drawn a box around the target.
 """
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,14 +16,13 @@ from pftrack.core.model.marks import Box, Mark
 from pftrack.core.model.measures import MEAN_IOU, PICTURE_MEASURES
 from pftrack.core.model.parameters import ParameterError, revise
 from pftrack.core.model.plot import ERROR, SAMPLE_SIZE, SAMPLERS, SIGMA, STANDARD_READINGS, Plot, Reading
-from pftrack.core.model.preset import ExampleSweep
+from pftrack.core.model.preset import ExampleSweep, read_failures, read_presets
 from pftrack.core.model.recipe import Footage
 from pftrack.core.model.setup import BESIDE, Setup
 from pftrack.core.model.source import FrameSequence, Truth
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.histogram.draw import HISTOGRAM_WORLD, LAYERS, draw
 from pftrack.experiments.histogram.parameters import SCORING, HistogramTrackerParameters
-from pftrack.experiments.histogram.presets import FAILURES, PRESETS
 from pftrack.experiments.histogram.quality import CALIBRATION, HELD_AT_END, LOSS_DECLARATION
 from pftrack.experiments.histogram.recording import PICTURES, look_beside, suits
 from pftrack.experiments.histogram.scene import LawnSceneParameters, LawnSource
@@ -141,8 +141,8 @@ EXPERIMENT = Experiment(
     trackers=TRACKERS,
     default_tracker="condensation",
     frames=120,
-    presets=PRESETS,
-    failures=FAILURES,
+    presets=read_presets(Path(__file__).with_name("presets.yaml")),
+    failures=read_failures(Path(__file__).with_name("failures.yaml")),
     loss_probability=LOSS_DECLARATION,
     layers=LAYERS,
     worlds=(HISTOGRAM_WORLD,),

@@ -121,28 +121,6 @@ def _advice(view: _View, chosen: tuple[Space, bool], value: float) -> tuple[str,
     return tuple(advice)
 
 
-LECTURE: Mapping[str, Value] = MappingProxyType(
-    {
-        "sharpness": 20,
-        "colour_space": "hsv",
-        "spatial_kernel": False,
-        "parts_across": 1,
-        "parts_down": 1,
-        "weigh_background": False,
-        "surround_contrast": 0,
-        "velocity_retention": 1,
-        "wide_share": 0,
-        "follow_size": False,
-        "follow_camera": False,
-        "find_again": False,
-        "renewal_rate": 0,
-    }
-)
-"""One histogram of all pixels alike, constant velocity and a window that keeps its size (Kagami 2012).
-
-Lengths are not among them: those of the lawn are the defaults, and those of a recording fit its box.
-"""
-
 PICTURES: Mapping[str, Value] = MappingProxyType(
     {
         "sharpness": 70,

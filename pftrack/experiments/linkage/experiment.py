@@ -7,6 +7,7 @@ possible.
 """
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ import numpy as np
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, Layer, Picture, Primitive
 from pftrack.core.model.glossary import SHIMADA, Citation
-from pftrack.core.model.preset import ExampleSweep
+from pftrack.core.model.preset import ExampleSweep, read_failures, read_presets
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame
 from pftrack.experiments.experiment import PICTURES, Experiment
@@ -30,7 +31,6 @@ from pftrack.experiments.linkage.draw import (
 )
 from pftrack.experiments.linkage.parameters import SimulatedLinkageParameters
 from pftrack.experiments.linkage.plots import KEPT, MEASURES, PLOTS, READINGS, TERMS
-from pftrack.experiments.linkage.presets import FAILURES, PRESETS
 from pftrack.experiments.linkage.quality import CALIBRATION, LOSS_DECLARATION
 from pftrack.experiments.linkage.recording import (
     SERIES,
@@ -127,8 +127,8 @@ EXPERIMENT = Experiment(
     default_tracker="ekf-mirrors",
     warm_frames=3,
     frames=FRAMES,
-    presets=PRESETS,
-    failures=FAILURES,
+    presets=read_presets(Path(__file__).with_name("presets.yaml")),
+    failures=read_failures(Path(__file__).with_name("failures.yaml")),
     calibration=CALIBRATION,
     loss_probability=LOSS_DECLARATION,
     layers=(
