@@ -1,8 +1,9 @@
-"""The glossary: one meaning for each word that pages, messages and documentation use, declared as data.
+"""The glossary and the references: one meaning for each word, and where methods and studies come from, as data.
 
 Words that all experiments share stand in `glossary.yaml` beside this file, and an experiment declares those of its own
 (`Experiment.terms`). The page of the glossary, what pages say of a word that is pointed at, and the documentation are
-made of these declarations.
+made of these declarations. An experiment names what it comes from as citations, each a reference and a place in it. The
+references that the project's own experiments share stand here; an experiment of another package brings its own.
 """
 
 from collections.abc import Mapping
@@ -75,11 +76,6 @@ def _term(name: str, said: str | Mapping[str, Any]) -> Term:
 
 GLOSSARY = read_glossary(Path(__file__).with_name("glossary.yaml"))
 """What all experiments share, by what it is about."""
-
-# References: where methods and studies come from, as data that commands and pages can cite.
-#
-# An experiment names what it comes from as citations, each a reference and a place in it. The references that the
-# project's own experiments share stand here; an experiment of another package brings its own.
 
 
 @dataclass(frozen=True, slots=True)
