@@ -26,8 +26,8 @@ export function stopAtLoss(view) {
   const limit = h("select", { "aria-label": "Probability of being lost from which on it stops", on: { change: ask } });
   fill(limit, LIMITS.map((value) => h("option", { value }, percent(value))));
   // What the server says takes the place of the label, so that nothing moves.
-  const said = h("span", { role: "status" });
-  const label = h("label", {}, box, said);
+  const said = h("span", { role: "status" }, SCENE[0]);
+  const label = h("label", { title: SCENE[1] }, box, said);
   const element = h("div", { class: "stop-at-loss" }, label, limit);
   const draw = coalesce(() => {
     const { session } = store;

@@ -158,8 +158,8 @@ class Experiment:
         """Refuse plots, readings and tours of what nobody declares, and columns, worlds or failures of one name.
 
         Raises:
-            ValueError: A plot or reading names an unknown series, or a preset or failure an unknown tracker, parameter
-                or plot; or two different series have one name, or two measures, reductions, worlds or failures.
+            ValueError: A plot or reading names an unknown series, or two different series have one name, or two
+                measures, reductions, worlds or failures have.
         """
         worlds = [world.name for world in self.worlds]
         if len(set(worlds)) < len(worlds):
@@ -177,7 +177,6 @@ class Experiment:
         for name in shown:
             if name not in known:
                 raise ValueError(f"{self.id} shows a series {name!r} that nobody declares")
-        self._check_starts()
         kept = [one.name for one in self.run_measures]
         kept += [reduction.name for series in self.all_series() for reduction in series.reductions]
         for name in kept:
@@ -189,7 +188,12 @@ class Experiment:
         """Its own words: those that it declares, and its trackers."""
         return Section(self.title, (*self.terms, *(tracker.term for tracker in self.trackers.values())))
 
-    def _check_starts(self) -> None:
+    def check_starts(self) -> None:
+        """Refuse presets and failures that name what the experiment does not have; the registry asks when it loads it.
+
+        Raises:
+            ValueError: One names an unknown tracker, parameter or plot; the sentence has its file and line.
+        """
         if not (self.presets or self.failures):
             return
         try:

@@ -90,6 +90,7 @@ class Registry(Mapping[str, Experiment]):
         if name in self.own:
             module, _, attribute = self.own[name].partition(":")
             experiment: Experiment = getattr(import_module(module), attribute)
+            experiment.check_starts()
             return experiment
         for entry in self._entries:
             if entry.name == name and isinstance(outcome := self._examine(entry), Experiment):

@@ -29,6 +29,7 @@ from time import process_time
 
 from pftrack.reproduce import calibration, hand, loss_probability, prism, signals, trajectories
 from pftrack.reproduce.ball import motion, occlusion, study
+from pftrack.reproduce.costs import SECONDS
 from pftrack.reproduce.diagnosis import confusion as diagnosis
 from pftrack.reproduce.finding import Entry, Finding, Form, Record, describe_verdicts, not_run, read_record
 from pftrack.reproduce.fish import success as fish
@@ -36,7 +37,7 @@ from pftrack.reproduce.fish import trials as fish_learning
 from pftrack.reproduce.head import pose as head
 from pftrack.reproduce.histogram import table as histogram
 from pftrack.reproduce.linkage import kalman, regions
-from pftrack.reproduce.pool import SECONDS, Pool
+from pftrack.reproduce.pool import Pool
 from pftrack.reproduce.sources import hash_sources
 from pftrack.reproduce.structure import shape as structure
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from pftrack.experiments import EXPERIMENTS
 
 ROOT = Path(__file__).parents[2]
-DATA = frozenset({".csv", ".json"})
+DATA = frozenset({".csv", ".json", ".yaml"})
 
 
 @cache

@@ -84,4 +84,4 @@ def test_a_preset_names_what_the_experiment_has(changed: dict[str, object], mess
     ball = find("ball")
     wrong = replace(ball.presets[0], **changed)
     with pytest.raises(ValueError, match=rf"ball/presets.yaml, line 1: works names an {message}"):
-        replace(ball, presets=(wrong, *ball.presets[1:]))
+        replace(ball, presets=(wrong, *ball.presets[1:])).check_starts()

@@ -7,8 +7,9 @@ from datetime import date
 import pytest
 
 from pftrack.reproduce import RESULTS
+from pftrack.reproduce.costs import SECONDS
 from pftrack.reproduce.finding import Finding, read_record
-from pftrack.reproduce.pool import SECONDS, Pool
+from pftrack.reproduce.pool import Pool
 from tools.reproduction import (
     DIAGNOSIS,
     PAGE,
