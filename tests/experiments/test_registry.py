@@ -1,12 +1,16 @@
 """The registry imports an experiment when it is asked for, and lets in from other packages what can be used."""
 
 import json
+import sys
+from dataclasses import replace
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.experiments.experiment import INTERFACE
+from pftrack.experiments.registry import Registry
 from tests.installing import commands, install, python
 
 GOOD = f"""
@@ -130,3 +134,14 @@ def test_the_registry_is_a_mapping() -> None:
     assert all(experiment.id == name for name, experiment in EXPERIMENTS.items())
     with pytest.raises(LookupError, match="there is no experiment 'nothing'; there are ball, histogram, fish"):
         find("nothing")
+
+
+def test_a_wrong_preset_is_found_when_its_experiment_is_loaded(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The registry refuses it with the file and line, before anybody opens the preset."""
+    ball = find("ball")
+    module = ModuleType("wrong_presets")
+    wrong = replace(ball.presets[0], tracker="apx")
+    module.EXPERIMENT = replace(ball, presets=(wrong, *ball.presets[1:]))  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "wrong_presets", module)
+    with pytest.raises(ValueError, match=r"ball/presets.yaml, line 1: works names an unknown tracker 'apx'"):
+        Registry({"wrong": "wrong_presets:EXPERIMENT"})["wrong"]
