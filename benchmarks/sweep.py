@@ -25,7 +25,7 @@ from pftrack.experiments import find  # noqa: E402
 from pftrack.filters.dynamics import diffuse, predict  # noqa: E402
 from pftrack.filters.particles import moments, normalise  # noqa: E402
 from pftrack.filters.resampling import parents  # noqa: E402
-from pftrack.runs.batch import outcomes  # noqa: E402
+from pftrack.runs.many import outcomes  # noqa: E402
 from pftrack.runs.run import Run  # noqa: E402
 from pftrack.sweep import Plan, carry_out  # noqa: E402
 from pftrack.sweep.axis import Axis  # noqa: E402

@@ -66,36 +66,6 @@ def judge_state(
     return error, bool(judged(error, target.size, parameters)) if judged else None
 
 
-def judge_estimates(
-    experiment: Experiment,
-    estimates: Floats,
-    frames: Sequence[Frame],
-    parameters: Any,  # noqa: ANN401 - the experiment's own model
-) -> tuple[Floats, Floats]:
-    """Return what `judge_state` says of each of many estimates, where `lost` alone decides.
-
-    Args:
-        experiment: One without `missed`.
-        estimates: (L, d).
-        frames: The L frames.
-        parameters: In force in all of them.
-
-    Returns:
-        Errors (L,), and 1 where the target is lost, else 0 (L,); NaN where the truth is unknown.
-    """
-    positions, sizes = np.full((len(frames), estimates.shape[1]), np.nan), np.zeros(len(frames))
-    for place, frame in enumerate(frames):
-        if frame.target is not None:
-            positions[place], sizes[place] = frame.target.position, frame.target.size
-    known = np.isfinite(positions).all(axis=1)
-    errors = np.asarray(experiment.error(estimates, positions), np.float64)
-    errors = np.where(known & np.isnan(errors), np.inf, errors)
-    lost = np.full(len(frames), np.nan)
-    if experiment.lost is not None:
-        lost[known] = np.asarray(experiment.lost(errors, sizes, parameters))[known]
-    return errors, lost
-
-
 def judge(course: EvaluatedRun, decisive: Measure, allowed_share: float) -> Verdict:
     """Judge a run.
 

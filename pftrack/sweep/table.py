@@ -26,7 +26,7 @@ from pftrack.core.arrays import Ints
 from pftrack.core.model.parameters import ParameterError, Value
 from pftrack.core.model.series import Reduction
 from pftrack.core.model.setup import Setup
-from pftrack.runs.batch import Outcome, outcomes
+from pftrack.runs.many import Outcome, outcomes
 from pftrack.sweep import arrow
 from pftrack.sweep.plan import Plan
 

@@ -20,7 +20,7 @@ from pftrack.core.model.setup import Setup
 from pftrack.core.version import __version__
 from pftrack.experiments.own.code import trust
 from pftrack.process import UNLIMITED, BlockingPool, CallError, ForkServer, WorkerLostError
-from pftrack.runs.batch import outcomes
+from pftrack.runs.many import outcomes
 from pftrack.sweep import arrow
 from pftrack.sweep.axis import SweepError
 from pftrack.sweep.journal import metadata

@@ -7,7 +7,7 @@ import numpy as np
 from pftrack.analysis.counterfactuals import alternatives
 from pftrack.core.model.recipe import Change
 from pftrack.experiments.experiment import Experiment
-from pftrack.runs.continuation import Continuation, read_stretches
+from pftrack.runs.many import Trial, read_blocks
 from pftrack.testing.check import FRAMES, SEED, Check, demand, each_tracker, straight
 
 BEGIN = FRAMES - 4
@@ -27,9 +27,9 @@ def checks(experiment: Experiment) -> Iterator[Check]:
 
 def _other_seeds_are_branches(experiment: Experiment, tracker: str) -> None:
     branch = straight(experiment, tracker).run.branch(BEGIN, {"seed": OTHER_SEED})
-    one = Continuation(experiment, branch.timeline, OTHER_SEED, branch.current.state)
-    for stretch in read_stretches(branch.source, branch.timeline, BEGIN + 1, FRAMES - 1):
-        one.take(stretch)
+    one = Trial(experiment, branch.source, branch.timeline, OTHER_SEED, branch.current.state)
+    for block in read_blocks(branch.source, branch.timeline.history, BEGIN + 1, FRAMES - 1):
+        one.take(block)
     branch.finish()
     errors = np.array([np.nan if row.error is None else row.error for row in branch.diagnostics[BEGIN + 1 :]])
     demand(
@@ -46,9 +46,9 @@ def _changes_can_be_computed(experiment: Experiment, tracker: str) -> None:
         if each.kind == "tracker":  # each follows each other one in a check of its own
             continue
         timeline = run.timeline.insert(Change(BEGIN + 1, each.values)) if each.values else run.timeline
-        one = Continuation(experiment, timeline, OTHER_SEED, state)
+        one = Trial(experiment, run.source, timeline, OTHER_SEED, state)
         try:
-            for stretch in read_stretches(run.source, timeline, BEGIN + 1, BEGIN + 1):
-                one.take(stretch)
+            for block in read_blocks(run.source, timeline.history, BEGIN + 1, BEGIN + 1):
+                one.take(block)
         except Exception as error:  # noqa: BLE001 - it is another package's
             demand(False, f"{each.title} must be computed, got {type(error).__name__}: {error}")

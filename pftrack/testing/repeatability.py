@@ -10,7 +10,7 @@ import numpy as np
 from pftrack.core.model.parameters import Value, declarations, flat, with_role
 from pftrack.core.model.source import Frame, History
 from pftrack.experiments.experiment import Experiment
-from pftrack.runs import batch
+from pftrack.runs import many
 from pftrack.runs.record import RecordError, load, save
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import estimates_hash, reductions
@@ -177,7 +177,7 @@ def _a_batch_agrees(experiment: Experiment) -> None:
 
 
 def _demand_batch(experiment: Experiment, trackers: list[str], seeds: list[int]) -> None:
-    rows = batch.outcomes(experiment, experiment.simulate(), values={}, trackers=trackers, seeds=seeds, frames=FRAMES)
+    rows = many.outcomes(experiment, experiment.simulate(), values={}, trackers=trackers, seeds=seeds, frames=FRAMES)
     for seed, row in zip(seeds, rows, strict=True):
         for tracker, outcome in zip(trackers, row, strict=True):
             live = straight(experiment, tracker).run if seed == SEED else begin_run(experiment, tracker, seed=seed)

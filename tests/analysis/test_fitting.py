@@ -162,7 +162,7 @@ def test_what_is_found_is_judged_by_luck_of_its_own(monkeypatch: pytest.MonkeyPa
         return Run(*parts, seed=seed, frames=frames, **more)
 
     run = signal("condensation", sample_count=20, assumed_noise_sd=0.3, frames=61)
-    monkeypatch.setattr("pftrack.analysis.fitting.trials.Run", begin)
+    monkeypatch.setattr("pftrack.runs.many.Run", begin)
     found = fit(run, ["assumed_noise_sd"])
     trials, judging = ({seed for frames, seed in begun if frames == end} for end in (31, 61))
     assert len(trials) == found.seeds > 1

@@ -18,7 +18,7 @@ from pftrack.core.model.measures import (
 )
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import EXPERIMENTS
-from pftrack.runs.batch import outcomes
+from pftrack.runs.many import outcomes
 from pftrack.runs.run import Run
 from pftrack.sources.truth import TruthTable
 

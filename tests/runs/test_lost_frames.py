@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from pftrack.analysis.counterfactuals.report import LossError, find_loss, what_if
 from pftrack.analysis.diagnosis.diagnosis import diagnose
+from pftrack.analysis.other_seeds import ensemble
 from pftrack.core.model.marks import Box
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.source import Target
 from pftrack.experiments import find
-from pftrack.runs.continuation import ensemble
 from pftrack.runs.loss_probability import columns_of, loss_probabilities, measure_loss_probability
 from pftrack.runs.run import Run, find_lost_frames
 from pftrack.sources.truth import TruthTable

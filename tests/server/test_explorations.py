@@ -6,7 +6,7 @@ import httpx
 import numpy as np
 
 import pftrack
-from pftrack.runs.continuation import ensemble
+from pftrack.analysis.other_seeds import ensemble
 from tests.server.asking import columns, get
 from tests.server.confined import children
 from tests.server.host import begin, error_of, steer

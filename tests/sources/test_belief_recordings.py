@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import pftrack
-from pftrack.runs.continuation import ReplayError, ensemble
+from pftrack.analysis.other_seeds import ReplayError, ensemble
 from pftrack.sources.beliefs import content
 from pftrack.sources.beliefs.archive import header_of
 from pftrack.sources.limits import SourceError

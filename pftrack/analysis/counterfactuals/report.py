@@ -11,19 +11,12 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from pftrack.analysis.counterfactuals.alternatives import Allow, Alternative, allow_all, alternatives
+from pftrack.analysis.other_seeds import check_not_replayed, other_seeds
 from pftrack.core.arrays import Floats
 from pftrack.core.model.recipe import Change, Timeline
 from pftrack.core.model.series import to_json
 from pftrack.core.numerics.statistics import holm, mcnemar, wilson
-from pftrack.runs.continuation import (
-    Continuation,
-    Stretch,
-    check_not_replayed,
-    go_on,
-    other_seeds,
-    read_stretches,
-    takes_all_at_once,
-)
+from pftrack.runs.many import FrameBlock, Trial, go_on, read_blocks, takes_all_at_once
 from pftrack.runs.run import Run, find_lost_frames
 from pftrack.runs.scoring import before_loss, first_loss, losses
 
@@ -441,7 +434,7 @@ class _Trials:
         self.judged = min(JUDGED_FRAMES, last - begin)
         self._run, self._begin, self._loss_frame, self._last = run, begin, loss, last
         self._state = run.branch(begin).current.state
-        self._stretches: dict[Alternative | None, list[Stretch]] = {}
+        self._kept: dict[Alternative | None, list[FrameBlock]] = {}
 
     def groups(self, finding: Finding, seeds: Sequence[int]) -> Sequence[Sequence[int]]:
         """Return the seeds that are tried together: all where the tracker takes them at once, else one by one."""
@@ -451,16 +444,16 @@ class _Trials:
     def extend(self, finding: Finding, seeds: Sequence[int]) -> Finding:
         """Return a finding with more seeds tried, without those of which nobody knows what came."""
         timeline, run = self._timeline(finding.alternative), self._run
-        frames = self._frames(finding.alternative, timeline)
-        one = Continuation(run.experiment, timeline, seeds[0], self._state)
+        blocks = self._blocks(finding.alternative, timeline)
+        one = Trial(run.experiment, run.source, timeline, seeds[0], self._state)
         if self._together(timeline):
-            courses = go_on(run.experiment, timeline, seeds, self._state, frames, first=self._begin + 1)
-            lost = truly = np.concatenate([each for _, each in courses], axis=1)
+            found = go_on(run.experiment, run.source, timeline, seeds, self._state, blocks, first=self._begin + 1)
+            lost = truly = np.concatenate([each for _, each in found], axis=1)
             if not finding.steps:  # what a step of a run by itself takes
-                one.take(Stretch(frames[0].frames[:1]))
+                one.take(FrameBlock(blocks[0].frames[:1], blocks[0].width))
         else:
-            for stretch in frames:
-                one.take(stretch)
+            for block in blocks:
+                one.take(block)
             lost, truly = one.lost[None], one.truly_lost[None]
         holds = {seed: self._holds(*rows) for seed, *rows in zip(seeds, truly, lost, strict=True)}
         return replace(
@@ -492,14 +485,14 @@ class _Trials:
         timeline = Timeline.begin(defaults, run.tracker, names, run.timeline.changes_until(frame))
         return timeline.insert(Change(frame, alternative.values)) if alternative.values else timeline
 
-    def _frames(self, alternative: Alternative, timeline: Timeline) -> list[Stretch]:
+    def _blocks(self, alternative: Alternative, timeline: Timeline) -> list[FrameBlock]:
         """Return the frames to come, which are the same for all changes but those of the world."""
         key = alternative if alternative.kind == "world" else None
-        if key not in self._stretches:
-            read = list(read_stretches(self._run.source, timeline, self._begin + 1, self._last))
-            kept = self._stretches.get(None)
-            self._stretches = {**({} if kept is None else {None: kept}), key: read}
-        return self._stretches[key]
+        if key not in self._kept:
+            read = list(read_blocks(self._run.source, timeline.history, self._begin + 1, self._last))
+            kept = self._kept.get(None)
+            self._kept = {**({} if kept is None else {None: kept}), key: read}
+        return self._kept[key]
 
 
 def _begin(run: Run, loss: int) -> int:

@@ -4,7 +4,7 @@ What a run has seen is a source here that no parameter and no seed changes. A sc
 are, by the filter's own word and by the truth.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -14,9 +14,9 @@ from pftrack.analysis.fitting.search import LinearHalf
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Declaration, flat
 from pftrack.core.model.recipe import Change
-from pftrack.core.model.source import Frame, History
 from pftrack.filters.particles import normalise
 from pftrack.runs.coverage import Consistency, Counts, count_held, measure_consistency, pool_counts
+from pftrack.runs.many import KeptFrames, side_by_side
 from pftrack.runs.run import Run
 
 # Where a likelihood leaves out a constant of the frame, a sharper one has another constant, and its evidence cannot be
@@ -55,25 +55,17 @@ class Score:
         return {"log_evidence": self.mean, "coverage": coverage, **self.consistency.as_dict()}
 
 
-def compute_evidence(run: Run, levelled: Sequence[int] = ()) -> Floats:
-    """Compute a run to its end, and return its log evidence in each frame (T,), nats.
+def _log_evidence(run: Run, levels: Mapping[int, float] | None) -> Floats:
+    """Return the log evidence of a finished run in each frame (T,), nats.
 
     Args:
-        run: At its frame 0.
-        levelled: Frames in which it is taken beside the mean likelihood all over the picture; if there are any, the
-            others count for nothing and are NaN.
-
-    Raises:
-        ValueError: The likelihood over the picture is wanted and the tracker has none.
+        run: The run.
+        levels: By frame, the mean log likelihood all over the picture, beside which the evidence is taken; if there are
+            any, other frames do not count and are NaN. None where it is taken as it is.
     """
-    levels, wanted, before = {}, frozenset(levelled), run.current
-    for step in run:
-        if step.frame.index in wanted:
-            levels[step.frame.index] = _level(run, before.state, step)
-        before = step
     evidence = np.array([row.log_evidence for row in run.diagnostics])
     evidence = np.where(np.isnan(evidence), -np.inf, evidence)
-    if wanted:
+    if levels is not None:
         evidence -= np.array([levels.get(frame, np.nan) for frame in range(len(evidence))])
     exact = run.experiment.trackers[run.tracker].linear is not None
     return evidence if exact else _bound(evidence)
@@ -124,37 +116,6 @@ def _coverage(counts: Sequence[Counts]) -> dict[float, float]:
 
 KEPT_BYTES: Final = 512 * 2**20
 """Of pictures that are kept, so that hundreds of runs over a recording do not decode it hundreds of times."""
-
-
-class SeenSource:
-    """The frames of a run, with all that was changed in its scene."""
-
-    noisy = False
-
-    def __init__(self, run: Run, frames: int) -> None:
-        """Keep what can be kept.
-
-        Args:
-            run: Whose frames they are.
-            frames: How many there are.
-        """
-        self.size, self.frame_rate_hz, self.start = run.source.size, run.source.frame_rate_hz, run.source.start
-        self.frame_count: int | None = frames
-        self._source, self._history = run.source, run.timeline.history
-        self._kept: dict[int, Frame] = {}
-        self._left = KEPT_BYTES
-
-    def frame(self, index: int, history: History[Any]) -> Frame:
-        """Return a frame; the parameters of who asks change nothing."""
-        del history
-        kept = self._kept.get(index)
-        if kept is None:
-            kept = self._source.frame(index, self._history)
-            size = 0 if kept.image_rgb is None else kept.image_rgb.nbytes
-            if size <= self._left:
-                self._kept[index], self._left = kept, self._left - size
-        return kept
-
 
 TRIALS: Final[Mapping[int, int]] = {1: 30, 2: 60, 3: 100, 4: 150}
 """How many values of the evidence are asked for, by how many numbers are fitted."""
@@ -210,11 +171,11 @@ class Trials:
         self.bounds = tuple(_bounds(it) for it in declared)
         self.begin = tuple(min(max(it, low), high) for it, (low, high) in zip(self.before, self.bounds, strict=True))
         self._experiment, self._on_step = run.experiment, on_step
-        source = SeenSource(run, end)
-        self._setup = replace(run.setup, open_source=lambda *_: source, parameters=parameters)
+        self._source = KeptFrames(run.source, run.timeline.history, end, KEPT_BYTES)
+        self._setup = replace(run.setup, open_source=lambda *_: self._source, parameters=parameters)
         self._levelled = _levelled(self.halves) if _needs_levels(run, self.tracker, declared) else ()
         self.linear = self._lay_open(middle) if linear else None
-        told = {self._begin(self.before, 3, seed).finish().diagnostics.log_evidence for seed in (0, 1)}
+        told = {one.diagnostics[-1].log_evidence for one in self._carry_out(self.before, 3, (0, 1))}
         self.seeds = SEEDS if len(told) > 1 else 1
         self._judging = 2 * self.seeds if self.seeds > 1 else 1
         self._most = 2 * self._judging + (0 if self.linear else self.seeds * TRIALS[len(declared)])
@@ -229,11 +190,18 @@ class Trials:
         return self._scores(values, range(self.seeds, self.seeds + self._judging), self.halves)
 
     def _scores(self, values: Sequence[float], seeds: range, halves: Sequence[tuple[int, int]]) -> list[Score]:
-        frames = halves[-1][1] + 1
+        levels: dict[int, dict[int, float]] = {seed: {} for seed in seeds}
+        before: dict[int, Any] = {}
+
+        def look(run: Run) -> None:
+            if run.position in self._levelled:
+                levels[run.seed][run.position] = _level(run, before[run.seed], run.current)
+            if self._levelled:
+                before[run.seed] = run.current.state
+
         runs, evidence = [], []
-        for seed in seeds:
-            made = self._begin(values, frames, seed)
-            evidence.append(compute_evidence(made, [frame for frame in self._levelled if frame < frames]))
+        for made in self._carry_out(values, halves[-1][1] + 1, seeds, look):
+            evidence.append(_log_evidence(made, levels[made.seed] if self._levelled else None))
             runs.append(made)
             self.done += 1
             self._on_step(self.done, self._most)
@@ -244,14 +212,21 @@ class Trials:
         model = self._experiment.trackers[self.tracker].linear
         if model is None or not set(self._names) <= model.scales.keys():
             return None
-        run = self._begin(self.begin, frames, 0)
-        seen = [run.source.frame(index, run.timeline.history) for index in range(frames)]
-        chains = model.chains(run.current.state, seen, run.parameters_at(1))
+        (run,) = self._carry_out(self.begin, 1, (0,))
+        seen = [self._source.frame(index, run.timeline.history) for index in range(frames)]
+        chains = model.chains(run.current.state, seen, run.parameters_at(0))
         return LinearHalf(chains, tuple(model.scales[name] for name in self._names)) if chains else None
 
-    def _begin(self, values: Sequence[float], frames: int, seed: int) -> Run:
+    def _carry_out(
+        self,
+        values: Sequence[float],
+        frames: int,
+        seeds: Sequence[int],
+        watch: Callable[[Run], None] = lambda _: None,
+    ) -> Iterator[Run]:
         changes = (Change(0, dict(zip(self._names, values, strict=True))),)
-        return Run(self._experiment, self._setup, tracker=self.tracker, seed=seed, frames=frames, timeline=changes)
+        cases = [(self.tracker, seed) for seed in seeds]
+        return side_by_side(self._experiment, self._setup, cases, changes=changes, frames=frames, watch=watch)
 
 
 def _bounds(it: Declaration) -> tuple[float, float]:

@@ -18,7 +18,7 @@ from pftrack.experiments.ball.scene import BallSource
 from pftrack.filters.learning import online_em
 from pftrack.reproduce.finding import CHOSEN, PROTOCOL, Finding, Own, Unexplained, claim, compare, not_run
 from pftrack.reproduce.pool import Pool
-from pftrack.runs.batch import outcomes
+from pftrack.runs.many import outcomes
 from pftrack.runs.run import Run
 
 SOURCE_FREE = "Bando 2007, ch. 3 section 4.2; reference implementation on a surrogate"

@@ -6,8 +6,8 @@ from pydantic import BaseModel, Field
 
 from pftrack.analysis.counterfactuals.alternatives import Kind
 from pftrack.analysis.counterfactuals.report import Verdict
+from pftrack.analysis.other_seeds import Scene
 from pftrack.core.model.parameters import NOT_BOOLEAN, Value
-from pftrack.runs.continuation import Scene
 from pftrack_server.schemas.body import FrameNumber, RequestBody
 
 LONGEST_S = 300.0

@@ -5,9 +5,9 @@ from collections.abc import Callable, Generator, Iterator
 from typing import Any, TypeAlias
 
 from pftrack.analysis.counterfactuals.report import Report, record, what_if
+from pftrack.analysis.other_seeds import RUNS, Scene, ensembling, other_seeds
 from pftrack.core.model.parameters import ParameterError, Parameters, flat, limit_particles
 from pftrack.experiments.own.code import trust
-from pftrack.runs.continuation import RUNS, Scene, ensembling, other_seeds
 from pftrack_server.worker.protocol import WorkerConfig
 from pftrack_server.worker.run_tree import RunTree
 

@@ -10,7 +10,7 @@ import pytest
 from pftrack.core.model.marks import Box
 from pftrack.core.model.parameters import ParameterError
 from pftrack.experiments import find
-from pftrack.runs.batch import outcomes
+from pftrack.runs.many import outcomes
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.truth import TruthTable, read_truth

@@ -16,7 +16,7 @@ from pftrack.experiments import find
 from pftrack.experiments.histogram.model import HISTOGRAM, SIZE, HistogramState, first_look, judge, model_of, pack
 from pftrack.experiments.histogram.parameters import HistogramTrackerParameters
 from pftrack.experiments.histogram.trackers import TRACKERS
-from pftrack.runs.batch import outcomes
+from pftrack.runs.many import outcomes
 from pftrack.runs.run import Run
 from pftrack.vision.likelihoods.histogram import Window, fit, similarity
 

@@ -15,7 +15,7 @@ from pftrack.experiments import EXPERIMENTS, find
 from pftrack.experiments.own.code import trust
 from pftrack.experiments.own.extension import example_of, extend
 from pftrack.experiments.own.sliders import FilterFileError, fields_of, slider
-from pftrack.runs import batch, record
+from pftrack.runs import many, record
 from pftrack.runs.run import Run
 
 TAKING = [name for name in EXPERIMENTS.own if EXPERIMENTS[name].filter_interface is not None]
@@ -61,7 +61,7 @@ class TestExperiments:
         branch.finish()
         run.save(tmp_path / "run.pft")
         again = pftrack.load(tmp_path / "run.pft")
-        (outcome,) = batch.outcomes(
+        (outcome,) = many.outcomes(
             run.experiment,
             run.setup,
             values=run.timeline.changes[0].values,

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from pftrack.experiments import find
 from pftrack.output.figures.sheet import figure_of
-from pftrack.runs.batch import outcomes
+from pftrack.runs.many import outcomes
 from pftrack.runs.run import Run
 from pftrack.runs.table import table_of
 

@@ -3,10 +3,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pftrack.analysis.other_seeds import Ensemble, ensemble, ensembling, other_seeds
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.experiments.fish.model import _cached_edges
-from pftrack.runs.continuation import Continuation, Ensemble, ensemble, ensembling, other_seeds, read_stretches
+from pftrack.runs.many import Trial, read_blocks
 from pftrack.runs.run import Run
 
 FRAMES = 24
@@ -122,15 +123,15 @@ def test_few_runs_come_to_the_end_before_the_others_begin() -> None:
         np.testing.assert_array_equal(mixed.holding[columns], each.holding[columns])
 
 
-def test_a_continuation_is_a_branch_with_its_seed() -> None:
-    """Goes on from a state with a change, in stretches of any length, to the numbers of the branch."""
+def test_a_trial_from_a_state_is_a_branch_with_its_seed() -> None:
+    """It continues from a state with a change, in blocks of any length, to the numbers of the branch."""
     run = begin("ball", "h-spf", sample_count=50)
     run.finish()
     branch = run.branch(6, {"sample_count": 200, "seed": 9})
-    one = Continuation(branch.experiment, branch.timeline, 9, branch.current.state)
+    one = Trial(branch.experiment, branch.source, branch.timeline, 9, branch.current.state)
     for first, last in ((7, 7), (8, 15), (16, 23)):
-        for stretch in read_stretches(branch.source, branch.timeline, first, last):
-            one.take(stretch)
+        for block in read_blocks(branch.source, branch.timeline.history, first, last):
+            one.take(block)
     assert one.errors.tolist() == errors_of(branch)[7:]
     assert one.lost.tolist() == lost_of(branch)[7:]
     assert one.steps == 17

@@ -7,13 +7,14 @@ import pytest
 
 from pftrack.core.model.band import Calibration
 from pftrack.core.model.marks import Box
-from pftrack.core.model.parameters import ParameterError, Value
+from pftrack.core.model.measures import Measure
+from pftrack.core.model.parameters import ParameterError, Value, revise
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame
 from pftrack.experiments import find
 from pftrack.experiments.experiment import Experiment
-from pftrack.runs import batch, scoring
+from pftrack.runs import many, scoring
 from pftrack.runs.loss_probability import loss_probabilities
 from pftrack.runs.run import Run
 from tests.experiments.head.heads import Pictures, pictures
@@ -62,7 +63,7 @@ def test_a_batch_comes_to_the_same_numbers_as_live_runs(extra: dict[str, Value],
     values = {**CONDITION, **extra}
     # One that takes no frames at once is carried out as a live run is: it is compared once.
     trackers = [name for name, tracker in BALL.trackers.items() if tracker.fold or not extra]
-    rows = batch.outcomes(BALL, BALL.simulate(), values=values, trackers=trackers, seeds=[3, 4], frames=frames)
+    rows = many.outcomes(BALL, BALL.simulate(), values=values, trackers=trackers, seeds=[3, 4], frames=frames)
     for seed, row in zip((3, 4), rows, strict=True):
         for tracker, outcome in zip(trackers, row, strict=True):
             run = live(tracker, seed, values, frames)
@@ -75,8 +76,8 @@ def test_a_batch_comes_to_the_same_numbers_as_live_runs(extra: dict[str, Value],
 def test_a_batch_is_asked_how_probable_a_loss_is() -> None:
     """It is the mean of the live run's probabilities, of trackers that can tell, and nothing else changes for it."""
 
-    def carry_out(experiment: Experiment, trackers: list[str], *, asked: bool) -> list[batch.Outcome]:
-        (row,) = batch.outcomes(
+    def carry_out(experiment: Experiment, trackers: list[str], *, asked: bool) -> list[many.Outcome]:
+        (row,) = many.outcomes(
             experiment,
             experiment.simulate(),
             values=CONDITION,
@@ -99,22 +100,22 @@ def test_a_batch_is_asked_how_probable_a_loss_is() -> None:
 def test_blocks_of_pictures_make_no_difference(monkeypatch: pytest.MonkeyPatch) -> None:
     """A run too long for memory is taken in several blocks, to the same numbers."""
 
-    def outcomes() -> list[list[batch.Outcome]]:
-        rows = batch.outcomes(
+    def outcomes() -> list[list[many.Outcome]]:
+        rows = many.outcomes(
             BALL, BALL.simulate(), values=CONDITION, trackers=["h-spf", "s-spf"], seeds=[1, 2], frames=40
         )
         return [[replace(outcome, step_ms=0.0) for outcome in row] for row in rows]
 
     whole = outcomes()
     for held in (1, 7):
-        monkeypatch.setattr(batch, "BLOCK_BYTES", held * 320 * 240 * 3)
+        monkeypatch.setattr(many, "BLOCK_BYTES", held * 320 * 240 * 3)
         assert outcomes() == whole
 
 
 @pytest.mark.parametrize("frames", [1, 2])
 def test_the_shortest_runs_are_judged_too(frames: int) -> None:
     """A run of one or two frames has an outcome."""
-    [[outcome]] = batch.outcomes(BALL, BALL.simulate(), values=CONDITION, trackers=["h-spf"], seeds=[0], frames=frames)
+    [[outcome]] = many.outcomes(BALL, BALL.simulate(), values=CONDITION, trackers=["h-spf"], seeds=[0], frames=frames)
     assert outcome.labelled_frames == frames
     assert outcome.success is True
 
@@ -122,7 +123,7 @@ def test_the_shortest_runs_are_judged_too(frames: int) -> None:
 def test_an_experiment_without_pictures_runs_too() -> None:
     """The signal is run step by step, and has an error but no notion of lost."""
     sine = find("sine")
-    [[exact, sampled]] = batch.outcomes(
+    [[exact, sampled]] = many.outcomes(
         sine, sine.simulate(), values={}, trackers=["kalman", "condensation"], seeds=[0], frames=30
     )
     assert exact.success is None
@@ -135,7 +136,7 @@ def test_a_short_recording_ends_earlier_for_every_tracker() -> None:
     setup = BALL.on_video(Pictures(pictures(5, width=160)), Box.of(40, 30, 30, 40))  # type: ignore[misc] # it takes them
     trackers = ["h-spf", "kalman"]
     assert BALL.trackers["kalman"].fold is None
-    (row,) = batch.outcomes(BALL, setup, values={}, trackers=trackers, seeds=[1], frames=60)
+    (row,) = many.outcomes(BALL, setup, values={}, trackers=trackers, seeds=[1], frames=60)
     for tracker, outcome in zip(trackers, row, strict=True):
         run = Run(BALL, setup, tracker=tracker, seed=1)
         run.finish()
@@ -162,7 +163,7 @@ def test_an_estimate_that_is_none_is_no_success() -> None:
         ball = replace(
             BALL, trackers={"condensation": changed}, default_tracker="condensation", calibration=Calibration()
         )
-        ((outcome,),) = batch.outcomes(ball, ball.simulate(), values={}, trackers=["condensation"], seeds=[1], frames=8)
+        ((outcome,),) = many.outcomes(ball, ball.simulate(), values={}, trackers=["condensation"], seeds=[1], frames=8)
         assert (outcome.labelled_frames, outcome.lost_frames, outcome.first_lost_frame) == (8, 4, 4)
         assert (outcome.success, outcome.mean_error) == (False, None)
         assert outcome.measures["frames_to_failure"] == 4
@@ -174,12 +175,12 @@ def test_values_at_odds_are_refused() -> None:
     """A condition that no run could have is refused with the names of both sides."""
     setup: Setup = BALL.simulate()
     with pytest.raises(ParameterError, match="gamma_min_px must be at most gamma_max_px"):
-        batch.outcomes(BALL, setup, values={"gamma_min_px": 30}, trackers=["s-spf"], seeds=[0], frames=5)
+        many.outcomes(BALL, setup, values={"gamma_min_px": 30}, trackers=["s-spf"], seeds=[0], frames=5)
 
 
 def test_the_share_of_the_observation_sampler_is_that_of_the_counts() -> None:
     """What a batch says of the samplers is the mean over the frames of what a live run says of each."""
-    [[outcome]] = batch.outcomes(BALL, BALL.simulate(), values=CONDITION, trackers=["s-spf"], seeds=[5], frames=60)
+    [[outcome]] = many.outcomes(BALL, BALL.simulate(), values=CONDITION, trackers=["s-spf"], seeds=[5], frames=60)
     rows = live("s-spf", 5, CONDITION).diagnostics[1:]
     samples = np.array([row.vector("samples") for row in rows])
     shares = samples[:, 1] / samples.sum(axis=1)
@@ -190,5 +191,49 @@ def test_what_is_missed_by_the_target_is_judged_alike_in_a_batch() -> None:
     """A fold knows places alone: an experiment with its own notion of a miss has its runs made one by one."""
     ball = replace(BALL, missed=lambda _state, _target: True)
     trackers = [name for name, tracker in ball.trackers.items() if tracker.fold is not None][:1]
-    ((outcome,),) = batch.outcomes(ball, ball.simulate(), values={}, trackers=trackers, seeds=[1], frames=4)
+    ((outcome,),) = many.outcomes(ball, ball.simulate(), values={}, trackers=trackers, seeds=[1], frames=4)
     assert (outcome.labelled_frames, outcome.lost_frames, outcome.first_lost_frame) == (4, 4, 0)
+
+
+def test_runs_side_by_side_are_live_runs_and_end_where_they_are_told_to() -> None:
+    """Whole runs on shared frames have the numbers of live runs; each is looked at in every frame until it ends."""
+    hand_made = BALL.simulate()
+    parameters = revise(hand_made.parameters, CONDITION)
+    opened: list[int] = []
+
+    def open_source(seed: int, begun: Any) -> Any:
+        opened.append(seed)
+        return hand_made.open_source(seed, begun)
+
+    looked: dict[tuple[str, int], list[float | None]] = {}
+
+    def watch(run: Run) -> bool:
+        looked.setdefault((run.tracker, run.seed), []).append(run.current.diagnostics.error)
+        return run.seed == 4 and run.position == 7
+
+    setup = replace(hand_made, open_source=open_source, parameters=parameters)
+    cases = [("h-spf", 3), ("kalman", 3), ("h-spf", 4)]
+    runs = list(many.side_by_side(BALL, setup, cases, frames=20, watch=watch))
+    assert [(run.tracker, run.seed, run.computed) for run in runs] == [
+        ("h-spf", 3, 19),
+        ("kalman", 3, 19),
+        ("h-spf", 4, 7),
+    ]
+    for run in runs:
+        alone = live(run.tracker, run.seed, CONDITION, run.computed + 1)
+        assert run.estimates_sha256 == alone.estimates_sha256
+        assert looked[run.tracker, run.seed] == [row.error for row in alone.diagnostics]
+    assert opened == [3]
+
+
+def test_a_batch_has_the_measures_that_were_asked_for() -> None:
+    """A measure of one study looks at the frames that the study counts, whether a tracker takes many at once or not."""
+    counted = np.arange(30) >= 20
+    late = Measure("late_error", "Late", "Mean error.", "median", lambda run: np.where(counted, run.errors, np.nan))
+    trackers = ["h-spf", "kalman"]
+    (row,) = many.outcomes(
+        BALL, BALL.simulate(), values=CONDITION, trackers=trackers, seeds=[3], frames=30, measures=[late]
+    )
+    for tracker, outcome in zip(trackers, row, strict=True):
+        errors = [step.error or 0.0 for step in live(tracker, 3, CONDITION, 30).diagnostics[20:]]
+        assert outcome.measures["late_error"] == pytest.approx(np.median(errors))

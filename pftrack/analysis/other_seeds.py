@@ -1,0 +1,223 @@
+"""Other seeds: what many runs of the same settings do, which differ in nothing but their seeds.
+
+A run that is watched is one of many that might have been. An ensemble says of every frame which errors they have and
+what share of them still holds the target; it shows whether a run is typical. Any of its runs can be opened as a branch
+(`Run.branch` with `seed` among the changes) or as a run of that seed, with the same numbers to the bit.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import Any, Literal, TypeAlias, get_args
+
+import numpy as np
+
+from pftrack.core.arrays import Floats, Ints
+from pftrack.core.model.series import to_json
+from pftrack.core.numerics.random import LARGEST_SEED
+from pftrack.runs.many import BLOCK_BYTES, FrameBlock, Losses, Trial, go_on, newest, read_blocks
+from pftrack.runs.run import Run
+
+RUNS = 40
+ROUNDS = (10,)
+"""So many runs are carried out to the end before all others begin: few are soon there, and show where it leads."""
+
+QUANTILES = 0.1, 0.5, 0.9
+
+Scene: TypeAlias = Literal["same", "other"]
+"""Whether all runs see the scene of the run that they are compared with, or each the one that its own seed makes."""
+
+
+class ReplayError(ValueError):
+    """A run was only recorded, and cannot be carried out again."""
+
+
+@dataclass(frozen=True)
+class Ensemble:
+    """What runs of the same settings with other seeds do, as far as they have come.
+
+    Attributes:
+        seeds: One a run.
+        errors: (N, L) of the runs in frames 0..L-1, in the experiment's unit; NaN where the truth is unknown.
+        lost: (N, L) 1 where a run has lost the target, else 0; NaN where nobody knows.
+        computed: (L,) how many of the runs, the first of them, have come so far; of the others all is NaN.
+        unit: Of the errors.
+    """
+
+    seeds: tuple[int, ...]
+    errors: Floats
+    lost: Floats
+    computed: Ints
+    unit: str
+
+    @property
+    def frames(self) -> int:
+        """How many frames some runs have come so far."""
+        return int(self.errors.shape[1])
+
+    @cached_property
+    def quantiles(self) -> Floats:
+        """(3, L) errors below which 10, 50 and 90 % of the runs are; NaN where the truth is unknown.
+
+        Each is an error of one of the runs: between two, one of which has no estimate at all, there is nothing.
+        """
+        ordered = np.sort(self.errors, axis=0)  # NaN come last: where the truth is unknown, those of all runs
+        places = [np.maximum(np.ceil(share * self.computed).astype(np.int64) - 1, 0) for share in QUANTILES]
+        return np.take_along_axis(ordered, np.stack(places), axis=0)
+
+    @cached_property
+    def holding(self) -> Floats:
+        """(L,) share of the runs that have the target, 0..1; NaN where nobody knows."""
+        has_come = np.arange(len(self.seeds))[:, None] < self.computed
+        return np.asarray(1.0 - np.where(has_come, self.lost, 0.0).sum(axis=0) / self.computed, np.float64)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as JSON values: a number that is not finite becomes None."""
+        low, middle, high = (tuple(map(to_json, row.tolist())) for row in self.quantiles)
+        return {
+            "runs": len(self.seeds),
+            "frames": self.frames,
+            "computed": tuple(self.computed.tolist()),
+            "unit": self.unit,
+            "low": low,
+            "middle": middle,
+            "high": high,
+            "holding": tuple(map(to_json, self.holding.tolist())),
+        }
+
+
+def check_not_replayed(run: Run, frame: int) -> None:
+    """Refuse to carry out again what was only recorded.
+
+    Args:
+        run: The run.
+        frame: From which on its tracker would be used again.
+
+    Raises:
+        ReplayError: Its tracker replays.
+    """
+    if run.experiment.trackers[run.tracker_at(frame)].replays:
+        raise ReplayError(
+            "it was computed elsewhere and is shown as it was recorded, so no seed and no setting changes it"
+        )
+
+
+def other_seeds(seed: int, count: int) -> tuple[int, ...]:
+    """Return so many seeds, none of which is the one given: those that follow it."""
+    return tuple((seed + 1 + number) % (LARGEST_SEED + 1) for number in range(count))
+
+
+def ensemble(run: Run, *, runs: int = RUNS, frames: int | None = None, scene: Scene = "same") -> Ensemble:
+    """Return what runs of a run's settings with other seeds do.
+
+    Args:
+        run: Its timeline is that of all.
+        runs: How many, at least 1.
+        frames: How far they go, at least 1; as far as the run is long, if not given.
+        scene: What they see.
+
+    Raises:
+        ReplayError: The run is a recording of what was computed elsewhere.
+        ValueError: There are no runs or frames, or there is no such scene.
+    """
+    length = run.frames if frames is None else frames
+    for name, given in (("runs", runs), ("frames", length)):
+        if given < 1:
+            raise ValueError(f"{name} must be at least 1, got {given}")
+    if scene not in get_args(Scene):
+        raise ValueError(f"scene must be one of {', '.join(get_args(Scene))}, got {scene}")
+    *_, last = ensembling(run, other_seeds(run.seed, runs), length, scene=scene)
+    return last
+
+
+def ensembling(
+    run: Run, seeds: Sequence[int], frames: int, *, scene: Scene = "same", rounds: Sequence[int] = ROUNDS
+) -> Iterator[Ensemble]:
+    """Carry out the runs of an ensemble side by side, and yield what they have come to, again and again.
+
+    On the same scene all begin in frame 0 as the run does, and draw random numbers of their own from then on.
+
+    Args:
+        run: The settings of all; it is left as it is.
+        seeds: One a run.
+        frames: How far they go, at least 1.
+        scene: What they see; where a scene does not depend on the seed, "other" is different in frame 0 alone.
+        rounds: Ascending: so many runs are carried out to the end before further ones begin.
+
+    Raises:
+        ReplayError: The run is a recording of what was computed elsewhere.
+    """
+    check_not_replayed(run, 0)
+    stops = [*(each for each in rounds if each < len(seeds)), len(seeds)]
+    parts: list[Losses] = []
+    shared = _Shared(run, frames)
+    for begin, end in pairwise([0, *stops]):
+        group = seeds[begin:end]
+        grown: list[Losses] = []
+        other = scene == "other"
+        for found in _on_other_scenes(run, group, frames) if other else _on_the_same_scene(run, group, shared):
+            grown.append(found)
+            errors, lost = (np.concatenate(each, axis=1) for each in zip(*grown, strict=True))
+            yield _join([*parts, (errors, lost)], tuple(seeds), run.experiment.unit)
+        parts.append((errors, lost))
+
+
+def _join(parts: Sequence[Losses], seeds: tuple[int, ...], unit: str) -> Ensemble:
+    """Return what runs come to, the first of which have come at least as far as those after them."""
+    frames = parts[0][0].shape[1]
+    errors, lost, computed = *np.full((2, len(seeds), frames), np.nan), np.zeros(frames, np.int64)
+    begin = 0
+    for some_errors, some_lost in parts:
+        count, length = some_errors.shape
+        errors[begin : begin + count, :length], lost[begin : begin + count, :length] = some_errors, some_lost
+        computed[:length] += count
+        begin += count
+    return Ensemble(seeds, errors, lost, computed, unit)
+
+
+class _Shared:
+    """The frames of a scene for several rounds, the first by itself; kept where they are few."""
+
+    def __init__(self, run: Run, frames: int) -> None:
+        self._run, self._frames = run, frames
+        self._kept: list[FrameBlock] | None = None
+
+    def __iter__(self) -> Iterator[FrameBlock]:
+        if self._kept is not None:
+            yield from self._kept
+            return
+        read, held = [], 0
+        for block in self._read():
+            held += block.nbytes
+            if held <= BLOCK_BYTES:
+                read.append(block)
+            yield block
+        self._kept = read if held <= BLOCK_BYTES else None
+
+    def _read(self) -> Iterator[FrameBlock]:
+        source, history = self._run.source, self._run.timeline.history
+        yield from read_blocks(source, history, 0, 0)
+        yield from read_blocks(source, history, 1, self._frames - 1)
+
+
+def _on_the_same_scene(run: Run, seeds: Sequence[int], shared: Iterable[FrameBlock]) -> Iterator[Losses]:
+    """Continue with the seeds from frame 0 of a run, on what it sees."""
+    blocks = iter(shared)
+    begun, first = Trial(run.experiment, run.source, run.timeline, run.seed), next(blocks)
+    begun.take(first)
+    errors, lost = newest([begun], first)
+    yield np.tile(errors, (len(seeds), 1)), np.tile(lost, (len(seeds), 1))
+    yield from go_on(run.experiment, run.source, run.timeline, seeds, begun.state, blocks, first=1)
+
+
+def _on_other_scenes(run: Run, seeds: Sequence[int], frames: int) -> Iterator[Losses]:
+    """Begin a run with each of the seeds, on what it makes of the scene."""
+    timeline = run.timeline
+    opened = run.setup.open_source(seeds[0], timeline.parameters_at(0))
+    sources = [run.setup.open_source(seed, timeline.parameters_at(0)) for seed in seeds] if opened.noisy else [opened]
+    trials = [Trial(run.experiment, sources[place % len(sources)], timeline, seed) for place, seed in enumerate(seeds)]
+    for blocks in zip(*(read_blocks(source, timeline.history, 0, frames - 1) for source in sources), strict=True):
+        for place, trial in enumerate(trials):
+            trial.take(blocks[place % len(blocks)])
+        yield newest(trials, blocks[0])
