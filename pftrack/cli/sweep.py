@@ -148,7 +148,7 @@ def report(
     y: Annotated[str | None, typer.Option(metavar="AXIS", help="Down the maps.")] = None,
     level: Annotated[str, typer.Option(metavar="P", help="Of significance.")] = "0.01",
     svg: Annotated[bool, typer.Option("--svg", help="Draw the maps as SVG rather than PNG.")] = False,
-    pictures: Annotated[bool, typer.Option(help="Draw the maps as files, too; the page has its own.")] = True,
+    pictures: Annotated[bool, typer.Option(help="Draw the figures, which takes longest.")] = True,
     json: Json = False,
 ) -> None:
     """Show the result of a sweep: tables here, maps and a page that needs nothing else in a folder."""

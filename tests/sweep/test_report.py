@@ -19,10 +19,10 @@ from pftrack.sweep import Plan, Result, begin, carry_out, compare, read_result
 from pftrack.sweep.axis import Axis, SweepError
 from pftrack.sweep.cells import cells, quantities, quantity_named, samples
 from pftrack.sweep.report import Report, write_report
-from pftrack.sweep.report.exports import export_result, figures
-from pftrack.sweep.report.frame import amounts, largest_difference, scale_of
-from pftrack.sweep.report.page import page, tables
+from pftrack.sweep.report.figures import amounts, figures, largest_difference, scale_of
+from pftrack.sweep.report.files import export_result, page
 from pftrack.sweep.report.study import Study
+from pftrack.sweep.report.tables import tables
 
 
 def test_a_report_has_all_its_files(report: Report) -> None:
@@ -133,7 +133,7 @@ def test_a_tracker_that_lacks_a_measure_is_not_compared_by_it(finished: Result) 
     (compared,) = (table for table in made if table.quantity == "inside_share")
     assert compared.rows[0][1:] == ("", "", "0", "Rank-sum", "not applicable", "0 (0)", "0 (0)", "0 (0)", "8")
     assert len(figures(study)["measure-inside_share"]().axes[0].images) == 4
-    assert "not applicable" in page(study, made)
+    assert "not applicable" in page(study, made, {})
 
 
 def test_an_experiment_without_verdicts_has_a_report_of_errors(tmp_path: Path) -> None:

@@ -1,12 +1,15 @@
-"""What a report is about: a result, the two axes its maps span, and what its trackers are compared by."""
+"""What a report is about: a result, the two axes its maps span, what its trackers are compared by; values in words."""
 
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
+from math import isnan
+from typing import Literal
 
 import numpy as np
 
-from pftrack.sweep.axis import Axis, SweepError
+from pftrack.core.model.parameters import Value
+from pftrack.sweep.axis import Axis, SweepError, find_declaration
 from pftrack.sweep.cells import CellMap, Quantity, Test, cells, quantities, quantity_named, samples
 from pftrack.sweep.comparison import Comparison, compare
 from pftrack.sweep.result import Result
@@ -130,3 +133,34 @@ class Study:
     ) -> tuple[Comparison, ...]:
         values = samples(self.result, quantity, x, y)
         return tuple(compare(quantity, maps, values, *pair, test=test) for pair in self.pairs)
+
+
+def label(study: Study, axis: Axis) -> str:
+    """Return what an axis is called, with its unit."""
+    declaration = find_declaration(study.result.plan.wiring, axis.name, study.result.plan.kind)
+    return f"{declaration.title}, {declaration.unit}" if declaration.unit else declaration.title
+
+
+LONGEST_SHOWN = 60
+"""Characters of a value."""
+
+
+def format_value(value: Value) -> str:
+    """Return a value as a tick or a table shows it."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str) and len(value) > LONGEST_SHOWN:
+        return "own file"  # nothing else is as long
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def number(value: float, sign: Literal["", "+"] = "") -> str:
+    """Return a result to three digits, whole from 1,000 on; nothing for NaN.
+
+    Args:
+        value: The result.
+        sign: "+" to write it of positive values too.
+    """
+    if isnan(value):
+        return ""
+    return f"{value:{sign},.0f}" if abs(value) >= 999.5 else f"{value:{sign}.3g}"

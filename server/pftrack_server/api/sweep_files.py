@@ -26,7 +26,7 @@ PARQUET = "application/vnd.apache.parquet"
 REPORT_S = 120.0
 
 Format = Literal["parquet", "csv", "html", "png", "svg"]
-PICTURES: Mapping[Format, Pictures] = {"html": None, "png": "png", "svg": "svg"}
+PICTURES: Mapping[Format, Pictures] = {"html": "png", "png": "png", "svg": "svg"}
 
 
 @router.get(

@@ -14,8 +14,8 @@ from pftrack.experiments.own.code import trust
 from pftrack.sweep import Plan, carry_out, estimate, read_result
 from pftrack.sweep.recording import Recording
 
-Pictures: TypeAlias = Literal["png", "svg"] | None
-"""What the maps of a report are drawn as, beside those on its page."""
+Pictures: TypeAlias = Literal["png", "svg"]
+"""What the figures of a report are drawn as."""
 
 
 def measure(
@@ -58,7 +58,7 @@ def report(result: Path, folder: Path, pictures: Pictures, filters: tuple[str, .
     Args:
         result: The sweep's result file.
         folder: Where the report goes.
-        pictures: What its maps are drawn as.
+        pictures: What its figures are drawn as.
         filters: Texts of filters that it may execute, to say what they are called.
 
     Raises:
