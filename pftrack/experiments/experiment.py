@@ -14,6 +14,7 @@ from pftrack.core.model.drawing import Layer, World
 from pftrack.core.model.glossary import Citation, Section, Term
 from pftrack.core.model.marks import Mark, read_mark
 from pftrack.core.model.measures import HIT_RATE, MEAN_LOSS_PROBABILITY, Measure, own_account
+from pftrack.core.model.model import Model
 from pftrack.core.model.parameters import Declaration, ParameterError, Parameters, Value, declarations
 from pftrack.core.model.plot import STANDARD_PLOTS, STANDARD_READINGS, Plot, Reading
 from pftrack.core.model.preset import ExampleSweep, Failure, Preset
@@ -22,7 +23,6 @@ from pftrack.core.model.series import Series, SeriesValue, join
 from pftrack.core.model.setup import Export, Finder, OnVideo, Setup, Suits
 from pftrack.core.model.source import Frame, Kind, Target
 from pftrack.core.model.tracker import Tracker, with_readers
-from pftrack.experiments.shared.beliefs import FilterInterface
 from pftrack.experiments.shared.loss_probability import NOTHING_DECLARED, LossDeclaration
 from pftrack.filters.learning.guidance import Guidance
 from pftrack.sources.results.table import Box
@@ -98,7 +98,8 @@ class Experiment:
         terms: Words of its own that its plots, readings and measures use, for the glossary.
         clip_title: Name on the screen where a recording is tracked, by what it follows; the title if empty.
         clip_about: Names of the parameters to turn first on a recording; if there are none, those of presets.
-        filter_interface: What it tells a filter that comes from a file; None where it takes none.
+        model: The belief that a filter from a file is joined with; None where it takes none.
+        joined: Trackers that joined it later, each with the one whose parameters it reads.
         filters: Texts of the files whose filters stand among its trackers, all versions, by the names of these.
         interface: Version of the interface that it was written for. An experiment of another package must state it, or
             it is not used; 0, for the project's own, is always the present one.
@@ -150,7 +151,8 @@ class Experiment:
     terms: tuple[Term, ...] = ()
     clip_title: str = ""
     clip_about: tuple[str, ...] = ()
-    filter_interface: FilterInterface | None = None
+    model: Model | None = None
+    joined: Mapping[str, str] = field(default_factory=dict)
     filters: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     interface: int = 0
 
@@ -230,7 +232,7 @@ class Experiment:
 
     def declarations(self, model: type[Parameters]) -> tuple[Declaration, ...]:
         """Return the declaration of every parameter of a setup's model, each with all trackers that read it."""
-        return with_readers(declarations(model), self.trackers)
+        return with_readers(declarations(model), self.joined)
 
     def all_series(self, *trackers: str) -> tuple[Series, ...]:
         """Return all series that a run with these trackers, or with any if none is named, may have."""
@@ -241,6 +243,17 @@ class Experiment:
     def run_measures(self) -> tuple[Measure, ...]:
         """All measures of a run: the hit rate, where there is a notion of lost, and those declared."""
         return (*((HIT_RATE,) if self.judges_loss else ()), *self.measures)
+
+    def with_trackers(self, *trackers: Tracker, like: str) -> "Experiment":
+        """Return this experiment with more trackers, which read the parameters that one of its own reads.
+
+        Args:
+            trackers: To join it.
+            like: Name of the tracker whose parameters they read.
+        """
+        more = {tracker.id: tracker for tracker in trackers}
+        joined = {**self.joined, **dict.fromkeys(more, like)}
+        return replace(self, trackers={**self.trackers, **more}, joined=joined)
 
     def with_units(self, units: Mapping[str, str]) -> "Experiment":
         """Return this experiment with other units, by the name of a plot, and by "estimate" of the estimate."""

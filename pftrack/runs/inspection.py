@@ -20,11 +20,11 @@ from pftrack.core.model.likelihood import (
     Component,
     Genealogy,
     LikelihoodMap,
-    ObservationLikelihood,
     Part,
     count_descendants,
     trace,
 )
+from pftrack.core.model.model import Model, State
 from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.tracker import Tracker
 from pftrack.runs.run import Run
@@ -204,21 +204,21 @@ class Inspection:
         Raises:
             ParameterError: The tracker cannot be asked at places.
         """
-        likelihood = self.tracker.likelihood
-        if likelihood is None or likelihood.anchor is None:
+        model = self.tracker.model
+        if model is None or not model.has_place:
             raise ParameterError("place", place.tolist(), "left out: the tracker has no likelihood of places")
-        known = self._known(likelihood)
-        (state,) = likelihood.anchor.put(known, likelihood.centre(self.run.current.state), place[None])
-        return self._ask(likelihood, known, state, place)
+        known = self._known(model)
+        (state,) = model.put(model.centre(self.run.current.state), place[None], known)
+        return self._ask(model, known, state, place)
 
     def at_estimate(self) -> Finding:
         """Return what the likelihood says of the estimate."""
-        likelihood = self.tracker.likelihood
-        if likelihood is None:
+        model = self.tracker.model
+        if model is None or not model.title:
             return Finding(self.run.position, None, "", None, (), ())
-        known = self._known(likelihood)
-        state = likelihood.centre(self.run.current.state)
-        return self._ask(likelihood, known, state, self._place(likelihood, known, state))
+        known = self._known(model)
+        state = model.centre(self.run.current.state)
+        return self._ask(model, known, state, self._place(model, known, state))
 
     def at_particle(self, particle: int) -> Finding:
         """Return what there is to say of a particle of the frame.
@@ -226,25 +226,24 @@ class Inspection:
         Raises:
             ParameterError: There is no such particle.
         """
-        cloud, likelihood = self.cloud, self.tracker.likelihood
-        if cloud is None or not 0 <= particle < len(cloud):
+        cloud, model = self.cloud, self.tracker.model
+        if cloud is None or model is None or not 0 <= particle < len(cloud):
             count = 0 if cloud is None else len(cloud)
             raise ParameterError("particle", particle, f"a particle of the frame, of which there are {count}")
-        own, state = self._particle(cloud, particle, likelihood), cloud.states[particle]
-        if likelihood is None or cloud.components:
+        own, state = self._particle(cloud, particle, model), cloud.states[particle]
+        if not model.title or cloud.components:
             place = None if cloud.places is None else cloud.places[particle]
             named = tuple(zip(cloud.components, state.tolist(), strict=False))
             said = None if cloud.log_likelihoods is None else float(cloud.log_likelihoods[particle])
-            title = "" if said is None or likelihood is None else likelihood.title
+            title = "" if said is None else model.title
             return Finding(self.run.position, place, title, said, (), named, own)
-        known = self._known(likelihood)
-        return self._ask(likelihood, known, state, self._place(likelihood, known, state), own)
+        known = self._known(model)
+        return self._ask(model, known, state, self._place(model, known, state), own)
 
     def update_parts(self) -> tuple[Part, ...]:
         """Return what the tracker's step of the frame was made of, with the values that it was taken with."""
-        step = self.run.current
-        told = self.tracker.update_parts
-        return () if told is None else told(self.before, step.state, step.frame, step.parameters)
+        step, model = self.run.current, self.tracker.model
+        return () if model is None else model.update_parts(self.before, step.state, step.frame, step.parameters)
 
     def courses(self) -> tuple[Course, ...]:
         """Return what the tracker tells of every frame and has a limit, over the last frames."""
@@ -262,12 +261,12 @@ class Inspection:
 
         Of particles that have no place it is the heaviest of all; None where there are no particles.
         """
-        cloud, likelihood = self.cloud, self.tracker.likelihood
-        if cloud is None:
+        cloud, model = self.cloud, self.tracker.model
+        if cloud is None or model is None:
             return None
         places = cloud.places
-        if not cloud.components and likelihood is not None and likelihood.anchor is not None:
-            places = likelihood.anchor.place(self._known(likelihood), cloud.states)
+        if not cloud.components and model.has_place:
+            places = model.place(cloud.states, self._known(model))
         if places is None:
             return int(cloud.log_weights.argmax())
         off = np.square(places - place).sum(axis=1)
@@ -276,11 +275,11 @@ class Inspection:
 
     def map(self, size: tuple[int, int]) -> LikelihoodMap | None:
         """Return the likelihood all over a picture of a width and height, px; None of a tracker that has none."""
-        likelihood = self.tracker.likelihood
-        if likelihood is None or likelihood.anchor is None:
+        model = self.tracker.model
+        if model is None or not model.has_place:
             return None
         step = self.run.current
-        return likelihood.map(self.before, step.state, step.frame, self.parameters, size)
+        return model.map(self.before, step.state, step.frame, self.parameters, size)
 
     def genealogy(self, particle: int | None = None) -> Genealogy | None:
         """Return the ancestors of the frame's particles as far back as they are known; None without.
@@ -306,7 +305,7 @@ class Inspection:
         clouds = self._window(min(frame, position), max(frame, position))
         return find_ancestor(particle, clouds) if position <= frame else find_heir(particle, clouds)
 
-    def _particle(self, cloud: Cloud, particle: int, likelihood: ObservationLikelihood | None) -> ParticleFinding:
+    def _particle(self, cloud: Cloud, particle: int, model: Model) -> ParticleFinding:
         past = self._past(GENERATIONS)
         known = known_parents(past)
         lineage = trace(self.run.position, known, len(cloud)).places[::-1, particle]
@@ -314,8 +313,8 @@ class Inspection:
         first = self.run.position + 1 - len(lineage)
         line = [(each, at) for each, at in zip(reversed(past), lineage, strict=False) if each is not None]
         path = np.array([each.places[at] for each, at in line if each.places is not None]).reshape(-1, 2)
-        if not cloud.components and likelihood is not None and likelihood.anchor is not None:
-            path = likelihood.anchor.place(self._known(likelihood), np.stack([each.states[at] for each, at in line]))
+        if not cloud.components and model.has_place:
+            path = model.place(np.stack([each.states[at] for each, at in line]), self._known(model))
         last = min(self.run.computed, self.run.position + GENERATIONS - 1)
         following = self._window(self.run.position, last)
         siblings = cloud.siblings(particle)
@@ -335,34 +334,29 @@ class Inspection:
 
     def _ask(
         self,
-        likelihood: ObservationLikelihood,
-        known: Any,  # noqa: ANN401 - the state of any family
+        model: Model,
+        known: State,
         state: Floats,
         place: Floats | None,
         particle: ParticleFinding | None = None,
     ) -> Finding:
         frame, parameters = self.run.current.frame, self.parameters
-        (number,) = likelihood.log_likelihood(known, state[None], frame, parameters)
+        (number,) = model.log_likelihood(state[None], frame, parameters, known)
         return Finding(
             frame.index,
             place,
-            likelihood.title,
+            model.title,
             -np.inf if np.isnan(number) else float(number),
-            likelihood.parts(known, state, frame, parameters),
-            tuple(zip(likelihood.components(parameters), state.tolist(), strict=True)),
+            model.parts(state, frame, parameters, known),
+            tuple(zip(model.components(parameters), state.tolist(), strict=True)),
             particle,
         )
 
-    def _known(self, likelihood: ObservationLikelihood) -> Any:  # noqa: ANN401 - the state of any family
-        return likelihood.prepare(self.before, self.run.current.frame, self.parameters)
+    def _known(self, model: Model) -> State:
+        return model.prepare(self.before, self.run.current.frame, self.parameters)
 
-    def _place(
-        self,
-        likelihood: ObservationLikelihood,
-        known: Any,  # noqa: ANN401 - the state of any family
-        state: Floats,
-    ) -> Floats | None:
-        return None if likelihood.anchor is None else likelihood.anchor.place(known, state[None])[0]
+    def _place(self, model: Model, known: State, state: Floats) -> Floats | None:
+        return model.place(state[None], known)[0] if model.has_place else None
 
     def _past(self, count: int) -> list[Cloud | None]:
         """Return the clouds of the last frames up to the one that is shown, at most so many."""
@@ -386,8 +380,7 @@ class Inspection:
 
 
 def _cloud(run: Run, step: Step) -> Cloud | None:
-    opened = run.experiment.trackers[step.tracker].cloud
-    return None if opened is None else opened(step.state)
+    return run.experiment.trackers[step.tracker].cloud(step.state)
 
 
 def _kept(run: Run, step: Step) -> Cloud | None:

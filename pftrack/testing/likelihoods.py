@@ -7,7 +7,9 @@ import numpy as np
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.diagnostics import Step
-from pftrack.core.model.likelihood import Cloud, Contributions, Histograms, ObservationLikelihood
+from pftrack.core.model.likelihood import Cloud, Contributions, Histograms
+from pftrack.core.model.model import Model
+from pftrack.core.model.tracker import Tracker
 from pftrack.experiments.experiment import Experiment
 from pftrack.filters.particles import normalise
 from pftrack.testing.check import Check, copy_arrays, demand, each_tracker, straight
@@ -44,14 +46,15 @@ def _clouds_are_whole(experiment: Experiment, tracker: str) -> None:
 
 
 def _likelihoods_agree(experiment: Experiment, tracker: str) -> None:
-    likelihood = experiment.trackers[tracker].likelihood
-    if likelihood is None:
+    chosen = experiment.trackers[tracker]
+    model = chosen.model
+    if model is None or not model.title:
         return
     steps = straight(experiment, tracker).steps
     for before, step in itertools.pairwise(steps):
         held = copy_arrays(before), copy_arrays(step)
-        cloud, centre = _cloud(experiment, step), likelihood.centre(step.state)
-        names = likelihood.components(step.parameters)
+        cloud, centre = _cloud(experiment, step), model.centre(step.state)
+        names = model.components(step.parameters)
         demand(centre.shape == (len(names),), f"a state has {len(names)} coordinates, and its centre {centre.shape}")
         if cloud is not None and cloud.components:
             demand(cloud.states.shape[1] == len(cloud.components), "particles must have the coordinates that they name")
@@ -59,21 +62,26 @@ def _likelihoods_agree(experiment: Experiment, tracker: str) -> None:
             demand(said is None or said.shape == (len(cloud),), "each particle must have a likelihood, or none")
             cloud = None  # they are none of those that the likelihood is asked of
         states = centre[None] if cloud is None else cloud.states
-        found = likelihood.ask(before.state, states, step.frame, step.parameters)
+        found = model.evaluate(before.state, states, step.frame, step.parameters)
         where = f"in frame {step.frame.index}"
         demand(found.shape == (len(states),) and (found < np.inf).all(), f"a likelihood must be a number {where}")
-        if cloud is not None and likelihood.weighs and sum(cloud.counts[1:]) == 0:
+        if cloud is not None and model.weighs and _by_prediction(chosen, cloud):
             passed_on = 0.0 if cloud.resampled else _weights_before(experiment, before, cloud)
             off = np.abs(np.exp(normalise(found + passed_on)[0]) - np.exp(cloud.log_weights)).max()
             demand(off < SMALL, f"the likelihood differs from the weights that the filter gave {where} by {off:.2g}")
-            if experiment.trackers[tracker].evidence == "relative":
+            if chosen.evidence == "relative":
                 prior = np.full(len(cloud), -np.log(len(cloud))) if cloud.resampled else passed_on
                 apart = abs(normalise(found + prior)[1] - step.state.log_evidence)
                 demand(apart < SMALL, f"the log evidence differs from the mean likelihood {where} by {apart:.2g}")
-        _demand_whole_parts(likelihood, before, step)
+        _demand_whole_parts(model, before, step)
         for kept, each in zip(held, (before, step), strict=True):
             same = all(np.array_equal(kept[name], array, equal_nan=True) for name, array in copy_arrays(each).items())
             demand(same, f"asking a likelihood must leave states as they are, and does not {where}")
+
+
+def _by_prediction(tracker: Tracker, cloud: Cloud) -> bool:
+    """Return whether all particles were drawn from the dynamics."""
+    return tracker.sampling == "prior" or (bool(cloud.counts) and sum(cloud.counts[1:]) == 0)
 
 
 def _weights_before(experiment: Experiment, before: Step, cloud: Cloud) -> Floats:
@@ -84,9 +92,9 @@ def _weights_before(experiment: Experiment, before: Step, cloud: Cloud) -> Float
     return np.where(cloud.ancestors < 0, 0.0, parents.log_weights[cloud.ancestors])
 
 
-def _demand_whole_parts(likelihood: ObservationLikelihood, before: Step, step: Step) -> None:
-    known = likelihood.prepare(before.state, step.frame, step.parameters)
-    for part in likelihood.parts(known, likelihood.centre(step.state), step.frame, step.parameters):
+def _demand_whole_parts(model: Model, before: Step, step: Step) -> None:
+    known = model.prepare(before.state, step.frame, step.parameters)
+    for part in model.parts(model.centre(step.state), step.frame, step.parameters, known):
         demand(part.title, "each part of a likelihood must have a title")
         if isinstance(part, Histograms):
             demand(len(part.expected) == len(part.found), f"{part.title}: both histograms must have the same bins")
@@ -96,21 +104,20 @@ def _demand_whole_parts(likelihood: ObservationLikelihood, before: Step, step: S
 
 
 def _maps_cover_the_picture(experiment: Experiment, tracker: str) -> None:
-    likelihood = experiment.trackers[tracker].likelihood
-    if likelihood is None or likelihood.anchor is None:
+    model = experiment.trackers[tracker].model
+    if model is None or not model.has_place:
         return
     made = straight(experiment, tracker)
     before, step = made.steps[-2:]
     size = made.drawings[-1].width, made.drawings[-1].height
-    found = likelihood.map(before.state, step.state, step.frame, step.parameters, size)
+    found = model.map(before.state, step.state, step.frame, step.parameters, size)
     demand(np.isfinite(found.log_likelihoods).any(), "a likelihood must be possible somewhere in the picture")
     rows, columns = found.log_likelihoods.shape
     demand(
-        rows * columns <= likelihood.most_places,
-        f"a map must have {likelihood.most_places} places at most, got {rows} x {columns}",
+        rows * columns <= model.most_places,
+        f"a map must have {model.most_places} places at most, got {rows} x {columns}",
     )
 
 
 def _cloud(experiment: Experiment, step: Step) -> Cloud | None:
-    opened = experiment.trackers[step.tracker].cloud
-    return None if opened is None else opened(step.state)
+    return experiment.trackers[step.tracker].cloud(step.state)

@@ -5,8 +5,8 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from pftrack.core.arrays import Floats
+from pftrack.core.model.model import LinearChain
 from pftrack.core.model.parameters import Value, flat, revise
-from pftrack.core.model.tracker import LinearChain
 from pftrack.experiments.experiment import Experiment
 from pftrack.filters.disturbances import smooth_disturbances
 from pftrack.testing.check import Check, demand, each_tracker, straight
@@ -25,22 +25,22 @@ def checks(experiment: Experiment) -> Iterator[Check]:
 
 
 def _model_is_the_filters(experiment: Experiment, tracker: str) -> None:
-    linear = experiment.trackers[tracker].linear
-    if linear is None:
+    model = experiment.trackers[tracker].model
+    if model is None or experiment.trackers[tracker].sampling != "exact":
         return
     steps = straight(experiment, tracker).steps
     frames = [step.frame for step in steps]
     state, parameters = steps[0].state, steps[1].parameters
-    chains = linear.chains(state, frames, parameters)
+    chains = model.chains(state, frames, parameters)
     if chains is None:
         return
     told = sum(step.state.log_evidence for step in steps)
     found = float(sum(smooth_disturbances(chain).log_evidence.sum() for chain in chains))
     demand(abs(found - told) < SMALL * max(abs(told), 1.0), f"the model has a log evidence of {found:g}, not {told:g}")
     declared = {it.name: it for it in experiment.declarations(type(parameters))}
-    kinds = [scale.kind for scale in linear.scales.values()]
+    kinds = [scale.kind for scale in model.scales.values()]
     demand(len(set(kinds)) == len(kinds), f"one number may scale each kind of noise, got {kinds}")
-    for name, scale in linear.scales.items():
+    for name, scale in model.scales.items():
         before = float(flat(parameters)[name])
         after = before * LARGER
         if declared[name].maximum is not None and after > float(declared[name].maximum or 0):
@@ -48,7 +48,7 @@ def _model_is_the_filters(experiment: Experiment, tracker: str) -> None:
         factor = scale.factor(before, after)
         demand(abs(scale.scale(before, factor) - after) < SMALL * after, f"{name}: the factor must lead to the number")
         values: Mapping[str, Value] = {name: after}
-        changed = linear.chains(state, frames, revise(parameters, values)) or ()
+        changed = model.chains(state, frames, revise(parameters, values)) or ()
         scales = {kind: factor if kind == scale.kind else 1.0 for kind in ("process", "observation")}
         demand(_are_scaled(chains, changed, scales), f"{name} must scale the {scale.kind} noise, and nothing else")
 

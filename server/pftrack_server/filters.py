@@ -73,7 +73,7 @@ def look_at(path: Path) -> tuple[str, str, str]:
         found = find(experiment)
     except LookupError as error:
         raise ValueError(f"{path.name}: {error.args[0]}") from None
-    if found.filter_interface is None:
+    if found.model is None:
         raise ValueError(f"{path.name}: {found.id} takes no filters from files")
     if name in found.trackers:
         raise ValueError(f"{path.name}: {found.id} has a tracker {name}; call the file otherwise")
@@ -153,8 +153,8 @@ class FilterFiles:
     def _view(self, served: ServedFilter) -> FilterPublic:
         text = served.path.read_text(encoding="utf-8")
         experiment = find(served.experiment)
-        interface, parameters = experiment.filter_interface, experiment.simulate().parameters
-        if interface is None:
+        model, parameters = experiment.model, experiment.simulate().parameters
+        if model is None:
             raise NotFoundError("The experiment takes no filters from files.")
         return FilterPublic(
             name=served.name,
@@ -164,8 +164,8 @@ class FilterFiles:
             text=text,
             editable=self._editable,
             hints=[HintPublic.model_validate(hint) for hint in HINTS],
-            components=[ComponentPublic.model_validate(one) for one in interface.likelihood.components(parameters)],
-            observed=interface.observed,
+            components=[ComponentPublic.model_validate(one) for one in model.components(parameters)],
+            observed=model.observed,
         )
 
     def open(self, on_saved: OnSaved) -> None:

@@ -1,24 +1,32 @@
 """Likelihoods that are asked at any state: what they need of places, and what comes of a map."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
-from pftrack.core.model.likelihood import Cloud, Component, LikelihoodMap, ObservationLikelihood, anchor_at, lattice
+from pftrack.core.arrays import Floats
+from pftrack.core.model.likelihood import Cloud, Component, LikelihoodMap, lattice
+from pftrack.core.model.model import Model
 from pftrack.core.model.source import Frame
 
 FRAME = Frame(3, 0.1, image_rgb=np.zeros((6, 8, 3), np.uint8))
-HILL = ObservationLikelihood(
-    "distance",
-    components=lambda _: (Component("a"), Component("u", "px"), Component("v", "px")),
-    log_likelihood=lambda top, states, *_: np.where(
-        states[:, 0] > 0, -((states[:, 1:] - top) ** 2).sum(axis=1), np.nan
-    ),
-    centre=lambda state: state,
-    anchor=anchor_at(1, 2),
-    most_places=12,
-)
+
+
+class Hill(Model):
+    title = "distance"
+    axes = (1, 2)
+    most_places = 12
+
+    def components(self, parameters: object) -> tuple[Component, ...]:
+        return Component("a"), Component("u", "px"), Component("v", "px")
+
+    def log_likelihood(self, states: Floats, frame: Frame, parameters: object, known: Floats) -> Floats:
+        return np.where(states[:, 0] > 0, -((states[:, 1:] - known) ** 2).sum(axis=1), np.nan)
+
+    def centre(self, state: Floats) -> Floats:
+        return state
+
+
+HILL = Hill()
 
 
 @pytest.mark.parametrize(
@@ -48,7 +56,7 @@ def test_a_map_asks_for_states_that_differ_in_their_place_alone() -> None:
 def test_what_is_not_a_number_is_impossible() -> None:
     """A likelihood that is NaN counts as impossible, in a map as in an answer."""
     nowhere = np.array([-1.0, 0.0, 0.0])
-    assert HILL.ask(np.zeros(2), nowhere[None], FRAME, None)[0] == -np.inf
+    assert HILL.evaluate(np.zeros(2), nowhere[None], FRAME, None)[0] == -np.inf
     found = HILL.map(np.zeros(2), nowhere, FRAME, None, (8, 6))
     assert found.range == (0.0, 0.0)
     assert (found.levels == 0.0).all()
@@ -64,7 +72,7 @@ def test_levels_go_from_the_lowest_to_the_highest() -> None:
 
 def test_a_likelihood_without_places_has_no_map() -> None:
     """Of states that have no place in the picture no map is made, and the sentence says which."""
-    signal = dataclasses.replace(HILL, anchor=None, title="measured value")
+    signal = type("Signal", (Hill,), {"axes": None, "title": "measured value"})()
     with pytest.raises(ValueError, match="measured value has no place"):
         signal.map(np.zeros(2), np.zeros(3), FRAME, None, (8, 6))
 

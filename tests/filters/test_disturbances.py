@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.model.tracker import LinearChain
+from pftrack.core.model.model import LinearChain
 from pftrack.core.numerics.compiled import FUNCTIONS
 from pftrack.core.numerics.random import log_density
 from pftrack.filters import disturbances

@@ -9,7 +9,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from pftrack import filters
-from pftrack.core.model.tracker import LinearChain
+from pftrack.core.model.model import LinearChain
 from pftrack.core.numerics.random import Gaussian
 from pftrack.filters import bootstrap, dynamics, particles, resampling
 from pftrack.filters.dynamics import LinearDynamics, random_walk

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pftrack.analysis.fitting.search import maximise
-from pftrack.core.model.tracker import LinearChain, NoiseScale
+from pftrack.core.model.model import LinearChain, LinearStep, NoiseScale
 from pftrack.filters.disturbances import smooth_disturbances
 from pftrack.filters.dynamics import autoregression, random_walk
 from pftrack.filters.learning.online_em import fit_noise
@@ -21,9 +21,8 @@ def walk(seed: int = 1, frames: int = 200, process_sd: float = 0.5, observation_
     measurements = places + observation_sd * rng.normal(size=frames)
     measurements[frames // 3 : frames // 3 + 5] = np.nan
     it = random_walk(1, 1.0)
-    return LinearChain.steady(
-        np.zeros(1), np.zeros((1, 1)), it.transition, it.offset, it.noise, measurements[:, None], np.eye(1), np.eye(1)
-    )
+    steps = [LinearStep(it, one, np.eye(1), np.eye(1)) for one in measurements[:, None]]
+    return LinearChain.of(np.zeros(1), np.zeros((1, 1)), steps)
 
 
 def curve(process_sd: float) -> LinearChain:
@@ -35,11 +34,8 @@ def curve(process_sd: float) -> LinearChain:
     for _ in range(150):
         state = it.transition @ state + it.noise @ rng.normal(size=1)
         seen.append(state[0] + 0.1 * rng.normal())
-    measurements = np.array(seen)[:, None]
-    spread = 0.01 * np.eye(1)
-    return LinearChain.steady(
-        np.zeros(2), np.zeros((2, 2)), it.transition, it.offset, it.noise, measurements, np.eye(1, 2), spread
-    )
+    steps = [LinearStep(it, np.array([one]), np.eye(1, 2), 0.01 * np.eye(1)) for one in seen]
+    return LinearChain.of(np.zeros(2), np.zeros((2, 2)), steps)
 
 
 def evidence(chains: list[LinearChain], process: float, observation: float) -> float:

@@ -12,14 +12,13 @@ from pydantic import field_validator
 from pftrack.core.model.band import ALL, Calibration, FlagBand
 from pftrack.core.model.diagnostics import Step
 from pftrack.core.model.drawing import Points, Primitive, World, WorldDrawing
-from pftrack.core.model.likelihood import anchor_at
 from pftrack.core.model.marks import Editor, Handle, Mark
 from pftrack.core.model.measures import PICTURE_MEASURES
+from pftrack.core.model.model import NoiseScale
 from pftrack.core.model.parameters import parameter
 from pftrack.core.model.preset import Cure, ExampleSweep, Preset
 from pftrack.core.model.series import Series
 from pftrack.core.model.source import Frame
-from pftrack.core.model.tracker import NoiseScale
 from pftrack.experiments import find
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.shared.loss_probability import Logistic, LossDeclaration, LossModel
@@ -248,27 +247,27 @@ def plots_of_one_name() -> Experiment:
 
 
 BOOTSTRAP = TRACKERS["condensation"]
-WEIGHED = BOOTSTRAP.likelihood
+SIGNAL = type(BOOTSTRAP.model)
 
 
-def bootstrap(**other: Any) -> Experiment:
-    """Return an experiment whose first tracker has particles, and something else than the sound one."""
-    return replace(
-        SOUND, trackers={"condensation": replace(BOOTSTRAP, **other)}, default_tracker="condensation", presets=()
-    )
+def believing(tracker: str, **other: Any) -> Experiment:
+    """Return an experiment of one tracker, whose model has something else than the sound one."""
+    model = type("Broken", (SIGNAL,), other)()
+    trackers = {tracker: replace(TRACKERS[tracker], model=model)}
+    return replace(SOUND, trackers=trackers, default_tracker=tracker, presets=())
 
 
-def linear(**other: Any) -> Experiment:
-    """Return an experiment whose tracker declares something else than its linear model."""
-    return replace(SOUND, trackers={"kalman": replace(KALMAN, linear=replace(KALMAN.linear, **other))})
-
-
-def heavier(cloud: Any) -> Any:
+def heavier(model: Any, state: Any) -> Any:
+    cloud = SIGNAL.cloud(model, state)
     return replace(cloud, log_weights=cloud.log_weights + 1.0)
 
 
-def impossible(state: Any, states: Any, frame: Frame, parameters: Any) -> Any:
-    del state, frame, parameters
+def doubled(model: Any, *asked: Any) -> Any:
+    return 2.0 * SIGNAL.log_likelihood(model, *asked)
+
+
+def impossible(model: Any, states: Any, *asked: Any) -> Any:
+    del model, asked
     return np.full(len(states), -np.inf)
 
 
@@ -401,19 +400,19 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
         "the loss probability of kalman must weigh 6 features, got 0",
     ),
     "particles can be laid open": (
-        lambda: bootstrap(cloud=lambda state: heavier(BOOTSTRAP.cloud(state))),
+        lambda: believing("condensation", cloud=heavier),
         "weights of particles must sum to 1 in frame 1",
     ),
     "a likelihood can be asked at any state, and says what the filter weighs by": (
-        lambda: bootstrap(likelihood=replace(WEIGHED, log_likelihood=lambda *it: 2 * WEIGHED.log_likelihood(*it))),
+        lambda: believing("condensation", log_likelihood=doubled),
         "the likelihood differs from the weights that the filter gave in frame 1 by",
     ),
     "a linear model is that of the filter, and its noises are scaled as declared": (
-        lambda: linear(scales={"assumed_noise_sd": NoiseScale("observation", is_variance=True)}),
+        lambda: believing("kalman", scales={"assumed_noise_sd": NoiseScale("observation", is_variance=True)}),
         "assumed_noise_sd must scale the observation noise, and nothing else",
     ),
     "a likelihood covers the picture": (
-        lambda: bootstrap(likelihood=replace(WEIGHED, anchor=anchor_at(0, 1), log_likelihood=impossible)),
+        lambda: believing("condensation", axes=(0, 1), weighs=False, log_likelihood=impossible),
         "a likelihood must be possible somewhere in the picture",
     ),
     "other seeds from a frame on are a branch with these seeds": (

@@ -193,8 +193,8 @@ def fittable(experiment: Experiment, tracker: str, model: type[Parameters]) -> t
         other changes what is measured.
     """
     known = experiment.trackers[tracker]
-    if known.linear is not None:
-        return tuple(it for it in experiment.declarations(model) if it.name in known.linear.scales)
+    if known.model is not None and known.sampling == "exact":
+        return tuple(it for it in experiment.declarations(model) if it.name in known.model.scales)
     roles = {"": (), "normalised": FITTED_ROLES, "relative": FITTED_ROLES if _covers(known) else FITTED_ROLES[:1]}
     return tuple(it for it in experiment.declarations(model) if _is_fittable(it, tracker, roles[known.evidence]))
 
@@ -279,7 +279,7 @@ def _choose(run: Run, names: Sequence[str]) -> tuple[Declaration, ...]:
 
 
 def _covers(tracker: Tracker) -> bool:
-    return tracker.likelihood is not None and tracker.likelihood.anchor is not None
+    return tracker.model is not None and tracker.model.has_place
 
 
 def _is_fittable(it: Declaration, tracker: str, roles: tuple[Role, ...]) -> bool:

@@ -17,7 +17,7 @@ import numpy as np
 import scipy
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.tracker import LinearChain, NoiseScale
+from pftrack.core.model.model import LinearChain, NoiseScale
 from pftrack.filters.learning.online_em import fit_noise
 
 # it loads its parts when they are asked for: scipy.optimize takes half a second

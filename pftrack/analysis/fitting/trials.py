@@ -67,7 +67,7 @@ def _log_evidence(run: Run, levels: Mapping[int, float] | None) -> Floats:
     evidence = np.where(np.isnan(evidence), -np.inf, evidence)
     if levels is not None:
         evidence -= np.array([levels.get(frame, np.nan) for frame in range(len(evidence))])
-    exact = run.experiment.trackers[run.tracker].linear is not None
+    exact = run.experiment.trackers[run.tracker].sampling == "exact"
     return evidence if exact else _bound(evidence)
 
 
@@ -79,10 +79,10 @@ def _bound(evidence: Floats) -> Floats:
 
 
 def _level(run: Run, before: Any, step: Any) -> float:  # noqa: ANN401 - the state of any family
-    likelihood, image = run.experiment.trackers[step.tracker].likelihood, step.frame.image_rgb
-    if likelihood is None or image is None:
+    model, image = run.experiment.trackers[step.tracker].model, step.frame.image_rgb
+    if model is None or not model.has_place or image is None:
         raise ValueError(f"{step.tracker_title} has no likelihood over a picture")
-    found = likelihood.map(before, step.state, step.frame, step.parameters, (image.shape[1], image.shape[0]))
+    found = model.map(before, step.state, step.frame, step.parameters, (image.shape[1], image.shape[0]))
     _, log_sum = normalise(found.log_likelihoods.ravel())
     return log_sum - float(np.log(found.log_likelihoods.size))
 
@@ -209,8 +209,9 @@ class Trials:
 
     def _lay_open(self, frames: int) -> LinearHalf | None:
         """Return the model of the first frames, from frame 0 on; None where it is not linear in the numbers."""
-        model = self._experiment.trackers[self.tracker].linear
-        if model is None or not set(self._names) <= model.scales.keys():
+        tracker = self._experiment.trackers[self.tracker]
+        model = tracker.model
+        if model is None or tracker.sampling != "exact" or not set(self._names) <= model.scales.keys():
             return None
         (run,) = self._carry_out(self.begin, 1, (0,))
         seen = [self._source.frame(index, run.timeline.history) for index in range(frames)]

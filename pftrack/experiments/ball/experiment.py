@@ -24,7 +24,7 @@ from pftrack.core.model.preset import ExampleSweep, read_presets
 from pftrack.core.model.recipe import Footage
 from pftrack.core.model.setup import BESIDE, Setup
 from pftrack.core.model.source import FrameSequence, Truth
-from pftrack.experiments.ball.model import FILTER_INTERFACE
+from pftrack.experiments.ball.model import MODEL
 from pftrack.experiments.ball.parameters import GUIDANCE, SCORING, BallTrackerParameters
 from pftrack.experiments.ball.quality import CALIBRATION, FAILURES, LOSS_DECLARATION
 from pftrack.experiments.ball.recording import look_beside, suits
@@ -237,7 +237,7 @@ EXPERIMENT = Experiment(
         SECOND_RUN,
     ),
     calibration=CALIBRATION,
-    filter_interface=FILTER_INTERFACE,
+    model=MODEL,
     simulate=simulate,
     on_video=on_video,
     recorded=lambda _kind: RecordedBallParameters(),

@@ -7,33 +7,31 @@ made of the path so far. Two trackers measure the colour centroid of the whole p
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import lru_cache, partial
-from typing import NamedTuple
+from functools import lru_cache
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.likelihood import Amount, Component, ObservationLikelihood, Part, Patches, Residual
+from pftrack.core.model.likelihood import Amount, Component, Part, Patches, Residual
+from pftrack.core.model.model import Evidence, LinearChain, LinearStep, NoiseScale, State, Values
 from pftrack.core.model.source import Frame, Target
-from pftrack.core.model.tracker import LinearChain, LinearModel, NoiseScale, Tracker
+from pftrack.core.model.tracker import Tracker
 from pftrack.core.numerics.compiled import compiled, read_only
 from pftrack.core.numerics.random import Gaussian, Generator, Stream
 from pftrack.experiments.ball.parameters import BallTrackerParameters, ColourParameters, LoopParameters
 from pftrack.experiments.shared import reports
-from pftrack.experiments.shared.beliefs import NIS, FilterInterface, Update, innovation_parts, measure_innovation
+from pftrack.experiments.shared.filtered import Kalman, PointModel, Update
 from pftrack.experiments.shared.reports import PointState
 from pftrack.experiments.shared.sampling.samplers import (
     Likelihood,
-    centre_of,
-    cloud_of,
     crop,
-    measure_particles,
-    particles_of,
     picture_of,
     size_of,
 )
-from pftrack.filters import fixed_lag, kalman, unscented_particle
+from pftrack.filters import fixed_lag, unscented_particle
 from pftrack.filters.dynamics import LinearDynamics, autoregression
 from pftrack.filters.learning import online_em
 from pftrack.filters.particles import ParticleSet
@@ -76,45 +74,73 @@ CHROMATICITY = Likelihood(_log_likelihood, _pack)
 """The colour of the pixel under a particle (Bando 2007, ch. 3 section 2.2)."""
 
 
-def _weigh(state: PointState, states: Floats, frame: Frame, parameters: ColourParameters) -> Floats:
-    del state
-    weighed: Floats = CHROMATICITY.log_likelihood(
-        read_only(picture_of(frame)), np.ascontiguousarray(states.T).T, CHROMATICITY.packed(parameters)
-    )
-    return weighed
+class Coloured(PointModel):
+    """A point of a known colour that keeps its velocity, by the pixel under it (Bando 2007, ch. 3 section 2.2)."""
+
+    title = "colour of the pixel"
+    evidence: Evidence = "relative"
+    most_places = 19_200
+    observed = "frame.image_rgb is the picture, (height, width, 3), 0 to 255; u counts its columns, v its rows"
+    example = "pftrack.experiments.ball.example_filter"
+    reads = "condensation"
+
+    @override
+    def components(self, parameters: Values) -> tuple[Component, ...]:
+        return COMPONENTS
+
+    @override
+    def start(self, target: Target, frame: Frame, parameters: LoopParameters, rng: Stream) -> PointState:
+        return start(target, frame, parameters, rng)
+
+    @override
+    def prior(self, target: Target, parameters: LoopParameters) -> Gaussian:
+        """Return the known position, at rest."""
+        return fixed_lag.augment(Gaussian(target.position, parameters.initial_sd_px**2 * np.eye(TRACKED)), 1)
+
+    @override
+    def propagate(
+        self, states: Floats, frame: Frame, parameters: LoopParameters, rng: Generator, known: PointState
+    ) -> Floats:
+        dynamics = dynamics_of(known, parameters, size_of(picture_of(frame)))
+        return dynamics.diffuse(rng, dynamics.predict(states), np.arange(len(states)))
+
+    @override
+    def log_likelihood(self, states: Floats, frame: Frame, parameters: ColourParameters, known: State) -> Floats:
+        weighed: Floats = CHROMATICITY.log_likelihood(
+            read_only(picture_of(frame)), np.ascontiguousarray(states.T).T, CHROMATICITY.packed(parameters)
+        )
+        return weighed
+
+    @override
+    def parts(self, one: Floats, frame: Frame, parameters: ColourParameters, known: State) -> tuple[Part, ...]:
+        """Return the colour of the pixel beside the target's, in the shares that are compared."""
+        image, model = picture_of(frame), colour_model(parameters)
+        around = crop(image, one[:2], (SHOWN_PX, SHOWN_PX))
+        shares = np.full(2, np.nan)
+        pixel = crop(image, one[:2], (0, 0)).reshape(-1).astype(np.float64)
+        if pixel.sum() > 0.0:
+            shares = pixel[:2] / pixel.sum()
+        residuals = tuple(
+            Residual(f"share of {name}", float(found), expected, spread)
+            for name, found, expected, spread in zip(("red", "green"), shares, model.mean, model.spread, strict=True)
+            if np.isfinite(spread)
+        )
+        red, green = model.mean
+        blue = max(1.0 - red - green, 0.0)
+        brightest = max(red, green, blue)
+        colour = np.rint(255.0 * np.array([[[red, green, blue]]]) / brightest).astype(np.uint8)
+        background = Amount("background level rho", parameters.background_level)
+        return (*residuals, background, Patches("colour expected, and found around the pixel", colour, around))
+
+    @override
+    def believe(self, known: PointState, update: Update, frame: Frame, parameters: BallTrackerParameters) -> PointState:
+        parents = known.particles
+        lineage = None if parents is None else lineage_of(known, parents, update.particles, parameters)
+        return replace(super().believe(known, update, frame, parameters), lineage=lineage)
 
 
-def _parts(state: PointState, one: Floats, frame: Frame, parameters: ColourParameters) -> tuple[Part, ...]:
-    """Return the colour of the pixel beside the target's, in the shares that are compared."""
-    del state
-    image, model = picture_of(frame), colour_model(parameters)
-    around = crop(image, one[:2], (SHOWN_PX, SHOWN_PX))
-    shares = np.full(2, np.nan)
-    pixel = crop(image, one[:2], (0, 0)).reshape(-1).astype(np.float64)
-    if pixel.sum() > 0.0:
-        shares = pixel[:2] / pixel.sum()
-    residuals = tuple(
-        Residual(f"share of {name}", float(found), expected, spread)
-        for name, found, expected, spread in zip(("red", "green"), shares, model.mean, model.spread, strict=True)
-        if np.isfinite(spread)
-    )
-    red, green = model.mean
-    blue = max(1.0 - red - green, 0.0)
-    brightest = max(red, green, blue)
-    colour = np.rint(255.0 * np.array([[[red, green, blue]]]) / brightest).astype(np.uint8)
-    background = Amount("background level rho", parameters.background_level)
-    return (*residuals, background, Patches("colour expected, and found around the pixel", colour, around))
-
-
-LIKELIHOOD = ObservationLikelihood(
-    "colour of the pixel",
-    components=lambda _: COMPONENTS,
-    log_likelihood=_weigh,
-    centre=centre_of,
-    parts=_parts,
-    most_places=19_200,
-)
-"""The same, to be asked at any place."""
+MODEL = Coloured()
+"""What is believed of the colour under a ball, and of how it moves."""
 
 TRACKED = 2
 """The position: the first coordinates of the state."""
@@ -212,7 +238,7 @@ def step_unscented(state: PointState, frame: Frame, parameters: BallTrackerParam
     image, model = picture_of(frame), colour_model(parameters)
     size = size_of(image)
     state = with_learner(state, size, parameters)
-    particles = particles_of(state, parameters, rng)
+    particles = MODEL.particles(state, parameters, rng)
     posterior = unscented_particle.step(
         particles,
         dynamics_of(state, parameters, size),
@@ -238,69 +264,55 @@ def step_unscented(state: PointState, frame: Frame, parameters: BallTrackerParam
     return learn_motion(tracked, parameters, size)
 
 
-def step_kalman(state: PointState, frame: Frame, parameters: BallTrackerParameters, rng: Stream) -> PointState:
-    """Follow the colour centroid with a Kalman filter; without any pixel of the colour, predict only."""
-    del rng
-    image = picture_of(frame)
-    size = size_of(image)
-    state = with_learner(state, size, parameters)
-    posterior = kalman.predict(state.posterior, dynamics_of(state, parameters, size))
-    measurement = chromaticity.centroid(image, colour_model(parameters))
-    log_evidence, normalised = 0.0, None
-    if measurement is not None:
-        observation, noise = np.eye(TRACKED, 2 * TRACKED), parameters.measurement_noise_px**2 * np.eye(TRACKED)
-        normalised = kalman.innovate(posterior, measurement, observation, noise).normalised
-        posterior, log_evidence = kalman.update(posterior, measurement, observation, noise)
-    tracked = PointState(posterior, TRACKED, log_evidence=log_evidence, learner=state.learner, innovation=normalised)
-    return learn_motion(tracked, parameters, size)
+class Centroid(Coloured):
+    """The same motion, with the colour centroid of the whole picture as a measurement (Bando 2007, ch. 3 section 4)."""
 
+    title = "colour centroid of the picture"
+    evidence = "normalised"
+    scales: ClassVar = {
+        "process_noise_px": NoiseScale("process"),
+        "measurement_noise_px": NoiseScale("observation"),
+    }
+    most_places = 4800
 
-def _centroid_parts(
-    before: PointState, state: PointState, frame: Frame, parameters: BallTrackerParameters
-) -> tuple[Part, ...]:
-    """Return what the centroid said that was not expected; nothing where there is none."""
-    del state
-    image = picture_of(frame)
-    measurement = chromaticity.centroid(image, colour_model(parameters))
-    if measurement is None or frame.index == 0:
+    @override
+    def prepare(self, state: PointState, frame: Frame, parameters: BallTrackerParameters) -> PointState:
+        return with_learner(state, size_of(picture_of(frame)), parameters)
+
+    @override
+    def linear(self, frame: Frame, parameters: BallTrackerParameters, known: PointState) -> LinearStep:
+        image = picture_of(frame)
+        return LinearStep(
+            dynamics_of(known, parameters, size_of(image)),
+            chromaticity.centroid(image, colour_model(parameters)),
+            np.eye(TRACKED, 2 * TRACKED),
+            parameters.measurement_noise_px**2 * np.eye(TRACKED),
+        )
+
+    @override
+    def log_likelihood(self, states: Floats, frame: Frame, parameters: Values, known: State) -> Floats:
+        """Return the log density of the centroid (N,), 0 where there is none."""
+        measurement = chromaticity.centroid(picture_of(frame), colour_model(parameters))
+        if measurement is None:
+            return np.zeros(len(states))
+        off = (states[:, :TRACKED] - measurement) / parameters.measurement_noise_px
+        return np.asarray(-0.5 * np.square(off).sum(axis=1))
+
+    @override
+    def parts(self, one: Floats, frame: Frame, parameters: ColourParameters, known: State) -> tuple[Part, ...]:
         return ()
-    size = size_of(image)
-    predicted = kalman.predict(before.posterior, dynamics_of(with_learner(before, size, parameters), parameters, size))
-    noise = parameters.measurement_noise_px**2 * np.eye(TRACKED)
-    innovation = kalman.innovate(predicted, measurement, np.eye(TRACKED, 2 * TRACKED), noise)
-    return innovation_parts(("u", "v"), "px", measurement, innovation)
 
+    @override
+    def learn(self, state: PointState, frame: Frame, parameters: BallTrackerParameters) -> PointState:
+        return learn_motion(state, parameters, size_of(picture_of(frame)))
 
-def _centroid_likelihood(state: PointState, states: Floats, frame: Frame, parameters: BallTrackerParameters) -> Floats:
-    """Return the log density of the centroid, 0 where there is none."""
-    del state
-    measurement = chromaticity.centroid(picture_of(frame), colour_model(parameters))
-    if measurement is None:
-        return np.zeros(len(states))
-    off = (states[:, :TRACKED] - measurement) / parameters.measurement_noise_px
-    return np.asarray(-0.5 * np.square(off).sum(axis=1))
-
-
-def _chains(
-    state: PointState, frames: Sequence[Frame], parameters: BallTrackerParameters
-) -> tuple[LinearChain, ...] | None:
-    """Return the model of some frames, of which the first is the one that the state is of; None if it is learned."""
-    if parameters.learn_dynamics or state.learner is not None:
-        return None
-    images, model = [picture_of(frame) for frame in frames], colour_model(parameters)
-    dynamics = dynamics_of(state, parameters, size_of(images[0]))
-    centroids = [chromaticity.centroid(image, model) for image in images[1:]]
-    chain = LinearChain.steady(
-        state.posterior.mean,
-        state.posterior.covariance,
-        dynamics.transition,
-        dynamics.offset,
-        dynamics.noise,
-        np.array([np.full(TRACKED, np.nan) if each is None else each for each in centroids]),
-        np.eye(TRACKED, 2 * TRACKED),
-        parameters.measurement_noise_px**2 * np.eye(TRACKED),
-    )
-    return (chain,)
+    @override
+    def chains(
+        self, state: PointState, frames: Sequence[Frame], parameters: BallTrackerParameters
+    ) -> tuple[LinearChain, ...] | None:
+        """Return the model of some frames; None if the motion is learned."""
+        learned = parameters.learn_dynamics or state.learner is not None
+        return None if learned else super().chains(state, frames, parameters)
 
 
 UNSCENTED = Tracker(
@@ -310,65 +322,10 @@ UNSCENTED = Tracker(
     start,
     step_unscented,
     series=reports.CLOUD,
-    measure=measure_particles,
-    likelihood=replace(LIKELIHOOD, weighs=False),
-    cloud=partial(cloud_of, ()),
+    measure=MODEL.measure,
+    model=MODEL,
 )
 
-KALMAN = Tracker(
-    "kalman",
-    "Kalman filter",
-    "Follows the colour centroid of the whole picture with one Gaussian.",
-    start,
-    step_kalman,
-    series=NIS,
-    measure=lambda state: measure_innovation(state.innovation),
-    evidence="normalised",
-    likelihood=ObservationLikelihood(
-        "colour centroid of the picture",
-        components=LIKELIHOOD.components,
-        log_likelihood=_centroid_likelihood,
-        centre=centre_of,
-    ),
-    update_parts=_centroid_parts,
-    linear=LinearModel(
-        {"process_noise_px": NoiseScale("process"), "measurement_noise_px": NoiseScale("observation")}, _chains
-    ),
-)
-
-
-def _propagate(
-    state: PointState, states: Floats, frame: Frame, parameters: BallTrackerParameters, rng: Generator
-) -> Floats:
-    dynamics = dynamics_of(state, parameters, size_of(picture_of(frame)))
-    means = dynamics.predict(states)
-    return dynamics.diffuse(rng, means, np.arange(len(states)))
-
-
-def _believe(state: PointState, update: Update, frame: Frame, parameters: BallTrackerParameters) -> PointState:
-    del frame
-    particles = update.particles
-    parents = state.particles
-    return PointState(
-        Gaussian(*particles.moments),
-        TRACKED,
-        particles,
-        log_evidence=update.log_evidence,
-        resampled=update.resampled,
-        lineage=lineage_of(state, parents, particles, parameters) if parents is not None else None,
-        repeatable=update.repeatable,
-    )
-
-
-FILTER_INTERFACE = FilterInterface(
-    likelihood=LIKELIHOOD,
-    observed="frame.image_rgb is the picture, (height, width, 3), 0 to 255; u counts its columns, v its rows",
-    example="pftrack.experiments.ball.example_filter",
-    reads="condensation",
-    start=start,
-    particles=particles_of,
-    propagate=_propagate,
-    believe=_believe,
-    series=reports.CLOUD,
-    measure=measure_particles,
+KALMAN = Kalman("kalman", "Kalman filter", "Follows the colour centroid of the whole picture with one Gaussian.").join(
+    Centroid()
 )

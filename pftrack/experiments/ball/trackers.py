@@ -12,7 +12,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.likelihood import ObservationLikelihood
+from pftrack.core.model.model import Model
 from pftrack.core.model.source import Frame
 from pftrack.core.model.tracker import Fold, Tracker
 from pftrack.core.numerics.compiled import read_only
@@ -21,7 +21,7 @@ from pftrack.experiments.ball import model
 from pftrack.experiments.ball.model import (
     CHROMATICITY,
     KALMAN,
-    LIKELIHOOD,
+    MODEL,
     TRACKED,
     UNSCENTED,
     colour_model,
@@ -39,10 +39,7 @@ from pftrack.experiments.shared.sampling.samplers import (
     SAMPLERS,
     Likelihood,
     advance,
-    cloud_of,
     fold,
-    measure_particles,
-    particles_of,
     picture_of,
     scheme,
     size_of,
@@ -61,7 +58,7 @@ from pftrack.vision.likelihoods import chromaticity
 def step_guided(state: PointState, frame: Frame, parameters: BallTrackerParameters, rng: Stream) -> PointState:
     """Draw every particle by the learned diffusion."""
     image, model = picture_of(frame), colour_model(parameters)
-    particles = particles_of(state, parameters, rng)
+    particles = MODEL.particles(state, parameters, rng)
     diffusion = GUIDANCE.parse(parameters.learned).diffusion(
         parameters.guided_frame, scale=parameters.diffusion_scale, correlated=parameters.correlated_changes
     )
@@ -95,10 +92,9 @@ GUIDED = Tracker(
     start,
     step_guided,
     series=reports.CLOUD,
-    measure=measure_particles,
-    evidence="relative",  # all particles are drawn by prediction, so it is their mean likelihood
-    likelihood=LIKELIHOOD,
-    cloud=partial(cloud_of, ()),
+    measure=MODEL.measure,
+    model=MODEL,
+    sampling="prior",
 )
 
 
@@ -114,7 +110,7 @@ def step_loop(
     image = picture_of(frame)
     size = size_of(image)
     state = with_learner(state, size, parameters)
-    particles = particles_of(state, parameters, rng)
+    particles = MODEL.particles(state, parameters, rng)
     begun = replace(state, particles=particles)
     result = _loop(likelihood, rule, begun, image[None], parameters, rng.seed, rng.frame)
     tracked = advance(state, result)
@@ -169,25 +165,25 @@ def _motion(state: PointState, parameters: LoopParameters, size: tuple[int, int]
     return Motion(dynamics.transition, dynamics.offset, dynamics.noise, noise(parameters.large_process_noise_px))
 
 
-def loop_trackers(likelihood: Likelihood, asked: ObservationLikelihood | None = None) -> tuple[Tracker, ...]:
+def loop_trackers(likelihood: Likelihood, belief: Model | None = None) -> tuple[Tracker, ...]:
     """Return the trackers that share the loop, weighing by a likelihood; their parameters are `LoopParameters`.
 
     Args:
         likelihood: Compiled into the loop.
-        asked: The same, to be asked at any state.
+        belief: The model that it belongs to.
     """
     return tuple(
         sampler.tracker(
             start,
             partial(step_loop, likelihood, sampler.rule),
             partial(fold_loop, likelihood, sampler.rule),
-            likelihood=asked,
+            model=belief,
         )
         for sampler in SAMPLERS
     )
 
 
-_BY_NAME = {tracker.id: tracker for tracker in (*loop_trackers(CHROMATICITY, LIKELIHOOD), UNSCENTED, KALMAN, GUIDED)}
+_BY_NAME = {tracker.id: tracker for tracker in (*loop_trackers(CHROMATICITY, MODEL), UNSCENTED, KALMAN, GUIDED)}
 
 TRACKERS: dict[str, Tracker] = {
     name: _BY_NAME[name] for name in ("h-spf", "s-spf", "condensation", "apf", "upf", "pc-pf", "kalman", "guided")

@@ -4,12 +4,14 @@ from collections.abc import Mapping
 from functools import lru_cache, partial
 
 import numpy as np
+from typing_extensions import override
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.likelihood import Amount, Cloud, Component, ObservationLikelihood, Part
+from pftrack.core.model.likelihood import Amount, Component, Part
+from pftrack.core.model.model import Model, State, Values
 from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.source import Frame, Target
-from pftrack.core.model.tracker import Evidence, Tracker
+from pftrack.core.model.tracker import Tracker
 from pftrack.core.numerics.random import Stream
 from pftrack.experiments.fish.model import (
     CAP_PX,
@@ -181,37 +183,38 @@ def measure(state: FishState) -> Mapping[str, SeriesValue]:
     }
 
 
-def _weigh(state: FishState, states: Floats, frame: Frame, parameters: FishTrackerParameters) -> Floats:
-    del state
-    known, laid = weighing(parameters), np.asfortranarray(states)
-    largest = largest_distances(find_edges(frame, parameters).distances, laid, known.shape)
-    return np.asarray(log_likelihoods(largest, laid, known.sigma_d, known.limited))
+class Outline(Model):
+    """How well the outline of a fish lies on the edges of the picture."""
+
+    title = "outline beside the edges"
+    evidence = "relative"
+
+    @override
+    def components(self, parameters: Values) -> tuple[Component, ...]:
+        return tuple(map(Component, COORDINATES, UNITS))
+
+    @override
+    def log_likelihood(self, states: Floats, frame: Frame, parameters: FishTrackerParameters, known: State) -> Floats:
+        weighed, laid = weighing(parameters), np.asfortranarray(states)
+        largest = largest_distances(find_edges(frame, parameters).distances, laid, weighed.shape)
+        return np.asarray(log_likelihoods(largest, laid, weighed.sigma_d, weighed.limited))
+
+    @override
+    def centre(self, state: FishState) -> Floats:
+        return state.mean
+
+    @override
+    def parts(self, one: Floats, frame: Frame, parameters: FishTrackerParameters, known: State) -> tuple[Part, ...]:
+        """Return how far the worst point of the outline is from an edge."""
+        laid = np.asfortranarray(one[None])
+        (largest,) = largest_distances(find_edges(frame, parameters).distances, laid, weighing(parameters).shape)
+        return (Amount("farthest point from an edge", float(largest) / 4.0, "px"),)
 
 
-def _parts(state: FishState, one: Floats, frame: Frame, parameters: FishTrackerParameters) -> tuple[Part, ...]:
-    """Return how far the worst point of the outline is from an edge."""
-    del state
-    laid = np.asfortranarray(one[None])
-    (largest,) = largest_distances(find_edges(frame, parameters).distances, laid, weighing(parameters).shape)
-    return (Amount("farthest point from an edge", float(largest) / 4.0, "px"),)
-
-
-def _cloud(state: FishState) -> Cloud:
-    return Cloud(state.particles.states, state.particles.log_weights, state.particles.ancestors)
-
-
-LIKELIHOOD = ObservationLikelihood(
-    "outline beside the edges",
-    components=lambda _: tuple(map(Component, COORDINATES, UNITS)),
-    log_likelihood=_weigh,
-    centre=lambda state: state.mean,
-    parts=_parts,
-)
+MODEL = Outline()
 
 
 def _tracker(name: str, title: str, description: str, motion: int | None) -> Tracker:
-    # All particles are drawn by prediction, so the evidence is their mean likelihood.
-    evidence: Evidence = "relative"
     return Tracker(
         name,
         title,
@@ -220,9 +223,8 @@ def _tracker(name: str, title: str, description: str, motion: int | None) -> Tra
         partial(step, motion),
         series=SERIES,
         measure=measure,
-        evidence=evidence,
-        likelihood=LIKELIHOOD,
-        cloud=_cloud,
+        model=MODEL,
+        sampling="prior",
     )
 
 

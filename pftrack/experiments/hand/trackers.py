@@ -14,8 +14,10 @@ from functools import partial
 from typing import TypeAlias
 
 import numpy as np
+from typing_extensions import override
 
 from pftrack.core.model.likelihood import Cloud, Contributions, Part
+from pftrack.core.model.model import Model, Values
 from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Tracker
@@ -200,20 +202,22 @@ def _searching(state: HandState) -> bool:
     return state.searching
 
 
-def _cloud(state: HandState) -> Cloud:
-    """Return the particles, or the poses that are kept, laid open."""
-    if state.particles is not None:
-        return Cloud(state.particles.states, state.particles.log_weights, state.particles.ancestors)
-    return hypotheses_cloud(np.array(state.beam.members), state.beam.log_weights, state.beam.parents)
+class Hands(Model):
+    """What is believed of a hand: particles, or the poses that are kept."""
 
+    @override
+    def cloud(self, state: HandState) -> Cloud:
+        if state.particles is not None:
+            return Cloud(state.particles.states, state.particles.log_weights, state.particles.ancestors)
+        return hypotheses_cloud(np.array(state.beam.members), state.beam.log_weights, state.beam.parents)
 
-def _fits(before: HandState, state: HandState, frame: object, parameters: object) -> tuple[Part, ...]:
-    """Return how each pose that is kept fits the silhouette."""
-    del before, frame, parameters
-    rows = np.column_stack([100.0 * state.beam.weights, 100.0 * state.fit])
-    names = tuple(str(place) for place in range(1, len(rows) + 1))
-    columns = ("weight (%)", "differs from the silhouette (%)")
-    return (Contributions("poses that are kept", columns, names, tuple(map(tuple, rows.tolist()))),)
+    @override
+    def update_parts(self, before: HandState, state: HandState, frame: Frame, parameters: Values) -> tuple[Part, ...]:
+        """Return how each pose that is kept fits the silhouette."""
+        rows = np.column_stack([100.0 * state.beam.weights, 100.0 * state.fit])
+        names = tuple(str(place) for place in range(1, len(rows) + 1))
+        columns = ("weight (%)", "differs from the silhouette (%)")
+        return (Contributions("poses that are kept", columns, names, tuple(map(tuple, rows.tolist()))),)
 
 
 def _tracker(
@@ -233,8 +237,7 @@ def _tracker(
         series=series,
         measure=measures,
         searching=_searching,
-        cloud=_cloud,
-        update_parts=_fits,
+        model=Hands(),
     )
 
 

@@ -13,6 +13,7 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.series import Series, SeriesValue
@@ -39,7 +40,7 @@ from pftrack.experiments.shared.pose.beliefs import Solid
 from pftrack.experiments.shared.pose.calibrated import pose_and_band
 from pftrack.experiments.shared.pose.layered import FeatureLikelihood
 from pftrack.experiments.shared.pose.methods import METHODS, Method, measurement, report
-from pftrack.experiments.shared.pose.particles import contribution_parts, point_clouds, pose_likelihood
+from pftrack.experiments.shared.pose.particles import PoseModel
 from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.vision.detection.face import find_again
 from pftrack.vision.geometry.face import FEATURES, FaceModel, fit_similarity
@@ -337,15 +338,20 @@ def _grey(frame: Frame) -> NDArray[np.uint8]:
     return template.luma(frame.image_rgb)
 
 
-def _weigh(state: PoseState, frame: Frame, parameters: HeadTrackerParameters) -> FeatureLikelihood:
-    templates = _memory(state).templates(state.pose.mean, by_pose=parameters.templates_by_pose)
-    return partial(_log_likelihood, _look(state, _grey(frame), templates, parameters), parameters)
+class HeadModel(PoseModel):
+    """How well the picture correlates with the templates where a pinhole sees the features of a pose."""
+
+    @override
+    def prepare(self, state: PoseState, frame: Frame, parameters: HeadTrackerParameters) -> PoseState:
+        return _form(state, parameters)
+
+    @override
+    def weigh(self, known: PoseState, frame: Frame, parameters: HeadTrackerParameters) -> FeatureLikelihood:
+        templates = _memory(known).templates(known.pose.mean, by_pose=parameters.templates_by_pose)
+        return partial(_log_likelihood, _look(known, _grey(frame), templates, parameters), parameters)
 
 
-LIKELIHOOD = pose_likelihood(
-    "templates of the features", FEATURES, _weigh, lambda state, _, parameters: _form(state, parameters)
-)
-"""How well the picture correlates with the templates where a pinhole sees the features of a pose."""
+MODEL = HeadModel("templates of the features", FEATURES)
 
 
 def _tracker(method: Method, title: str, description: str) -> Tracker:
@@ -358,9 +364,7 @@ def _tracker(method: Method, title: str, description: str) -> Tracker:
         series=head_series(method),
         measure=head_measurement(method),
         searching=lambda state: _memory(state).lost,
-        likelihood=LIKELIHOOD,
-        cloud=partial(point_clouds, FEATURES),
-        update_parts=partial(contribution_parts, FEATURES),
+        model=MODEL,
     )
 
 

@@ -22,11 +22,12 @@ from pftrack.core.model.setup import BESIDE, Setup
 from pftrack.core.model.source import FrameSequence, Truth
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.histogram.draw import HISTOGRAM_WORLD, LAYERS, draw
+from pftrack.experiments.histogram.model import MODEL
 from pftrack.experiments.histogram.parameters import SCORING, HistogramTrackerParameters
 from pftrack.experiments.histogram.quality import CALIBRATION, HELD_AT_END, LOSS_DECLARATION
 from pftrack.experiments.histogram.recording import PICTURES, look_beside, suits
 from pftrack.experiments.histogram.scene import LawnSceneParameters, LawnSource
-from pftrack.experiments.histogram.trackers import FILTER_INTERFACE, TRACKERS
+from pftrack.experiments.histogram.trackers import TRACKERS
 from pftrack.experiments.shared.reports import miss_share
 from pftrack.experiments.shared.sampling.parameters import TERMS
 from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
@@ -147,7 +148,7 @@ EXPERIMENT = Experiment(
     layers=LAYERS,
     worlds=(HISTOGRAM_WORLD,),
     calibration=CALIBRATION,
-    filter_interface=FILTER_INTERFACE,
+    model=MODEL,
     simulate=simulate,
     on_video=on_video,
     recorded=lambda _kind: RecordedHistogramParameters(),

@@ -4,21 +4,34 @@ The first look is kept as a patch of the picture, so that another space of colou
 that is renewed forgets it little by little; when another space is chosen, it begins with the first look again.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from pftrack.core.arrays import Floats
-from pftrack.core.numerics.compiled import compiled
+from pftrack.core.model.likelihood import Amount, Component, Histograms, Part, Patches
+from pftrack.core.model.model import State, Values
+from pftrack.core.model.series import Series, SeriesValue
+from pftrack.core.model.source import Frame, Target
+from pftrack.core.numerics.compiled import compiled, read_only
 from pftrack.core.numerics.elementary import exponential, exponentials
+from pftrack.core.numerics.matrices import product
+from pftrack.core.numerics.random import Gaussian, Generator, Stream
 from pftrack.experiments.histogram.parameters import HistogramTrackerParameters
+from pftrack.experiments.shared import reports
+from pftrack.experiments.shared.filtered import PointModel, Update
 from pftrack.experiments.shared.reports import PointState
-from pftrack.experiments.shared.sampling.samplers import Likelihood
+from pftrack.experiments.shared.sampling.loop import Motion
+from pftrack.experiments.shared.sampling.samplers import Likelihood, crop, picture_of
+from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.vision.likelihoods.background import NO_BACKGROUND, Background, background_of
-from pftrack.vision.likelihoods.counting import BINS, Space, bin_table
+from pftrack.vision.likelihoods.camera import camera_shift, small_grey
+from pftrack.vision.likelihoods.counting import BINS, Space, bin_colours, bin_table
 from pftrack.vision.likelihoods.histogram import Window, fit, roots_of, shares, similarities, similarity
 
 DIMENSION = 5
@@ -296,3 +309,182 @@ def _log_likelihood(image_rgb: NDArray[np.uint8], states: Floats, target: Packed
 
 HISTOGRAM = Likelihood(_log_likelihood, lambda given: pack(*given))
 """exp(-lambda (1 - rho)) of the window around a particle (Kagami 2012; Pérez et al. 2002)."""
+
+
+BOX = Series("box", "believed box", "px", "vector", role="extent", components=("width", "height"))
+
+SERIES = (
+    Series("likeness", "likeness rho", role="likeness"),
+    Series("first_likeness", "model's likeness to the first look", role="model_likeness"),
+    BOX,
+)
+
+
+def measure(state: HistogramState) -> Mapping[str, SeriesValue]:
+    """Report rho of the window at the estimate, what became of the model, and the window's size."""
+    return {"likeness": state.likeness, "first_likeness": first_likeness(state), "box": state.box_px}
+
+
+def first_view(image_rgb: NDArray[np.uint8], parameters: HistogramTrackerParameters) -> NDArray[np.uint8] | None:
+    """Return what the next picture is compared with, (h, w); None if the camera is not followed."""
+    return small_grey(image_rgb) if parameters.follow_camera else None
+
+
+def follow_camera(
+    state: HistogramState, image_rgb: NDArray[np.uint8], parameters: HistogramTrackerParameters
+) -> HistogramState:
+    """Return the state with all places moved as the picture has moved; velocities are those within the scene."""
+    view = first_view(image_rgb, parameters)
+    if view is None or state.view is None:
+        return state if state.view is view else replace(state, view=view)
+    shift = camera_shift(state.view, image_rgb, view)
+    mean = state.posterior.mean.copy()
+    mean[:2] += shift
+    moved = replace(state, view=view, posterior=replace(state.posterior, mean=mean))
+    if state.particles is None:
+        return moved
+    states = state.particles.states.copy(order="F")
+    states[:, :2] += shift
+    return replace(moved, particles=replace(state.particles, states=states))
+
+
+COMPONENTS = (
+    Component("u", "px"),
+    Component("v", "px"),
+    Component("velocity u", "px/frame"),
+    Component("velocity v", "px/frame"),
+    Component("log size"),
+)
+
+
+@lru_cache(maxsize=64)
+def motion(parameters: HistogramTrackerParameters) -> Motion:
+    """Return x' = x + r v + s_p n, v' = r v + s_v n, and a random walk of the logarithm of the size."""
+    transition = np.eye(DIMENSION)
+    for axis in range(2):
+        transition[axis, 2 + axis] = transition[2 + axis, 2 + axis] = parameters.velocity_retention
+
+    def noise(of_position: float) -> Floats:
+        """Return B, without a column for a size that stays as it is."""
+        of_velocity = parameters.velocity_noise_px
+        deviations = np.array([of_position, of_position, of_velocity, of_velocity, parameters.size_noise])
+        return np.ascontiguousarray(np.diag(deviations)[:, : DIMENSION if parameters.follow_size else SIZE])
+
+    small, large = noise(parameters.process_noise_px), noise(parameters.large_process_noise_px)
+    return Motion(transition, np.zeros(DIMENSION), small, large)
+
+
+class ColouredWindow(PointModel):
+    """A window with the colours of the first one, which keeps its velocity (Kagami 2012).
+
+    Its likelihood is exp(-lambda (1 - rho)).
+    """
+
+    title = "colours of the window"
+    evidence = "relative"
+    observed = "frame.image_rgb is the picture, (height, width, 3), 0 to 255; u counts its columns, v its rows"
+    example = "pftrack.experiments.histogram.example_filter"
+    reads = "condensation"
+
+    @override
+    def components(self, parameters: Values) -> tuple[Component, ...]:
+        return COMPONENTS
+
+    @override
+    def prepare(self, state: HistogramState, frame: Frame, parameters: HistogramTrackerParameters) -> HistogramState:
+        return follow_camera(with_model(state, parameters), picture_of(frame), parameters)
+
+    @override
+    def propagate(
+        self, states: Floats, frame: Frame, parameters: HistogramTrackerParameters, rng: Generator, known: State
+    ) -> Floats:
+        moves = motion(parameters)
+        noise = rng.standard_normal((len(states), moves.noise.shape[1]))
+        moved: Floats = product(states, moves.transition.T) + moves.offset + product(noise, moves.noise.T)
+        return moved
+
+    @override
+    def log_likelihood(
+        self, states: Floats, frame: Frame, parameters: HistogramTrackerParameters, known: HistogramState
+    ) -> Floats:
+        weighed: Floats = HISTOGRAM.log_likelihood(
+            read_only(picture_of(frame)), np.ascontiguousarray(states.T).T, pack(known, parameters.sharpness)
+        )
+        return weighed
+
+    @override
+    def parts(
+        self, one: Floats, frame: Frame, parameters: HistogramTrackerParameters, known: HistogramState
+    ) -> tuple[Part, ...]:
+        """Return the colours of the window beside the model's, and the window beside the first look."""
+        image, first, look = picture_of(frame), known.first_window, known.first_look
+        factor = float(exponential(np.clip(one[SIZE], -LARGEST, LARGEST)))
+        across, down = (int(np.floor(factor * reach + 0.5)) for reach in (first.reach_across_px, first.reach_down_px))
+        window = Window(across, down, known.kernel, known.parts)
+        place = one[:2] if np.isfinite(one[:2]).all() else np.full(2, -1e6)
+        rho = similarity(image, place, window, known.space, known.model, known.background)
+        found = shares(image, place, window, known.space)
+        colours = tuple(map(tuple, bin_colours(known.space).tolist())) * (len(known.model) // BINS)
+        return (
+            Amount("likeness rho", rho),
+            Amount("sharpness lambda", float(parameters.sharpness)),
+            Histograms("colours of the model, and of the window", tuple(known.model), tuple(found), colours),
+            Patches(
+                "first look, and window",
+                crop(look.patch_rgb, look.middle, (first.reach_across_px, first.reach_down_px)),
+                crop(image, place, (across, down)),
+            ),
+        )
+
+    @override
+    def start(
+        self, target: Target, frame: Frame, parameters: HistogramTrackerParameters, rng: Stream
+    ) -> HistogramState:
+        """Begin at a known place: particles around it, weighed by the first picture."""
+        image = picture_of(frame)
+        look = first_look(image, target.position, parameters)
+        normals = rng.standard_normal((4, parameters.sample_count))
+        coordinates = np.zeros((DIMENSION, parameters.sample_count))
+        coordinates[:2] = target.position[:, None] + parameters.process_noise_px * normals[:2]
+        coordinates[2:4] = parameters.initial_velocity_px * normals[2:]
+        state = HistogramState(
+            Gaussian(np.zeros(DIMENSION), np.eye(DIMENSION)),
+            2,
+            look=look,
+            view=first_view(image, parameters),
+            **counted(look, parameters),
+        )
+        known = pack(state, parameters.sharpness)
+        log_weights, log_sum = normalise(HISTOGRAM.log_likelihood(read_only(image), coordinates.T, known))
+        particles = ParticleSet(coordinates.T, log_weights, np.arange(parameters.sample_count))
+        log_evidence = log_sum - normalise(np.zeros(len(log_weights)))[1]
+        begun = replace(state, posterior=Gaussian(*particles.moments), particles=particles, log_evidence=log_evidence)
+        return judge(begun, image, parameters)
+
+    @override
+    def believe(
+        self, known: HistogramState, update: Update, frame: Frame, parameters: HistogramTrackerParameters
+    ) -> HistogramState:
+        believed = replace(
+            known,
+            posterior=Gaussian(*update.particles.moments),
+            particles=update.particles,
+            log_evidence=update.log_evidence,
+            resampled=update.resampled,
+            repeatable=update.repeatable,
+            samplers=(),
+        )
+        return replace(judge(believed, picture_of(frame), parameters), searching=None)
+
+    @property
+    @override
+    def series(self) -> tuple[Series, ...]:
+        return (*reports.CLOUD, *SERIES)
+
+    @override
+    def measure(self, state: HistogramState) -> Mapping[str, SeriesValue]:
+        return {**super().measure(state), **measure(state)}
+
+
+MODEL = ColouredWindow()
+"""What is believed of a window by its colours."""

@@ -8,59 +8,45 @@ regard to the new picture, always or when they are unsure, by the same likelihoo
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import lru_cache, partial
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.arrays import Floats
 from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Fold, Tracker
 from pftrack.core.numerics.compiled import read_only
 from pftrack.core.numerics.elementary import logarithm
-from pftrack.core.numerics.matrices import product
-from pftrack.core.numerics.random import Gaussian, Generator, Stream
-from pftrack.experiments.histogram.inspection import LIKELIHOOD, first_view, follow_camera
+from pftrack.core.numerics.random import Gaussian, Stream
 from pftrack.experiments.histogram.model import (
     DIMENSION,
     HISTOGRAM,
+    MODEL,
+    SERIES,
     SIZE,
     VELOCITY,
     HistogramState,
     counted,
-    first_likeness,
     first_look,
+    first_view,
+    follow_camera,
     judge,
+    measure,
+    motion,
     pack,
     with_model,
 )
 from pftrack.experiments.histogram.parameters import HistogramTrackerParameters
-from pftrack.experiments.shared import reports
-from pftrack.experiments.shared.beliefs import FilterInterface, Update
-from pftrack.experiments.shared.sampling.loop import Loop, Motion, Rule
-from pftrack.experiments.shared.sampling.samplers import SAMPLERS, advance, fold, particles_of, picture_of, scheme
-from pftrack.experiments.shared.sampling.samplers import measure_particles as measure_sampling
+from pftrack.experiments.shared.sampling.loop import Loop, Rule
+from pftrack.experiments.shared.sampling.samplers import SAMPLERS, advance, fold, picture_of, scheme
 from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.filters.resampling import systematic
 from pftrack.vision.likelihoods.counting import bin_table
 from pftrack.vision.likelihoods.histogram import rho_map, roots_of, similarities
 
-BOX = Series("box", "believed box", "px", "vector", role="extent", components=("width", "height"))
-
-SERIES = (
-    Series("likeness", "likeness rho", role="likeness"),
-    Series("first_likeness", "model's likeness to the first look", role="model_likeness"),
-    BOX,
-)
-
 PARTICLE_SERIES = (Series("velocities", "different velocities", role="distinct"), *SERIES)
 """Of those with particles as well: where nothing is added to a velocity, resampling can only lose some of them."""
-
-
-def measure(state: HistogramState) -> Mapping[str, SeriesValue]:
-    """Report rho of the window at the estimate, what became of the model, and the window's size."""
-    return {"likeness": state.likeness, "first_likeness": first_likeness(state), "box": state.box_px}
 
 
 def measure_particles(state: HistogramState) -> Mapping[str, SeriesValue]:
@@ -143,7 +129,7 @@ GREEDY = Tracker(
     step,
     series=SERIES,
     measure=measure,
-    likelihood=LIKELIHOOD,
+    model=MODEL,
 )
 
 # While a lost target is not found, nothing is known of where it is but what the picture says: the particles are spread
@@ -191,29 +177,6 @@ def search(
     return replace(begun, likeness=float(found.flat[best]))
 
 
-def start_window(target: Target, frame: Frame, parameters: HistogramTrackerParameters, rng: Stream) -> HistogramState:
-    """Begin at a known place: particles around it, weighed by the first picture."""
-    image = picture_of(frame)
-    look = first_look(image, target.position, parameters)
-    normals = rng.standard_normal((4, parameters.sample_count))
-    coordinates = np.zeros((DIMENSION, parameters.sample_count))
-    coordinates[:2] = target.position[:, None] + parameters.process_noise_px * normals[:2]
-    coordinates[2:4] = parameters.initial_velocity_px * normals[2:]
-    state = HistogramState(
-        Gaussian(np.zeros(DIMENSION), np.eye(DIMENSION)),
-        2,
-        look=look,
-        view=first_view(image, parameters),
-        **counted(look, parameters),
-    )
-    known = pack(state, parameters.sharpness)
-    log_weights, log_sum = normalise(HISTOGRAM.log_likelihood(read_only(image), coordinates.T, known))
-    particles = ParticleSet(coordinates.T, log_weights, np.arange(parameters.sample_count))
-    log_evidence = log_sum - normalise(np.zeros(len(log_weights)))[1]
-    begun = replace(state, posterior=Gaussian(*particles.moments), particles=particles, log_evidence=log_evidence)
-    return judge(begun, image, parameters)
-
-
 def step_window(
     rule: Rule, state: HistogramState, frame: Frame, parameters: HistogramTrackerParameters, rng: Stream
 ) -> HistogramState:
@@ -222,7 +185,7 @@ def step_window(
     state = follow_camera(with_model(state, parameters), image, parameters)
     if state.searching and parameters.find_again:
         return search(state, image, parameters, rng)
-    state = replace(state, particles=particles_of(state, parameters, rng))
+    state = replace(state, particles=MODEL.particles(state, parameters, rng))
     result = _loop(rule, state, image[None], parameters, rng.seed, rng.frame)
     return judge(advance(state, result), image, parameters)
 
@@ -275,36 +238,19 @@ def _wide(parameters: HistogramTrackerParameters) -> tuple[int, float]:
     return every, parameters.wide_noise_px / parameters.process_noise_px
 
 
-@lru_cache(maxsize=64)
-def motion(parameters: HistogramTrackerParameters) -> Motion:
-    """Return x' = x + r v + s_p n, v' = r v + s_v n, and a random walk of the logarithm of the size."""
-    transition = np.eye(DIMENSION)
-    for axis in range(2):
-        transition[axis, 2 + axis] = transition[2 + axis, 2 + axis] = parameters.velocity_retention
-
-    def noise(of_position: float) -> Floats:
-        """Return B, without a column for a size that stays as it is."""
-        of_velocity = parameters.velocity_noise_px
-        deviations = np.array([of_position, of_position, of_velocity, of_velocity, parameters.size_noise])
-        return np.ascontiguousarray(np.diag(deviations)[:, : DIMENSION if parameters.follow_size else SIZE])
-
-    small, large = noise(parameters.process_noise_px), noise(parameters.large_process_noise_px)
-    return Motion(transition, np.zeros(DIMENSION), small, large)
-
-
 def _searching(state: HistogramState) -> bool | None:
     return state.searching
 
 
 _BY_NAME = {
     sampler.name: sampler.tracker(
-        start_window,
+        MODEL.start,
         partial(step_window, sampler.rule),
         partial(fold_loop, sampler.rule),
         PARTICLE_SERIES,
         measure_particles,
         _searching,
-        LIKELIHOOD,
+        MODEL,
     )
     for sampler in SAMPLERS
 }
@@ -314,49 +260,3 @@ TRACKERS: dict[str, Tracker] = {
     GREEDY.id: GREEDY,
 }
 """The trackers by name, in the order in which they are shown."""
-
-
-def _propagate(
-    state: HistogramState,
-    states: Floats,
-    frame: Frame,
-    parameters: HistogramTrackerParameters,
-    rng: Generator,
-) -> Floats:
-    del state, frame
-    moves = motion(parameters)
-    noise = rng.standard_normal((len(states), moves.noise.shape[1]))
-    moved: Floats = product(states, moves.transition.T) + moves.offset + product(noise, moves.noise.T)
-    return moved
-
-
-def _believe(
-    state: HistogramState, update: Update, frame: Frame, parameters: HistogramTrackerParameters
-) -> HistogramState:
-    believed = replace(
-        state,
-        posterior=Gaussian(*update.particles.moments),
-        particles=update.particles,
-        log_evidence=update.log_evidence,
-        resampled=update.resampled,
-        repeatable=update.repeatable,
-    )
-    return replace(judge(believed, picture_of(frame), parameters), searching=None)
-
-
-def _measure(state: HistogramState) -> dict[str, SeriesValue]:
-    return {**measure_sampling(state), **measure(state)}
-
-
-FILTER_INTERFACE = FilterInterface(
-    likelihood=LIKELIHOOD,
-    observed="frame.image_rgb is the picture, (height, width, 3), 0 to 255; u counts its columns, v its rows",
-    example="pftrack.experiments.histogram.example_filter",
-    reads="condensation",
-    start=start_window,
-    particles=particles_of,
-    propagate=_propagate,
-    believe=_believe,
-    series=(*reports.CLOUD, *SERIES),
-    measure=_measure,
-)

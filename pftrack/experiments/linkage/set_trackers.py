@@ -13,9 +13,11 @@ from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 
 import numpy as np
+from typing_extensions import override
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.likelihood import Amount, Cloud, Contributions, Part
+from pftrack.core.model.model import Model, Values
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Tracker
 from pftrack.core.numerics.matrices import product
@@ -51,44 +53,53 @@ SPATIAL = ("omega x", "omega y", "omega z", "t x", "t y", *FLAT)
 """Names of the numbers of an estimate, in the plane and in space; angles in degrees, the others in px."""
 
 
-def particles_of(state: LinkageState) -> Cloud | None:
-    """Return particles, laid open; None of hypotheses, of which the particle filter drew its first ones."""
-    belief = state.belief
-    return Cloud(belief.states, belief.log_weights, belief.ancestors) if isinstance(belief, ParticleSet) else None
+class Chain(Model):
+    """What there is to see of a chain: hypotheses or particles, and ranges."""
+
+    @override
+    def cloud(self, state: LinkageState) -> Cloud | None:
+        """Return hypotheses, laid open; None of particles, of which a beam makes one hypothesis."""
+        belief = state.belief
+        if isinstance(belief, ParticleSet):
+            return None
+        poses = np.array([member.pose for member in belief.members])
+        return hypotheses_cloud(poses, belief.log_weights, belief.parents)
+
+    @override
+    def update_parts(
+        self, before: LinkageState, state: LinkageState, frame: Frame, parameters: Values
+    ) -> tuple[Part, ...]:
+        """Return how the frame has changed the range of each number, and what happened to hypotheses and bounds.
+
+        A range is all that is not excluded, or two standard deviations to either side. It grows by what may have moved,
+        and is cut by what was seen and by the bounds of joints and lengths.
+        """
+        events = state.events
+        happened = (
+            Amount("bounds that cut", float(events.truncated)),
+            Amount("hypotheses refuted", float(events.refuted)),
+            Amount("hypotheses merged", float(events.merges)),
+            Amount("hypotheses added", float(events.splits)),
+        )
+        if before is state or len(before.low) != len(state.low):
+            return happened
+        old, new = (_widths(each) for each in (before, state))
+        low, high = in_degrees(state.low), in_degrees(state.high)
+        change = 100.0 * (new / np.maximum(old, 1e-12) - 1.0)
+        rows = tuple(map(tuple, np.column_stack([low, high, old, new, np.where(old > 0.0, change, np.nan)]).tolist()))
+        names = SPATIAL if state.in_space else FLAT
+        columns = ("from", "to", "width before", "width", "change (%)")
+        return (Contributions("ranges, before and after the frame (° or px)", columns, names, rows), *happened)
 
 
-def hypotheses_of(state: LinkageState) -> Cloud | None:
-    """Return hypotheses, laid open; None of particles, of which a beam makes one hypothesis."""
-    belief = state.belief
-    if isinstance(belief, ParticleSet):
-        return None
-    poses = np.array([member.pose for member in belief.members])
-    return hypotheses_cloud(poses, belief.log_weights, belief.parents)
+class ChainParticles(Chain):
+    """The same by particles."""
 
-
-def range_parts(before: LinkageState, state: LinkageState, frame: object, parameters: object) -> tuple[Part, ...]:
-    """Return how the frame has changed the range of each number, and what happened to hypotheses and bounds.
-
-    A range is all that is not excluded, or two standard deviations to either side. It grows by what may have moved, and
-    is cut by what was seen and by the bounds of joints and lengths.
-    """
-    del frame, parameters
-    events = state.events
-    happened = (
-        Amount("bounds that cut", float(events.truncated)),
-        Amount("hypotheses refuted", float(events.refuted)),
-        Amount("hypotheses merged", float(events.merges)),
-        Amount("hypotheses added", float(events.splits)),
-    )
-    if before is state or len(before.low) != len(state.low):
-        return happened
-    old, new = (_widths(each) for each in (before, state))
-    low, high = in_degrees(state.low), in_degrees(state.high)
-    change = 100.0 * (new / np.maximum(old, 1e-12) - 1.0)
-    rows = tuple(map(tuple, np.column_stack([low, high, old, new, np.where(old > 0.0, change, np.nan)]).tolist()))
-    names = SPATIAL if state.in_space else FLAT
-    columns = ("from", "to", "width before", "width", "change (%)")
-    return (Contributions("ranges, before and after the frame (° or px)", columns, names, rows), *happened)
+    @override
+    def cloud(self, state: LinkageState) -> Cloud | None:
+        """Return particles, laid open; None of hypotheses, of which the particle filter drew its first ones."""
+        belief = state.belief
+        return Cloud(belief.states, belief.log_weights, belief.ancestors) if isinstance(belief, ParticleSet) else None
 
 
 def _widths(state: LinkageState) -> Floats:
@@ -509,8 +520,7 @@ def _tracker(name: str, title: str, description: str) -> Tracker:
         partial(step, name),
         series=SERIES,
         measure=measure,
-        cloud=hypotheses_of,
-        update_parts=range_parts,
+        model=Chain(),
     )
 
 

@@ -14,7 +14,7 @@ from pftrack.experiments.linkage.sampled import LengthParticles
 from pftrack.experiments.linkage.scene import in_degrees
 from pftrack.experiments.linkage.shape import LINKS
 from pftrack.experiments.shared import reports
-from pftrack.experiments.shared.beliefs import NIS, measure_innovation
+from pftrack.experiments.shared.filtered import NIS, measure_innovation
 from pftrack.filters.beam import Beam
 from pftrack.filters.kalman import NormalisedInnovation
 from pftrack.filters.particles import ParticleSet

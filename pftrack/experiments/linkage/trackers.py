@@ -14,7 +14,7 @@ from functools import partial
 
 from pftrack.core.model.tracker import Tracker
 from pftrack.experiments.linkage import gaussians, particles, set_trackers
-from pftrack.experiments.linkage.set_trackers import hypotheses_of, particles_of, range_parts
+from pftrack.experiments.linkage.set_trackers import Chain, ChainParticles
 from pftrack.experiments.linkage.state import GAUSSIAN_SERIES, PARTICLE_SERIES, measure
 
 
@@ -28,8 +28,7 @@ def _filter(name: str, title: str, description: str) -> Tracker:
         step,
         series=GAUSSIAN_SERIES,
         measure=measure,
-        cloud=hypotheses_of,
-        update_parts=range_parts,
+        model=Chain(),
     )
 
 
@@ -55,8 +54,7 @@ TRACKERS = {
             gaussians.unscented_step,
             series=GAUSSIAN_SERIES,
             measure=measure,
-            cloud=hypotheses_of,
-            update_parts=range_parts,
+            model=Chain(),
         ),
         Tracker(
             "particles",
@@ -66,8 +64,7 @@ TRACKERS = {
             particles.step,
             series=PARTICLE_SERIES,
             measure=measure,
-            cloud=particles_of,
-            update_parts=range_parts,
+            model=ChainParticles(),
         ),
     )
 } | set_trackers.TRACKERS

@@ -70,19 +70,18 @@ def extend(experiment_id: str, filters: Mapping[str, Sequence[str]]) -> Experime
 @lru_cache(maxsize=64)
 def _extend(experiment_id: str, filters: Filters) -> Experiment:
     experiment = find(experiment_id)
-    interface = experiment.filter_interface
+    model = experiment.model
     for name, _ in filters:
-        if interface is None:
+        if model is None:
             raise FilterFileError(f"{name}.py", None, f"{experiment.id} takes no filters from files")
         if name in experiment.trackers:
             raise FilterFileError(f"{name}.py", None, f"{experiment.id} has a tracker {name}; call the file otherwise")
-    if interface is None:
+    if model is None:
         return experiment
-    trackers = {**experiment.trackers, **{name: tracker_of(name, texts, interface) for name, texts in filters}}
+    joined = (tracker_of(name, texts, model) for name, texts in filters)
     on_video, recorded = experiment.on_video, experiment.recorded
     return replace(
-        experiment,
-        trackers=trackers,
+        experiment.with_trackers(*joined, like=model.reads),
         filters=dict(filters),
         simulate=partial(_simulate, experiment.simulate, filters),
         on_video=None if on_video is None else partial(_on_video, on_video, filters),
@@ -215,9 +214,9 @@ def example_of(experiment: Experiment) -> str:
     Raises:
         ValueError: It takes none.
     """
-    if experiment.filter_interface is None:
+    if experiment.model is None:
         raise ValueError(f"{experiment.id} takes no filters from files")
-    package, _, module = experiment.filter_interface.example.rpartition(".")
+    package, _, module = experiment.model.example.rpartition(".")
     return (files(package) / f"{module}.py").read_text(encoding="utf-8")
 
 
@@ -236,8 +235,8 @@ def _outline(experiment_id: str, names: tuple[str, ...]) -> Experiment:
     experiment = find(experiment_id)
     if not names:
         return experiment
-    interface = experiment.filter_interface
-    if interface is None:
+    model = experiment.model
+    if model is None:
         raise FilterFileError(f"{names[0]}.py", None, f"{experiment.id} takes no filters from files")
 
     def named(name: str) -> Tracker:
@@ -245,6 +244,6 @@ def _outline(experiment_id: str, names: tuple[str, ...]) -> Experiment:
             raise FilterFileError(f"{name}.py", None, "it is named here and not executed")
 
         title = f"{name}.py"
-        return Tracker(name, title, f"{title}.", refuse, refuse, series=series_of(interface), reads=(interface.reads,))
+        return Tracker(name, title, f"{title}.", refuse, refuse, series=series_of(model))
 
-    return replace(experiment, trackers={**experiment.trackers, **{name: named(name) for name in names}})
+    return experiment.with_trackers(*map(named, names), like=model.reads)

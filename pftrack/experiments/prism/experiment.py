@@ -24,7 +24,7 @@ from pftrack.core.model.setup import Setup
 from pftrack.core.numerics.matrices import pinhole
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.prism.quality import CALIBRATION, LOSS_DECLARATION
-from pftrack.experiments.prism.trackers import FILTER_INTERFACE, TRACKERS, TrackedPrismParameters
+from pftrack.experiments.prism.trackers import MODEL, TRACKERS, TrackedPrismParameters
 from pftrack.experiments.shared.pose.drawing import (
     BY_PREDICTION,
     POSE_PLOTS,
@@ -186,7 +186,7 @@ EXPERIMENT = Experiment(
     guidance=TrackedPrismParameters.guidance,
     calibration=CALIBRATION,
     loss_probability=LOSS_DECLARATION,
-    filter_interface=FILTER_INTERFACE,
+    model=MODEL,
     plots=POSE_PLOTS,
     readings=POSE_READINGS,
     terms=POSE_TERMS,

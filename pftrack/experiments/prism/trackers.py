@@ -4,16 +4,19 @@ The camera is known, so the solid begins where the scene's parameters say; and s
 which is large while its vertex is hidden.
 """
 
-from dataclasses import replace
+from collections.abc import Mapping
 from functools import partial
 
 import numpy as np
+from typing_extensions import override
 
 from pftrack.core.arrays import Floats
+from pftrack.core.model.model import State, Values
+from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.source import Frame, Measurements, Target
 from pftrack.core.model.tracker import Tracker
 from pftrack.core.numerics.random import Gaussian, Generator, Stream
-from pftrack.experiments.shared.beliefs import FilterInterface, Update
+from pftrack.experiments.shared.filtered import Update
 from pftrack.experiments.shared.pose import methods as pose
 from pftrack.experiments.shared.pose.beliefs import Solid
 from pftrack.experiments.shared.pose.calibrated import pose_and_band
@@ -21,10 +24,8 @@ from pftrack.experiments.shared.pose.layered import FeatureLikelihood
 from pftrack.experiments.shared.pose.methods import METHODS, Method, measurement, report
 from pftrack.experiments.shared.pose.parameters import PoseTrackerParameters, particles_per_feature, pose_guidance
 from pftrack.experiments.shared.pose.particles import (
+    PoseModel,
     PoseParticles,
-    contribution_parts,
-    point_clouds,
-    pose_likelihood,
     project_all,
 )
 from pftrack.experiments.shared.pose.state import PoseState
@@ -43,27 +44,6 @@ def measured_of(frame: Frame) -> Measurements:
         raise ValueError("a prism is tracked by measured vertices, got a frame without any")
     return frame.measurements
 
-
-def _weigh_points(state: PoseState, frame: Frame, parameters: object) -> FeatureLikelihood:
-    del state, parameters
-    measured = measured_of(frame)
-    noise_sd = measured.sd_px.astype(np.float64)
-    return lambda positions: points.log_likelihood(positions, measured.points_px, noise_sd)
-
-
-def _log_likelihood(state: PoseState, states: Floats, frame: Frame, parameters: object) -> Floats:
-    """Return the same of all vertices; one that was not measured says nothing."""
-    del parameters
-    measured = measured_of(frame)
-    sd = measured.sd_px.astype(np.float64).reshape(len(measured.sd_px), -1)[:, None]
-    off = (project_all(states, state.solid) - measured.points_px[:, None]) / sd
-    return np.asarray(-0.5 * np.square(np.where(np.isfinite(off), off, 0.0)).sum(axis=(0, 2)))
-
-
-LIKELIHOOD = replace(
-    pose_likelihood("measured vertices", NAMES, _weigh_points, most_places=4800), log_likelihood=_log_likelihood
-)
-"""How well the measured vertices are where a pinhole sees those of a pose."""
 
 SEEN_FACTOR = 3.0
 """A vertex counts as hidden if its measurement is noisier than the best one by this factor."""
@@ -117,6 +97,109 @@ def recognised_points(measured: Measurements) -> np.ndarray[tuple[int, ...], np.
     return seen
 
 
+class Prism(PoseModel):
+    """How well the measured vertices are where a pinhole sees those of a pose; one that was not measured says nothing.
+
+    Angles and place walk at random.
+    """
+
+    most_places = 4800
+    observed = (
+        "frame.measurements.points_px (8, 2) are the measured vertices, with noise of frame.measurements.sd_px (8,), "
+        "which is large while a vertex is hidden"
+    )
+    example = "pftrack.experiments.prism.example_filter"
+    reads = "rb-pf"
+    projects = True
+
+    @override
+    def weigh(self, known: PoseState, frame: Frame, parameters: Values) -> FeatureLikelihood:
+        measured = measured_of(frame)
+        noise_sd = measured.sd_px.astype(np.float64)
+        return lambda positions: points.log_likelihood(positions, measured.points_px, noise_sd)
+
+    @override
+    def begin(
+        self, target: Target, frame: Frame, parameters: TrackedPrismParameters, rng: Generator, count: int
+    ) -> Floats:
+        """Draw where theta = 0, as certain as a frame's noise."""
+        place = np.concatenate([np.zeros(3), _solid_at(target, parameters).translation_mm])
+        return np.asarray(place + _walk_sd(parameters) / 3.0 * rng.standard_normal((count, 6)))
+
+    @override
+    def propagate(
+        self, states: Floats, frame: Frame, parameters: TrackedPrismParameters, rng: Generator, known: State
+    ) -> Floats:
+        return np.asarray(states + _walk_sd(parameters) * rng.standard_normal(states.shape))
+
+    @override
+    def log_likelihood(self, states: Floats, frame: Frame, parameters: Values, known: PoseState) -> Floats:
+        measured = measured_of(frame)
+        sd = measured.sd_px.astype(np.float64).reshape(len(measured.sd_px), -1)[:, None]
+        off = (project_all(states, known.solid) - measured.points_px[:, None]) / sd
+        return np.asarray(-0.5 * np.square(np.where(np.isfinite(off), off, 0.0)).sum(axis=(0, 2)))
+
+    @override
+    def project(self, states: Floats, known: PoseState) -> Floats:
+        return project_all(states, known.solid)
+
+    @override
+    def count(self, parameters: TrackedPrismParameters) -> int:
+        return int(parameters.joint_sample_count)
+
+    @override
+    def start(self, target: Target, frame: Frame, parameters: TrackedPrismParameters, rng: Stream) -> PoseState:
+        states = self.begin(target, frame, parameters, rng, self.count(parameters))
+        belief = PoseParticles.of(ParticleSet.uniform(states), _solid_at(target, parameters), 0.0)
+        return PoseState(_solid_at(target, parameters), belief, belief.pose, recognised_points(measured_of(frame)))
+
+    @override
+    def particles(self, state: PoseState, parameters: TrackedPrismParameters, rng: Generator) -> ParticleSet:
+        """Return the particles, drawn about pose and place if another tracker was at work before."""
+        if isinstance(state.belief, PoseParticles):
+            return state.belief.particles
+        covariance = np.zeros((6, 6))
+        covariance[:3, :3] = state.belief.pose.covariance
+        covariance[3:, 3:] = np.eye(3) * _walk_sd(parameters)[3] ** 2
+        known = Gaussian(self.centre(state), covariance)
+        return ParticleSet.uniform(known.sample(rng, self.count(parameters)))
+
+    @override
+    def believe(self, known: PoseState, update: Update, frame: Frame, parameters: TrackedPrismParameters) -> PoseState:
+        belief = PoseParticles.of(update.particles, known.solid, update.log_evidence)
+        seen = recognised_points(measured_of(frame))
+        return PoseState(known.solid, belief, belief.pose, seen, repeatable=update.repeatable)
+
+    @property
+    @override
+    def series(self) -> tuple[Series, ...]:
+        return report("rb-pf", NAMES)
+
+    @override
+    def measure(self, state: PoseState) -> Mapping[str, SeriesValue]:
+        return measurement(self.series)(state)
+
+
+def _walk_sd(parameters: TrackedPrismParameters) -> Floats:
+    """Return how far angles, rad, and place, mm, move in a frame, (6,): as much as features do, at their distance."""
+    shift_mm = parameters.feature_noise_px * parameters.distance_mm / parameters.focal_length_px
+    return np.concatenate([np.full(3, np.deg2rad(parameters.pose_noise_deg)), np.full(3, shift_mm)])
+
+
+def _solid_at(target: Target, parameters: TrackedPrismParameters) -> Solid:
+    """Return the solid of a target before the scene's camera.
+
+    Raises:
+        ValueError: The target has no vertices.
+    """
+    if target.landmarks is None:
+        raise ValueError("a prism is tracked by its vertices, got a target without any")
+    return solid_of(target.landmarks.model_mm, parameters)
+
+
+MODEL = Prism("measured vertices", NAMES)
+
+
 def _tracker(method: Method, title: str, description: str) -> Tracker:
     series = report(method, NAMES)
     return Tracker(
@@ -127,94 +210,9 @@ def _tracker(method: Method, title: str, description: str) -> Tracker:
         partial(step, method),
         series=series,
         measure=measurement(series),
-        likelihood=LIKELIHOOD,
-        cloud=partial(point_clouds, NAMES),
-        update_parts=partial(contribution_parts, NAMES),
+        model=MODEL,
     )
 
 
 TRACKERS: dict[str, Tracker] = {method: _tracker(method, *words) for method, words in METHODS.items()}
 """The trackers of the prism, by name, in the order in which they are shown."""
-
-SERIES = report("rb-pf", NAMES)
-
-
-def _start(target: Target, frame: Frame, parameters: TrackedPrismParameters, rng: Stream) -> PoseState:
-    """Begin where theta = 0, as certain as a frame's noise."""
-    landmarks = target.landmarks
-    if landmarks is None:
-        raise ValueError("a prism is tracked by its vertices, got a target without any")
-    solid = solid_of(landmarks.model_mm, parameters)
-    place = np.concatenate([np.zeros(3), solid.translation_mm])
-    spread = np.concatenate([np.full(3, _turn_sd(parameters)), np.full(3, _shift_sd_mm(parameters))]) / 3.0
-    states = place + spread * rng.standard_normal((parameters.joint_sample_count, 6))
-    belief = PoseParticles.of(ParticleSet.uniform(states), solid, 0.0)
-    return PoseState(solid, belief, belief.pose, recognised_points(measured_of(frame)))
-
-
-def _particles(state: PoseState, parameters: TrackedPrismParameters, rng: Generator) -> ParticleSet:
-    """Return the particles, drawn about pose and place if another tracker was at work before."""
-    if isinstance(state.belief, PoseParticles):
-        return state.belief.particles
-    covariance = np.zeros((6, 6))
-    covariance[:3, :3] = state.belief.pose.covariance
-    covariance[3:, 3:] = np.eye(3) * _shift_sd_mm(parameters) ** 2
-    known = Gaussian(np.concatenate([state.belief.pose.mean, state.translation_mm]), covariance)
-    return ParticleSet.uniform(known.sample(rng, parameters.joint_sample_count))
-
-
-def _propagate(
-    state: PoseState,
-    states: Floats,
-    frame: Frame,
-    parameters: TrackedPrismParameters,
-    rng: Generator,
-) -> Floats:
-    """Return random walks of angles and place."""
-    del state, frame
-    spread = np.concatenate([np.full(3, _turn_sd(parameters)), np.full(3, _shift_sd_mm(parameters))])
-    moved: Floats = states + spread * rng.standard_normal(states.shape)
-    return moved
-
-
-def _believe(state: PoseState, update: Update, frame: Frame, parameters: TrackedPrismParameters) -> PoseState:
-    del parameters
-    belief = PoseParticles.of(update.particles, state.solid, update.log_evidence)
-    seen = recognised_points(measured_of(frame))
-    return PoseState(state.solid, belief, belief.pose, seen, repeatable=update.repeatable)
-
-
-def _project(state: PoseState, states: Floats) -> Floats:
-    return project_all(states, state.solid)
-
-
-def _turn_sd(parameters: TrackedPrismParameters) -> float:
-    return float(np.deg2rad(parameters.pose_noise_deg))
-
-
-def _shift_sd_mm(parameters: TrackedPrismParameters) -> float:
-    """Return how far the place may move in a frame, mm: as much as features may, at their distance."""
-    return float(parameters.feature_noise_px * parameters.distance_mm / parameters.focal_length_px)
-
-
-def _count(parameters: TrackedPrismParameters) -> int:
-    return int(parameters.joint_sample_count)
-
-
-FILTER_INTERFACE = FilterInterface(
-    likelihood=LIKELIHOOD,
-    observed=(
-        "frame.measurements.points_px (8, 2) are the measured vertices, with noise of frame.measurements.sd_px (8,), "
-        "which is large while a vertex is hidden"
-    ),
-    example="pftrack.experiments.prism.example_filter",
-    reads="rb-pf",
-    start=_start,
-    particles=_particles,
-    propagate=_propagate,
-    believe=_believe,
-    series=SERIES,
-    measure=measurement(SERIES),
-    count=_count,
-    project=_project,
-)

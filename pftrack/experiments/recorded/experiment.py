@@ -29,7 +29,7 @@ from pftrack.core.model.series import Reduction, Series, SeriesValue
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Belief, Frame, FrameSequence, Plane, Truth
 from pftrack.experiments.experiment import Experiment
-from pftrack.experiments.shared.beliefs import TRACKERS, BeliefState, place_of
+from pftrack.experiments.recorded.trackers import TRACKERS, BeliefState, place_of
 from pftrack.experiments.shared.reports import loss_share
 from pftrack.experiments.shared.sketch import SECOND_RUN, at_height, circle, error_words, particle_clouds, uncertainty
 from pftrack.sources.beliefs.content import SelectionParameters, overlap

@@ -176,6 +176,7 @@ class PointState:
         tracked: How many coordinates are the estimate.
         particles: The posterior as particles, or None for a Gaussian filter.
         observation_count: How many of the particles, the last ones, came from the observation sampler.
+        samplers: Names of what draws by prediction and by observation, where there is a choice.
         log_evidence: log p(z_t | z_{1:t-1}) up to the constant that the likelihood leaves out.
         resampled: Whether the particles were resampled in this frame.
         switched: Whether another sampler, or another process noise, was used than in the frame before.
@@ -201,6 +202,7 @@ class PointState:
     reference: Gaussian | None = None
     innovation: NormalisedInnovation | None = None
     repeatable: bool = True
+    samplers: tuple[str, ...] = ()
 
     @property
     def estimate(self) -> Floats:

@@ -24,8 +24,8 @@ from pftrack.core.model.preset import ExampleSweep, read_presets
 from pftrack.core.model.setup import Setup
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.shared.sketch import BY_SAMPLER, SECOND_RUN, at_height, circle, particle_clouds
+from pftrack.experiments.sine.model import MODEL, TRACKERS, SignalTrackerParameters
 from pftrack.experiments.sine.scene import SignalParameters, SignalSource
-from pftrack.experiments.sine.trackers import FILTER_INTERFACE, TRACKERS, SignalTrackerParameters
 from pftrack.filters import kalman
 
 MODELLED = ("kalman", "condensation")
@@ -208,7 +208,7 @@ EXPERIMENT = Experiment(
         SECOND_RUN,
     ),
     calibration=CALIBRATION,
-    filter_interface=FILTER_INTERFACE,
+    model=MODEL,
     simulate=simulate,
     draw=draw,
     error=_mean_distance,

@@ -360,7 +360,6 @@ def _tracker(name: str, title: str, description: str, method: Method, *series: S
         partial(step, method),
         series=(*COMMON, *series),
         measure=measure,
-        reads=(),
     )
 
 

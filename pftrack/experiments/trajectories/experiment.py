@@ -52,7 +52,7 @@ from pftrack.experiments.trajectories.scene import (
     TracksSource,
     tracks_from,
 )
-from pftrack.experiments.trajectories.step import FILTER_INTERFACE, TRACKERS
+from pftrack.experiments.trajectories.step import MODEL, TRACKERS
 from pftrack.experiments.trajectories.trackers import TrajectoriesTrackerParameters
 from pftrack.sources.tracks.sequence import TrackSequence
 
@@ -102,7 +102,7 @@ SIGNALS = ("track_log_evidence", "outlying")
 
 LOSS_DECLARATION = read_declaration(Path(__file__).with_name("loss_probability.json"), TRACKERS, SCENES, SIGNALS)
 
-MODEL = "noise_variance_px2", "drive_variance_px2", "lag_frames"
+NOISES = "noise_variance_px2", "drive_variance_px2", "lag_frames"
 
 TRACKS = {"trajectories_scene": "tracks"}
 """The simulated tracks, in place of the pictures."""
@@ -255,7 +255,7 @@ EXPERIMENT = Experiment(
     worlds=(SEARCH_WORLD, SCALES_WORLD),
     calibration=CALIBRATION,
     loss_probability=LOSS_DECLARATION,
-    filter_interface=FILTER_INTERFACE,
+    model=MODEL,
     simulate=simulate,
     on_video=on_video,
     recorded=lambda kind: TrajectoriesTrackerParameters() if kind == "tracks" else RecordedTrajectoriesParameters(),

@@ -12,21 +12,22 @@ from typing import Any, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.model.likelihood import (
     Cloud,
     Component,
     Contributions,
-    ObservationLikelihood,
     Part,
     Patches,
     Residual,
 )
+from pftrack.core.model.model import Model, Values
 from pftrack.core.model.source import Frame
 from pftrack.core.numerics.elementary import exponential, logarithm
 from pftrack.core.numerics.matrices import product
-from pftrack.experiments.shared.beliefs import innovation_parts
+from pftrack.experiments.shared.filtered import innovation_parts
 from pftrack.experiments.trajectories.corners import CornerParameters, Corners, begin, follow
 from pftrack.experiments.trajectories.scene import TrajectoriesTarget
 from pftrack.experiments.trajectories.trackers import TrajectoriesState, TrajectoriesTrackerParameters
@@ -127,52 +128,6 @@ def normal(off: Floats, variance: Floats | float) -> Floats:
     return np.asarray(-0.5 * squares - logarithm(2.0 * np.pi * np.asarray(variance, np.float64)))
 
 
-def track_likelihood(title: str, law: Law, *, learned: bool = False) -> ObservationLikelihood:
-    """Return the likelihood of places of the selected track.
-
-    Args:
-        title: What it compares, a few words.
-        law: Of the noise.
-        learned: Whether a state has a sigma^2 of its own, beside its place.
-    """
-
-    def log_likelihood(known: Measured, states: Floats, _: Frame, parameters: P) -> Floats:
-        if not np.isfinite(known.point).all():
-            return np.zeros(len(states))
-        variance = exponential(states[:, 2]) if learned else float(parameters.noise_variance_px2)
-        return law(states[:, :2] - known.point, variance)
-
-    def parts(known: Measured, one: Floats, frame: Frame, parameters: P) -> tuple[Part, ...]:
-        scale = float(exponential(0.5 * one[2])) if learned else float(np.sqrt(parameters.noise_variance_px2))
-        pairs = zip("xy", known.point.tolist(), one.tolist(), strict=False)
-        compared = tuple(Residual(name, found, expected, scale, "px") for name, found, expected in pairs)
-        return (*_patches(known, one, frame), *compared)
-
-    return ObservationLikelihood(
-        title,
-        components=lambda _: (*PLACE, *LAWS) if learned else PLACE,
-        log_likelihood=log_likelihood,
-        centre=_centre,
-        prepare=_prepare,
-        parts=parts,
-        weighs=False,  # particles are laid open as they were drawn, each as often as it weighed
-    )
-
-
-def particles_of(state: TrajectoriesState) -> Cloud | None:
-    """Return the particles of the selected track after they were drawn, each once, laid open; None without."""
-    belief, track = state.belief, state.selected
-    if not isinstance(belief, Belief) or not state.raw.shape[1]:
-        return None
-    states, shares = belief.age(track, 0)
-    if not len(states):
-        return None
-    laws = belief.laws(track)
-    if laws is not None:
-        states = np.hstack([states, laws[0]])
-    return Cloud(states, logarithm(shares), _parents(belief, track, state.earlier))
-
-
 def innovate(before: Gaussians, track: int, measured: Floats, noise: float, drive: float) -> Innovation | None:
     """Return the innovation of a track's measurement (2,), px; None where it has none, or only begins.
 
@@ -193,46 +148,97 @@ def innovate(before: Gaussians, track: int, measured: Floats, noise: float, driv
     return Innovation(values, spread * np.eye(2), first / spread * np.eye(2), NormalisedInnovation(squared, 2))
 
 
-def update_parts(before: TrajectoriesState, state: TrajectoriesState, frame: Frame, parameters: P) -> tuple[Part, ...]:
-    """Return which measurements are the furthest off, and of the Kalman filter the innovation of the selected track."""
-    off = state.raw[0] - state.filtered[0]
-    distances = np.hypot(off[:, 0], off[:, 1])
-    seen = np.flatnonzero(np.isfinite(distances))
-    chosen = seen[np.argsort(-distances[seen], kind="stable")][:MOST_TRACKS]
-    rows = np.column_stack([off[chosen], distances[chosen], state.densities[chosen]])
-    arrows = np.hstack([state.filtered[0, chosen], state.raw[0, chosen]])
-    table = Contributions(
-        "measurements furthest off",
-        ("off x (px)", "off y (px)", "distance (px)", "log density"),
-        tuple(f"track {number}" for number in chosen),
-        tuple(map(tuple, rows.tolist())),
-        tuple(map(tuple, arrows.tolist())),
-    )
-    told: tuple[Part, ...] = (table,) if len(chosen) else ()
-    if frame.index == 0 or not (isinstance(before.belief, Gaussians) and isinstance(state.belief, Gaussians)):
-        return told
-    measured = state.raw[0, state.selected]
-    noise, drive = float(parameters.noise_variance_px2), float(parameters.drive_variance_px2)
-    innovation = innovate(before.belief, state.selected, measured, noise, drive)
-    return told if innovation is None else (*innovation_parts(("x", "y"), "px", measured, innovation), *told)
+class Track(Model):
+    """The law of the noise around the measurement of the selected track; each track is filtered by itself."""
 
+    evidence = "normalised"
+    weighs = False  # particles are laid open as they were drawn, each as often as it weighed
 
-def _prepare(state: TrajectoriesState, frame: Frame, parameters: P) -> Measured:
-    """Return what is measured of the selected track in a frame, given the state before; in frame 0 that of itself."""
-    track = parameters.selected_track % max(state.raw.shape[1], 1)
-    if frame.index == 0:
-        return Measured(state.raw[0, track], None if state.corners is None else state.corners.templates[track])
-    # One corner is looked for in a moment, all of them are not.
-    corner = None if state.corners is None else state.corners.select(np.array([track]))
-    points = Observation.following(corner, frame, parameters).points
-    return Measured(points[track if corner is None else 0], None if corner is None else corner.templates[0])
+    def __init__(self, title: str, law: Law, *, learned: bool = False) -> None:
+        """Choose the law.
 
+        Args:
+            title: What it compares, a few words.
+            law: Of the noise.
+            learned: Whether a state has a sigma^2 of its own, beside its place.
+        """
+        self.title, self.law, self.learned = title, law, learned
 
-def _centre(state: TrajectoriesState) -> Floats:
-    """Return the filtered place of the selected track, with the mean laws of its particles where these have some."""
-    laws = state.belief.laws(state.selected) if isinstance(state.belief, Belief) else None
-    place = state.filtered[0, state.selected]
-    return place.copy() if laws is None else np.concatenate([place, product(laws[1], laws[0])])
+    @override
+    def components(self, parameters: Values) -> tuple[Component, ...]:
+        return (*PLACE, *LAWS) if self.learned else PLACE
+
+    @override
+    def prepare(self, state: TrajectoriesState, frame: Frame, parameters: P) -> Measured:
+        """Return what is measured of the selected track in a frame; in frame 0 that of the state itself."""
+        track = parameters.selected_track % max(state.raw.shape[1], 1)
+        if frame.index == 0:
+            return Measured(state.raw[0, track], None if state.corners is None else state.corners.templates[track])
+        # One corner is looked for in a moment, all of them are not.
+        corner = None if state.corners is None else state.corners.select(np.array([track]))
+        points = Observation.following(corner, frame, parameters).points
+        return Measured(points[track if corner is None else 0], None if corner is None else corner.templates[0])
+
+    @override
+    def log_likelihood(self, states: Floats, frame: Frame, parameters: P, known: Measured) -> Floats:
+        if not np.isfinite(known.point).all():
+            return np.zeros(len(states))
+        variance = exponential(states[:, 2]) if self.learned else float(parameters.noise_variance_px2)
+        return self.law(states[:, :2] - known.point, variance)
+
+    @override
+    def centre(self, state: TrajectoriesState) -> Floats:
+        """Return the filtered place of the selected track, with the mean laws of particles that have some."""
+        laws = state.belief.laws(state.selected) if isinstance(state.belief, Belief) else None
+        place = state.filtered[0, state.selected]
+        return place.copy() if laws is None else np.concatenate([place, product(laws[1], laws[0])])
+
+    @override
+    def parts(self, one: Floats, frame: Frame, parameters: P, known: Measured) -> tuple[Part, ...]:
+        scale = float(exponential(0.5 * one[2])) if self.learned else float(np.sqrt(parameters.noise_variance_px2))
+        pairs = zip("xy", known.point.tolist(), one.tolist(), strict=False)
+        compared = tuple(Residual(name, found, expected, scale, "px") for name, found, expected in pairs)
+        return (*_patches(known, one, frame), *compared)
+
+    @override
+    def cloud(self, state: TrajectoriesState) -> Cloud | None:
+        """Return the particles of the selected track after they were drawn, each once, laid open; None without."""
+        belief, track = state.belief, state.selected
+        if not isinstance(belief, Belief) or not state.raw.shape[1]:
+            return None
+        states, shares = belief.age(track, 0)
+        if not len(states):
+            return None
+        laws = belief.laws(track)
+        if laws is not None:
+            states = np.hstack([states, laws[0]])
+        return Cloud(states, logarithm(shares), _parents(belief, track, state.earlier))
+
+    @override
+    def update_parts(
+        self, before: TrajectoriesState, state: TrajectoriesState, frame: Frame, parameters: P
+    ) -> tuple[Part, ...]:
+        """Return which measurements are the furthest off, and the innovation of the selected one where it is known."""
+        off = state.raw[0] - state.filtered[0]
+        distances = np.hypot(off[:, 0], off[:, 1])
+        seen = np.flatnonzero(np.isfinite(distances))
+        chosen = seen[np.argsort(-distances[seen], kind="stable")][:MOST_TRACKS]
+        rows = np.column_stack([off[chosen], distances[chosen], state.densities[chosen]])
+        arrows = np.hstack([state.filtered[0, chosen], state.raw[0, chosen]])
+        table = Contributions(
+            "measurements furthest off",
+            ("off x (px)", "off y (px)", "distance (px)", "log density"),
+            tuple(f"track {number}" for number in chosen),
+            tuple(map(tuple, rows.tolist())),
+            tuple(map(tuple, arrows.tolist())),
+        )
+        told: tuple[Part, ...] = (table,) if len(chosen) else ()
+        if frame.index == 0 or not (isinstance(before.belief, Gaussians) and isinstance(state.belief, Gaussians)):
+            return told
+        measured = state.raw[0, state.selected]
+        noise, drive = float(parameters.noise_variance_px2), float(parameters.drive_variance_px2)
+        innovation = innovate(before.belief, state.selected, measured, noise, drive)
+        return told if innovation is None else (*innovation_parts(PLACE, measured, innovation), *told)
 
 
 def _patches(known: Measured, one: Floats, frame: Frame) -> tuple[Part, ...]:

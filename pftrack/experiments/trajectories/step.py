@@ -3,30 +3,31 @@
 A filter in a file follows the selected track, and the Kalman filter all others.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TypeAlias
+from typing import ClassVar, Literal, TypeAlias
 
 import numpy as np
+from typing_extensions import override
 
 from pftrack.core.arrays import Bools, Floats
-from pftrack.core.model.likelihood import Component, ObservationLikelihood
+from pftrack.core.model.likelihood import Cloud as LaidOpen
+from pftrack.core.model.likelihood import Component
+from pftrack.core.model.model import LinearChain, Model, NoiseScale, State
 from pftrack.core.model.series import Interval, Series, SeriesValue
 from pftrack.core.model.source import Frame, Measurements, Target
-from pftrack.core.model.tracker import LinearModel, Tracker
+from pftrack.core.model.tracker import Tracker
 from pftrack.core.numerics.elementary import exponential
 from pftrack.core.numerics.random import Gaussian, Generator, Purpose, Stream
 from pftrack.experiments.shared import reports
-from pftrack.experiments.shared.beliefs import NIS, FilterInterface, Update, measure_innovation
+from pftrack.experiments.shared.filtered import NIS, Update, measure_innovation
 from pftrack.experiments.trajectories.inspection import (
     Observation,
+    Track,
     cauchy,
     innovate,
     normal,
-    particles_of,
-    track_likelihood,
-    update_parts,
 )
 from pftrack.experiments.trajectories.scene import TrajectoriesTarget
 from pftrack.experiments.trajectories.trackers import (
@@ -40,7 +41,7 @@ from pftrack.experiments.trajectories.trackers import (
     gaussian_method,
     without,
 )
-from pftrack.experiments.trajectories.whole import LINEAR_MODEL, ensemble
+from pftrack.experiments.trajectories.whole import chains_of, ensemble
 from pftrack.filters.particles import ParticleSet
 from pftrack.filters.trajectories import gaussian
 from pftrack.filters.trajectories.cloud import Cloud
@@ -219,14 +220,27 @@ def _measure_kalman(state: TrajectoriesState) -> Mapping[str, SeriesValue]:
     return {**measure(state), **measure_innovation(state.innovation)}
 
 
+class LinearTrack(Track):
+    """The same with Gaussian noise, which can be followed exactly."""
+
+    scales: ClassVar = {
+        "drive_variance_px2": NoiseScale("process", is_variance=True),
+        "noise_variance_px2": NoiseScale("observation", is_variance=True),
+    }
+
+    @override
+    def chains(self, state: TrajectoriesState, frames: Sequence[Frame], parameters: P) -> tuple[LinearChain, ...]:
+        return chains_of(state, frames, parameters)
+
+
 def _tracker(
     name: str,
     title: str,
     description: str,
     method: Method,
-    likelihood: ObservationLikelihood,
+    model: Track,
+    sampling: Literal["exact", "prior", "other"],
     *series: Series,
-    linear: LinearModel | None = None,
 ) -> Tracker:
     return Tracker(
         name,
@@ -237,13 +251,8 @@ def _tracker(
         ensemble=partial(ensemble, method),
         series=(*COMMON, *series),
         measure=_measure_kalman if method is gaussian_method else measure,
-        reads=(),
-        likelihood=likelihood,
-        cloud=None if method is gaussian_method else particles_of,
-        update_parts=update_parts,
-        # That of the self-organising one averages over the noises that it tries, so none is left to be fitted.
-        evidence="normalised" if LAWS[0] not in series else "",
-        linear=linear,
+        model=model,
+        sampling=sampling,
     )
 
 
@@ -255,7 +264,8 @@ TRACKERS: dict[str, Tracker] = {
             "Self-organising (NLNG)",
             "Particles with Cauchy noise, each with a σ² and a τ² of its own, so that both are found while tracking.",
             partial(cloud_method, True),
-            track_likelihood(MEASUREMENT, cauchy, learned=True),
+            Track(MEASUREMENT, cauchy, learned=True),
+            "other",  # it averages over the noises that it tries, so none is left to be fitted
             *SIZES,
             *LAWS,
         ),
@@ -264,7 +274,8 @@ TRACKERS: dict[str, Tracker] = {
             "Cauchy noise (LNG)",
             "Particles under noise with heavy tails: a measurement far off is let go.",
             partial(cloud_method, False),
-            track_likelihood(MEASUREMENT, cauchy),
+            Track(MEASUREMENT, cauchy),
+            "prior",
             *SIZES,
         ),
         _tracker(
@@ -272,9 +283,9 @@ TRACKERS: dict[str, Tracker] = {
             "Gaussian noise (LG)",
             "The Kalman filter and its exact smoother: every measurement draws, the more the further off it is.",
             gaussian_method,
-            track_likelihood(MEASUREMENT, normal),
+            LinearTrack(MEASUREMENT, normal),
+            "exact",
             *NIS,
-            linear=LINEAR_MODEL,
         ),
     )
 }
@@ -283,22 +294,92 @@ TRACKERS: dict[str, Tracker] = {
 COMPONENTS = (Component("x", "px"), Component("y", "px"), Component("x before", "px"), Component("y before", "px"))
 
 
-def _start(target: Target, frame: Frame, parameters: TrajectoriesTrackerParameters, rng: Stream) -> TrajectoriesState:
-    begun = start(gaussian_method, target, frame, parameters, rng)
-    particles = ParticleSet.uniform(_drawn(begun, 0, parameters, rng))
-    return replace(begun, own=particles, own_track=begun.selected)
+class Motion(Model):
+    """The second-order motion of the selected track, with Cauchy noise, as a filter in a file takes its place.
 
+    The Kalman filter follows all other tracks; `known` has taken the frame for all of them.
+    """
 
-def _prepare(state: TrajectoriesState, frame: Frame, parameters: TrajectoriesTrackerParameters) -> TrajectoriesState:
-    """Take the frame for all tracks; what is known of the selected one is replaced when its particles have taken it."""
-    return step(gaussian_method, state, frame, parameters, Stream(0, frame.index, Purpose.TRACK))
+    title = MEASUREMENT
+    weighs = False
+    observed = (
+        "frame.measurements.points_px (1, 2) is the measurement of the selected track, not finite where it is missing"
+    )
+    example = "pftrack.experiments.trajectories.example_filter"
+    reads = "lng"
 
+    @override
+    def components(self, parameters: P) -> tuple[Component, ...]:
+        return COMPONENTS
 
-def _particles(state: TrajectoriesState, parameters: TrajectoriesTrackerParameters, rng: Generator) -> ParticleSet:
-    """Return the particles of the frame before, drawn about what the Kalman filter believed if there are none."""
-    if state.own is not None and state.own_track == state.selected:
-        return state.own
-    return ParticleSet.uniform(_drawn(state, 1, parameters, rng))
+    @override
+    def start(self, target: Target, frame: Frame, parameters: P, rng: Stream) -> TrajectoriesState:
+        begun = start(gaussian_method, target, frame, parameters, rng)
+        return replace(begun, own=ParticleSet.uniform(_drawn(begun, 0, parameters, rng)), own_track=begun.selected)
+
+    @override
+    def prepare(self, state: TrajectoriesState, frame: Frame, parameters: P) -> TrajectoriesState:
+        """Take the frame for all tracks; what is known of the selected one is replaced when its particles have it."""
+        return step(gaussian_method, state, frame, parameters, Stream(0, frame.index, Purpose.TRACK))
+
+    @override
+    def particles(self, state: TrajectoriesState, parameters: P, rng: Generator) -> ParticleSet:
+        """Return the particles of the frame before, drawn about what the Kalman filter believed if there are none."""
+        if state.own is not None and state.own_track == state.selected:
+            return state.own
+        return ParticleSet.uniform(_drawn(state, 1, parameters, rng))
+
+    @override
+    def propagate(self, states: Floats, frame: Frame, parameters: P, rng: Generator, known: State) -> Floats:
+        """Return the second-order motion that all methods of trajectories take for true."""
+        now, before = states[:, :2], states[:, 2:]
+        drive = np.sqrt(parameters.drive_variance_px2)
+        return np.concatenate([2.0 * now - before + drive * rng.standard_normal(now.shape), now], axis=1)
+
+    @override
+    def log_likelihood(self, states: Floats, frame: Frame, parameters: P, known: TrajectoriesState) -> Floats:
+        """Return the Cauchy density of the selected track's measurement, 0 where it has none."""
+        measured = known.raw[0, known.selected]
+        if not np.isfinite(measured).all():
+            return np.zeros(len(states))
+        return cauchy(states[:, :2] - measured, float(parameters.noise_variance_px2))
+
+    @override
+    def believe(self, known: TrajectoriesState, update: Update, frame: Frame, parameters: P) -> TrajectoriesState:
+        track, (mean, covariance) = known.selected, update.particles.moments
+        rows = {name: getattr(known, name).copy() for name in ("filtered", "smoothed", "sds", "densities")}
+        rows["filtered"][0, track] = mean[:2]
+        rows["smoothed"][:, track] = rows["filtered"][:, track]  # of particles without their past nothing is smoothed
+        rows["sds"][track] = np.sqrt(np.diag(covariance)[:2])
+        rows["densities"][track] = update.log_evidence
+        return replace(known, **rows, own=update.particles, own_track=track, repeatable=update.repeatable)
+
+    @override
+    def see(self, frame: Frame, known: TrajectoriesState) -> Frame:
+        """Return the frame with the measurement of the selected track alone, (1, 2)."""
+        measured = known.raw[0, known.selected][None]
+        return replace(frame, measurements=Measurements(measured, np.ones(1)))
+
+    @property
+    @override
+    def series(self) -> tuple[Series, ...]:
+        return (*COMMON, *reports.CLOUD)
+
+    @override
+    def measure(self, state: TrajectoriesState) -> Mapping[str, SeriesValue]:
+        own = {} if state.own is None else reports.cloud(state.own, resampled=True)
+        return {**measure(state), **own}
+
+    @override
+    def centre(self, state: TrajectoriesState) -> Floats:
+        """Return the filtered place of the selected track, in this frame and the one before, (4,)."""
+        now = state.filtered[0, state.selected]
+        return np.concatenate([now, state.filtered[min(1, len(state.filtered) - 1), state.selected]])
+
+    @override
+    def cloud(self, state: TrajectoriesState) -> LaidOpen | None:
+        own = state.own
+        return None if own is None else LaidOpen(own.states, own.log_weights, own.ancestors)
 
 
 def _drawn(state: TrajectoriesState, age: int, parameters: TrajectoriesTrackerParameters, rng: Generator) -> Floats:
@@ -315,81 +396,4 @@ def _drawn(state: TrajectoriesState, age: int, parameters: TrajectoriesTrackerPa
     return np.concatenate([positions, positions], axis=1)
 
 
-def _propagate(
-    state: TrajectoriesState,
-    states: Floats,
-    frame: Frame,
-    parameters: TrajectoriesTrackerParameters,
-    rng: Generator,
-) -> Floats:
-    """Return the second-order motion that all methods of trajectories take for true."""
-    del state, frame
-    now, before = states[:, :2], states[:, 2:]
-    drive = np.sqrt(parameters.drive_variance_px2)
-    return np.concatenate([2.0 * now - before + drive * rng.standard_normal(now.shape), now], axis=1)
-
-
-def _log_likelihood(
-    state: TrajectoriesState, states: Floats, frame: Frame, parameters: TrajectoriesTrackerParameters
-) -> Floats:
-    """Return the Cauchy density of the selected track's measurement, 0 where it has none."""
-    del frame
-    measured = state.raw[0, state.selected]
-    if not np.isfinite(measured).all():
-        return np.zeros(len(states))
-    return cauchy(states[:, :2] - measured, float(parameters.noise_variance_px2))
-
-
-def _believe(
-    state: TrajectoriesState, update: Update, frame: Frame, parameters: TrajectoriesTrackerParameters
-) -> TrajectoriesState:
-    del frame, parameters
-    track, (mean, covariance) = state.selected, update.particles.moments
-    rows = {name: getattr(state, name).copy() for name in ("filtered", "smoothed", "sds", "densities")}
-    rows["filtered"][0, track] = mean[:2]
-    rows["smoothed"][:, track] = rows["filtered"][:, track]  # of particles without their past nothing is smoothed
-    rows["sds"][track] = np.sqrt(np.diag(covariance)[:2])
-    rows["densities"][track] = update.log_evidence
-    return replace(state, **rows, own=update.particles, own_track=track, repeatable=update.repeatable)
-
-
-def _see(state: TrajectoriesState, frame: Frame) -> Frame:
-    """Return the frame with the measurement of the selected track alone, (1, 2)."""
-    measured = state.raw[0, state.selected][None]
-    return replace(frame, measurements=Measurements(measured, np.ones(1)))
-
-
-def _measure(state: TrajectoriesState) -> Mapping[str, SeriesValue]:
-    own = {} if state.own is None else reports.cloud(state.own, resampled=True)
-    return {**measure(state), **own}
-
-
-def _centre(state: TrajectoriesState) -> Floats:
-    """Return the filtered place of the selected track, in this frame and the one before, (4,)."""
-    now = state.filtered[0, state.selected]
-    return np.concatenate([now, state.filtered[min(1, len(state.filtered) - 1), state.selected]])
-
-
-LIKELIHOOD = ObservationLikelihood(
-    "measurement of the selected track",
-    components=lambda _: COMPONENTS,
-    prepare=_prepare,
-    log_likelihood=_log_likelihood,
-    centre=_centre,
-)
-
-FILTER_INTERFACE = FilterInterface(
-    likelihood=LIKELIHOOD,
-    observed=(
-        "frame.measurements.points_px (1, 2) is the measurement of the selected track, not finite where it is missing"
-    ),
-    example="pftrack.experiments.trajectories.example_filter",
-    reads="lng",
-    start=_start,
-    particles=_particles,
-    propagate=_propagate,
-    believe=_believe,
-    series=(*COMMON, *reports.CLOUD),
-    measure=_measure,
-    see=_see,
-)
+MODEL = Motion()

@@ -11,9 +11,9 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from pftrack.core.arrays import Bools, Floats
+from pftrack.core.model.model import LinearChain, LinearStep
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import Frame, History
-from pftrack.core.model.tracker import LinearChain, LinearModel, NoiseScale
 from pftrack.core.numerics.random import Purpose
 from pftrack.experiments.trajectories.inspection import Observation
 from pftrack.experiments.trajectories.trackers import (
@@ -24,6 +24,7 @@ from pftrack.experiments.trajectories.trackers import (
     select,
     without,
 )
+from pftrack.filters.dynamics import LinearDynamics
 
 SHORTEST_LAG = 0
 
@@ -71,9 +72,10 @@ TRANSITION = np.array([[2.0, -1.0], [1.0, 0.0]])
 """Of an axis' (p_t, p_{t-1}): the velocity stays."""
 
 
-def _chains(
+def chains_of(
     state: TrajectoriesState, frames: Sequence[Frame], parameters: TrajectoriesTrackerParameters
 ) -> tuple[LinearChain, ...]:
+    """Return the linear model of all tracks over some frames; see `Model.chains`."""
     points, broken = _observe(state, frames, parameters)
     return tuple(
         _chain(column, parameters)
@@ -105,23 +107,8 @@ def _begin(piece: Floats) -> Iterator[Floats]:
 
 
 def _chain(measured: Floats, parameters: TrajectoriesTrackerParameters) -> LinearChain:
-    return LinearChain.steady(
-        np.full(2, measured[0]),
-        float(parameters.start_spread_px) ** 2 * np.eye(2),
-        TRANSITION,
-        np.zeros(2),
-        np.array([[math.sqrt(parameters.drive_variance_px2)], [0.0]]),
-        np.ascontiguousarray(measured)[:, None],
-        np.array([[1.0, 0.0]]),
-        np.array([[float(parameters.noise_variance_px2)]]),
-    )
-
-
-LINEAR_MODEL = LinearModel(
-    {
-        "drive_variance_px2": NoiseScale("process", is_variance=True),
-        "noise_variance_px2": NoiseScale("observation", is_variance=True),
-    },
-    _chains,
-)
-"""Of the tracker with Gaussian noise."""
+    noise = np.array([[math.sqrt(parameters.drive_variance_px2)], [0.0]])
+    motion, observation = LinearDynamics(TRANSITION, np.zeros(2), noise), np.array([[1.0, 0.0]])
+    covariance = np.array([[float(parameters.noise_variance_px2)]])
+    steps = [LinearStep(motion, value, observation, covariance) for value in measured[:, None]]
+    return LinearChain.of(np.full(2, measured[0]), float(parameters.start_spread_px) ** 2 * np.eye(2), steps)

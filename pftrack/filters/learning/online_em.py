@@ -25,7 +25,7 @@ from typing import Final
 import numpy as np
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.tracker import LinearChain, NoiseKind
+from pftrack.core.model.model import LinearChain, NoiseKind
 from pftrack.core.numerics.elementary import exponential, logarithm
 from pftrack.core.numerics.matrices import product, solve_system
 from pftrack.core.numerics.random import Gaussian

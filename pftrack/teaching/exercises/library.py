@@ -121,7 +121,7 @@ def _check_scene(head: ExerciseHead, found: Findings) -> None:
     experiment = found.attempt(("experiment",), lambda: find_experiment(head.experiment))
     if experiment is None:
         return
-    if experiment.filter_interface is None:
+    if experiment.model is None:
         found.add(("experiment",), f"{experiment.id} takes no filters from files")
     found.attempt(("values",), lambda: revise(experiment.simulate().parameters, head.values))
 

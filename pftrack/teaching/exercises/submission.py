@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.model import Model
 from pftrack.core.model.parameters import Value, flat, revise
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, History
@@ -19,7 +20,6 @@ from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.own.code import FUNCTIONS, FilterCode, FilterFile
 from pftrack.experiments.own.extension import extend
 from pftrack.experiments.own.sliders import FilterFileError
-from pftrack.experiments.shared.beliefs import FilterInterface
 from pftrack.filters.particles import normalise
 from pftrack.runs.run import Run
 
@@ -119,11 +119,11 @@ class Submission:
         return replace(setup, parameters=revise(setup.parameters, self.exercise.values))
 
     @property
-    def interface(self) -> FilterInterface:
-        """What the experiment tells filters from files."""
-        if self.experiment.filter_interface is None:
+    def model(self) -> Model:
+        """What stands in for what the file leaves out."""
+        if self.experiment.model is None:
             raise FilterFileError(self.code.file, None, f"{self.experiment.id} takes no filters from files")
-        return self.experiment.filter_interface
+        return self.experiment.model
 
     def rows(self, seed: int, tracker: str | None = None) -> list[Diagnostics]:
         """Return what a run of the file comes to, or one of another tracker on the same scene; it is computed once."""
@@ -149,12 +149,11 @@ class Submission:
         """
         state, frame, parameters = self._begin(seed)
         stream = Stream(seed, LATER, Purpose.TRACK)
-        particles = self.interface.particles(state, parameters, stream)
+        particles = self.model.particles(state, parameters, stream)
         begun = particles.states[np.arange(count) % len(particles)]
-        spread = self.interface.propagate(state, begun, frame, parameters, stream)
-        project = self.interface.project
+        spread = self.model.propagate(begun, frame, parameters, stream, state)
         logs, _ = normalise(2.0 * stream.standard_normal(count))
-        seen = frame if self.interface.see is None else self.interface.see(state, frame)
+        seen = self.model.see(frame, state)
         given = {
             "position": np.array(frame.target.position) if frame.target is not None else None,
             "states": np.array(spread),
@@ -162,7 +161,7 @@ class Submission:
             "count": count,
             "frame": deepcopy(replace(seen, target=None)),
             "parameters": self.parameters,
-            "project": None if project is None else partial(project, state),
+            "project": partial(self.model.project, known=state) if self.model.projects else None,
         }
         return {name: given[name] for name in FUNCTIONS[function] if name in given}
 
@@ -188,8 +187,8 @@ class Submission:
         parameters = self.setup.parameters
         source, history = self.setup.open_source(seed, parameters), History(((0, parameters),))
         first, later = (source.frame(index, history) for index in (0, LATER))
-        begun = self.interface.start(source.start, first, parameters, Stream(seed, 0, Purpose.START))
-        begun = self.interface.likelihood.prepare(begun, later, parameters)
+        begun = self.model.start(source.start, first, parameters, Stream(seed, 0, Purpose.START))
+        begun = self.model.prepare(begun, later, parameters)
         return begun, later, parameters
 
 
@@ -233,11 +232,11 @@ def moments_on_grid(submission: Submission, seed: int, *, noise: str) -> tuple[f
     Raises:
         ValueError: The signal has more dimensions, or begins in a place that is not known.
     """
-    interface, parameters = submission.interface, submission.setup.parameters
+    model, parameters = submission.model, submission.setup.parameters
     source, history = submission.setup.open_source(seed, parameters), History(((0, parameters),))
     first = source.frame(0, history)
-    state = interface.start(source.start, first, parameters, Stream(seed, 0, Purpose.START))
-    known = interface.particles(state, parameters, Stream(seed, 0, Purpose.START)).states
+    state = model.start(source.start, first, parameters, Stream(seed, 0, Purpose.START))
+    known = model.particles(state, parameters, Stream(seed, 0, Purpose.START)).states
     if known.shape[1] != 2 or np.ptp(known, axis=0).any():
         raise ValueError("a grid takes a signal of one dimension that begins in a place which is known")
     sd = float(getattr(parameters, noise))
@@ -249,7 +248,7 @@ def moments_on_grid(submission: Submission, seed: int, *, noise: str) -> tuple[f
         moves = np.exp(-0.5 * ((values[:, None, None] - means[None]) / sd) ** 2)
         moved = np.einsum("xyz,yz->xy", moves, joint)
         states = np.stack([values, values], axis=1)
-        logs = interface.likelihood.log_likelihood(state, states, source.frame(index, history), parameters)
+        logs = model.log_likelihood(states, source.frame(index, history), parameters, state)
         joint = moved * np.exp(logs - logs.max())[:, None]
         joint /= joint.sum()
         newest, before = values, newest

@@ -88,13 +88,13 @@ class Looking:
             subject = "gone" if followed is None else "particle"
         found = self._find_map(run, size) if wanted.likelihood else None
         lineage = inspection.genealogy(followed) if wanted.genealogy else None
-        likelihood = inspection.tracker.likelihood
+        model = inspection.tracker.model
         return InspectionPublic(
             frame=run.position,
             subject=subject,
             place=None if finding.place is None or not np.isfinite(finding.place).all() else tuple(finding.place),
             title=finding.title,
-            has_map=likelihood is not None and likelihood.anchor is not None,
+            has_map=model is not None and model.has_place,
             scale=None if found is None else found.range,
             log_likelihood=_finite(finding.log_likelihood),
             impossible=finding.log_likelihood == -math.inf,

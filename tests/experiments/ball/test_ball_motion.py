@@ -10,11 +10,10 @@ from pftrack.core.model.parameters import ParameterError, Value, revise
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments.ball import model as motion
-from pftrack.experiments.ball.model import CHROMATICITY, colour_model
+from pftrack.experiments.ball.model import CHROMATICITY, MODEL, colour_model
 from pftrack.experiments.ball.parameters import MODELLED, BallTrackerParameters, LoopParameters
 from pftrack.experiments.ball.trackers import TRACKERS
 from pftrack.experiments.shared.reports import PointState
-from pftrack.experiments.shared.sampling.samplers import particles_of
 from pftrack.filters import fixed_lag, kalman
 from pftrack.filters.learning import online_em
 from pftrack.filters.particles import normalise
@@ -163,13 +162,13 @@ def test_particles_after_a_gaussian_are_its_samples() -> None:
     root = np.random.default_rng(0).normal(size=(4, 4))
     state = PointState(Gaussian(np.array([60.0, 50.0, 58.0, 49.0]), root @ root.T), 2)
     given, rng = parameters(sample_count=60_000), Stream(3, 7, Purpose.TRACK)
-    particles = particles_of(state, given, rng)
+    particles = MODEL.particles(state, given, rng)
     assert particles.mean == pytest.approx(state.posterior.mean, abs=0.05)
     assert particles.covariance == pytest.approx(state.posterior.covariance, abs=0.15)
     assert np.ptp(particles.log_weights) == 0
     rng.random(5)
-    assert np.array_equal(particles_of(state, given, rng).states, particles.states)
-    elsewhere = particles_of(state, given, Stream(4, 7, Purpose.TRACK))
+    assert np.array_equal(MODEL.particles(state, given, rng).states, particles.states)
+    elsewhere = MODEL.particles(state, given, Stream(4, 7, Purpose.TRACK))
     assert not np.array_equal(elsewhere.states, particles.states)
 
 

@@ -18,7 +18,7 @@ from pftrack.experiments.own.sliders import FilterFileError, fields_of, slider
 from pftrack.runs import many, record
 from pftrack.runs.run import Run
 
-TAKING = [name for name in EXPERIMENTS.own if EXPERIMENTS[name].filter_interface is not None]
+TAKING = [name for name in EXPERIMENTS.own if EXPERIMENTS[name].model is not None]
 SMALL = {"joint_sample_count": 400, "sample_count": 60}
 BALL = example_of(find("ball"))
 HEAD = "import numpy as np\n"

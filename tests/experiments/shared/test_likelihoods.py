@@ -18,7 +18,7 @@ def looked_at(experiment: str, tracker: str, frame: int = 6) -> tuple[Run, objec
     found = find(experiment)
     run = Run(found, found.simulate(), tracker=tracker, seed=5, frames=frame + 1)
     run.seek(frame)
-    likelihood = found.trackers[tracker].likelihood
+    likelihood = found.trackers[tracker].model
     assert likelihood is not None
     (before,) = run.replay(frame - 1, frame - 1)
     return run, likelihood, likelihood.prepare(before.state, run.current.frame, run.current.parameters)
@@ -34,9 +34,9 @@ def test_a_pixel_of_the_ball_is_as_likely_as_its_share_of_red_says() -> None:
     step = run.current
     centre = likelihood.centre(step.state)
     for place in (step.frame.target.position, np.array([10.0, 10.0])):
-        (state,) = likelihood.anchor.put(before, centre, place[None])
-        (number,) = likelihood.ask(before, state[None], step.frame, step.parameters)
-        parts = likelihood.parts(before, state, step.frame, step.parameters)
+        (state,) = likelihood.put(centre, place[None], before)
+        (number,) = likelihood.evaluate(before, state[None], step.frame, step.parameters)
+        parts = likelihood.parts(state, step.frame, step.parameters, before)
         (red,) = of_kind(parts, Residual)
         (rho,) = of_kind(parts, Amount)
         off = (red.found - red.expected) / red.sd
@@ -51,10 +51,10 @@ def test_outside_the_picture_nothing_is_found() -> None:
     run, likelihood, before = looked_at("ball", "condensation")
     step = run.current
     state = np.array([-50.0, 1e9, 0.0, 0.0])
-    parts = likelihood.parts(before, state, step.frame, step.parameters)
+    parts = likelihood.parts(state, step.frame, step.parameters, before)
     assert math.isnan(of_kind(parts, Residual)[0].found)
     assert of_kind(parts, Patches)[0].found_rgb.size == 0
-    assert likelihood.ask(before, state[None], step.frame, step.parameters)[0] == pytest.approx(math.log(0.1))
+    assert likelihood.evaluate(before, state[None], step.frame, step.parameters)[0] == pytest.approx(math.log(0.1))
 
 
 def test_a_window_is_as_likely_as_its_histogram_is_like_the_models() -> None:
@@ -62,8 +62,8 @@ def test_a_window_is_as_likely_as_its_histogram_is_like_the_models() -> None:
     run, likelihood, before = looked_at("histogram", "condensation")
     step = run.current
     state = likelihood.centre(step.state)
-    (number,) = likelihood.ask(before, state[None], step.frame, step.parameters)
-    parts = likelihood.parts(before, state, step.frame, step.parameters)
+    (number,) = likelihood.evaluate(before, state[None], step.frame, step.parameters)
+    parts = likelihood.parts(state, step.frame, step.parameters, before)
     (counted,) = of_kind(parts, Histograms)
     rho, sharpness = (part.value for part in of_kind(parts, Amount))
     assert rho == pytest.approx(np.sqrt(np.multiply(counted.expected, counted.found)).sum(), abs=1e-12)
@@ -77,8 +77,8 @@ def test_values_in_force_are_asked_for() -> None:
     step = run.current
     state = likelihood.centre(step.state)[None]
     flat = step.parameters.model_copy(update={"sharpness": 0.0, "colour_space": "lab"})
-    assert likelihood.ask(before, state, step.frame, flat)[0] == 0.0
-    assert likelihood.ask(before, state, step.frame, step.parameters)[0] < 0.0
+    assert likelihood.evaluate(before, state, step.frame, flat)[0] == 0.0
+    assert likelihood.evaluate(before, state, step.frame, step.parameters)[0] < 0.0
 
 
 def test_an_innovation_is_told_beside_its_deviation() -> None:

@@ -1,14 +1,16 @@
 """Particles of a solid's whole pose or of its points: what poses are worth by the points, and by which of them."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
+from typing_extensions import override
 
 from pftrack.core.arrays import Floats, Ints
 from pftrack.core.geometry.rotation import rotation
-from pftrack.core.model.likelihood import Anchor, Cloud, Component, Contributions, ObservationLikelihood, Part
+from pftrack.core.model.likelihood import Cloud, Component, Contributions, Part
+from pftrack.core.model.model import Model, Values
 from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.source import Frame
 from pftrack.core.numerics.compiled import compiled
@@ -142,22 +144,6 @@ SAMPLERS = ("the solid's pose", "the feature's own past")
 OWN = tuple(Component(name, "px") for name in ("x", "y", "x in the last frame", "y in the last frame"))
 
 
-def point_clouds(names: tuple[str, ...], state: PoseState) -> Cloud | None:
-    """Return the particles of the filter that is believed.
-
-    Args:
-        names: Of the F points.
-        state: What is believed.
-
-    Returns:
-        Joint particles (N, 2 F) px, each in the middle of its points; or those of each point's own filter (F N, 4) px,
-        point by point.
-    """
-    if isinstance(state.belief, JointParticles):
-        return _joint(names, state.belief)
-    return _apart(names, state.belief) if isinstance(state.belief, Layers) else None
-
-
 def _joint(names: tuple[str, ...], belief: JointParticles) -> Cloud:
     particles = belief.particles
     positions = particles.positions
@@ -203,109 +189,103 @@ COMPONENTS = (
 )
 """How the prism is turned, and where it is in the camera's frame."""
 
-
-Weigh = Callable[[PoseState, Frame, Any], FeatureLikelihood]
-"""(state before, frame, parameters) -> the likelihood of points at positions (F, N, 2) px."""
-
-
-def pose_likelihood(
-    title: str,
-    names: tuple[str, ...],
-    weigh: Weigh,
-    prepare: Callable[[Any, Frame, Any], Any] = lambda state, _frame, _parameters: state,
-    most_places: int = 1200,
-) -> ObservationLikelihood:
-    """Return the likelihood of poses: the points of each, as a pinhole sees them, weighed together.
-
-    Trackers weigh the particles of each point by itself, so theirs have other weights than whole poses.
-
-    Args:
-        title: What is compared, a few words.
-        names: Of the F points.
-        weigh: How points are weighed.
-        prepare: See `ObservationLikelihood`.
-        most_places: How many poses a map of the picture may ask for.
-    """
-
-    def log_likelihood(
-        state: PoseState,
-        states: Floats,
-        frame: Frame,
-        parameters: Any,  # noqa: ANN401 - of any family
-    ) -> Floats:
-        return np.asarray(weigh(state, frame, parameters)(project_all(states, state.solid)).sum(axis=0))
-
-    def parts(
-        state: PoseState,
-        one: Floats,
-        frame: Frame,
-        parameters: Any,  # noqa: ANN401 - of any family
-    ) -> tuple[Part, ...]:
-        seen = project_all(one[None], state.solid)
-        logs = weigh(state, frame, parameters)(seen)[:, 0]
-        rows = np.column_stack([seen[:, 0], logs])
-        told = tuple(tuple(row) for row in rows.tolist())
-        return (Contributions("points of the pose", ("x (px)", "y (px)", "log likelihood"), names, told),)
-
-    return ObservationLikelihood(
-        title,
-        components=lambda _: COMPONENTS,
-        log_likelihood=log_likelihood,
-        centre=_centre,
-        prepare=prepare,
-        anchor=Anchor(_place, _put),
-        parts=parts,
-        most_places=most_places,
-        weighs=False,
-    )
-
-
-def _centre(state: PoseState) -> Floats:
-    """Return angles, rad, and place in the camera's frame, mm, (6,)."""
-    return np.concatenate([state.pose.mean, state.translation_mm])
-
-
-def _place(state: PoseState, states: Floats) -> Floats:
-    """Return where a pinhole sees the origin of the solid's frame, (N, 2) px."""
-    solid = state.solid
-    return np.asarray(solid.focal_px * states[:, 3:5] / np.maximum(states[:, 5:], 1.0) + solid.principal_px)
-
-
-def _put(state: PoseState, one: Floats, places: Floats) -> Floats:
-    """Return poses as far away as the one, whose origins are seen at places, (M, 6)."""
-    states = np.tile(one, (len(places), 1))
-    states[:, 3:5] = (places - state.solid.principal_px) * one[5] / state.solid.focal_px
-    return states
-
-
 LONGER = 5.0
 """Factor by which arrows are longer than what they show, which is a pixel or two."""
 
 
-def contribution_parts(
-    names: tuple[str, ...], before: object, state: PoseState, frame: object, parameters: object
-) -> tuple[Part, ...]:
-    """Return which point pulls which way: its residual, alpha, and its share in the estimate.
+class PoseModel(Model):
+    """The likelihood of poses: the points of each, as a pinhole sees them, weighed together.
 
-    The residual is where a point is believed to be, less where the estimated pose has it. Its share is that of its
-    information, (1 - probability that it is hidden) / variance, in that of all points.
+    Trackers weigh the particles of each point by itself, so theirs have other weights than whole poses. A family says
+    in `weigh` how points are weighed.
     """
-    del before, frame, parameters
-    belief = state.belief
-    placed, means = state.project(state.solid.points_mm), state.feature_means
-    off = means - placed
-    variances = np.trace(state.feature_covariances, axis1=1, axis2=2) / 2.0
-    information = (1.0 - belief.hidden) / np.maximum(variances, 1e-12)
-    shares = information / max(float(information.sum()), 1e-12)
-    alpha = belief.ratios if isinstance(belief, Layers) else np.full(len(names), np.nan)
-    rows = np.column_stack([off, np.sqrt(variances), belief.hidden, alpha, 100.0 * shares])
-    arrows = np.column_stack([placed, placed + LONGER * off])
-    return (
-        Contributions(
-            f"which point pulls which way (arrows {LONGER:g} times as long)",
-            ("x (px)", "y (px)", "sd (px)", "hidden", "alpha", "share (%)"),
-            names,
-            tuple(map(tuple, rows.tolist())),
-            tuple(map(tuple, arrows.tolist())),
-        ),
-    )
+
+    weighs = False
+    axes = None
+    most_places = 1200
+
+    def __init__(self, title: str, names: tuple[str, ...]) -> None:
+        """Name what is compared, and the F points."""
+        self.title = title
+        self.names = names
+
+    def weigh(self, known: PoseState, frame: Frame, parameters: Values) -> FeatureLikelihood:
+        """Return the likelihood of points at positions (F, N, 2) px."""
+        raise NotImplementedError
+
+    @override
+    def components(self, parameters: Values) -> tuple[Component, ...]:
+        return COMPONENTS
+
+    @override
+    def log_likelihood(self, states: Floats, frame: Frame, parameters: Values, known: PoseState) -> Floats:
+        return np.asarray(self.weigh(known, frame, parameters)(project_all(states, known.solid)).sum(axis=0))
+
+    @override
+    def centre(self, state: PoseState) -> Floats:
+        """Return angles, rad, and place in the camera's frame, mm, (6,)."""
+        return np.concatenate([state.pose.mean, state.translation_mm])
+
+    @property
+    @override
+    def has_place(self) -> bool:
+        return True
+
+    @override
+    def place(self, states: Floats, known: PoseState) -> Floats:
+        """Return where a pinhole sees the origin of the solid's frame, (N, 2) px."""
+        solid = known.solid
+        return np.asarray(solid.focal_px * states[:, 3:5] / np.maximum(states[:, 5:], 1.0) + solid.principal_px)
+
+    @override
+    def put(self, one: Floats, places: Floats, known: PoseState) -> Floats:
+        """Return poses as far away as the one, whose origins are seen at places, (M, 6)."""
+        states = np.tile(one, (len(places), 1))
+        states[:, 3:5] = (places - known.solid.principal_px) * one[5] / known.solid.focal_px
+        return states
+
+    @override
+    def parts(self, one: Floats, frame: Frame, parameters: Values, known: PoseState) -> tuple[Part, ...]:
+        """Return where each point of the pose is seen, and its log likelihood."""
+        seen = project_all(one[None], known.solid)
+        logs = self.weigh(known, frame, parameters)(seen)[:, 0]
+        rows = np.column_stack([seen[:, 0], logs])
+        told = tuple(tuple(row) for row in rows.tolist())
+        return (Contributions("points of the pose", ("x (px)", "y (px)", "log likelihood"), self.names, told),)
+
+    @override
+    def cloud(self, state: PoseState) -> Cloud | None:
+        """Return the particles of the filter that is believed.
+
+        Joint particles (N, 2 F) px, each in the middle of its points; or those of each point's own filter (F N, 4) px,
+        point by point.
+        """
+        if isinstance(state.belief, JointParticles):
+            return _joint(self.names, state.belief)
+        return _apart(self.names, state.belief) if isinstance(state.belief, Layers) else None
+
+    @override
+    def update_parts(self, before: PoseState, state: PoseState, frame: Frame, parameters: Values) -> tuple[Part, ...]:
+        """Return which point pulls which way: its residual, alpha, and its share in the estimate.
+
+        The residual is where a point is believed to be, less where the estimated pose has it. Its share is that of its
+        information, (1 - probability that it is hidden) / variance, in that of all points.
+        """
+        belief = state.belief
+        placed, means = state.project(state.solid.points_mm), state.feature_means
+        off = means - placed
+        variances = np.trace(state.feature_covariances, axis1=1, axis2=2) / 2.0
+        information = (1.0 - belief.hidden) / np.maximum(variances, 1e-12)
+        shares = information / max(float(information.sum()), 1e-12)
+        alpha = belief.ratios if isinstance(belief, Layers) else np.full(len(self.names), np.nan)
+        rows = np.column_stack([off, np.sqrt(variances), belief.hidden, alpha, 100.0 * shares])
+        arrows = np.column_stack([placed, placed + LONGER * off])
+        return (
+            Contributions(
+                f"which point pulls which way (arrows {LONGER:g} times as long)",
+                ("x (px)", "y (px)", "sd (px)", "hidden", "alpha", "share (%)"),
+                self.names,
+                tuple(map(tuple, rows.tolist())),
+                tuple(map(tuple, arrows.tolist())),
+            ),
+        )

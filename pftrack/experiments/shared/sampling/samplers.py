@@ -21,25 +21,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.likelihood import Cloud, ObservationLikelihood
+from pftrack.core.model.model import Model, nothing
 from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.source import Frame
-from pftrack.core.model.tracker import Fold, Tracker, nothing
-from pftrack.core.numerics.random import Gaussian, Purpose, Stream
+from pftrack.core.model.tracker import Fold, Tracker
+from pftrack.core.numerics.random import Gaussian
 from pftrack.experiments.shared import reports
 from pftrack.experiments.shared.reports import PointState
 from pftrack.experiments.shared.sampling.loop import LogLikelihood, Loop, Rule, Scheme, loop_with
-from pftrack.experiments.shared.sampling.parameters import SamplingParameters
 from pftrack.filters.particles import ParticleSet
 from pftrack.filters.resampling import RESAMPLERS
-
-
-def particles_of(state: PointState, parameters: SamplingParameters, rng: Stream) -> ParticleSet:
-    """Return the particles, drawn from the posterior if a filter without particles was at work before."""
-    if state.particles is not None:
-        return state.particles
-    fresh = Stream(rng.seed, rng.frame, Purpose.START)
-    return ParticleSet.uniform(state.posterior.sample(fresh, parameters.sample_count))
 
 
 def picture_of(frame: Frame) -> NDArray[np.uint8]:
@@ -57,26 +48,6 @@ def size_of(image_rgb: NDArray[np.uint8]) -> tuple[int, int]:
     """Return width and height of a picture, px."""
     height, width, _ = image_rgb.shape
     return width, height
-
-
-def centre_of(state: PointState) -> Floats:
-    """Return the posterior mean (d,) of all that a state is."""
-    return state.posterior.mean
-
-
-def cloud_of(samplers: tuple[str, ...], state: PointState) -> Cloud | None:
-    """Return the particles of a state, laid open; None without.
-
-    Args:
-        samplers: Names of what draws by prediction and what by observation; empty where there is no choice.
-        state: Any whose particles by prediction come first.
-    """
-    particles = state.particles
-    if particles is None:
-        return None
-    predicted = len(particles) - state.observation_count
-    counts = (predicted, state.observation_count) if samplers else ()
-    return Cloud(particles.states, particles.log_weights, particles.ancestors, counts, samplers, state.resampled)
 
 
 def crop(image_rgb: NDArray[np.uint8], middle: Floats, reach: tuple[int, int]) -> NDArray[np.uint8]:
@@ -124,7 +95,7 @@ class Sampler:
         series: tuple[Series, ...] = (),
         measure: Callable[[Any], Mapping[str, SeriesValue]] = nothing,
         searching: Callable[[Any], bool | None] | None = None,
-        likelihood: ObservationLikelihood | None = None,
+        model: Model | None = None,
     ) -> Tracker:
         """Return the tracker, given how it begins and goes on, what it weighs by, and what it reports beside."""
         switches = self.rule in {Rule.HARD, Rule.SOFT, Rule.NOISE}
@@ -140,10 +111,8 @@ class Sampler:
             series=(*reports.CLOUD, reports.SAMPLERS, *alert, *series),
             measure=partial(_measure_both, own, measure),
             searching=searching,
-            likelihood=likelihood,
-            # Particles that are drawn by prediction alone have the mean likelihood as their evidence.
-            evidence="relative" if likelihood and self.rule in {Rule.PREDICTION, Rule.NOISE} else "",
-            cloud=partial(cloud_of, reports.SAMPLERS.components),
+            model=model,
+            sampling="prior" if self.rule in {Rule.PREDICTION, Rule.NOISE} else "other",
         )
 
 
@@ -217,6 +186,7 @@ def advance(before: State, result: Loop) -> State:
         posterior=Gaussian(result.mean, result.covariance),
         particles=ParticleSet(result.coordinates.T, result.log_weights, result.ancestors),
         observation_count=int(result.observation_counts[-1]),
+        samplers=reports.SAMPLERS.components,
         log_evidence=float(result.log_evidences[-1]),
         resampled=bool(result.resampled[-1]),
         switched=earlier is not None and alert != earlier,
@@ -240,17 +210,15 @@ def fold(before: PointState, result: Loop) -> Fold:
     )
 
 
-def measure_particles(state: PointState) -> Mapping[str, SeriesValue]:
-    """Report the particles."""
-    return {} if state.particles is None else reports.cloud(state.particles, resampled=state.resampled)
-
-
 def _measure_loop(state: PointState) -> Mapping[str, SeriesValue]:
     """Report the particles, and from which sampler they came."""
     if state.particles is None:
         return {}
     predicted = len(state.particles) - state.observation_count
-    return {**measure_particles(state), "samples": (float(predicted), float(state.observation_count))}
+    return {
+        **reports.cloud(state.particles, resampled=state.resampled),
+        "samples": (float(predicted), float(state.observation_count)),
+    }
 
 
 def _measure_switching(state: PointState) -> Mapping[str, SeriesValue]:

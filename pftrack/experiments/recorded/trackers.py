@@ -1,28 +1,25 @@
-"""The tracker of recorded beliefs, the interface of filters in files, and what updates of a Kalman filter tell.
+"""The tracker of recorded beliefs.
 
 A step of the tracker of recorded beliefs looks at its frame alone, but for the paths by which the particles came, which
 their ancestors tell. Weights are made to sum to one, mean and covariance come from the particles where they were not
 recorded, and effective sample size and different parents are counted as of any particle filter.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Any, Protocol
 
 import numpy as np
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.likelihood import Amount, Cloud, ObservationLikelihood, Part, Residual
+from pftrack.core.model.likelihood import Cloud
+from pftrack.core.model.model import Model
 from pftrack.core.model.parameters import Parameters
-from pftrack.core.model.series import Reduction, Series, SeriesValue
+from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.source import Belief, Beliefs, Frame, Target
 from pftrack.core.model.tracker import Tracker
-from pftrack.core.numerics.random import Generator, Stream
-from pftrack.core.numerics.statistics import chi_square_limit
+from pftrack.core.numerics.random import Generator
 from pftrack.experiments.shared.reports import CLOUD
 from pftrack.filters.fixed_lag import Lineage, begin_lineage, extend_lineage
-from pftrack.filters.kalman import Innovation, NormalisedInnovation
 from pftrack.filters.particles import ParticleSet, normalise
 
 PATH_FRAMES = 30
@@ -164,13 +161,16 @@ def measure(state: BeliefState) -> Mapping[str, SeriesValue]:
     return found
 
 
-def _cloud(state: BeliefState) -> Cloud | None:
-    """Return the particles as they were recorded; their parents only where these were."""
-    particles = state.particles
-    if particles is None:
-        return None
-    ancestors = particles.ancestors if state.beliefs.selected.ancestors is not None else None
-    return Cloud(particles.states, particles.log_weights, ancestors)
+class Recorded(Model):
+    """What was recorded says nothing of a model, but its particles can be looked into."""
+
+    def cloud(self, state: BeliefState) -> Cloud | None:
+        """Return the particles as they were recorded; their parents only where these were."""
+        particles = state.particles
+        if particles is None:
+            return None
+        ancestors = particles.ancestors if state.beliefs.selected.ancestors is not None else None
+        return Cloud(particles.states, particles.log_weights, ancestors)
 
 
 def _is_absent(state: BeliefState) -> bool:
@@ -187,138 +187,8 @@ TRACKERS: dict[str, Tracker] = {
         series=(*CLOUD, BOX, SCORE, ACROSS, DOWN, ACROSS_SD, DOWN_SD, TARGETS),
         measure=measure,
         searching=_is_absent,
-        cloud=_cloud,
-        reads=(),
+        model=Recorded(),
         replays=True,
     )
 }
 """The one tracker of recorded beliefs."""
-
-
-@dataclass(frozen=True, slots=True)
-class Update:
-    """What a step of a filter came to.
-
-    Attributes:
-        particles: The posterior.
-        log_evidence: log p(z_t | z_{1:t-1}) up to the constant that the likelihood leaves out.
-        resampled: Whether parents were drawn.
-        repeatable: Whether it came to the same whenever it was computed again, as far as that was tried.
-    """
-
-    particles: ParticleSet
-    log_evidence: float
-    resampled: bool
-    repeatable: bool = True
-
-
-class Begin(Protocol):
-    """Begin to track."""
-
-    def __call__(self, target: Target, frame: Frame, parameters: Any, rng: Stream) -> Any:  # noqa: ANN401
-        """Return the state of frame 0, with particles."""
-
-
-def _sample_count(parameters: Any) -> int:  # noqa: ANN401 - the experiment's own model
-    return int(parameters.sample_count)
-
-
-def _resample_below(parameters: Any) -> float:  # noqa: ANN401
-    return float(getattr(parameters, "resampling_threshold", 1.0))
-
-
-@dataclass(frozen=True)
-class FilterInterface:
-    """The states of an experiment as arrays, for filters that come from a file.
-
-    Attributes:
-        likelihood: What stands in for a file's own likelihood; it names the coordinates of a state, and brings a state
-            up to the frame before particles take it.
-        observed: What the functions find in a frame, as a sentence.
-        example: Address of the module whose text is a file to begin with; nothing imports it.
-        reads: Name of the tracker whose parameters those functions read that stand in for what a file leaves out.
-        start: Begin; the state has particles (N, d).
-        particles: (state, parameters, rng) -> its particles, drawn from its belief if it has none.
-        propagate: (state, states (N, d), frame, parameters, rng) -> states (N, d), drawn from p(x_t | x_{t-1}).
-        believe: (state before, update, frame, parameters) -> the state of the frame.
-        series: What it reports of its states beside particles.
-        measure: (state) -> the values of these series, particles' included.
-        count: (parameters) -> how many particles there are to be.
-        resample_below: (parameters) -> below which share of N the effective sample size calls for resampling.
-        see: (state, frame) -> the frame as the functions of a file see it; as it is, without its truth, if None.
-        project: (state, states (N, d)) -> where each sees the F points of a solid, (F, N, 2) px; None without such.
-    """
-
-    likelihood: ObservationLikelihood
-    observed: str
-    example: str
-    reads: str
-    start: Begin
-    particles: Callable[[Any, Any, Any], ParticleSet]
-    propagate: Callable[[Any, Floats, Frame, Any, Generator], Floats]
-    believe: Callable[[Any, Update, Frame, Any], Any]
-    series: tuple[Series, ...]
-    measure: Callable[[Any], Mapping[str, SeriesValue]]
-    count: Callable[[Any], int] = _sample_count
-    resample_below: Callable[[Any], float] = _resample_below
-    see: Callable[[Any, Frame], Frame] | None = None
-    project: Callable[[Any, Floats], Floats] | None = None
-
-
-# The normalised innovation squared (NIS) tells whether a Kalman filter is consistent, without the truth: on average it
-# should be as large as numbers are measured, and above its limit in one frame of twenty. Larger, the filter is too sure
-# of itself; smaller, it could be surer (Bar-Shalom, Li, Kirubarajan 2001, section 5.4).
-
-NIS = (
-    Series(
-        "nis",
-        "normalised innovation squared",
-        role="nis",
-        reductions=(Reduction("mean_nis", "mean normalised innovation squared", "mean"),),
-    ),
-    Series(
-        "nis_freedom",
-        "numbers measured",
-        role="nis_freedom",
-        reductions=(Reduction("mean_nis_freedom", "mean numbers measured in a frame", "mean"),),
-    ),
-    Series("nis_limit", "limit of 95 %", role="nis_limit"),
-)
-"""Of every tracker that predicts its measurement as a Gaussian; a frame without a measurement has none of them."""
-
-LIMIT_DIGITS = 6
-
-
-def measure_innovation(innovation: NormalisedInnovation | None) -> Mapping[str, SeriesValue]:
-    """Return the values of `NIS`; none where nothing was measured."""
-    if innovation is None:
-        return {}
-    squared, freedom = innovation
-    return {"nis": squared, "nis_freedom": float(freedom), "nis_limit": _limit(freedom)}
-
-
-def innovation_parts(
-    names: tuple[str, ...], unit: str, measurement: Floats, innovation: Innovation
-) -> tuple[Part, ...]:
-    """Return the innovation of each value, the gain, and the normalised innovation squared with its limit of 95 %.
-
-    Args:
-        names: Of the m values of the measurement.
-        unit: Of all of them.
-        measurement: (m,).
-        innovation: Of it; value i is that of the state's coordinate i.
-    """
-    deviations = np.sqrt(innovation.covariance.diagonal())
-    parts: list[Part] = []
-    for axis, name in enumerate(names):
-        found, expected = float(measurement[axis]), float(measurement[axis] - innovation.values[axis])
-        parts.append(Residual(f"innovation, {name}", found, expected, float(deviations[axis]), unit))
-    parts += [Amount(f"gain, {name}", float(innovation.gain[axis, axis])) for axis, name in enumerate(names)]
-    squared, freedom = innovation.normalised
-    return (*parts, Amount("normalised innovation squared", squared, limit=_limit(freedom)))
-
-
-@lru_cache(maxsize=64)
-def _limit(freedom: int) -> float:
-    # Rounded, since the last digits of a quantile hang on the library that computes it.
-    return round(chi_square_limit(freedom), LIMIT_DIGITS)

@@ -1,0 +1,330 @@
+"""A model joined with a filter is a tracker: the particle filter and the Kalman filter of whatever a family believes.
+
+    TRACKERS = filtered(Signal(), Bootstrap("condensation", "Particle filter", "..."), Kalman("kalman", "...", "..."))
+
+`PointModel` is the model of one point or signal, whose states are `PointState`: what their filters report, how a run
+begins, and how it goes on from particles, are the same for all. Where a model is linear, the particle filter carries
+the exact answer beside its own.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from typing import Protocol
+
+import numpy as np
+from typing_extensions import override
+
+from pftrack.core.arrays import Floats, Ints
+from pftrack.core.model.likelihood import Amount, Cloud, Component, Part, Residual
+from pftrack.core.model.model import LinearStep, Model, State, Values
+from pftrack.core.model.series import Reduction, Series, SeriesValue
+from pftrack.core.model.source import Frame, Target
+from pftrack.core.model.tracker import Tracker
+from pftrack.core.numerics.random import Gaussian, Generator, Purpose, Stream
+from pftrack.core.numerics.statistics import chi_square_limit
+from pftrack.experiments.shared import reports
+from pftrack.experiments.shared.reports import PointState
+from pftrack.filters import bootstrap, kalman
+from pftrack.filters.kalman import Innovation, NormalisedInnovation
+from pftrack.filters.particles import ParticleSet
+from pftrack.filters.resampling import RESAMPLERS, Resampler, systematic
+
+EXACT = Series("exact", "exact mean", shape="vector")
+"""Mean of the exact posterior, which for a linear model is known beside the approximate one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Update:
+    """What a step of a filter came to.
+
+    Attributes:
+        particles: The posterior.
+        log_evidence: log p(z_t | z_{1:t-1}) up to the constant that the likelihood leaves out.
+        resampled: Whether parents were drawn.
+        repeatable: Whether it came to the same whenever it was computed again, as far as that was tried.
+    """
+
+    particles: ParticleSet
+    log_evidence: float
+    resampled: bool
+    repeatable: bool = True
+
+
+class PointModel(Model):
+    """The belief in one point or signal, of which the first coordinates are the estimate."""
+
+    def start(self, target: Target, frame: Frame, parameters: Values, rng: Stream) -> PointState:
+        """Begin with particles as the model draws them, and what is known of the place; see `prior`."""
+        states = self.begin(target, frame, parameters, rng, self.count(parameters))
+        known = self.prior(target, parameters)
+        reference = known if self.scales else None
+        return PointState(known, len(target.position), ParticleSet.uniform(states), reference=reference)
+
+    def prior(self, target: Target, parameters: Values) -> Gaussian:
+        """Return p(x_0) as mean and covariance (d,), (d, d)."""
+        raise NotImplementedError
+
+    def particles(self, state: State, parameters: Values, rng: Stream) -> ParticleSet:
+        """Return the particles, drawn from the posterior if a filter without particles was at work before."""
+        if isinstance(state.particles, ParticleSet):
+            return state.particles
+        fresh = Stream(rng.seed, rng.frame, Purpose.START)
+        return ParticleSet.uniform(state.posterior.sample(fresh, self.count(parameters)))
+
+    def believe(self, known: State, update: Update, frame: Frame, parameters: Values) -> PointState:
+        """Return the posterior of the particles, with the exact one beside it where that is known."""
+        prior = known.reference or known.posterior
+        linear = self.linear(frame, parameters, known) if self.scales and frame.index else None
+        exact = condition(prior, linear)[0] if linear else prior
+        return PointState(
+            Gaussian(*update.particles.moments),
+            known.tracked,
+            update.particles,
+            log_evidence=update.log_evidence,
+            resampled=update.resampled,
+            reference=exact if self.scales else None,
+            repeatable=update.repeatable,
+        )
+
+    def learn(self, state: PointState, frame: Frame, parameters: Values) -> PointState:
+        """Return a state with what its estimate teaches, where something is learned."""
+        del frame, parameters
+        return state
+
+    @override
+    def cloud(self, state: State) -> Cloud | None:
+        particles = state.particles
+        if particles is None:
+            return None
+        counts = (len(particles) - state.observation_count, state.observation_count) if state.samplers else ()
+        arrays = particles.states, particles.log_weights, particles.ancestors
+        return Cloud(*arrays, counts, state.samplers, state.resampled)
+
+    @property
+    def series(self) -> tuple[Series, ...]:
+        """The particles, and the exact answer where it is known."""
+        return (*reports.CLOUD, EXACT) if self.scales else reports.CLOUD
+
+    def measure(self, state: State) -> Mapping[str, SeriesValue]:
+        """Report the particles, and the exact answer beside theirs."""
+        if state.particles is None or (self.scales and state.reference is None):
+            return {}
+        values = reports.cloud(state.particles, resampled=state.resampled)
+        exact = state.reference if self.scales else None
+        return values if exact is None else {**values, "exact": tuple(exact.mean[: state.tracked].tolist())}
+
+    def update_parts(self, before: PointState, state: PointState, frame: Frame, parameters: Values) -> tuple[Part, ...]:
+        """Return what the measurement of a linear model said that was not expected; nothing where it is missing."""
+        if not (self.scales and frame.index) or state.particles is not None:
+            return ()
+        known = self.prepare(before, frame, parameters)
+        linear = self.linear(frame, parameters, known)
+        if linear is None or linear.measurement is None:
+            return ()
+        predicted = kalman.predict(known.reference or known.posterior, linear.motion)
+        innovation = kalman.innovate(predicted, linear.measurement, linear.observation, linear.covariance)
+        return innovation_parts(self.components(parameters)[: state.tracked], linear.measurement, innovation)
+
+
+def condition(before: Gaussian, linear: LinearStep) -> tuple[Gaussian, float, NormalisedInnovation | None]:
+    """Predict and update exactly (Bando 2007, eqs. 2.8 and 2.9).
+
+    Args:
+        before: p(x_{t-1} | z_{1:t-1}).
+        linear: The model of the frame.
+
+    Returns:
+        p(x_t | z_{1:t}); log p(z_t | z_{1:t-1}), 0 without a measurement; how far off that was, None without.
+    """
+    predicted = kalman.predict(before, linear.motion)
+    if linear.measurement is None:
+        return predicted, 0.0, None
+    measured = linear.measurement, linear.observation, linear.covariance
+    normalised = kalman.innovate(predicted, *measured).normalised
+    return *kalman.update(predicted, *measured), normalised
+
+
+@dataclass(frozen=True)
+class _Propagation:
+    """The motion of a model, as a filter asks for it."""
+
+    model: Model
+    frame: Frame
+    parameters: Values
+    known: State
+
+    def predict(self, states: Floats) -> Floats:
+        return states
+
+    def diffuse(self, rng: Generator, means: Floats, ancestors: Ints) -> Floats:
+        return self.model.propagate(means[ancestors], self.frame, self.parameters, rng, self.known)
+
+
+class Filter(Protocol):
+    """A way of computing the posterior of a model."""
+
+    def join(self, model: PointModel) -> Tracker:
+        """Return the tracker."""
+
+
+@dataclass(frozen=True)
+class Bootstrap:
+    """The bootstrap filter: samples from the dynamics, and weighs by the likelihood (Bando 2007, ch. 2 section 3).
+
+    Attributes:
+        id: Name of the tracker.
+        title: On the screen.
+        description: One sentence on how it works.
+    """
+
+    id: str
+    title: str
+    description: str
+
+    def join(self, model: PointModel) -> Tracker:
+        """Return the tracker of a model."""
+        return Tracker(
+            self.id,
+            self.title,
+            self.description,
+            model.start,
+            partial(_step_particles, model),
+            series=model.series,
+            measure=model.measure,
+            model=model,
+            sampling="prior",
+        )
+
+
+def _step_particles(model: PointModel, state: PointState, frame: Frame, parameters: Values, rng: Stream) -> PointState:
+    known = model.prepare(state, frame, parameters)
+    posterior = bootstrap.step(
+        model.particles(known, parameters, rng),
+        _Propagation(model, frame, parameters, known),
+        lambda states: model.log_likelihood(states, frame, parameters, known),
+        rng,
+        count=model.count(parameters),
+        resample=resampler(parameters),
+        threshold=resample_below(parameters),
+    )
+    update = Update(posterior.particles, posterior.log_evidence, posterior.resampled)
+    return model.learn(model.believe(known, update, frame, parameters), frame, parameters)
+
+
+def resampler(parameters: Values) -> Resampler:
+    """Return how parents are drawn: as the parameters say, systematically if they do not."""
+    return RESAMPLERS[parameters.resampling] if hasattr(parameters, "resampling") else systematic
+
+
+def resample_below(parameters: Values) -> float:
+    """Return below which share of N the effective sample size calls for resampling; 1 if the parameters do not say."""
+    return float(getattr(parameters, "resampling_threshold", 1.0))
+
+
+@dataclass(frozen=True)
+class Kalman:
+    """The Kalman filter of a linear model, which computes the posterior exactly.
+
+    Attributes:
+        id: Name of the tracker.
+        title: On the screen.
+        description: One sentence on how it works.
+    """
+
+    id: str
+    title: str
+    description: str
+
+    def join(self, model: PointModel) -> Tracker:
+        """Return the tracker of a model."""
+        return Tracker(
+            self.id,
+            self.title,
+            self.description,
+            partial(_start_exact, model),
+            partial(_step_exact, model),
+            series=NIS,
+            measure=lambda state: measure_innovation(state.innovation),
+            model=model,
+            sampling="exact",
+        )
+
+
+def _start_exact(model: PointModel, target: Target, frame: Frame, parameters: Values, rng: Stream) -> PointState:
+    del frame, rng
+    return PointState(model.prior(target, parameters), len(target.position))
+
+
+def _step_exact(model: PointModel, state: PointState, frame: Frame, parameters: Values, rng: Stream) -> PointState:
+    del rng
+    known = model.prepare(state, frame, parameters)
+    linear = model.linear(frame, parameters, known)
+    if linear is None:
+        raise ValueError(f"a Kalman filter needs a linear model, and that of the {model.title} is none in this frame")
+    posterior, log_evidence, normalised = condition(known.reference or known.posterior, linear)
+    following = PointState(
+        posterior, known.tracked, log_evidence=log_evidence, learner=known.learner, innovation=normalised
+    )
+    return model.learn(following, frame, parameters)
+
+
+def filtered(model: PointModel, *filters: Filter) -> dict[str, Tracker]:
+    """Return the trackers of a model by name, one for each filter."""
+    return {tracker.id: tracker for tracker in (each.join(model) for each in filters)}
+
+
+# The normalised innovation squared (NIS) tells whether a Kalman filter is consistent, without the truth: on average it
+# should be as large as numbers are measured, and above its limit in one frame of twenty. Larger, the filter is too sure
+# of itself; smaller, it could be surer (Bar-Shalom, Li, Kirubarajan 2001, section 5.4).
+
+NIS = (
+    Series(
+        "nis",
+        "normalised innovation squared",
+        role="nis",
+        reductions=(Reduction("mean_nis", "mean normalised innovation squared", "mean"),),
+    ),
+    Series(
+        "nis_freedom",
+        "numbers measured",
+        role="nis_freedom",
+        reductions=(Reduction("mean_nis_freedom", "mean numbers measured in a frame", "mean"),),
+    ),
+    Series("nis_limit", "limit of 95 %", role="nis_limit"),
+)
+"""Of every tracker that predicts its measurement as a Gaussian; a frame without a measurement has none of them."""
+
+LIMIT_DIGITS = 6
+
+
+def measure_innovation(innovation: NormalisedInnovation | None) -> Mapping[str, SeriesValue]:
+    """Return the values of `NIS`; none where nothing was measured."""
+    if innovation is None:
+        return {}
+    squared, freedom = innovation
+    return {"nis": squared, "nis_freedom": float(freedom), "nis_limit": _limit(freedom)}
+
+
+def innovation_parts(measured: Sequence[Component], measurement: Floats, innovation: Innovation) -> tuple[Part, ...]:
+    """Return the innovation of each value, the gain, and the normalised innovation squared with its limit of 95 %.
+
+    Args:
+        measured: The m coordinates of a state that the measurement is of.
+        measurement: (m,).
+        innovation: Of it; value i is that of the state's coordinate i.
+    """
+    deviations = np.sqrt(innovation.covariance.diagonal())
+    parts: list[Part] = []
+    for axis, one in enumerate(measured):
+        found, expected = float(measurement[axis]), float(measurement[axis] - innovation.values[axis])
+        parts.append(Residual(f"innovation, {one.name}", found, expected, float(deviations[axis]), one.unit))
+    parts += [Amount(f"gain, {one.name}", float(innovation.gain[axis, axis])) for axis, one in enumerate(measured)]
+    squared, freedom = innovation.normalised
+    return (*parts, Amount("normalised innovation squared", squared, limit=_limit(freedom)))
+
+
+@lru_cache(maxsize=64)
+def _limit(freedom: int) -> float:
+    # Rounded, since the last digits of a quantile hang on the library that computes it.
+    return round(chi_square_limit(freedom), LIMIT_DIGITS)

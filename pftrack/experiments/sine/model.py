@@ -1,0 +1,168 @@
+"""The belief in a signal, and its trackers: Bando 2007, ch. 2.
+
+The model is of second order, X_t = (x_t, x_{t-1}), X_t = [[2, -1], [1, 0]] X_{t-1} + (b u, 0), z_t = x_t + noise. In D
+dimensions the state is D copies: all newest values first, then all previous ones. The particle filter carries the exact
+Kalman answer beside its own, since for this model it is known. A sample that is not finite is a missing one.
+"""
+
+import math
+from functools import lru_cache
+from typing import ClassVar
+
+import numpy as np
+from typing_extensions import override
+
+from pftrack.core.arrays import Floats
+from pftrack.core.model.likelihood import Component, Part, Residual
+from pftrack.core.model.model import LinearStep, NoiseScale, State, Values
+from pftrack.core.model.parameters import Parameters, parameter
+from pftrack.core.model.source import Frame, Target
+from pftrack.core.numerics.random import Gaussian, Generator
+from pftrack.experiments.shared.filtered import Bootstrap, Kalman, PointModel, filtered
+from pftrack.experiments.shared.reports import particle_count, resampling_threshold
+from pftrack.filters.dynamics import LinearDynamics, autoregression
+
+GROUP = "Filter"
+
+
+class SignalTrackerParameters(Parameters):
+    """Everything that can be turned on the trackers of a signal."""
+
+    sample_count: int = particle_count(100, group=GROUP, trackers=("condensation",))
+    process_noise_sd: float = parameter(
+        0.001,
+        "Process noise",
+        "Standard deviation of what the motion model leaves out, each frame.",
+        ge=1e-6,
+        le=1,
+        step=0.0005,
+        group=GROUP,
+        role="noise",
+    )
+    assumed_noise_sd: float = parameter(
+        0.1,
+        "Assumed observation noise",
+        "Standard deviation of the noise as the filter takes it to be.",
+        ge=0.001,
+        le=10,
+        step=0.01,
+        group=GROUP,
+        role="noise",
+    )
+    initial_sd: float = parameter(
+        0,
+        "Initial spread",
+        "Standard deviation of both newest values around the true start.",
+        ge=0,
+        le=10,
+        step=0.1,
+        live=False,
+        group=GROUP,
+    )
+    resampling_threshold: float = resampling_threshold(group=GROUP, trackers=("condensation",))
+
+
+class Signal(PointModel):
+    """A value that keeps its velocity, measured with noise (Bando 2007, ch. 2, eqs. 2.8 and 2.9)."""
+
+    title = "measured value"
+    evidence = "normalised"
+    scales: ClassVar = {
+        "process_noise_sd": NoiseScale("process"),
+        "assumed_noise_sd": NoiseScale("observation"),
+    }
+    axes = None
+    observed = "frame.signal is what was measured, (d,); a value that is not finite is missing"
+    example = "pftrack.experiments.sine.example_filter"
+    reads = "condensation"
+
+    @override
+    def components(self, parameters: Values) -> tuple[Component, ...]:
+        """Return the newest values and those before."""
+        axes = range(1, parameters.dimension + 1)
+        return tuple(Component(f"x{axis}{when}") for when in ("", " before") for axis in axes)
+
+    @override
+    def prior(self, target: Target, parameters: SignalTrackerParameters) -> Gaussian:
+        """Return the true start, at rest, with the initial spread."""
+        mean = np.tile(target.position, 2)
+        return Gaussian(mean, parameters.initial_sd**2 * np.eye(len(mean)))
+
+    @override
+    def begin(
+        self, target: Target, frame: Frame, parameters: SignalTrackerParameters, rng: Generator, count: int
+    ) -> Floats:
+        """Draw about the true start, at rest."""
+        mean = np.tile(target.position, 2)
+        return np.asarray(mean + parameters.initial_sd * rng.standard_normal((count, len(mean))))
+
+    @override
+    def propagate(
+        self, states: Floats, frame: Frame, parameters: SignalTrackerParameters, rng: Generator, known: State
+    ) -> Floats:
+        """Keep the velocity, but for the process noise."""
+        dynamics = _dynamics(states.shape[1] // 2, parameters.process_noise_sd)
+        return dynamics.diffuse(rng, dynamics.predict(states), np.arange(len(states)))
+
+    @override
+    def log_likelihood(self, states: Floats, frame: Frame, parameters: SignalTrackerParameters, known: State) -> Floats:
+        """Return log N(signal | newest values, assumed noise), (N,); 0 where the sample is missing."""
+        signal, noise_sd = signal_of(frame), parameters.assumed_noise_sd
+        if not np.isfinite(signal).all():
+            return np.zeros(len(states))
+        constant = -len(signal) * math.log(noise_sd * math.sqrt(2.0 * math.pi))
+        off = ((signal - states[:, : len(signal)]) ** 2).sum(axis=1)
+        return np.asarray(constant - 0.5 / noise_sd**2 * off)
+
+    @override
+    def linear(self, frame: Frame, parameters: SignalTrackerParameters, known: State) -> LinearStep:
+        """Return the same model as matrices."""
+        signal = signal_of(frame)
+        dimension = len(signal)
+        return LinearStep(
+            _dynamics(dimension, parameters.process_noise_sd),
+            signal if np.isfinite(signal).all() else None,
+            np.eye(dimension, 2 * dimension),
+            parameters.assumed_noise_sd**2 * np.eye(dimension),
+        )
+
+    @override
+    def parts(self, one: Floats, frame: Frame, parameters: SignalTrackerParameters, known: State) -> tuple[Part, ...]:
+        """Return each measured value beside that of a state."""
+        pairs = zip(self.components(parameters), signal_of(frame).tolist(), one.tolist(), strict=False)
+        return tuple(Residual(it.name, found, expected, parameters.assumed_noise_sd) for it, found, expected in pairs)
+
+
+@lru_cache(maxsize=64)
+def _dynamics(dimension: int, process_noise_sd: float) -> LinearDynamics:
+    one = np.eye(dimension)
+    return autoregression(2 * one, -one, np.zeros(dimension), process_noise_sd * one)
+
+
+def signal_of(frame: Frame) -> Floats:
+    """Return what was measured, (d,).
+
+    Raises:
+        ValueError: The frame has a picture in place of a signal.
+    """
+    if frame.signal is None:
+        raise ValueError("a tracker of signals needs a signal, got a picture")
+    return frame.signal
+
+
+MODEL = Signal()
+
+TRACKERS = filtered(
+    MODEL,
+    Bootstrap(
+        "condensation",
+        "Particle filter",
+        "Samples from the dynamics and weighs by the likelihood, beside the exact Kalman answer.",
+    ),
+    Kalman(
+        "kalman",
+        "Kalman filter",
+        "Computes the posterior exactly, since the model is linear and the noise Gaussian.",
+    ),
+)
+"""The trackers of a signal, by name, in the order in which they are shown."""
