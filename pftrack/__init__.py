@@ -8,7 +8,8 @@ Data flows one way, `Source -> Tracker -> Run -> Drawing`, and parameters flow t
     >>> run.export("ball.csv")
 
 `run` computes a run, `load` opens one that was saved, `record` writes what a loop of your own believes, `compare` puts
-runs beside each other, `fit` finds noises that suit what was seen, `show` opens the scene of one.
+runs beside each other, `fit` finds noises that suit what was seen, `show` opens the scene of one, and `filter` runs a
+model of your own on data of your own.
 They are imported when they are first asked for, so that `import pftrack` costs nothing.
 """
 
@@ -21,10 +22,12 @@ from pftrack.core.version import __version__
 if TYPE_CHECKING:
     from pftrack.analysis.fitting.found import fit
     from pftrack.api import compare, load, record, run
+    from pftrack.core.model.model import Model
     from pftrack.core.model.recipe import Recipe
     from pftrack.core.numerics.compiled import compiled
     from pftrack.experiments.experiment import Experiment
     from pftrack.experiments.own.sliders import slider
+    from pftrack.filters.alone import filter  # noqa: A004 - as users call it
     from pftrack.output.exports.formats import show
     from pftrack.runs.comparison import Comparison
     from pftrack.runs.run import Run
@@ -32,11 +35,13 @@ if TYPE_CHECKING:
 __all__ = [
     "Comparison",
     "Experiment",
+    "Model",
     "Recipe",
     "Run",
     "__version__",
     "compare",
     "compiled",
+    "filter",
     "fit",
     "load",
     "record",
@@ -48,10 +53,12 @@ __all__ = [
 _HOMES = {
     "Comparison": "pftrack.runs.comparison",
     "Experiment": "pftrack.experiments.experiment",
+    "Model": "pftrack.core.model.model",
     "Recipe": "pftrack.core.model.recipe",
     "Run": "pftrack.runs.run",
     "compare": "pftrack.api",
     "compiled": "pftrack.core.numerics.compiled",
+    "filter": "pftrack.filters.alone",
     "fit": "pftrack.analysis.fitting",
     "load": "pftrack.api",
     "record": "pftrack.api",

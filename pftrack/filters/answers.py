@@ -4,6 +4,7 @@ A filter in a person's own file, and a model that `pftrack.filter` runs, are cal
 comes back wrong is refused in one sentence that names the function and both sides.
 """
 
+import inspect
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -12,11 +13,33 @@ import numpy as np
 from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.likelihood import Component
 
-__all__ = ["LARGEST_EXCESS", "MOST_PARTICLES", "Answers"]
+__all__ = ["LARGEST_EXCESS", "MOST_PARTICLES", "Answers", "named_arguments"]
 
 MOST_PARTICLES = 1_000_000
 LARGEST_EXCESS = 1e-6
 """By which a sum of weights may differ from one."""
+
+
+def named_arguments(
+    name: str, function: Callable[..., object], allowed: Sequence[str], refuse: Callable[[str, str], Exception]
+) -> tuple[str, ...]:
+    """Return the arguments that a function names, of those that it may have.
+
+    Args:
+        name: Of the function.
+        function: Of somebody else.
+        allowed: Names of all arguments that it may have.
+        refuse: See `Answers`; it is raised for an argument of another name.
+    """
+    try:
+        wanted = inspect.signature(getattr(function, "py_func", function)).parameters.values()
+    except (TypeError, ValueError):
+        return tuple(allowed)
+    needed = [one for one in wanted if one.kind not in {one.VAR_POSITIONAL, one.VAR_KEYWORD}]
+    for one in needed:
+        if one.name not in allowed and one.default is one.empty:
+            raise refuse(name, f"asks for {one.name}, but it can have {', '.join(allowed)}")
+    return tuple(one.name for one in needed if one.name in allowed)
 
 
 @dataclass(frozen=True)

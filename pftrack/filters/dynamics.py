@@ -8,6 +8,7 @@ A family member needs two things, which keeps nonlinear models possible: `predic
 `diffuse`, which adds the noise to means that may have been chosen among.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -23,6 +24,7 @@ from pftrack.core.numerics.random import Generator
 __all__ = [
     "Dynamics",
     "LinearDynamics",
+    "Sampled",
     "autoregression",
     "constant_velocity",
     "diffuse",
@@ -39,6 +41,25 @@ class Dynamics(Protocol):
 
     def diffuse(self, rng: Generator, means: Floats, ancestors: Ints) -> Floats:
         """Draw next states (n, d) around the means (N, d) of the ancestors (n,) chosen."""
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """A transition density that can be sampled only as a whole.
+
+    Attributes:
+        propagate: (states (n, d), rng) -> the next states (n, d), one of each.
+    """
+
+    propagate: Callable[[Floats, Generator], Floats]
+
+    def predict(self, states: Floats) -> Floats:
+        """Return the states as they are."""
+        return states
+
+    def diffuse(self, rng: Generator, means: Floats, ancestors: Ints) -> Floats:
+        """Draw next states (n, d), given those of the ancestors (n,)."""
+        return self.propagate(means[ancestors], rng)
 
 
 @dataclass(frozen=True)

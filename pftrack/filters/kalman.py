@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.model import LinearMotion
+from pftrack.core.model.model import LinearTransition
 from pftrack.core.numerics.checks import check
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import contiguous_copy, multiply, product, solve, solve_system
@@ -59,7 +59,7 @@ class Innovation:
     normalised: NormalisedInnovation
 
 
-def predict(posterior: Gaussian, dynamics: LinearMotion) -> Gaussian:
+def predict(posterior: Gaussian, dynamics: LinearTransition) -> Gaussian:
     """Return p(x_t | z_{1:t-1}) from p(x_{t-1} | z_{1:t-1}), both over (d,).
 
     Raises:

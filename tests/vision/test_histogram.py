@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from pftrack.vision.likelihoods import histogram
 from pftrack.vision.likelihoods.background import NO_BACKGROUND
 from pftrack.vision.likelihoods.counting import BINS, SPACES, Space, bin_table
-from pftrack.vision.likelihoods.histogram import Window, fit, rho_map, shares, similarities, similarity
+from pftrack.vision.likelihoods.histogram import Window, fit, log_likelihood, rho_map, shares, similarities, similarity
 
 SIZE = (96, 64)
 RNG = np.random.default_rng(5)
@@ -130,3 +130,13 @@ def test_a_map_has_a_value_for_each_cell() -> None:
     assert found[7, 10] == similarity(PICTURE, np.array([42.0, 30.0]), window, "hsv", model)
     exact = rho_map(PICTURE, window, "hsv", model, 1)
     assert np.unravel_index(int(exact.argmax()), exact.shape) == (30, 40)
+
+
+def test_states_are_weighed_by_their_place() -> None:
+    """Log p = lambda (rho - 1): 0 at the window of the model, and what `similarity` says elsewhere."""
+    rng = np.random.default_rng(4)
+    image = rng.integers(0, 256, (40, 50, 3), dtype=np.uint8)
+    window, at = Window(5, 4), np.array([[20.0, 18.0, 1.0], [9.0, 30.0, 2.0]])
+    model = fit(image, at[0, :2], window, "hsv")
+    found = log_likelihood(image, at, window, "hsv", model, sharpness=7.0)
+    assert found == pytest.approx([0.0, 7.0 * (similarity(image, at[1, :2], window, "hsv", model) - 1.0)])

@@ -63,7 +63,7 @@ def arrows(state: Bank) -> Mesh:
 
 
 TRACKERS = {
-    name: Tracker(name, title, text, partial(start, several), partial(step, several), None, SERIES, measure, reads=())
+    name: Tracker(name, title, text, partial(start, several), partial(step, several), None, SERIES, measure)
     for name, title, text, several in (
         ("bank", "Bank of turns", "Weighs several rates of turn.", True),
         ("straight", "Straight on", "Expects no turn.", False),

@@ -69,7 +69,7 @@ class NoiseScale:
         return float(before * factor ** (1.0 / POWERS[self.is_variance]))
 
 
-class LinearMotion(Protocol):
+class LinearTransition(Protocol):
     """x' = A x + d + B u, as `pftrack.filters.dynamics.LinearDynamics`."""
 
     @property
@@ -90,13 +90,13 @@ class LinearStep:
     """A linear Gaussian model of one frame, and what was measured in it.
 
     Attributes:
-        motion: A_t, d_t and B_t.
+        dynamics: A_t, d_t and B_t.
         measurement: (m,) z_t; None if it is missing.
         observation: (m, d) C_t.
         covariance: (m, m) R_t, positive definite.
     """
 
-    motion: LinearMotion
+    dynamics: LinearTransition
     measurement: Floats | None
     observation: Floats
     covariance: Floats
@@ -139,9 +139,9 @@ class LinearChain:
         return cls(
             mean,
             covariance,
-            np.array([step.motion.transition for step in steps]),
-            np.array([step.motion.offset for step in steps]),
-            np.array([step.motion.noise for step in steps]),
+            np.array([step.dynamics.transition for step in steps]),
+            np.array([step.dynamics.offset for step in steps]),
+            np.array([step.dynamics.noise for step in steps]),
             np.array([missing if step.measurement is None else step.measurement for step in steps]),
             np.array([step.observation for step in steps]),
             np.array([step.covariance for step in steps]),
@@ -312,7 +312,7 @@ class Model:
 
     def count(self, parameters: Values) -> int:
         """Return how many particles there are to be."""
-        return int(parameters.sample_count)
+        raise NotImplementedError
 
     def start(self, target: Target, frame: Frame, parameters: Values, rng: Stream) -> State:
         """Return the state of frame 0, with particles."""

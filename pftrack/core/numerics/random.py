@@ -90,6 +90,11 @@ class Stream:
         return float(numbers[0]) if size is None else numbers.reshape(size)
 
 
+def numpy_generator(seed: int, frame: int, purpose: int) -> np.random.Generator:
+    """Return NumPy's generator of a frame: the same on every way to it, since the counter holds the frame."""
+    return np.random.Generator(np.random.Philox(key=[seed, purpose], counter=[0, 0, 0, frame]))
+
+
 @compiled
 def uniforms(seed: int, frame: int, purpose: int, draw: int, count: int) -> Floats:
     """Return (count,) numbers uniform in [0, 1) with 53 bits, given seed, frame, purpose and number of the draw."""

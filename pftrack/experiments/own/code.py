@@ -19,7 +19,6 @@ that sum to one.
 """
 
 import hashlib
-import inspect
 import linecache
 import signal
 import sys
@@ -37,6 +36,7 @@ import numpy as np
 from pftrack.core.model.parameters import LONGEST_FILE
 from pftrack.core.model.recipe import FILTER_HASH, Recipe
 from pftrack.experiments.own.sliders import CLASS, Field, FilterFileError, fields_of
+from pftrack.filters.answers import named_arguments
 
 # A recipe, a saved run and a link hold the text of a filter, and may come from anybody. So nothing of that is executed
 # in a process until the owner of this machine has said there that this very text is trusted. Where texts are trusted
@@ -163,7 +163,10 @@ class FilterCode:
         self.functions = {each: module.__dict__[each] for each in FUNCTIONS if callable(module.__dict__.get(each))}
         if not self.functions:
             raise FilterFileError(self.file, None, f"defines none of {', '.join(FUNCTIONS)}")
-        self._arguments = {each: self._named(each, function) for each, function in self.functions.items()}
+        self._arguments = {
+            each: named_arguments(each, function, FUNCTIONS[each], self.refuse)
+            for each, function in self.functions.items()
+        }
         self._class = module.__dict__.get(CLASS)
         self.fields: tuple[Field, ...] = ()
         if self._class is not None:
@@ -216,23 +219,6 @@ class FilterCode:
         finally:
             signal.setitimer(signal.ITIMER_REAL, left)
             signal.signal(signal.SIGALRM, before)
-
-    def _named(self, name: str, function: Any) -> tuple[str, ...]:  # noqa: ANN401 - what may be called
-        """Return the arguments that a function wants.
-
-        Raises:
-            FilterFileError: It wants one that there is not.
-        """
-        allowed = FUNCTIONS[name]
-        try:
-            wanted = inspect.signature(getattr(function, "py_func", function)).parameters.values()
-        except (TypeError, ValueError):
-            return allowed
-        needed = [one for one in wanted if one.kind not in {one.VAR_POSITIONAL, one.VAR_KEYWORD}]
-        for one in needed:
-            if one.name not in allowed and one.default is one.empty:
-                raise self.refuse(name, f"asks for {one.name}, but it can have {', '.join(allowed)}")
-        return tuple(one.name for one in needed if one.name in allowed)
 
     @contextmanager
     def _telling(self) -> Iterator[None]:

@@ -17,7 +17,7 @@ from pftrack.core.model.parameters import Parameters, flat
 from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Tracker, TrackState
-from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.core.numerics.random import Purpose, Stream, numpy_generator
 from pftrack.experiments.own.code import FilterCode, FilterFile
 from pftrack.experiments.shared.filtered import Update, resample_below
 from pftrack.filters.answers import LARGEST_EXCESS, Answers
@@ -155,7 +155,7 @@ class _Call:
     def take(self) -> Update:
         """Take the step."""
         # Of a run, a frame and a purpose, so that the way to a frame changes nothing.
-        rng = _generator(*self.place)
+        rng = numpy_generator(*self.place)
         states, log_weights = _locked(self.particles.states), _locked(self.particles.log_weights)
         if "step" in self.code.functions:
             return self._whole(states, log_weights, rng)
@@ -261,7 +261,7 @@ def _start(
             position=_locked(target.position),
             frame=call.seen,
             parameters=call.parameters,
-            rng=_generator(*place),
+            rng=numpy_generator(*place),
         )
     states = call.answers.states("start", found, None)
     begun: TrackState = model.believe(state, Update(ParticleSet.uniform(states), 0.0, False), frame, parameters)
@@ -306,11 +306,6 @@ def _same(one: Update, other: Update) -> bool:
         (one.particles.ancestors, other.particles.ancestors),
     )
     return all(np.array_equal(first, second) for first, second in pairs)
-
-
-def _generator(seed: int, frame: int, purpose: int) -> np.random.Generator:
-    """Return NumPy's generator of a frame: the same on every way to it, since the counter holds the frame."""
-    return np.random.Generator(np.random.Philox(key=[seed, purpose], counter=[0, 0, 0, frame]))
 
 
 def _locked(array: NDArray[Any]) -> NDArray[Any]:

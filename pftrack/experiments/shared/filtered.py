@@ -15,17 +15,18 @@ from typing import Protocol
 import numpy as np
 from typing_extensions import override
 
-from pftrack.core.arrays import Floats, Ints
+from pftrack.core.arrays import Floats
 from pftrack.core.model.likelihood import Amount, Cloud, Component, Part, Residual
 from pftrack.core.model.model import LinearStep, Model, State, Values
 from pftrack.core.model.series import Reduction, Series, SeriesValue
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Tracker
-from pftrack.core.numerics.random import Gaussian, Generator, Purpose, Stream
+from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.core.numerics.statistics import chi_square_limit
 from pftrack.experiments.shared import reports
 from pftrack.experiments.shared.reports import PointState
 from pftrack.filters import bootstrap, kalman
+from pftrack.filters.dynamics import Sampled
 from pftrack.filters.kalman import Innovation, NormalisedInnovation
 from pftrack.filters.particles import ParticleSet
 from pftrack.filters.resampling import RESAMPLERS, Resampler, systematic
@@ -87,6 +88,10 @@ class PointModel(Model):
             repeatable=update.repeatable,
         )
 
+    @override
+    def count(self, parameters: Values) -> int:
+        return int(parameters.sample_count)
+
     def learn(self, state: PointState, frame: Frame, parameters: Values) -> PointState:
         """Return a state with what its estimate teaches, where something is learned."""
         del frame, parameters
@@ -122,7 +127,7 @@ class PointModel(Model):
         linear = self.linear(frame, parameters, known)
         if linear is None or linear.measurement is None:
             return ()
-        predicted = kalman.predict(known.reference or known.posterior, linear.motion)
+        predicted = kalman.predict(known.reference or known.posterior, linear.dynamics)
         innovation = kalman.innovate(predicted, linear.measurement, linear.observation, linear.covariance)
         return innovation_parts(self.components(parameters)[: state.tracked], linear.measurement, innovation)
 
@@ -137,28 +142,12 @@ def condition(before: Gaussian, linear: LinearStep) -> tuple[Gaussian, float, No
     Returns:
         p(x_t | z_{1:t}); log p(z_t | z_{1:t-1}), 0 without a measurement; how far off that was, None without.
     """
-    predicted = kalman.predict(before, linear.motion)
+    predicted = kalman.predict(before, linear.dynamics)
     if linear.measurement is None:
         return predicted, 0.0, None
     measured = linear.measurement, linear.observation, linear.covariance
     normalised = kalman.innovate(predicted, *measured).normalised
     return *kalman.update(predicted, *measured), normalised
-
-
-@dataclass(frozen=True)
-class _Propagation:
-    """The motion of a model, as a filter asks for it."""
-
-    model: Model
-    frame: Frame
-    parameters: Values
-    known: State
-
-    def predict(self, states: Floats) -> Floats:
-        return states
-
-    def diffuse(self, rng: Generator, means: Floats, ancestors: Ints) -> Floats:
-        return self.model.propagate(means[ancestors], self.frame, self.parameters, rng, self.known)
 
 
 class Filter(Protocol):
@@ -201,7 +190,7 @@ def _step_particles(model: PointModel, state: PointState, frame: Frame, paramete
     known = model.prepare(state, frame, parameters)
     posterior = bootstrap.step(
         model.particles(known, parameters, rng),
-        _Propagation(model, frame, parameters, known),
+        Sampled(lambda states, generator: model.propagate(states, frame, parameters, generator, known)),
         lambda states: model.log_likelihood(states, frame, parameters, known),
         rng,
         count=model.count(parameters),

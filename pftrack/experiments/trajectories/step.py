@@ -313,6 +313,10 @@ class Motion(Model):
         return COMPONENTS
 
     @override
+    def count(self, parameters: P) -> int:
+        return parameters.sample_count
+
+    @override
     def start(self, target: Target, frame: Frame, parameters: P, rng: Stream) -> TrajectoriesState:
         begun = start(gaussian_method, target, frame, parameters, rng)
         return replace(begun, own=ParticleSet.uniform(_drawn(begun, 0, parameters, rng)), own_track=begun.selected)

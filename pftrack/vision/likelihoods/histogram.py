@@ -112,6 +112,31 @@ def similarity(
     return float(_all(image_rgb, np.asarray(position)[None, :2], window, space, model, background)[0])
 
 
+def log_likelihood(
+    image_rgb: NDArray[np.uint8],
+    states: Floats,
+    window: Window,
+    space: Space,
+    model: Floats,
+    sharpness: float = 20.0,
+) -> Floats:
+    """Return log p(z | x) = lambda (rho - 1) (N,) of windows around places.
+
+    Args:
+        image_rgb: (height, width, 3).
+        states: (N, d) with d >= 2, of which the first two are the middle of the window, px.
+        window: Its shape.
+        space: Of colour.
+        model: (110 in each part) that of the target; see `fit`.
+        sharpness: lambda.
+
+    Raises:
+        TypeError: The picture is not an array of bytes, or the states are not one of real numbers.
+        ValueError: The picture is not (height, width, 3), or the states are not (N, d) with d >= 2.
+    """
+    return sharpness * (_all(image_rgb, states[:, :2], window, space, model, NO_BACKGROUND) - 1.0)
+
+
 def rho_map(
     image_rgb: NDArray[np.uint8],
     window: Window,
