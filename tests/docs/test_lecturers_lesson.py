@@ -5,10 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from pftrack.runs.record import make
 from pftrack.teaching.lessons.lecturers import read_lessons
-from pftrack.teaching.lessons.lecturers.document import Head
-from pftrack.teaching.lessons.lecturers.expression import FUNCTIONS
-from pftrack.teaching.lessons.lesson import numbers_of
+from pftrack.teaching.lessons.lecturers.document import AnswerHead, Head
 
 PAGE = (Path(__file__).parents[2] / "docs" / "how-to" / "lessons.md").read_text(encoding="utf-8")
 PART = PAGE[PAGE.index("## A lecturer's lesson") :]
@@ -27,7 +26,9 @@ def test_the_example_is_a_lesson_and_shows_what_it_says(tmp_path: Path) -> None:
     assert library.problems == ()
     lesson = library.lessons["too-few-particles"]
     assert all(check.run().passed for check in lesson.checks)
-    assert numbers_of(lesson.body.recipe)["lost"].sum() == 0  # type: ignore[union-attr] # it is a run
+    run = make(lesson.body.recipe)  # type: ignore[union-attr] # it is a run
+    run.finish()
+    assert run.summary().verdict.lost_frames == 0
 
 
 def test_the_example_of_a_mistake_is_what_is_said(tmp_path: Path) -> None:
@@ -37,7 +38,7 @@ def test_the_example_of_a_mistake_is_what_is_said(tmp_path: Path) -> None:
     assert problem.sentence in PART
 
 
-@pytest.mark.parametrize("name", [*Head.model_fields, *FUNCTIONS])
-def test_the_page_tells_every_key_and_function(name: str) -> None:
+@pytest.mark.parametrize("name", [*Head.model_fields, *AnswerHead.model_fields])
+def test_the_page_tells_every_key(name: str) -> None:
     """Whatever may be written in a file stands on the page."""
     assert re.search(rf"`[^`]*\b{name}\b[^`]*`", PART)

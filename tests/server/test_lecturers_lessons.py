@@ -26,14 +26,19 @@ question:
   words: That is how much noise there is.
   mistakes:
     - {given: 0, words: There is noise.}
-answer: mean(error)
+answer: mean_error
 tries: [Draw another seed.]
 notice: The estimate lags.
 ---
 A signal is measured in noise.
 """
 BROKEN = MINE.replace("id: mine", "id: broken").replace("seed]", "sead]")
-NOTHING = MINE.replace("id: mine", "id: nothing").replace("mean(error)", "error[40]")
+NOTHING = MINE.replace("id: mine", "id: nothing").replace(
+    "  tolerance: 0.01\n  bounds: [0, 100]\n", "  kind: choice\n  choices: {near: It is near, far: It is far}\n"
+)
+NOTHING = NOTHING.replace("{given: 0,", "{given: far,").replace(
+    "answer: mean_error", "answer: {measure: mean_error, choices: {near: 900, far: 1000}}"
+)
 
 
 def answered(client: httpx.Client, lesson: str, answer: object) -> httpx.Response:
@@ -78,11 +83,11 @@ def test_a_file_in_the_data_directory_is_a_lesson(start_server: Callable[..., An
         assert said["right"]
         assert not answered(client, "mine", 50).json()["right"]
         assert checked(client, "mine")["passed"]
-        beyond = "`[40]` is beyond the 12 frames that there are"
-        assert beyond in error_of(answered(client, "nothing", 1), 422)["message"]
+        beyond = "below the lowest number of every choice"
+        assert beyond in error_of(answered(client, "nothing", "near"), 422)["message"]
         failed = checked(client, "nothing")
         assert not failed["passed"]
         assert beyond in failed["problem"]
         # A file that was mended is another lesson: what was computed of it before does not count.
-        (folder / "nothing.md").write_text(NOTHING.replace("[40]", "[4]"), encoding="utf-8")
+        (folder / "nothing.md").write_text(NOTHING.replace("near: 900", "near: 0"), encoding="utf-8")
         assert checked(client, "nothing")["passed"]

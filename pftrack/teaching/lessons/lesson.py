@@ -12,15 +12,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Final, Literal, TypeAlias
 
-import numpy as np
-
-from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.parameters import ParameterError, Parameters, Value, revise
 from pftrack.core.model.recipe import Change, Recipe
-from pftrack.experiments.experiment import Experiment
-from pftrack.runs.loss_probability import PREFIX, columns_of
 from pftrack.runs.record import make
-from pftrack.runs.run import Run
 from pftrack.teaching.lessons.figure import Figure
 
 ONCE_MINUTES: Final = 5.0
@@ -145,7 +139,7 @@ class Question:
     Attributes:
         text: What is asked, one sentence.
         kind: "number" is typed, "choice" is chosen, a "point" is placed in a panel of the figure.
-        answer: (parameters, seed) -> the right answer. Of a scenario: (columns of the run, by name) -> the same.
+        answer: (parameters, seed) -> the right answer. Of a scenario: (run, computed to its end) -> the same.
         tolerance: By how much a number may be off and be right.
         words: Why the right answer is right, for everybody to read afterwards; a sentence or two.
         unit: Of a number.
@@ -454,21 +448,15 @@ def _distinct(cuts: Sequence[float]) -> list[float]:
     return list(dict.fromkeys(cuts))
 
 
-# A demonstration's answer is a function of parameters and a seed; a scenario's is a function of columns. So the run
-# that the question speaks of is computed to its end, and its numbers are handed over by name.
-
-WIDE = 8
-"""Numbers of a vector whose length hangs on the run, as far as it is known without one."""
-
-Columns: TypeAlias = Mapping[str, np.ndarray[Any, Any]]
-"""The numbers of a run by name, one row a frame."""
+# A demonstration's answer is a function of parameters and a seed; a scenario's is a function of the run that the
+# question speaks of, computed to its end.
 
 
 def question_recipe(lesson: Lesson) -> Recipe:
     """Return the run that a scenario's question is about: the scenario's own, with the values at which it is asked.
 
     Raises:
-        TypeError: The lesson is no scenario.
+        TypeError: The lesson is not a scenario.
     """
     if not isinstance(lesson.body, Scenario):
         raise TypeError(f"the lesson {lesson.id} is a demonstration, which has no run")
@@ -478,64 +466,15 @@ def question_recipe(lesson: Lesson) -> Recipe:
     return Recipe(**{**dict(recipe), "seed": seed, "timeline": timeline})
 
 
-def numbers_of(recipe: Recipe) -> Columns:
-    """Compute a run to its end and return its numbers.
+def answer_of(lesson: Lesson) -> Answer:
+    """Compute the answer of a lesson's question from the run or the figure that it asks about.
 
     Raises:
-        RecordError: There is no such experiment, or a value is refused.
+        RecordError: The run cannot be computed, or does not have the number that is asked for.
     """
-    run = make(recipe)
-    run.finish()
-    return numbers_of_run(run)
-
-
-def numbers_of_run(run: Run) -> Columns:
-    """Return the columns of the frames that a run has computed.
-
-    A series has the name that it was declared with, and `series_NAME` as well, as in files; where a frame has a column
-    of that name already, only the latter.
-    """
-    columns = columns_of(run)
-    return {name.removeprefix(PREFIX): column for name, column in columns.items()} | columns
-
-
-def figure_numbers(body: Demonstration, parameters: Parameters, seed: int) -> Columns:
-    """Return the numbers of a figure in their order: `value`, and `exact`, NaN where that is not known."""
-    numbers = body.show(parameters, seed).numbers
-    return {
-        "value": np.array([number.value for number in numbers]),
-        "exact": np.array([np.nan if number.exact is None else number.exact for number in numbers]),
-    }
-
-
-def all_columns(experiment: Experiment, frames: int) -> Columns:
-    """Return all columns that a run may have, with ones in place of its numbers: their names and shapes."""
-    ones = Diagnostics(
-        0, 1.0, (1.0,) * WIDE, (1.0,) * WIDE, 1.0, (1.0,) * WIDE, (1.0, 1.0), (1.0,) * WIDE, 1.0, True, True, True, 1.0
-    )
-    known: dict[str, Any] = {name: value for name, value in ones.as_dict().items() if name != "series"}
-    columns = {name: np.ones((frames, *np.shape(value))) for name, value in known.items()}
-    for series in experiment.all_series():
-        width = (len(series.components) or WIDE,)
-        match series.shape:
-            case "number":
-                shapes: dict[str, tuple[int, ...]] = {"": ()}
-            case "vector":
-                shapes = {"": width}
-            case "interval":
-                shapes = {"": (2,)}
-            case "hypotheses":
-                shapes = {"": (WIDE, *width), "_weights": (WIDE,), "_parents": (WIDE,)}
-        for ending, shape in shapes.items():
-            name = f"{series.name}{ending}"
-            columns[f"{PREFIX}{name}"] = np.ones((frames, *shape))
-            columns.setdefault(name, columns[f"{PREFIX}{name}"])
-    return columns
-
-
-def answer_of(lesson: Lesson) -> Answer:
-    """Compute the answer of a lesson's question, by the run or the figure that it asks about."""
     body, question = lesson.body, lesson.question
     if isinstance(body, Scenario):
-        return question.answer(numbers_of(question_recipe(lesson)))
+        run = make(question_recipe(lesson))
+        run.finish()
+        return question.answer(run)
     return question.answer(revise(body.parameters, question.at or {}), body.seed)

@@ -95,9 +95,9 @@ def _quote(text: str) -> str:
     return f"r'''{text}'''" if lines_up else repr(text)
 
 
-ANSWER_IMPORTS = "from pftrack.teaching.lessons.lesson import answer_of, numbers_of_run"
+ANSWER_IMPORTS = "from pftrack.teaching.lessons.lesson import answer_of"
 
-ANSWERED = "print(lesson.question.answer(numbers_of_run(run)).exact)"
+ANSWERED = "print(lesson.question.answer(run).exact)"
 
 
 def scenario_cells(lesson: Lesson) -> tuple[Cell, ...]:

@@ -6,12 +6,10 @@ A worker of lessons draws and judges; a child task, which may take its time, com
 import json
 import math
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
-import numpy as np
-
 from pftrack.core.model.parameters import Value, flat, nearest, revise
-from pftrack.core.model.recipe import Recipe
 from pftrack.process import give_way
 from pftrack.runs.record import make
 from pftrack.teaching.lessons import find
@@ -24,7 +22,7 @@ from pftrack.teaching.lessons.lesson import (
     Number,
     Verdict,
     judge,
-    numbers_of_run,
+    question_recipe,
     read_answer,
 )
 from pftrack_server.tasks.functions import Steps
@@ -76,27 +74,18 @@ def judge_demonstration(wanted: str, source: str, given: Given) -> Verdict:
     )
 
 
-def judge_scenario(wanted: str, source: str, given: Given, columns: Mapping[str, list[Any]]) -> Verdict:
-    """Judge the answer to a scenario's question by the columns of its run.
+def answer(wanted: str, source: str) -> Steps:
+    """Compute the run that a scenario's question is about, and return the right answer; a step is a frame.
 
     Raises:
-        ParameterError: It is no answer to it.
-    """
-    question = _lesson(wanted, source).question
-    return judge(question, question.answer({name: np.asarray(column) for name, column in columns.items()}), given)
-
-
-def run(recipe: Recipe) -> Steps:
-    """Compute a run to its end, and return the columns of its numbers; a step is a frame.
-
-    Raises:
-        RecordError: There is no such experiment, or a value is refused.
+        RecordError: There is no such experiment, a value is refused, or the run does not have the number asked for.
     """
     give_way(NICENESS)
-    made = make(recipe)
-    for step in made.seeking(made.frames - 1):
-        yield step.diagnostics.frame + 1, made.frames
-    return {name: column.tolist() for name, column in numbers_of_run(made).items()}
+    lesson = _lesson(wanted, source)
+    run = make(question_recipe(lesson))
+    for step in run.seeking(run.frames - 1):
+        yield step.diagnostics.frame + 1, run.frames
+    return asdict(lesson.question.answer(run))
 
 
 def check(wanted: str, source: str) -> Steps:

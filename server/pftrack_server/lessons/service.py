@@ -2,7 +2,7 @@
 
 import asyncio
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,15 +11,15 @@ from pftrack.experiments import find as find_experiment
 from pftrack.process import MEBIBYTE, Budget, CallError, Ending, Pool, WorkerLostError
 from pftrack.teaching.lessons import LESSONS, find
 from pftrack.teaching.lessons.lecturers import Library, read_lessons
-from pftrack.teaching.lessons.lecturers.expression import ExpressionError
 from pftrack.teaching.lessons.lesson import (
+    Answer,
     Demonstration,
     Given,
     Lesson,
     Scenario,
     Verdict,
+    judge,
     poll_answers,
-    question_recipe,
     read_answer,
 )
 from pftrack.teaching.lessons.notebook import lesson_notebook
@@ -40,7 +40,6 @@ compiled, which takes a busy machine many seconds; a worker that is ended then w
 MEMORY_BYTES = 1024 * MEBIBYTE
 BUDGET = Budget(memory_bytes=MEMORY_BYTES, cpu_seconds=None, silence_s=LONGEST_S, niceness=3)
 """Whoever serves everybody goes first, as before a session."""
-REFUSALS = ParameterError, ExpressionError
 
 RUN_S = 1.5
 """So long whoever answers waits for a run; then the answer says how far it is."""
@@ -61,7 +60,7 @@ class Lessons:
     def __init__(self, folder: Path, kept: Path, tasks: ChildTasks) -> None:
         self._folder = folder
         self._reading = asyncio.Lock()
-        self._pool = Pool(FORK_SERVER, most=AT_ONCE, kept=KEPT, budget=BUDGET, refusals=REFUSALS)
+        self._pool = Pool(FORK_SERVER, most=AT_ONCE, kept=KEPT, budget=BUDGET, refusals=(ParameterError,))
         self._computed = LessonResults(kept, tasks)
 
     async def open(self) -> None:
@@ -127,16 +126,14 @@ class Lessons:
             return verdict
         if problem := missing(lesson.body):
             raise RefusedError(problem)
-        recipe = question_recipe(lesson)
-        job = await self._computed.get(json.dumps(["run", recipe.as_dict()]), functions.run, recipe)
+        job = await self._result("answer", functions.answer, lesson)
         if job.task is not None:
             await asyncio.wait({job.task}, timeout=RUN_S)
         if job.problem:
             raise RefusedError(job.problem)
         if job.result is None:
             return ComputingPublic(done=job.done, total=job.total)
-        by_run: Verdict = await self._call(functions.judge_scenario, lesson.id, lesson.source, given, job.result)
-        return by_run
+        return judge(lesson.question, Answer(**job.result), given)
 
     async def poll_answers(self, lesson: Lesson) -> tuple[str, ...] | ComputingPublic:
         """Return the answers among which a class chooses, or tell how far the run is that they are made by.
@@ -158,21 +155,22 @@ class Lessons:
 
     async def checks(self, lesson: Lesson) -> Job:
         """Return what the checks of a lesson came to, or how far they are."""
-        about: Mapping[str, object] = {"lesson": lesson.id, "origin": lesson.origin, "source": lesson.source}
-        return await self._computed.get(json.dumps(about), functions.check, lesson.id, lesson.source)
+        return await self._result("checks", functions.check, lesson)
+
+    async def _result(self, kind: str, function: Callable[..., Any], lesson: Lesson) -> Job:
+        about = {"kind": kind, "lesson": lesson.id, "origin": lesson.origin, "source": lesson.source}
+        return await self._computed.get(json.dumps(about), function, lesson.id, lesson.source)
 
     async def _call(self, function: Callable[..., Any], *arguments: object) -> Any:  # noqa: ANN401 - whatever it returns
         """Return the result of one of `functions`.
 
         Raises:
             ParameterError: It refused its arguments.
-            RefusedError: It needs more memory than it may have, or the lesson's own answer cannot be computed.
+            RefusedError: It needs more memory than it may have.
             UnavailableError: It took too long, failed, or its worker died.
         """
         try:
             return await self._pool.call(function, *arguments)
-        except ExpressionError as error:
-            raise RefusedError(f"The answer of this lesson cannot be computed: {error}.") from None
         except MemoryError:
             most = f"{MEMORY_BYTES // MEBIBYTE} MiB"
             raise RefusedError(f"This needs more than the {most} of memory that a lesson may use.") from None

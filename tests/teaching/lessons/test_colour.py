@@ -1,6 +1,6 @@
 """Lesson 12: its question about a run, which is computed."""
 
-import numpy as np
+from dataclasses import replace
 
 from pftrack.runs.record import make
 from pftrack.teaching.lessons.course.colour import LESSON
@@ -28,6 +28,10 @@ def test_the_answer_is_where_the_column_hides_the_target() -> None:
 
 def test_an_answer_counts_the_frames_that_there_are() -> None:
     """A run that holds its target is never lost, and one that never held it was lost from the start."""
-    held = {"lost": np.array([0.0, 1.0, 0.0]), "hidden": np.zeros(3)}
-    assert LESSON.question.answer(held).exact == 3
-    assert LESSON.question.answer({**held, "lost": np.ones(3)}).exact == 0
+    run = make(question_recipe(LESSON))
+    run.seek(2)
+    rows = run.diagnostics
+    run.diagnostics = [replace(row, lost=lost) for row, lost in zip(rows, (False, True, False), strict=True)]
+    assert LESSON.question.answer(run).exact == 3
+    run.diagnostics = [replace(row, lost=True) for row in rows]
+    assert LESSON.question.answer(run).exact == 0

@@ -5,11 +5,10 @@ from functools import cache, partial
 from statistics import fmean
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Change, Recipe
-from pftrack.teaching.lessons.lesson import Answer, Check, Columns, Lesson, Mistake, Outcome, Question, Scenario, Use
+from pftrack.runs.run import Run
+from pftrack.teaching.lessons.lesson import Answer, Check, Lesson, Mistake, Outcome, Question, Scenario, Use
 
 if TYPE_CHECKING:
     from pftrack.reproduce.histogram.likeness import Likenesses
@@ -33,13 +32,13 @@ look-alike and behind the column.
 """
 
 
-def _frame_of_loss(columns: Columns) -> Answer:
+def _frame_of_loss(run: Run) -> Answer:
     """Return the frame from which on the target is lost until the end; the number of frames if it is held there."""
-    held = np.flatnonzero(columns["lost"] == 0)
-    frames = len(columns["lost"])
-    frame = int(held[-1]) + 1 if len(held) else 0
-    unseen = np.flatnonzero(columns["hidden"] == 1)
-    hidden = f" Nothing of the target is seen in frames {unseen[0]} to {unseen[-1]}." if len(unseen) else ""
+    rows = run.diagnostics
+    frames = len(rows)
+    frame = max((row.frame + 1 for row in rows if row.lost is False), default=0)
+    unseen = [row.frame for row in rows if row.hidden]
+    hidden = f" Nothing of the target is seen in frames {unseen[0]} to {unseen[-1]}." if unseen else ""
     lost = f"It is lost from frame {frame} on." if frame < frames else "It is held in the last frame."
     return Answer(float(frame), words=lost + hidden)
 

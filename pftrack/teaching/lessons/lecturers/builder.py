@@ -1,15 +1,15 @@
 """Making a lesson of a document: does what it says fit an experiment, or a figure of the course?
 
 A lecturer's lesson shows a run of an experiment, or a figure of the course with other parameters. Its question is
-answered by an expression over numbers.
+answered by a declared measure of the run, or a number of the figure.
 """
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from functools import partial
-from typing import Any, Final
+from typing import Final
 
 from pftrack.core.model.parameters import ParameterError, Parameters, declarations, revise
 from pftrack.core.model.recipe import Change, Recipe, Timeline
@@ -17,8 +17,18 @@ from pftrack.core.numerics.random import LARGEST_SEED
 from pftrack.experiments import find as find_experiment
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.record import RecordError
-from pftrack.teaching.lessons.lecturers.document import Document, DocumentError, Findings, Head, Place, ask, near
-from pftrack.teaching.lessons.lecturers.expression import Expression, ExpressionError, NoValueError, parse, unknown
+from pftrack.runs.run import Run
+from pftrack.runs.scoring import summarise
+from pftrack.teaching.lessons.lecturers.document import (
+    AnswerHead,
+    Document,
+    DocumentError,
+    Findings,
+    Head,
+    Place,
+    ask,
+    near,
+)
 from pftrack.teaching.lessons.lesson import (
     Answer,
     Check,
@@ -28,19 +38,19 @@ from pftrack.teaching.lessons.lesson import (
     Outcome,
     Question,
     Scenario,
-    all_columns,
     answer_of,
-    figure_numbers,
     judge,
 )
 from pftrack.teaching.lessons.registry import find as find_lesson
 
 BESIDE: Final = ("tracker", "seed")
 """What can be unlocked beside parameters."""
+VERDICTS: Final = ("mean_error", "lost_frames", "first_lost_frame")
+"""What a question may ask about every run; its experiment declares further measures."""
 
 
-def body_of(head: Head, found: Findings) -> tuple[Scenario | Demonstration | None, Mapping[str, Any]]:
-    """Return what a lesson shows, and numbers of the shape that its own will have; None where something is wrong.
+def body_of(head: Head, found: Findings) -> tuple[Scenario | Demonstration | None, tuple[str, ...]]:
+    """Return what a lesson shows, and the names of its measures; None where something is wrong.
 
     Args:
         head: What was written.
@@ -48,14 +58,14 @@ def body_of(head: Head, found: Findings) -> tuple[Scenario | Demonstration | Non
     """
     if (head.experiment is None) == (head.figure is None):
         found.add(("experiment",) if head.experiment else (), "a lesson names either an `experiment` or a `figure`")
-        return None, {}
+        return None, ()
     return _demonstration(head, found) if head.figure is not None else _scenario(head, found)
 
 
-def _scenario(head: Head, found: Findings) -> tuple[Scenario | None, Mapping[str, Any]]:
+def _scenario(head: Head, found: Findings) -> tuple[Scenario | None, tuple[str, ...]]:
     experiment = found.attempt(("experiment",), lambda: find_experiment(str(head.experiment)))
     if experiment is None:
-        return None, {}
+        return None, ()
     setup = experiment.simulate()
     tracker = head.tracker or experiment.default_tracker
     if tracker not in experiment.trackers:
@@ -73,12 +83,13 @@ def _scenario(head: Head, found: Findings) -> tuple[Scenario | None, Mapping[str
     at = {name: value for name, value in head.question.at.items() if name != "seed"}
     _apply_change(timeline, Change(0, at), ("question", "at"), found)
     if found.problems:
-        return None, {}
+        return None, ()
     available = setup.open_source(seed, timeline.parameters_at(0)).frame_count
     frames = head.frames or available or experiment.frames
     _check_frames(head, min(frames, available or frames), found)
     recipe = Recipe(experiment=experiment.id, tracker=tracker, seed=seed, frames=frames, timeline=timeline.changes)
-    return Scenario(recipe, head.unlocked, head.frame, head.plots, head.layers), all_columns(experiment, frames)
+    measures = (*VERDICTS, *(one.name for one in experiment.run_measures))
+    return Scenario(recipe, head.unlocked, head.frame, head.plots, head.layers), measures
 
 
 def _check_frames(head: Head, frames: int, found: Findings) -> None:
@@ -86,6 +97,9 @@ def _check_frames(head: Head, frames: int, found: Findings) -> None:
         found.add(("frames",), f"`frames` is {head.frames}, and this scene has {frames}; say fewer, or leave it out")
     if head.frame >= frames:
         found.add(("frame",), f"`frame` is {head.frame}, and the last of {frames} frames is {frames - 1}")
+    if head.answer.first_frame >= frames:
+        message = f"`answer.first_frame` is {head.answer.first_frame}, and the last frame is {frames - 1}"
+        found.add(("answer", "first_frame"), message)
     for number, change in enumerate(head.timeline):
         if change.frame >= frames:
             message = f"this change comes in frame {change.frame}, and the last is {frames - 1}"
@@ -119,51 +133,49 @@ def _check_names(head: Head, experiment: Experiment, model: type[Parameters], fo
                 found.add((field, number), message)
 
 
-def _demonstration(head: Head, found: Findings) -> tuple[Demonstration | None, Mapping[str, Any]]:
+def _demonstration(head: Head, found: Findings) -> tuple[Demonstration | None, tuple[str, ...]]:
     lesson: Lesson | None = found.attempt(("figure",), lambda: find_lesson(str(head.figure)))
     for name in ("tracker", "frames", "timeline", "unlocked", "plots", "layers", "frame"):
         if name in head.model_fields_set:
             found.add((name,), f"`{name}` is of an experiment; a figure has `parameters` and `seed`, all unlocked")
     if lesson is None:
-        return None, {}
+        return None, ()
     if not isinstance(lesson.body, Demonstration):
         experiment = lesson.body.recipe.experiment
         found.add(("figure",), f"the lesson {lesson.id} shows no figure; name its `experiment`, {experiment}")
-        return None, {}
+        return None, ()
     body = lesson.body
     parameters = found.attempt(("parameters",), lambda: revise(body.parameters, head.parameters))
     at = found.attempt(("question", "at"), lambda: revise(parameters or body.parameters, head.question.at))
     if parameters is None or at is None:
-        return None, {}
+        return None, ()
     seed = body.seed if head.seed is None else head.seed
-    return replace(body, parameters=parameters, seed=seed), figure_numbers(body, at, seed)
+    return replace(body, parameters=parameters, seed=seed), tuple(_figure_numbers(body, at, seed))
 
 
-def check_expression(expression: Expression, columns: Mapping[str, Any], head: Head, found: Findings) -> None:
-    """Try the expression on numbers of the right shapes: what they are does not matter here."""
-    missing = sorted(expression.names - columns.keys())
-    for name in missing:
-        found.add(("answer",), f"`answer`: {unknown(name, columns)}")
-    if missing:
-        return
-    try:
-        value = expression.value(columns)
-    except NoValueError:
-        return  # It hangs on the run, which is not computed to list a lesson.
-    except ExpressionError as error:
-        found.add(("answer",), f"`answer`: {error}")
-        return
-    if head.question.kind != "choice" and isinstance(value, str):
-        found.add(("answer",), "`answer` comes to a text, where the question asks for a number")
+def _check_answer(head: Head, names: Collection[str], found: Findings) -> None:
+    """Note what is wrong with an answer, given the measures of the run or the numbers of the figure."""
+    asked, answer = head.question, head.answer
+    if answer.measure not in names:
+        found.add(("answer",), f"there is no measure {answer.measure}; {near(answer.measure, names)}")
+    if head.figure is not None and answer.first_frame:
+        found.add(("answer", "first_frame"), "`first_frame` belongs to an experiment; a figure has no frames")
+    if (asked.kind == "choice") != (answer.choices is not None):
+        message = "a question of the kind choice has `answer.choices`, the lowest number of each; no other has"
+        found.add(("answer", "choices"), message)
+    for name in answer.choices or {}:
+        if name not in (asked.choices or {}):
+            message = f"`answer.choices` names {name}, which is not a choice; {near(name, asked.choices or {})}"
+            found.add(("answer", "choices", name), message)
 
 
-def question_of(head: Head, body: Scenario | Demonstration, expression: Expression) -> Question:
+def question_of(head: Head, body: Scenario | Demonstration) -> Question:
     """Return the question of a head in which nothing is wrong."""
     asked = head.question
     return Question(
         text=asked.text,
         kind=asked.kind,
-        answer=_answer(expression, body),
+        answer=_answer(head.answer, body),
         words=asked.words,
         tolerance=asked.tolerance or 0.0,
         unit=asked.unit,
@@ -176,13 +188,38 @@ def question_of(head: Head, body: Scenario | Demonstration, expression: Expressi
     )
 
 
-def _answer(expression: Expression, body: Scenario | Demonstration) -> Callable[..., Answer]:
-    def of_figure(parameters: Parameters, seed: int, *, shown: Demonstration) -> Answer:
-        return Answer(expression.value(figure_numbers(shown, parameters, seed)))
-
+def _answer(head: AnswerHead, body: Scenario | Demonstration) -> Callable[..., Answer]:
     if isinstance(body, Demonstration):
-        return partial(of_figure, shown=body)
-    return lambda columns: Answer(expression.value(columns))
+        return lambda parameters, seed: _read(head, _figure_numbers(body, parameters, seed))
+    return partial(_answer_of_run, head)
+
+
+def _answer_of_run(head: AnswerHead, run: Run) -> Answer:
+    rows = run.diagnostics[head.first_frame :]
+    summary = summarise(run.experiment, run.setup, run.timeline, run.seed, rows)
+    verdict = summary.verdict
+    numbers = {**summary.measures, "mean_error": verdict.mean_error, "lost_frames": verdict.lost_frames}
+    if verdict.lost_frames is not None:
+        first = verdict.first_lost_frame
+        numbers["first_lost_frame"] = run.frames if first is None else head.first_frame + first
+    return _read(head, numbers)
+
+
+def _figure_numbers(body: Demonstration, parameters: Parameters, seed: int) -> dict[str, float]:
+    return {number.title: number.value for number in body.show(parameters, seed).numbers}
+
+
+def _read(head: AnswerHead, numbers: Mapping[str, float | None]) -> Answer:
+    """Return the answer that a number gives: the number, or the last choice that begins at or below it."""
+    number = numbers.get(head.measure)
+    if number is None or not math.isfinite(number):
+        raise RecordError(f"the run has no {head.measure}; ask for a measure that is known in its frames")
+    if head.choices is None:
+        return Answer(float(number))
+    begun = [name for name, lowest in sorted(head.choices.items(), key=lambda each: each[1]) if lowest <= number]
+    if not begun:
+        raise RecordError(f"{head.measure} is {number:g}, below the lowest number of every choice")
+    return Answer(begun[-1])
 
 
 def check_question(head: Head, body: Scenario | Demonstration | None, found: Findings) -> None:
@@ -229,12 +266,11 @@ def lesson_of(document: Document, origin: str) -> Lesson | list[DocumentError]:
         return head
     found = Findings(document)
     _check_text(document, found)
-    body, columns = body_of(head, found)
-    expression = found.attempt(("answer",), lambda: parse(str(head.answer)))
+    body, measures = body_of(head, found)
     check_question(head, body, found)
-    if body is not None and expression is not None:
-        check_expression(expression, columns, head, found)
-    if found.problems or body is None or expression is None:
+    if body is not None:
+        _check_answer(head, measures, found)
+    if found.problems or body is None:
         return found.problems
     lesson = Lesson(
         id=head.id,
@@ -243,7 +279,7 @@ def lesson_of(document: Document, origin: str) -> Lesson | list[DocumentError]:
         body=body,
         notice=head.notice,
         tries=head.tries,
-        question=question_of(head, body, expression),
+        question=question_of(head, body),
         origin=origin,
         source=document.source,
         declared_minutes=head.minutes,
@@ -269,7 +305,7 @@ def _check(lesson: Lesson, head: Head) -> Check:
         try:
             exact = answer_of(lesson).exact
             right = judge(lesson.question, Answer(exact), exact).right
-        except (ExpressionError, ParameterError, RecordError) as error:
+        except (ParameterError, RecordError) as error:
             return Outcome(math.nan, 1.0, 0.0, str(error))
         if isinstance(exact, float) and isinstance(expected, float) and right:
             return Outcome(exact, expected, lesson.question.tolerance)

@@ -19,10 +19,9 @@ from pathlib import Path
 from typing import Annotated, Any, Final, Literal, TypeAlias, TypeVar, get_args
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from pftrack.core.model.parameters import ParameterError
-from pftrack.teaching.lessons.lecturers.expression import ExpressionError
 
 LARGEST_BYTES: Final = 32 * 1024
 DEEPEST: Final = 12
@@ -212,7 +211,7 @@ class Findings:
         except ParameterError as error:
             inner = (*place, error.field)
             self.add(inner if inner in self.document.lines else place, str(error))
-        except (LookupError, ExpressionError) as error:
+        except LookupError as error:
             self.add(place, f"`{'.'.join(map(str, place))}`: {error.args[0]}")
         return None
 
@@ -265,6 +264,19 @@ class QuestionHead(Part):
     expected: float | Name | None = None
 
 
+class AnswerHead(Part):
+    """The right answer: a measure of the run or a number of the figure, by name."""
+
+    measure: Line
+    first_frame: Annotated[int, Field(ge=0, le=LONGEST_RUN)] = 0
+    choices: Annotated[dict[Name, float], Field(min_length=2, max_length=8)] | None = None
+
+
+def _named(given: object) -> object:
+    """Return the head of an answer that is given by its name alone."""
+    return {"measure": given} if isinstance(given, str) else given
+
+
 class Head(Part):
     """All of a head; what each field means stands in docs/how-to/lessons.md."""
 
@@ -282,7 +294,7 @@ class Head(Part):
     layers: Annotated[tuple[Words, ...], Field(max_length=8)] = ()
     frame: Annotated[int, Field(ge=0)] = 0
     question: QuestionHead
-    answer: str | int | float
+    answer: Annotated[AnswerHead, BeforeValidator(_named)]
     tries: Annotated[tuple[Words, ...], Field(min_length=1, max_length=6)]
     minutes: Annotated[float, Field(gt=0, le=180)] | None = None
     notice: Words

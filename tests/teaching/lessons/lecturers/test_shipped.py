@@ -1,21 +1,28 @@
 """The three lessons that are written as a lecturer would: each still shows its point."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 import pytest
 
 from pftrack.core.model.recipe import Change
+from pftrack.runs.loss_probability import columns_of
+from pftrack.runs.record import make
 from pftrack.teaching.lessons.lecturers import read_lessons
-from pftrack.teaching.lessons.lesson import Columns, Lesson, Scenario, answer_of, numbers_of, question_recipe
+from pftrack.teaching.lessons.lesson import Lesson, Scenario, answer_of, question_recipe
 
 LIBRARY = read_lessons()
 SHIPPED = {name: lesson for name, lesson in LIBRARY.lessons.items() if not lesson.number}
 
 
-def run(lesson: Lesson, **values: bool | float | str) -> Columns:
+def run(lesson: Lesson, **values: bool | float | str) -> Mapping[str, np.ndarray[Any, Any]]:
     """The numbers of a scenario's own run, with other values from the start."""
     assert isinstance(lesson.body, Scenario)
     recipe = lesson.body.recipe
-    return numbers_of(recipe.model_copy(update={"timeline": (*recipe.timeline, Change(0, values))}))
+    made = make(recipe.model_copy(update={"timeline": (*recipe.timeline, Change(0, values))}))
+    made.finish()
+    return columns_of(made)
 
 
 def test_all_are_read() -> None:
@@ -58,7 +65,7 @@ def test_a_filter_that_is_sure_and_wrong_stays_wrong() -> None:
     """Its interval never holds the true length; with a large variance at the start the pose is right in the end."""
     lesson = SHIPPED["too-sure-to-return"]
     sure, unsure = run(lesson), run(lesson, start_length_variance_px2=100)
-    assert not np.any((sure["length_3"][:, 0] <= 50) & (sure["length_3"][:, 1] >= 50))
+    assert not np.any((sure["series_length_3"][:, 0] <= 50) & (sure["series_length_3"][:, 1] >= 50))
     assert np.all(sure["lost"][30:] == 1)
     assert np.all(unsure["lost"][-10:] == 0)
     assert np.all(run(lesson, start_length_3_px=0)["lost"][-10:] == 0)
