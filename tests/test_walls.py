@@ -53,7 +53,6 @@ PLACES = {
     ("pftrack/teaching/lessons/traces.py", "histogram"): "the same kind of trace",
     ("pftrack/core/model/measures.py", "face"): "the title of a publication",
     ("pftrack/core/model/faults.py", "faces"): "the triangles of a mesh",
-    ("pftrack/vision/model_files.py", "face"): "the triangles of a mesh, in PLY",
     ("pftrack/vision/model_files.py", "faces"): "the triangles of a mesh",
     ("server/pftrack_server/viewer/standalone/packing.py", "faces"): "what viser calls the triangles of a mesh",
     ("server/pftrack_server/store/migrations/__init__.py", "head"): "Alembic's word for the newest migration",

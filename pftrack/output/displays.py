@@ -378,12 +378,12 @@ def summary_lines(run: Run) -> dict[str, str]:
         if run.explained is not None and run.explained.diagnosis.frame == diagnosis.frame:
             lines["What if"] = run.explained.what_if.sentence
     if made.verdict.mean_error is not None:
-        lines["Mean error"] = _append_unit(quantity(made.verdict.mean_error, experiment.unit), experiment.unit)
+        lines["Mean error"] = _with_unit(quantity(made.verdict.mean_error, experiment.unit), experiment.unit)
     for measure in experiment.run_measures:
         value = made.measures.get(measure.name)
         if value is not None:
             share = measure.how == "share"
-            words = f"{100 * value:.0f} %" if share else _append_unit(quantity(value, measure.unit), measure.unit)
+            words = f"{100 * value:.0f} %" if share else _with_unit(quantity(value, measure.unit), measure.unit)
             lines[measure.title] = words
     lines |= {TITLES[direction]: reason for direction, reason in made.miscalibration.items()}
     footage = run.setup.footage
@@ -413,10 +413,6 @@ def _picture(run: Run, drawing: Drawing) -> str:
     image = render_beside(replace(drawing, caption=""), layers=run.experiment.shown_layers, scale=min(2.0, scale))
     file = cv2.imencode(".jpg", cv2.cvtColor(image, cv2.COLOR_RGB2BGR), (cv2.IMWRITE_JPEG_QUALITY, QUALITY))[1]
     return f"data:image/jpeg;base64,{base64.b64encode(file.tobytes()).decode()}"
-
-
-def _append_unit(words: str, unit: str) -> str:
-    return f"{words} {unit}".strip()
 
 
 LAYER = "inspected"

