@@ -50,8 +50,8 @@ export function readout(root, view, ask = null) {
     look.hidden = session.look === "";
     if (session.doubts !== said) {
       said = session.doubts;
-      const entries = Object.entries(said);
-      fill(doubts, entries.map(([title, why]) => h("details", { class: "doubt" }, h("summary", {}, title), h("p", {}, why))));
+      fill(doubts, Object.values(said).map((sentence) => h("p", {}, sentence)));
+      explain(doubts, { experiment: session.recipe.experiment });
     }
   }, signal);
   store.on(["position", "branch", "history", "doubts", "look"], draw);

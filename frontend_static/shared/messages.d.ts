@@ -1647,7 +1647,7 @@ export interface RunSnapshot {
   tracker: string;
   /** In force for the next frame */
   parameters: Record<string, boolean | number | string>;
-  /** What is to be said of bands with what is in force for the next frame: titles with reasons */
+  /** Ways in which error bands are off in the next frame, with a sentence */
   doubts: Record<string, string>;
   timeline: ChangePublic[];
   thresholds: ThresholdPublic[];
@@ -1836,7 +1836,7 @@ export interface SessionPublic {
   tracker: string;
   /** In force for the next frame */
   parameters: Record<string, boolean | number | string>;
-  /** What is to be said of bands with what is in force for the next frame: titles with reasons */
+  /** Ways in which error bands are off in the next frame, with a sentence */
   doubts: Record<string, string>;
   timeline: ChangePublic[];
   thresholds: ThresholdPublic[];
@@ -1930,7 +1930,7 @@ export interface SessionSnapshot {
   tracker: string;
   /** In force for the next frame */
   parameters: Record<string, boolean | number | string>;
-  /** What is to be said of bands with what is in force for the next frame: titles with reasons */
+  /** Ways in which error bands are off in the next frame, with a sentence */
   doubts: Record<string, string>;
   timeline: ChangePublic[];
   thresholds: ThresholdPublic[];

@@ -67,7 +67,6 @@ def show(
     experiment: Annotated[str, typer.Argument(help="An experiment's name, as `list` prints it.")], json: Json = False
 ) -> None:
     """Show an experiment with every parameter: unit, bounds, default, help."""
-    from pftrack.core.model.band import TITLES
     from pftrack.core.model.parameters import flat
     from pftrack.output.exports.formats import exports_of
 
@@ -78,11 +77,10 @@ def show(
     if json:
         entries = [{**declaration.model_dump(), "default": values[declaration.name]} for declaration in declared]
         layers, worlds = ([asdict(each) for each in several] for several in (found.layers, found.worlds))
-        miscalibrated = [one.as_dict() for one in found.calibration.faults]
         emit(
             {
                 **_about(found),
-                "miscalibrated": miscalibrated,
+                "miscalibrated": _miscalibrated(found),
                 "layers": layers,
                 "worlds": worlds,
                 "declarations": entries,
@@ -107,14 +105,10 @@ def show(
     if found.failures:
         typer.echo("")
         table("Failures", ("name", "diagnosis", "cure"), [(it.id, it.diagnosis, it.cure.text) for it in found.failures])
-    for direction, title in TITLES.items():
-        faults = [it for it in found.calibration.faults if it.direction == direction]
-        if faults:
-            typer.echo("")
-            rows = [
-                (", ".join(it.trackers), it.setting or "any", ", ".join(it.bands) or "all", it.reason) for it in faults
-            ]
-            table(title, ("trackers", "setting", "of what", "why"), rows)
+    if found.calibration.faults:
+        typer.echo("")
+        rows = [(way, ", ".join(trackers)) for way, trackers in _miscalibrated(found).items()]
+        table("Error bands are off in some settings", ("how", "trackers"), rows)
     if found.run_measures:
         typer.echo("")
         measures = [(it.name, it.description, it.source) for it in found.run_measures]
@@ -132,6 +126,15 @@ def show(
         typer.echo(f"The {found.target} {missing}{exempt}.")
     if found.accepts_video and found.truth is not None:
         typer.echo(f"A table of truth has the columns {', '.join(found.truth.form.columns)}.")
+
+
+def _miscalibrated(experiment: "Experiment") -> dict[str, list[str]]:
+    """Return the trackers whose bands are declared to be off in some setting, by the way in which they are."""
+    found: dict[str, list[str]] = {}
+    for fault in experiment.calibration.faults:
+        known = found.setdefault(fault.direction, [])
+        known += [name for name in fault.trackers if name not in known]
+    return found
 
 
 def _sources(experiment: "Experiment") -> str:

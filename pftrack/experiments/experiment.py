@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.band import STANDARD_CALIBRATION, Calibration, Direction, reasons
+from pftrack.core.model.band import DIRECTIONS, STANDARD_CALIBRATION, Calibration, Direction
 from pftrack.core.model.diagnostics import Diagnostics, Draw
 from pftrack.core.model.drawing import Layer, World
 from pftrack.core.model.glossary import Citation, Section, Term
@@ -283,13 +283,15 @@ class Experiment:
             raise ParameterError("footage", kind, f"left out: {self.id} does not declare the parameters of recordings")
         return self.recorded(kind)
 
-    def miscalibration(self, *in_force: tuple[str, Any]) -> dict[Direction, str]:
-        """Return why bands are not to be believed, by the way in which they are not.
+    def miscalibration(self, *in_force: tuple[str, Any]) -> tuple[Direction, ...]:
+        """Return the ways in which bands are declared to be off.
 
         Args:
             in_force: Trackers by name with their parameters; it holds of any of them.
         """
-        return reasons(self.calibration.faults, in_force)
+        faults = self.calibration.faults
+        found = {fault.direction for fault in faults if any(fault.holds(*each) for each in in_force)}
+        return tuple(direction for direction in DIRECTIONS if direction in found)
 
     @property
     def judges_loss(self) -> bool:

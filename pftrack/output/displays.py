@@ -16,7 +16,7 @@ import numpy as np
 from pftrack.analysis.counterfactuals.report import CAVEAT
 from pftrack.analysis.diagnosis.diagnosis import diagnose
 from pftrack.core.arrays import Floats
-from pftrack.core.model.band import TITLES
+from pftrack.core.model.band import DIRECTIONS
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.drawing import Arrows, Drawing, Ellipse, Links, Picture, Polyline, Primitive
 from pftrack.core.model.faults import without_faults
@@ -385,7 +385,8 @@ def summary_lines(run: Run) -> dict[str, str]:
             share = measure.how == "share"
             words = f"{100 * value:.0f} %" if share else _with_unit(quantity(value, measure.unit), measure.unit)
             lines[measure.title] = words
-    lines |= {TITLES[direction]: reason for direction, reason in made.miscalibration.items()}
+    if made.miscalibration:
+        lines["Error bands"] = " ".join(DIRECTIONS[direction] for direction in made.miscalibration)
     footage = run.setup.footage
     if footage is not None:
         lines |= {"Recording": footage.name} | ({"SHA-256 of the recording": footage.sha256} if footage.sha256 else {})

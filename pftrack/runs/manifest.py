@@ -35,7 +35,7 @@ def manifest_of(run: Run) -> dict[str, Any]:
             "estimates": run.estimates_sha256,
             **({"recording": footage.sha256} if footage and footage.sha256 else {}),
         },
-        **{direction: run.miscalibration.get(direction) for direction in DIRECTIONS},
+        **{direction: direction in run.miscalibration for direction in DIRECTIONS},
         "computed_on": dict(machine.describe_platform()),
         "columns": [{"name": it.name, "title": it.title, "unit": it.unit} for it in columns_in(run)],
         "citation": citation_of(run),

@@ -336,11 +336,8 @@ class Run:
         return estimates_hash(np.array([row.estimate for row in self.diagnostics]))
 
     @property
-    def miscalibration(self) -> dict[Direction, str]:
-        """Why the bands of some of the frames computed so far are not to be believed, by the way in which they are not.
-
-        Empty if they are.
-        """
+    def miscalibration(self) -> tuple[Direction, ...]:
+        """Ways in which the bands of some of the frames computed so far are declared to be off."""
         return self.experiment.miscalibration(*self.timeline.in_force_until(self.computed))
 
     def measures(self) -> Mapping[str, float | int]:

@@ -289,7 +289,7 @@ class Summary:
         verdict: By the frames whose truth is known.
         measures: Those that the experiment declares and the run has a truth for, by name.
         step_ms_median: Of a frame's time in the tracker, ms; None for a run of one frame.
-        miscalibration: Why the bands of some of its frames are not to be believed, by the way in which they are not.
+        miscalibration: Ways in which the bands of some of its frames are declared to be off.
         estimates_sha256: Hash of all estimates: equal if and only if they are to the bit.
     """
 
@@ -303,7 +303,7 @@ class Summary:
     verdict: Verdict
     measures: Mapping[str, float | int]
     step_ms_median: float | None
-    miscalibration: Mapping[Direction, str]
+    miscalibration: tuple[Direction, ...]
     estimates_sha256: str
 
     @property
@@ -326,7 +326,7 @@ class Summary:
             "hit_rate": self.hit_rate,
             **self.measures,
             "step_ms_median": self.step_ms_median,
-            **{direction: self.miscalibration.get(direction) for direction in DIRECTIONS},
+            **{direction: direction in self.miscalibration for direction in DIRECTIONS},
             "estimates_sha256": self.estimates_sha256,
         }
 

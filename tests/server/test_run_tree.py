@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pftrack.core.model.band import DIRECTIONS
 from pftrack.core.model.drawing import Text
 from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.recipe import Change, Recipe
@@ -55,13 +56,12 @@ class TestWorkbench:
         assert json.loads(text)["plots"] == json.loads(json.dumps([asdict(plot) for plot in experiment.plots]))
         assert SessionDescription.model_validate_json(text) == described
 
-    def test_what_is_declared_of_bands_is_told_with_its_title(self) -> None:
+    def test_what_is_declared_of_bands_is_said(self) -> None:
         """It is that of the tracker and the parameters of the next frame, and changes with them."""
         tree = RunTree(config())
-        (reason,) = tree.run.experiment.miscalibration((tree.run.tracker, tree.run.parameters_at(1))).values()
-        assert tree.snapshot().doubts == {"Error bands too wide": reason}
+        assert tree.snapshot().doubts == {"underconfident": DIRECTIONS["underconfident"]}
         tree.run.change({"tracker": "kalman"})
-        assert list(tree.snapshot().doubts) == ["Error bands too narrow"]
+        assert tree.snapshot().doubts == {"overconfident": DIRECTIONS["overconfident"]}
 
     def test_what_is_only_drawn_changes_in_the_frame_that_is_shown(self) -> None:
         """A ghost that is dragged along a learned mode moves while the run stands; the estimate does not."""

@@ -198,13 +198,13 @@ def test_a_band_that_is_off_is_found_either_way(make: Callable[[], Experiment], 
 @pytest.mark.parametrize(("factor", "direction"), [(0.02, "overconfident"), (30.0, "underconfident")])
 def test_what_is_declared_passes(factor: float, direction: Direction) -> None:
     """A declaration of the right direction is all that a method that is off needs."""
-    fault = Miscalibration(("kalman",), "It boasts.", direction=direction)
+    fault = Miscalibration(("kalman",), direction=direction)
     checks_of(boasting(factor, faults=(fault,)))["bands hold the truth as often as they say"]()
 
 
 def test_a_needless_declaration_is_found() -> None:
     """Over many runs the exact filter is well inside; whoever says otherwise of it says what is not so."""
-    fault = Miscalibration(("kalman",), "It boasts.")
+    fault = Miscalibration(("kalman",))
     experiment = replace(SOUND, calibration=Calibration(faults=(fault,)))
     (check,) = (one for one in experiment_checks(experiment, thorough=True) if str(one).endswith("(kalman, default)"))
     with pytest.raises(CheckError, match="a band is declared as overconfident and is not: that of the estimate"):

@@ -12,9 +12,9 @@ An experiment lists its bands; those of one that lists none are of its estimate.
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal, Protocol, TypeAlias, get_args
+from typing import Any, Literal, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -180,19 +180,16 @@ def _within(values: ArrayLike, deviations: ArrayLike, truths: ArrayLike, *, turn
     return {share: (off <= width * spread)[known] for share, width in WITHIN.items()}
 
 
-# Where a method's bands cannot hold the truth as often as they say, its declaration says so, with the setting and the
-# reason; what shows, summarises or exports a run passes the reason on. There are two ways: bands that hold the truth
-# less often than they say, and those that hold it more often.
+# Where bands do not hold the truth as often as they say, an experiment declares the setting and the direction. The
+# reasons stand in `docs/explanation/calibration.md`.
 
 Direction: TypeAlias = Literal["overconfident", "underconfident"]
 
-DIRECTIONS: tuple[Direction, ...] = get_args(Direction)
-
-TITLES: Mapping[Direction, str] = {
-    "overconfident": "Error bands too narrow",
-    "underconfident": "Error bands too wide",
+DIRECTIONS: Mapping[Direction, str] = {
+    "overconfident": "Error bands are too narrow here: they hold the truth less often than they say.",
+    "underconfident": "Error bands are too wide here: they hold the truth more often than they say.",
 }
-"""What a screen says of them, before the reason."""
+"""The two ways in which bands are off, with the sentence that a screen shows."""
 
 Bounds: TypeAlias = tuple[float, float]
 
@@ -203,7 +200,6 @@ class Miscalibration:
 
     Attributes:
         trackers: Names of those that it is about.
-        reason: Why, and how far off they are; one or two sentences.
         values: Values of parameters in which it holds, by name; of a parameter that is not named, any. None stands for
             a run whose parameters have none of that name, such as one of a scene on a recording.
         ranges: Least and greatest value of parameters in which it holds, by name.
@@ -212,7 +208,6 @@ class Miscalibration:
     """
 
     trackers: tuple[str, ...]
-    reason: str
     values: Mapping[str, tuple[Value | None, ...]] = field(default_factory=dict)
     ranges: Mapping[str, Bounds] = field(default_factory=dict)
     bands: tuple[str, ...] = ()
@@ -225,25 +220,6 @@ class Miscalibration:
             and all(getattr(parameters, name, None) in allowed for name, allowed in self.values.items())
             and all(low <= getattr(parameters, name, math.nan) <= high for name, (low, high) in self.ranges.items())
         )
-
-    @property
-    def setting(self) -> str:
-        """The values of parameters in which it holds, in words; empty if it is in all."""
-        said = {name: ["none" if it is None else str(it) for it in allowed] for name, allowed in self.values.items()}
-        exact = [f"{name} = {' or '.join(allowed)}" for name, allowed in said.items()]
-        return "; ".join([*exact, *(f"{name} {_words(bounds)}" for name, bounds in self.ranges.items())])
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON values by name."""
-        ranges = {name: [end if math.isfinite(end) else None for end in bounds] for name, bounds in self.ranges.items()}
-        return {
-            "direction": self.direction,
-            "trackers": list(self.trackers),
-            "bands": list(self.bands),
-            "values": {name: list(allowed) for name, allowed in self.values.items()},
-            "ranges": ranges,
-            "reason": self.reason,
-        }
 
 
 @dataclass(frozen=True, slots=True)
@@ -269,26 +245,3 @@ class Calibration:
 
 STANDARD_CALIBRATION = Calibration()
 """Of an experiment that says nothing of it: the band of the estimate, which is to be believed."""
-
-
-def reasons(declared: Iterable[Miscalibration], in_force: Iterable[tuple[str, Any]]) -> dict[Direction, str]:
-    """Return why bands are not to be believed in the ways that hold of any of several trackers with their parameters.
-
-    Each reason is said once; a way in which nothing holds is left out.
-    """
-    settings, said = list(in_force), tuple(declared)
-    found: dict[Direction, str] = {}
-    for direction in DIRECTIONS:
-        holding = (
-            one.reason for one in said if one.direction == direction and any(one.holds(*each) for each in settings)
-        )
-        if words := " ".join(dict.fromkeys(holding)):
-            found[direction] = words
-    return found
-
-
-def _words(bounds: Bounds) -> str:
-    low, high = bounds
-    if not math.isfinite(low):
-        return f"up to {high:g}"
-    return f"from {low:g}" if not math.isfinite(high) else f"{low:g} to {high:g}"

@@ -11,68 +11,18 @@ from pftrack.core.model.band import Calibration, DeviationBand, EstimateBand, Mi
 from pftrack.experiments.fish.step import TRACKERS
 from pftrack.experiments.shared.loss_probability import Scenes, read_declaration
 
-BLUNT = (
-    "A pose is weighed by the one point of its outline that is farthest from an edge: many poses are alike by that, "
-    "which widens the band. The one of 50 % holds the {} in {} of the reports."
-)
 GOLDFISH = {"tank": ("goldfish",)}
 RUDDER = {"tank": ("strong rudder",)}
 
 FAULTS = (
-    Miscalibration(
-        ("guided",),
-        BLUNT.format("place in 80 to 89 % and the heading", "61 to 68 %"),
-        GOLDFISH,
-        bands=("place", "heading"),
-        direction="underconfident",
-    ),
-    Miscalibration(
-        ("guided",),
-        BLUNT.format("bend", "61 %"),
-        GOLDFISH,
-        {"sample_count": (500, math.inf)},
-        ("bend",),
-        direction="underconfident",
-    ),
-    Miscalibration(
-        ("guided",),
-        "A fish that turns in one beat of its tail leaves 200 particles behind: the band of 95 % holds the bend in 83 "
-        "% of the reports.",
-        GOLDFISH,
-        {"sample_count": (0, 200)},
-        ("bend",),
-    ),
-    Miscalibration(
-        ("guided",),
-        "What it has learned is how goldfish move. In water with a strong rudder it expects another motion and loses "
-        "fish that turn: bands of 95 % hold the truth in 59 to 74 % of the reports.",
-        RUDDER,
-    ),
-    Miscalibration(
-        ("ordinary",),
-        "Each number of the pose takes random steps of its own, so that few particles come to where a fish turns to; "
-        "it loses some fish and is sure of a wrong pose. Bands of 95 % hold the truth in 32 to 81 % of the reports.",
-    ),
-    Miscalibration(
-        ("constant-velocity",),
-        BLUNT.format("place", "84 to 90 %"),
-        GOLDFISH,
-        bands=("place",),
-        direction="underconfident",
-    ),
-    Miscalibration(
-        ("constant-velocity",),
-        "Turns and bends are random steps, which few particles make when a fish turns fast: bands of 95 % hold heading "
-        "and bend in 78 to 91 % of the reports.",
-        bands=("heading", "bend"),
-    ),
-    Miscalibration(
-        ("constant-velocity",),
-        "In water with a strong rudder fish turn faster than it expects, and some are lost: the band of 95 % holds the "
-        "place in 87 % of the reports.",
-        RUDDER,
-        bands=("place",),
-    ),
+    Miscalibration(("guided",), GOLDFISH, bands=("place", "heading"), direction="underconfident"),
+    Miscalibration(("guided",), GOLDFISH, {"sample_count": (500, math.inf)}, ("bend",), direction="underconfident"),
+    Miscalibration(("guided",), GOLDFISH, {"sample_count": (0, 200)}, ("bend",)),
+    Miscalibration(("guided",), RUDDER),
+    Miscalibration(("ordinary",)),
+    Miscalibration(("constant-velocity",), GOLDFISH, bands=("place",), direction="underconfident"),
+    Miscalibration(("constant-velocity",), bands=("heading", "bend")),
+    Miscalibration(("constant-velocity",), RUDDER, bands=("place",)),
 )
 
 CALIBRATION = Calibration(

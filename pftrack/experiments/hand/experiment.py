@@ -36,13 +36,7 @@ from pftrack.experiments.hand.trackers import TRACKERS, features
 from pftrack.experiments.shared.loss_probability import Scenes, read_declaration
 from pftrack.experiments.shared.sketch import SECOND_RUN
 
-FAULTS = (
-    Miscalibration(
-        ("beam", "particles"),
-        "The deviation that is told is how far apart the kept hands are. They are the best few of many that were "
-        "tried, and much alike: bands of 95 % hold a tip in 31 to 47 % of the reports.",
-    ),
-)
+FAULTS = (Miscalibration(("beam", "particles")),)
 
 CALIBRATION = Calibration(faults=FAULTS, presets=("wrist", "bend"))
 

@@ -101,11 +101,7 @@ from pftrack.vision.geometry.face import FEATURES, LINKS, TITLES, FaceModel, gaz
 
 FAULTS = (
     PUBLISHED,
-    Miscalibration(
-        ("rb-pf",),
-        "The calibrated band was chosen for PF-ASD. With the points of a joint cloud of particles it is too narrow: "
-        "the band of 95 % holds the true angle in 80 to 90 % of the reports.",
-    ),
+    Miscalibration(("rb-pf",)),
 )
 
 CALIBRATION = Calibration(bands=BANDS, faults=FAULTS, presets=("personal", "mean"), scene="person", frames=60)

@@ -28,61 +28,16 @@ BANDS = (
 )
 
 FAULTS = (
-    Miscalibration(
-        ("ekf-mirrors", "ekf-truncated", "ekf", "ukf"),
-        "This filter takes motion and noise as known and linearises about its own estimate, so that it becomes too "
-        "sure of lengths: over the presets its ranges of 95 % hold the true length in 11 to 98 % of the frames.",
-    ),
-    Miscalibration(
-        ("particles",),
-        "Each particle has one Gaussian for the pose, which is not enough where links pass the parallel to the image "
-        "again and again: ranges of 95 % hold the true length in 50 % of the frames.",
-        {"chain_path": ("two",)},
-    ),
+    Miscalibration(("ekf-mirrors", "ekf-truncated", "ekf", "ukf")),
     *(
-        Miscalibration(
-            ("particles",),
-            "Where lengths are drawn anywhere within bounds as wide as here, ranges of 95 % hold the true length in 81 "
-            "% of the frames; with those of the preset, in the middle of these bounds, they hold it in 95 %.",
-            {"chain_path": ("cross",)},
-            {"true_length_1_px": far_off},
-        )
+        Miscalibration(("particles",), {"chain_path": ("cross",)}, {"true_length_1_px": far_off})
         for far_off in ((0, 50), (70, math.inf))
     ),
-    Miscalibration(
-        ("particles",),
-        "Motion and noise are taken as given: where they are smaller, a filter takes that for a sign that a link is "
-        "parallel to the image. In the default scene ranges of 95 % hold the true length in half of the frames.",
-        {"noise_unknown": (False,)},
-    ),
-    Miscalibration(
-        ("particles",),
-        "In space the particles do not reach all lengths that are possible in the first frames: ranges of 95 % hold "
-        "the true length in 80 % of the frames.",
-        {"chain_path": ("3d", None)},
-    ),
-    Miscalibration(
-        ("particles",),
-        "A chain at rest shows little of its lengths, and the true ones are near the middle of what is expected at "
-        "first, for every seed: ranges of 95 % hold them in all reports, deviations of 50 % a direction in 80 %.",
-        {"chain_path": ("static",)},
-        direction="underconfident",
-    ),
-    Miscalibration(
-        ("particles",),
-        "A direction hangs on the length of its link, and the true lengths of this scene lie to the side of what is "
-        "expected at first, for every seed: deviations of 50 % hold the true direction in 41 % of the reports, those "
-        "of 95 % in 96 %.",
-        {"chain_path": ("mirror3",)},
-        bands=("directions",),
-    ),
-    Miscalibration(
-        REGIONS,
-        "A region holds all that is possible. The deviation that is told of a direction is that of a uniform "
-        "distribution over it, though the truth is near its middle: 50 % hold it in 85 to 100 % of the reports.",
-        bands=("directions",),
-        direction="underconfident",
-    ),
+    Miscalibration(("particles",), {"noise_unknown": (False,)}),
+    Miscalibration(("particles",), {"chain_path": ("two", "3d", None)}),
+    Miscalibration(("particles",), {"chain_path": ("static",)}, direction="underconfident"),
+    Miscalibration(("particles",), {"chain_path": ("mirror3",)}, bands=("directions",)),
+    Miscalibration(REGIONS, bands=("directions",), direction="underconfident"),
 )
 """None stands for a recording, which is of a chain in space and has no path."""
 

@@ -74,8 +74,7 @@ class RunSnapshot(BaseModel):
     tracker: str = Field(description="In force for the next frame")
     parameters: dict[str, Value] = Field({}, description="In force for the next frame")
     doubts: dict[str, str] = Field(
-        {},
-        description="What is to be said of bands with what is in force for the next frame: titles with reasons",
+        {}, description="Ways in which error bands are off in the next frame, with a sentence"
     )
     timeline: list[ChangePublic] = []
     thresholds: list[ThresholdPublic] = []

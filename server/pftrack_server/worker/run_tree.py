@@ -11,7 +11,7 @@ from typing import Any
 
 from pftrack.analysis.explanation import explain
 from pftrack.core.files import free_bytes
-from pftrack.core.model.band import TITLES
+from pftrack.core.model.band import DIRECTIONS
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.drawing import Drawing
 from pftrack.core.model.parameters import ParameterError, declarations, flat, with_role
@@ -152,7 +152,7 @@ class RunTree:
             second=self.second,
             tracker=tracker,
             parameters=flat(parameters),
-            doubts={TITLES[it]: why for it, why in self.experiment.miscalibration((tracker, parameters)).items()},
+            doubts={it: DIRECTIONS[it] for it in self.experiment.miscalibration((tracker, parameters))},
             **self._course[1],
             restarts=self.restarts,
             position=run.position,
