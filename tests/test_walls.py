@@ -49,7 +49,7 @@ PLACES = {
     ("pftrack/core/model/marks.py", "head"): "the front end of a body",
     ("pftrack/vision/likelihoods/__init__.py", "histogram"): "a likelihood, by the field's name for it",
     ("pftrack/teaching/lessons/figure.py", "histogram"): "a kind of trace, by the field's name for it",
-    ("pftrack/teaching/lessons/registry.py", "resampling"): "the id of a lesson",
+    ("pftrack/teaching/lessons/__init__.py", "resampling"): "the id of a lesson",
     ("pftrack/teaching/lessons/traces.py", "histogram"): "the same kind of trace",
     ("pftrack/core/model/measures.py", "face"): "the title of a publication",
     ("pftrack/core/model/faults.py", "faces"): "the triangles of a mesh",

@@ -108,8 +108,8 @@ def _record(
 ) -> None:
     from typing import cast
 
+    from pftrack.sources.results.parts import record_results
     from pftrack.sources.results.reading import read_results_file
-    from pftrack.sources.results.recording import record_results
 
     known = None if truth is None else _read(truth, None)
     try:

@@ -80,8 +80,8 @@ def open_sequence(
 
 def _recorded(file: BinaryIO) -> BinaryIO:
     """Return a tracker's results as a recording of beliefs; the file is closed."""
+    from pftrack.sources.results.parts import record_results  # noqa: PLC0415
     from pftrack.sources.results.reading import LARGEST_FILE_BYTES, read_results  # noqa: PLC0415
-    from pftrack.sources.results.recording import record_results  # noqa: PLC0415
 
     with file:
         file.seek(0)

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from pftrack.teaching.exercises import read_exercises
-from pftrack.teaching.exercises.head import CheckHead, ExerciseHead
+from pftrack.teaching.exercises.library import CheckHead, ExerciseHead
 from pftrack.teaching.exercises.properties import PROPERTIES
 
 PAGE = (Path(__file__).parents[2] / "docs" / "how-to" / "exercises.md").read_text(encoding="utf-8")

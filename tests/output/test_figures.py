@@ -11,8 +11,7 @@ from pftrack.core.model.recipe import Change
 from pftrack.core.model.setup import ExportError
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.output.figures import sheet
-from pftrack.output.figures.kinds import KINDS
-from pftrack.output.figures.sheet import drawable, figure_of
+from pftrack.output.figures.sheet import KINDS, drawable, figure_of
 from pftrack.runs.run import Run
 
 

@@ -10,8 +10,7 @@ from pftrack.core.model.parameters import Parameters
 from pftrack.core.model.source import History
 from pftrack.sources.limits import Limits, SourceError
 from pftrack.sources.sequence import open_sequence
-from pftrack.sources.tracks.recorded import RecordedTracks, body_of
-from pftrack.sources.tracks.sequence import TrackSequence
+from pftrack.sources.tracks.sequence import RecordedTracks, TrackSequence, body_of
 from pftrack.sources.tracks.table import MOST_POINTS, TrackTable, named_shape, normalise, read_tracks, write
 from pftrack.vision.geometry.face import FEATURES, LINKS, mean_model
 

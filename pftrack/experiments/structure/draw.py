@@ -33,7 +33,7 @@ from pftrack.core.numerics.matrices import pinhole
 from pftrack.experiments.shared.pose.drawing import dashes
 from pftrack.experiments.shared.sketch import at_height, circle
 from pftrack.experiments.structure.trackers import MIRROR, StructureState
-from pftrack.sources.tracks.recorded import BodyTarget
+from pftrack.sources.tracks.sequence import BodyTarget
 from pftrack.vision.geometry.face import Similarity, fit_similarity
 
 SHARE = 100.0

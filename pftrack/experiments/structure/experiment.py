@@ -43,8 +43,7 @@ from pftrack.experiments.structure.draw import (
 from pftrack.experiments.structure.methods import StructureTrackerParameters
 from pftrack.experiments.structure.scene import FRAMES, TracksSceneParameters, TracksSource
 from pftrack.experiments.structure.trackers import TRACKERS, StructureState
-from pftrack.sources.tracks.recorded import BodyTarget, RecordedTracks, body_of
-from pftrack.sources.tracks.sequence import TrackSequence
+from pftrack.sources.tracks.sequence import BodyTarget, RecordedTracks, TrackSequence, body_of
 from pftrack.vision.structure.tracks import FEWEST_POINTS
 
 FAULTS = (

@@ -17,7 +17,7 @@ from pftrack.core.model.source import Frame, History, Landmarks, Measurements, T
 from pftrack.core.numerics.elementary import exponential
 from pftrack.core.numerics.matrices import pinhole, product
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.sources.tracks.recorded import BodyTarget
+from pftrack.sources.tracks.sequence import BodyTarget
 from pftrack.sources.tracks.table import Body, body_of
 
 FRAMES = 360

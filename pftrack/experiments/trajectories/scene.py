@@ -17,8 +17,7 @@ from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.source import Frame, FrameSequence, History, Measurements, Target
 from pftrack.core.numerics.random import Purpose, standard_normals
 from pftrack.sources.recording import check_start
-from pftrack.sources.tracks.recorded import RecordedTracks
-from pftrack.sources.tracks.sequence import TrackSequence
+from pftrack.sources.tracks.sequence import RecordedTracks, TrackSequence
 
 # One simulated track in numbers, so that every implementation works on the same: x and y by frame, px. It is a draw of
 # the model below, chosen among many since its likelihood over sigma^2 and tau^2 and the errors of the filters on it

@@ -3,23 +3,237 @@
 Lengths are inches, sizes of letters points. Bands are grey where the target is hidden and red where it is lost.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from itertools import cycle
+from typing import Any, TypeAlias
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from pftrack.core.arrays import Bools
+from pftrack.core.arrays import Bools, Floats
 from pftrack.core.model.plot import Plot, PlotKind
-from pftrack.core.model.series import SeriesRole
+from pftrack.core.model.series import Hypotheses, SeriesRole
 from pftrack.core.model.setup import ExportError
-from pftrack.output.figures import panels as numbers
-from pftrack.output.figures.kinds import KINDS, SHADES
+from pftrack.output.figures import panels
 from pftrack.output.figures.picture import PictureForm, encode
-from pftrack.output.figures.style import INK, LETTERS_PT, TWO_COLUMNS_IN, bare
+from pftrack.output.figures.style import CURVE_COLOURS, INK, LETTERS_PT, TWO_COLUMNS_IN, bare
 from pftrack.runs.manifest import extent_of, manifest_of, title_of
 from pftrack.runs.run import Run
+
+# Kinds of plot, each drawn into axes over the frames of a run.
+#
+# A kind is a function of the axes, the run and the declaration; what shades and what a key says, the sheet adds. Limits
+# follow the page in that what is never negative begins at 0.
+
+
+Draw: TypeAlias = Callable[[Axes, Run, Plot], None]
+
+LINE, THIN = 1.2, 0.8
+TRUTH: dict[str, Any] = {"color": INK["truth"], "linewidth": THIN, "linestyle": (0, (4, 3)), "label": "truth"}
+AREA: dict[str, Any] = {"color": INK["estimate"], "alpha": 0.22, "linewidth": 0}
+SHADES = {"hidden": 0.2, "lost": 0.16}
+FAINTEST = 0.06
+"""What is hardly probable at all is still seen."""
+FREE = 0.12
+"""Within the row of a feature the line leaves this free above and below."""
+
+
+def _error(axes: Axes, run: Run, _plot: Plot) -> None:
+    _line(axes, run, panels.errors(run))
+    axes.set_ylim(bottom=0)
+
+
+def _sigma(axes: Axes, run: Run, _plot: Plot) -> None:
+    _line(axes, run, panels.sigmas(run), "largest standard deviation")
+    for steps, values in panels.thresholds(run, "sigma"):
+        axes.step(steps, values, where="post", color=INK["truth"], linewidth=THIN, linestyle="--", label="threshold")
+    axes.set_ylim(bottom=0)
+
+
+def _sample_size(axes: Axes, run: Run, _plot: Plot) -> None:
+    for role, look in {"particles": {"color": INK["outline"], "linewidth": THIN}, "ess": {}}.items():
+        for found in panels.of_role(run, role)[:1]:
+            _line(axes, run, panels.measure(run, found.name), found.title, **look)
+    axes.set_ylim(bottom=0)
+
+
+def _samplers(axes: Axes, run: Run, _plot: Plot) -> None:
+    (found, *_) = panels.of_role(run, "share")
+    counts = np.nan_to_num(panels.measure(run, found.name))
+    edges = np.arange(len(counts) + 1) - 0.5
+    tops = np.cumsum(counts, axis=1)
+    for place, (name, colour) in enumerate(zip(found.components, found.colours, strict=True)):
+        below = tops[:, place - 1] if place else np.zeros(len(counts))
+        axes.stairs(tops[:, place], edges, baseline=below, fill=True, color=INK[colour], label=name)
+    axes.set_ylim(bottom=0)
+
+
+def _innovation(axes: Axes, run: Run, _plot: Plot) -> None:
+    for role, look in {"nis_limit": {**TRUTH, "label": "limit of 95 %"}, "nis": {}}.items():
+        for found in panels.of_role(run, role)[:1]:
+            _line(axes, run, panels.measure(run, found.name), **look)
+    axes.set_ylim(bottom=0)
+
+
+def _value(axes: Axes, run: Run, plot: Plot) -> None:
+    _line(axes, run, panels.measure(run, plot.series[0]))
+
+
+def _band(axes: Axes, run: Run, plot: Plot) -> None:
+    value, sd, truth = (panels.measure(run, name) for name in (plot.series[0], plot.sd, plot.truth))
+    axes.fill_between(panels.frames(run), value - 2 * sd, value + 2 * sd, **AREA, label="two standard deviations")
+    _line(axes, run, value, "estimate")
+    _truth(axes, run, truth)
+    # The band may be as wide as it likes: the axis follows what is estimated and what is true.
+    known = np.concatenate([value, truth])
+    known = known[np.isfinite(known)]
+    if len(known):
+        room = 0.2 * float(np.ptp(known)) or 1.0
+        axes.set_ylim(known.min() - room, known.max() + room)
+
+
+def _interval(axes: Axes, run: Run, plot: Plot) -> None:
+    several = plot.series if len(plot.series) > 1 else ()
+    titles = {(name, 0): panels.find_series(run, name).title for name in several}
+    for name in plot.series:
+        ends = panels.measure(run, name)
+        low, high = ends.T if ends.ndim > 1 else (ends, ends)
+        axes.fill_between(panels.frames(run), low, high, **AREA)
+        for place, end in enumerate((low, high)):
+            _line(axes, run, end, titles.get((name, place), ""), linewidth=THIN)
+    _truth(axes, run, panels.measure(run, plot.truth))
+
+
+def _features(axes: Axes, run: Run, plot: Plot) -> None:
+    names = plot.row_titles or panels.find_series(run, plot.series[0]).components
+    values = np.atleast_2d(panels.measure(run, plot.series[0]).T)
+    seen, made_out = (_rows(panels.measure(run, name), values) for name in (plot.visible, plot.recognised))
+    # Where the truth is unknown the tracker's own account has to do; it is not the same, so neither is the colour.
+    states = {"hidden": seen == 0, "lost": np.isnan(seen) & (made_out == 0)}
+    labels = {"hidden": "hidden", "lost": "unrecognised"}
+    x = panels.frames(run)
+    for place, row in enumerate(values):
+        for name, where in states.items():
+            if where[place].any():
+                shade: dict[str, Any] = {"color": INK[name], "alpha": SHADES[name], "linewidth": 0, "step": "mid"}
+                axes.fill_between(x, place, place + 1, where[place], **shade, label=labels.pop(name, ""))
+        _line(axes, run, place + 1 - FREE - (1 - 2 * FREE) * row, linewidth=THIN)
+    axes.set_ylim(len(values), 0)
+    axes.set_yticks(np.arange(len(values)) + 0.5, names)
+    axes.tick_params(axis="y", length=0)
+    axes.grid(visible=False)
+    axes.hlines(range(1, len(values)), -0.5, run.computed + 0.5, color=INK["grid"], linewidth=0.6)
+
+
+def _frequency(axes: Axes, run: Run, plot: Plot) -> None:
+    for name, colour in zip(plot.series, cycle(CURVE_COLOURS), strict=False):
+        flags = panels.measure(run, name).reshape(run.computed + 1, -1)
+        known = np.cumsum(np.isfinite(flags).sum(axis=1))
+        share = np.cumsum(np.nansum(flags, axis=1)) / np.where(known > 0, known, np.nan)
+        _line(axes, run, 100 * share, panels.find_series(run, name).title, color=colour)
+    percents = [100 * level for level in plot.levels]
+    for level in percents:
+        axes.axhline(level, **{**TRUTH, "label": ""})
+    axes.set_yticks([0, *percents])
+    axes.set_ylim(0, 105)
+
+
+def _hypotheses(axes: Axes, run: Run, plot: Plot) -> None:
+    known = panels.hypotheses(run, plot.series[0])
+    lines, colours = [], []
+    for frame, here in enumerate(known):
+        before = known[frame - 1].values if frame else ()
+        for place, (value, weight) in enumerate(zip(here.values, here.weights, strict=True)):
+            y = value[plot.component]
+            # One that begins in a frame begins in the middle before it.
+            begin = (frame - 1, before[place][plot.component]) if place < len(before) else (frame - 0.5, y)
+            lines.append((begin, (frame, y)))
+            colours.append(to_rgba(INK["estimate"], FAINTEST + (1 - FAINTEST) * weight))
+    axes.add_collection(LineCollection(lines, colors=colours, linewidths=LINE))
+    _truth(axes, run, panels.measure(run, plot.truth))
+    axes.autoscale_view()
+
+
+def _tree(axes: Axes, run: Run, plot: Plot) -> None:
+    known = panels.hypotheses(run, plot.series[0])
+    nodes = np.array([(frame, place + 1) for frame, it in enumerate(known) for place in range(len(it.weights))])
+    weights = np.array([weight for it in known for weight in it.weights])
+    edges = [
+        ((frame - 1, parent + 1), (frame, place + 1))
+        for frame, it in enumerate(known)
+        for place, parent in enumerate(it.parents)
+        if parent >= 0
+    ]
+    shares = [it.weights[place] for it in known for place, parent in enumerate(it.parents) if parent >= 0]
+    way = _way_back(known)
+    axes.plot(way[:, 0], way[:, 1], color=INK["frame"], linewidth=5, alpha=0.6, label="way back of the most probable")
+    axes.add_collection(LineCollection(edges, colors=_fade(np.array(shares)), linewidths=THIN))
+    axes.scatter(nodes[:, 0], nodes[:, 1], s=9, color=_fade(weights), linewidths=0, zorder=3)
+    most = int(nodes[:, 1].max())
+    axes.set_ylim(most + 0.6, 0.4)
+    axes.set_yticks(range(1, most + 1))
+
+
+def _way_back(known: list[Hypotheses]) -> Floats:
+    """Return (n, 2) frame and row of the most probable hypothesis of the newest frame, and before it its parents."""
+    way: list[tuple[int, int]] = []
+    place = int(np.argmax(known[-1].weights)) if known[-1].weights else -1
+    for frame in range(len(known) - 1, -1, -1):
+        if place < 0:
+            break
+        way.append((frame, place + 1))
+        parents = known[frame].parents
+        place = parents[place] if place < len(parents) else -1
+    return np.array(way, float).reshape(-1, 2)
+
+
+def _fade(weights: Floats) -> Floats:
+    """Return (n, 4) colours, the more opaque the greater the weight."""
+    colours = np.tile(to_rgba(INK["estimate"]), (len(weights), 1))
+    colours[:, 3] = FAINTEST + (1 - FAINTEST) * weights
+    return colours
+
+
+def _rows(values: Floats, like: Floats) -> Floats:
+    """Return (rows, L) values of features, NaN where there are none."""
+    return values.T if values.ndim > 1 else np.full(like.shape, np.nan)
+
+
+def _truth(axes: Axes, run: Run, values: Floats) -> None:
+    if not np.isnan(values).all():
+        axes.plot(panels.frames(run), values, **TRUTH)
+
+
+def _line(axes: Axes, run: Run, values: Floats, label: str = "", **look: Any) -> None:  # noqa: ANN401 - what matplotlib takes
+    own: dict[str, Any] = {
+        "color": INK["estimate"],
+        "linewidth": LINE,
+        "solid_joinstyle": "round",
+        "label": label or "_",
+    }
+    # A single frame is a line of no length: it is seen as a point.
+    axes.plot(panels.frames(run), values, **{**own, "marker": "." if run.computed == 0 else "", **look})
+
+
+KINDS: Mapping[PlotKind, Draw] = {
+    "error": _error,
+    "sigma": _sigma,
+    "sample size": _sample_size,
+    "samplers": _samplers,
+    "innovation": _innovation,
+    "value": _value,
+    "band": _band,
+    "interval": _interval,
+    "features": _features,
+    "frequency": _frequency,
+    "hypotheses": _hypotheses,
+    "tree": _tree,
+}
+
 
 WIDE_IN, PANEL_IN, ALONE_IN, ROW_IN = TWO_COLUMNS_IN, 1.25, 2.4, 0.2
 HEAD_IN, FOOT_IN, BETWEEN_IN = 0.2, 0.42, 0.34
@@ -109,7 +323,7 @@ def _panel(axes: Axes, run: Run, plot: Plot) -> Axes:
 
 
 def _bands(run: Run, plot: Plot) -> dict[str, Bools]:
-    known = {"hidden": numbers.hidden_frames(run), "lost": numbers.lost_frames(run)}
+    known = {"hidden": panels.hidden_frames(run), "lost": panels.lost_frames(run)}
     return {name: known[name] for name in SHADED.get(plot.kind, ()) if known[name].any()}
 
 
@@ -130,11 +344,11 @@ def _has_numbers(run: Run, plot: Plot) -> bool:
         return False
     match plot.kind:
         case "error":
-            return not np.isnan(numbers.errors(run)).all()
+            return not np.isnan(panels.errors(run)).all()
         case "sigma":
             return True
         case "sample size" | "samplers" | "innovation":
-            return bool(numbers.of_role(run, DRAWN_ROLE[plot.kind]))
+            return bool(panels.of_role(run, DRAWN_ROLE[plot.kind]))
         case _:
             return any(name in row.series for row in run.diagnostics for name in plot.series)
 
@@ -142,7 +356,7 @@ def _has_numbers(run: Run, plot: Plot) -> bool:
 def _check_amount(run: Run, plots: tuple[Plot, ...]) -> None:
     for plot in plots:
         if plot.kind in {"tree", "hypotheses"}:
-            marks = sum(len(it.weights) for it in numbers.hypotheses(run, plot.series[0]))
+            marks = sum(len(it.weights) for it in panels.hypotheses(run, plot.series[0]))
             if marks > MOST_MARKS:
                 raise ExportError(
                     f"the plot {plot.id!r} of this run has {marks:,} marks, a picture shows at most {MOST_MARKS:,}; "
@@ -154,9 +368,9 @@ def _height(run: Run, plot: Plot, *, alone: bool) -> float:
     least = ALONE_IN if alone else PANEL_IN
     match plot.kind:
         case "features":
-            rows = len(numbers.find_series(run, plot.series[0]).components)
+            rows = len(panels.find_series(run, plot.series[0]).components)
         case "tree":
-            rows = max(len(it.weights) for it in numbers.hypotheses(run, plot.series[0]))
+            rows = max(len(it.weights) for it in panels.hypotheses(run, plot.series[0]))
         case _:
             rows = 0
     return max(least, ROW_IN * rows)

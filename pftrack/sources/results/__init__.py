@@ -13,7 +13,7 @@ Numbers are told apart by commas, semicolons, tabs or spaces. Inside, frames and
 
 - `table`: what a file says, and CSV; `numbers`: which form a file has, and MOTChallenge, OTB and VOT;
 - `reading`: the boxes of a file; `writing`: the same forms back, and CVAT and COCO;
-- `recording`, `parts`: results with their clip and their truth as a recording of beliefs.
+- `parts`: results with their clip and their truth as a recording of beliefs.
 """
 
 __all__: list[str] = []

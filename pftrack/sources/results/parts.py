@@ -8,15 +8,17 @@ import io
 import re
 from collections.abc import Mapping
 from dataclasses import replace
+from os import PathLike
 from pathlib import Path
 from typing import BinaryIO, Literal, TypeAlias
 
 from pftrack.core.model.source import FrameIndex
+from pftrack.sources.beliefs.recorder import Recorder
 from pftrack.sources.beliefs.sequence import BeliefSequence
 from pftrack.sources.formats import Format, sniff
 from pftrack.sources.limits import HEAD_BYTES, Limits, SourceError, check_bytes
 from pftrack.sources.results.reading import read_results_file
-from pftrack.sources.results.recording import record_results
+from pftrack.sources.results.table import ResultTable
 
 Part: TypeAlias = Literal["clip", "results", "truth"]
 
@@ -137,3 +139,28 @@ def _sniffed(head: bytes) -> Format | None:
         return sniff(head)
     except SourceError:
         return None
+
+
+def record_results(
+    table: ResultTable,
+    to: str | PathLike[str] | BinaryIO,
+    *,
+    clip: Path | None = None,
+    truth: ResultTable | None = None,
+) -> None:
+    """Write what a tracker has said, as it says it, to a recording.
+
+    Args:
+        table: Its results.
+        to: Where to.
+        clip: The video that they are of.
+        truth: True boxes of the same frames.
+
+    Raises:
+        OSError: The file cannot be written, or the clip not be read.
+    """
+    with Recorder(to, clip, remarks=table.remarks) as record:
+        for box in table.boxes:
+            record(box.frame, box=box[2:6], score=box.score, target=box.target)
+        for box in truth.boxes if truth else ():
+            record.truth(box.frame, box=box[2:6], target=box.target)

@@ -4,10 +4,9 @@ An exercise is a Markdown file as a lecturer's lesson is: a head that says what 
 text, and the file to begin with as its last block of code. A solution is a file as `pftrack.experiments.own` takes
 them, so that it can be watched at work as well. Solutions are not kept here.
 
-- `head` and `library`: what stands in the file of an exercise, and all exercises that there are;
+- `library`: what stands in the file of an exercise, and all exercises that there are;
 - `submission`: an exercise, and a file that answers it, with all that its functions are called with;
 - `properties`: what a file should do, each a function that returns a `verdict` with numbers and the seed that shows it;
-- `margins`: how far a right solution may be off by chance;
 - `grading`: all checks on one file, or on a folder of files, each in a confined process, and reports for graders.
 """
 

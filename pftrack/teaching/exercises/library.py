@@ -5,18 +5,24 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Annotated, Final
+
+from pydantic import Field
 
 from pftrack.core.model.parameters import revise
 from pftrack.experiments import find as find_experiment
 from pftrack.experiments.own.code import FUNCTIONS
-from pftrack.teaching.exercises.head import CheckHead, ExerciseHead
 from pftrack.teaching.exercises.properties import PROPERTIES
 from pftrack.teaching.exercises.submission import Check, Exercise
 from pftrack.teaching.lessons.lecturers.document import (
     Document,
     DocumentError,
     Findings,
+    Line,
+    Name,
+    Part,
+    Scalar,
+    Words,
     ask,
     decode,
     document_of,
@@ -24,6 +30,28 @@ from pftrack.teaching.lessons.lecturers.document import (
     read_source,
 )
 from pftrack.teaching.lessons.lecturers.library import Problem
+
+
+class CheckHead(Part):
+    """A property that is checked."""
+
+    property: Name
+    points: Annotated[float, Field(ge=0, le=1000)] = 1.0
+    options: dict[Name, Scalar] = Field(default_factory=dict, max_length=20)
+
+
+class ExerciseHead(Part):
+    """All of a head; what each field means stands in docs/how-to/exercises.md."""
+
+    id: Annotated[str, Field(max_length=40, pattern=r"^[a-z][a-z0-9]*(-[a-z0-9]+)*$")]
+    title: Line
+    experiment: Name
+    functions: Annotated[tuple[Name, ...], Field(min_length=1, max_length=8)]
+    values: dict[Name, Scalar] = Field(default_factory=dict, max_length=100)
+    frames: Annotated[int, Field(ge=2, le=500)] = 60
+    checks: Annotated[tuple[CheckHead, ...], Field(min_length=1, max_length=30)]
+    hints: Annotated[tuple[Words, ...], Field(max_length=8)] = ()
+
 
 SHIPPED: Final = Path(__file__).parent / "shipped"
 MOST_FILES: Final = 200

@@ -1,9 +1,12 @@
 """Lessons: twelve steps from probability to a tracker of colours, and those that lecturers add.
 
-Each lesson of the course is a module of `course` and a name in its registry, found when it is asked for. A lecturer's
+Each lesson of the course is a module of `course` and a name in `LESSONS`, imported when it is asked for. A lecturer's
 lesson is a Markdown file, in a data directory or in a package. Every lesson asks for a prediction, shows, says how far
 off it was, and checks itself against what is exact.
 """
+
+from collections.abc import Iterable, Iterator, Mapping
+from importlib import import_module
 
 from pftrack.teaching.lessons.figure import Figure
 from pftrack.teaching.lessons.lesson import (
@@ -18,7 +21,6 @@ from pftrack.teaching.lessons.lesson import (
     Verdict,
     judge,
 )
-from pftrack.teaching.lessons.registry import LESSONS, find
 
 __all__ = [
     "LESSONS",
@@ -35,3 +37,68 @@ __all__ = [
     "find",
     "judge",
 ]
+
+
+class Course(Mapping[str, Lesson]):
+    """Lessons by id, in order; that of `monte-carlo` is the `LESSON` of the package's module `monte_carlo`."""
+
+    def __init__(self, package: str, ids: Iterable[str]) -> None:
+        """List lessons without importing any.
+
+        Args:
+            package: Where their modules are.
+            ids: Of the lessons, in the order of the course.
+        """
+        self.package = package
+        self._ids = dict.fromkeys(ids)
+
+    def __getitem__(self, lesson_id: str) -> Lesson:
+        if lesson_id not in self._ids:
+            raise KeyError(lesson_id)
+        lesson: Lesson = import_module(f"{self.package}.{lesson_id.replace('-', '_')}").LESSON
+        return lesson
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._ids)
+
+    def __len__(self) -> int:
+        return len(self._ids)
+
+
+LESSONS: Mapping[str, Lesson] = Course(
+    "pftrack.teaching.lessons.course",
+    (
+        "probability",
+        "joint",
+        "bayes",
+        "estimate",
+        "recursion",
+        "kalman",
+        "monte-carlo",
+        "importance",
+        "sir",
+        "resampling",
+        "outliers",
+        "colour",
+    ),
+)
+"""The lessons of the course, by id."""
+
+
+def find(wanted: str, lessons: Mapping[str, Lesson] = LESSONS) -> Lesson:
+    """Return a lesson by its id, or by its number in the course.
+
+    Args:
+        wanted: The id, or the number as text.
+        lessons: Among which it is looked for; those of lecturers may be added.
+
+    Raises:
+        LookupError: There is none; the sentence lists those that there are.
+    """
+    if wanted in lessons:
+        return lessons[wanted]
+    numbered = {lesson.number: lesson for lesson in lessons.values() if lesson.number}
+    if wanted.isdecimal() and int(wanted) in numbered:
+        return numbered[int(wanted)]
+    known = [f"{lesson.number} {name}" if lesson.number else name for name, lesson in lessons.items()]
+    raise LookupError(f"there is no lesson {wanted[:40]!r}; there are {', '.join(known)}")

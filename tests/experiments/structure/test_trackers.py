@@ -16,7 +16,7 @@ from pftrack.experiments.structure.draw import shape_errors
 from pftrack.experiments.structure.methods import StructureTrackerParameters
 from pftrack.experiments.structure.trackers import TRACKERS, StructureState
 from pftrack.runs.run import Run
-from pftrack.sources.tracks.recorded import BodyTarget
+from pftrack.sources.tracks.sequence import BodyTarget
 from pftrack.sources.tracks.table import body_of, normalise, unnamed_shape
 
 EXPERIMENT = find("structure")

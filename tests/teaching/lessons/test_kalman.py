@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from pftrack.teaching.lessons.course.kalman import LESSON, riccati
-from pftrack.teaching.lessons.course.velocity import apply_filter, errors, simulate
+from pftrack.teaching.lessons.course.kalman import LESSON, apply_filter, errors, riccati, simulate
 from tests.teaching.lessons.demonstrations import shown
 
 

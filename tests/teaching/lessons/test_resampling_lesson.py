@@ -3,8 +3,17 @@
 import numpy as np
 import pytest
 
-from pftrack.teaching.lessons.course.offspring import WEIGHTS, Scheme, copies, exact_variance, marks, sample_copies
-from pftrack.teaching.lessons.course.resampling import ResamplingParameters, effective_sizes, show
+from pftrack.teaching.lessons.course.resampling import (
+    WEIGHTS,
+    ResamplingParameters,
+    Scheme,
+    copies,
+    effective_sizes,
+    exact_variance,
+    marks,
+    sample_copies,
+    show,
+)
 
 SCHEMES: tuple[Scheme, ...] = "systematic", "stratified", "multinomial"
 

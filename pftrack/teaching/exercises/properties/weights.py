@@ -15,9 +15,8 @@ from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.experiments.own.sliders import FilterFileError
 from pftrack.filters.particles import normalise
-from pftrack.teaching.exercises.margins import RISK, bernstein_margin
 from pftrack.teaching.exercises.submission import Submission, generator
-from pftrack.teaching.exercises.verdict import Verdict
+from pftrack.teaching.exercises.verdict import RISK, Verdict, bernstein_margin
 
 Option: TypeAlias = "int | float | str"
 Options: TypeAlias = "Mapping[str, Option]"

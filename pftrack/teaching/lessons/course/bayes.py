@@ -9,14 +9,12 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import ndtr
+from scipy.special import log_ndtr, ndtr
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, Value, parameter
 from pftrack.core.model.recipe import Recipe
-from pftrack.teaching.lessons.course.axes import ceiling
-from pftrack.teaching.lessons.course.closed_form import after_distance, after_position
-from pftrack.teaching.lessons.course.densities import normal
+from pftrack.teaching.lessons.course.densities import ceiling, normal
 from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, Panel, Rule, Trace
 from pftrack.teaching.lessons.lesson import (
     Answer,
@@ -31,6 +29,48 @@ from pftrack.teaching.lessons.lesson import (
     Shown,
     Use,
 )
+
+# In closed form: mean and variance of what is left of a normal prior after one measurement. A measured position leaves
+# a normal posterior. A measured distance leaves one to either side of the camera, both cut off there. All is in m.
+
+
+def after_position(prior_mean: float, prior_sd: float, noise_sd: float, measured: float) -> tuple[float, float]:
+    """Return mean and variance after a position was measured."""
+    _, mean, variance = _product(prior_mean, prior_sd, noise_sd, measured)
+    return mean, variance
+
+
+def after_distance(
+    prior_mean: float, prior_sd: float, noise_sd: float, measured: float, camera: float
+) -> tuple[float, float]:
+    """Return mean and variance after the distance to a camera was measured."""
+    sides = [_one_side(prior_mean, prior_sd, noise_sd, measured, camera, side) for side in (-1.0, 1.0)]
+    log_areas, means, variances = np.array(sides).T
+    shares = np.exp(log_areas - log_areas.max())
+    shares /= shares.sum()
+    mean = float(shares @ means)
+    return mean, float(shares @ (variances + np.square(means - mean)))
+
+
+def _product(prior_mean: float, prior_sd: float, noise_sd: float, centre: float) -> tuple[float, float, float]:
+    """Multiply the prior by N(x; centre, noise^2): logarithm of the product's area, its mean and its variance."""
+    prior, noise = prior_sd**2, noise_sd**2
+    both = prior + noise
+    mean = (prior_mean * noise + centre * prior) / both
+    return -0.5 * ((centre - prior_mean) ** 2 / both + math.log(both)), mean, prior * noise / both
+
+
+def _one_side(
+    prior_mean: float, prior_sd: float, noise_sd: float, measured: float, camera: float, side: float
+) -> tuple[float, float, float]:
+    """Return the same of the part right (1) or left (-1) of the camera: a normal density that is cut off there."""
+    log_area, mean, variance = _product(prior_mean, prior_sd, noise_sd, camera + side * measured)
+    sd, away = math.sqrt(variance), side * (mean - camera)
+    cut = -away / sd
+    log_kept = float(log_ndtr(-cut))
+    ratio = math.exp(-0.5 * cut * cut - log_kept) / math.sqrt(2.0 * math.pi)
+    return log_area + log_kept, camera + side * (away + sd * ratio), variance * (1.0 + cut * ratio - ratio * ratio)
+
 
 LOW, HIGH = -5.0, 15.0
 CAMERA = 5.0

@@ -16,7 +16,7 @@ from pftrack.core.numerics.random import Generator, Purpose, Stream
 from pftrack.filters import bootstrap
 from pftrack.filters.particles import ParticleSet
 from pftrack.filters.resampling import Resampler, systematic
-from pftrack.teaching.lessons.course.axes import ceiling
+from pftrack.teaching.lessons.course.densities import ceiling
 from pftrack.teaching.lessons.figure import Axis, Curve, Handle, HeatMap, Histogram, Panel, Rule, Scatter, Stems
 
 LENGTH_M = 100.0

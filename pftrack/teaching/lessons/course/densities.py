@@ -11,6 +11,12 @@ from pftrack.core.arrays import Floats
 from pftrack.core.numerics.random import Generator
 
 
+def ceiling(value: float) -> float:
+    """Return the next of 1, 1.5, 2, 3, 5, 7 and their powers of ten that is no less than a positive value."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return next(factor * power for factor in (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0) if value <= factor * power)
+
+
 def normal(x: ArrayLike, mean: float, sd: float) -> Floats:
     """Return the density of N(mean, sd^2) at each x."""
     off = (np.asarray(x, dtype=np.float64) - mean) / sd

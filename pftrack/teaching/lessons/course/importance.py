@@ -15,8 +15,7 @@ from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.filters.particles import ParticleSet, normalise
-from pftrack.teaching.lessons.course.axes import ceiling
-from pftrack.teaching.lessons.course.densities import normal
+from pftrack.teaching.lessons.course.densities import ceiling, normal
 from pftrack.teaching.lessons.figure import Axis, Bars, Curve, Figure, Handle, Histogram, Panel, Rule, Stems
 from pftrack.teaching.lessons.lesson import (
     Answer,

@@ -7,8 +7,7 @@ import numpy as np
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.recipe import Change, Recipe
-from pftrack.teaching.lessons.course.axes import ceiling
-from pftrack.teaching.lessons.course.densities import normal
+from pftrack.teaching.lessons.course.densities import ceiling, normal
 from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, HeatMap, Panel, Rule, Scatter
 from pftrack.teaching.lessons.lesson import (
     Answer,

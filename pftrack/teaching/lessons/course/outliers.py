@@ -17,8 +17,7 @@ from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.experiments.trajectories.scene import FRAMES, REFERENCE_PX, true_path
 from pftrack.filters.trajectories.whole import Method, Settings, follow, track_error
-from pftrack.teaching.lessons.course.axes import ceiling
-from pftrack.teaching.lessons.course.densities import normal
+from pftrack.teaching.lessons.course.densities import ceiling, normal
 from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, Panel, Rule, Scatter
 from pftrack.teaching.lessons.lesson import (
     Answer,

@@ -8,8 +8,7 @@ from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.teaching.lessons.course.axes import ceiling
-from pftrack.teaching.lessons.course.densities import Mixture, normal
+from pftrack.teaching.lessons.course.densities import Mixture, ceiling, normal
 from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, Histogram, Panel, Rule
 from pftrack.teaching.lessons.lesson import (
     Answer,

@@ -19,6 +19,7 @@ from pftrack.experiments.experiment import Experiment
 from pftrack.runs.record import RecordError
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import summarise
+from pftrack.teaching.lessons import find as find_lesson
 from pftrack.teaching.lessons.lecturers.document import (
     AnswerHead,
     Document,
@@ -41,7 +42,6 @@ from pftrack.teaching.lessons.lesson import (
     answer_of,
     judge,
 )
-from pftrack.teaching.lessons.registry import find as find_lesson
 
 BESIDE: Final = ("tracker", "seed")
 """What can be unlocked beside parameters."""

@@ -13,10 +13,10 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Final, TypeAlias, cast
 
+from pftrack.teaching.lessons import LESSONS
 from pftrack.teaching.lessons.lecturers.builder import lesson_of
 from pftrack.teaching.lessons.lecturers.document import DocumentError, decode, document_of, read_source
 from pftrack.teaching.lessons.lesson import Lesson
-from pftrack.teaching.lessons.registry import LESSONS
 
 GROUP: Final = "pftrack.teaching.lessons"
 SHIPPED: Final = Path(__file__).parent / "shipped"
