@@ -10,7 +10,7 @@ import pytest
 import pftrack
 from pftrack.analysis.other_seeds import ReplayError, ensemble
 from pftrack.sources.beliefs import content
-from pftrack.sources.beliefs.archive import header_of
+from pftrack.sources.beliefs.content import header_of
 from pftrack.sources.limits import SourceError
 from pftrack.sources.sequence import open_sequence
 from pftrack.vision.rendering.film import FilmWriter

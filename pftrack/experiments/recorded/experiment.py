@@ -32,8 +32,8 @@ from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.recorded.trackers import TRACKERS, BeliefState, place_of
 from pftrack.experiments.shared.reports import loss_share
 from pftrack.experiments.shared.sketch import SECOND_RUN, at_height, circle, error_words, particle_clouds, uncertainty
-from pftrack.sources.beliefs.content import SelectionParameters, overlap
-from pftrack.sources.beliefs.recorded import FRAMES, UNITS, ExampleParameters, ExampleSource, RecordedBeliefs
+from pftrack.sources.beliefs.content import SelectionParameters
+from pftrack.sources.beliefs.recorded import FRAMES, UNITS, ExampleParameters, ExampleSource, RecordedBeliefs, overlap
 from pftrack.sources.beliefs.sequence import BeliefSequence
 from pftrack.sources.results.table import Box
 

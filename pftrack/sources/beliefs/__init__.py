@@ -1,10 +1,9 @@
 """Recordings of beliefs: what other loops and other trackers have computed, frame by frame, as a source.
 
-- `archive`: the file, entry by entry; `recorder`: what writes one while a loop runs, and adapters for filters of other
-  libraries;
-- `content`: all that a file says, at hand by frame and target, with its clip and its true targets; `sequence`: a file
-  as a recording;
-- `recorded`: the frames of a recording as a tracker gets them, and an example that is made up.
+- `content`: the file, and all that it says, at hand by frame and target; `recorder`: what writes one while a loop runs,
+  and adapters for filters of other libraries;
+- `sequence`: a file with its clip as a recording;
+- `recorded`: the frames of a recording as a tracker gets them, with their true targets, and an example that is made up.
 """
 
 __all__: list[str] = []

@@ -1,17 +1,30 @@
-"""What a recording of beliefs says, at hand by frame and target, its particles read when they are asked for.
+"""What a recording of beliefs says, at hand by frame and target; its particles are read when they are asked for.
 
-With it are the selection of a target and of components, what a recorder has gathered and not yet written, true targets,
-and the clip that belongs to a recording.
+It is a zip archive, `.pft`, whose first entry says what it is.
+
+| entry | what it holds |
+|---|---|
+| `recording.json` | version, components, rate, the clip's name, its digest where it is elsewhere; the first |
+| `times.npy` | (T,) time of each frame, s, where they were given |
+| `clip` | the file of the clip as it is, where the beliefs are of one |
+| `pictures/000012.jpg` | the picture of a frame, where they were given one by one |
+| `chunks/000000/rows.npy` | (R, 9) int64: frame, target, whether it is a truth, and how many rows of each array |
+| `chunks/000000/NAME.npy` | those rows of the arrays `particles`, `log_weights`, ..., one below the other |
+
+Nothing is compressed, since particles are noise. Entries are written as they come, each whole before the next, and are
+found by their own heads, not by the list at the archive's end: so a file can be read while it is written, and what a
+loop has said before it broke off is there.
 """
 
-import hashlib
 import io
 import json
+import math
+import struct
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+import zipfile
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
-from pathlib import Path, PurePath
+from tokenize import TokenError
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -19,10 +32,131 @@ from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
-from pftrack.core.model.source import Belief, FrameIndex, FrameSequence
-from pftrack.sources.beliefs.archive import ARRAYS, COLUMNS, VERSION, Entry, Stored, entries_of, read_array, shape_of
-from pftrack.sources.formats import RECORDING_ENTRY, sniff
-from pftrack.sources.limits import HEAD_BYTES, Limits, SourceError, check_bytes
+from pftrack.core.model.source import Belief
+from pftrack.sources.formats import RECORDING_ENTRY
+from pftrack.sources.limits import SourceError
+
+VERSION = 1
+ARRAYS: Mapping[str, str] = {
+    "particles": "f4 or f8, (., d)",
+    "log_weights": "f4 or f8, (.,)",
+    "ancestors": "i4, (.,)",
+    "mean": "f8, (., d)",
+    "covariance": "f8, (., d, d)",
+    "box": "f8, (., 5): x, y, w, h, score",
+}
+"""Of a chunk, in the order of the counts in its rows."""
+
+COLUMNS = ("frame", "target", "truth", *ARRAYS)
+
+HEAD = struct.Struct("<4sHHHHHIIIHH")
+LOCAL = b"PK\x03\x04"
+LONG = 0xFFFFFFFF
+MOST_ENTRIES = 200_000
+LONGEST_NAME = 200
+DTYPES = {np.dtype(name) for name in ("<f4", "<f8", "<i4", "<i8")}
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """Where the content of an entry is in the file, bytes."""
+
+    start: int
+    size: int
+
+
+def entries_of(file: BinaryIO) -> dict[str, Entry]:
+    """Return all entries that are whole, by name.
+
+    Raises:
+        SourceError: It is no recording of beliefs, or has too many entries.
+    """
+    end = file.seek(0, io.SEEK_END)
+    found: dict[str, Entry] = {}
+    place = 0
+    while place + HEAD.size <= end:
+        file.seek(place)
+        signature, _, flags, method, _, _, _, packed, size, name_length, extra_length = HEAD.unpack(
+            file.read(HEAD.size)
+        )
+        if signature != LOCAL:
+            break
+        if method != zipfile.ZIP_STORED or name_length > LONGEST_NAME or flags & 0x9:
+            raise SourceError("the recording was packed anew by another program; expected the file as it was written")
+        name = file.read(name_length).decode("utf-8", "replace")
+        extra = file.read(extra_length)
+        if LONG in {packed, size}:
+            packed = _long_size(extra)
+        start = place + HEAD.size + name_length + extra_length
+        if start + packed > end or packed == 0:
+            break  # cut short, or being written
+        found[name] = Entry(start, packed)
+        if len(found) > MOST_ENTRIES:
+            raise SourceError(f"the recording has more than {MOST_ENTRIES:,} entries")
+        place = start + packed
+    if next(iter(found), None) != RECORDING_ENTRY:
+        raise SourceError("the file is no recording of beliefs, or was cut short at its beginning")
+    return found
+
+
+def _long_size(extra: bytes) -> int:
+    """Return the size that a head of 32 bits has no room for."""
+    place = 0
+    while place + 4 <= len(extra):
+        kind, length = struct.unpack_from("<HH", extra, place)
+        if kind == 1 and length >= 16 and place + 20 <= len(extra):
+            return int(struct.unpack_from("<Q", extra, place + 12)[0])
+        place += 4 + length
+    raise SourceError("the recording is damaged: an entry has no size")
+
+
+def header_of(dtype: "np.dtype[np.generic]", shape: tuple[int, ...]) -> bytes:
+    """Return what NumPy writes before the numbers of an array."""
+    buffer = io.BytesIO()
+    np.lib.format.write_array_header_1_0(
+        buffer, {"descr": np.lib.format.dtype_to_descr(dtype), "fortran_order": False, "shape": shape}
+    )
+    return buffer.getvalue()
+
+
+@dataclass(frozen=True, slots=True)
+class Stored:
+    """Where the numbers of an array are in the file, and what they are."""
+
+    start: int
+    shape: tuple[int, ...]
+    dtype: "np.dtype[np.generic]"
+
+
+def shape_of(file: BinaryIO, entry: Entry) -> Stored:
+    """Return what an entry that is an array says of itself.
+
+    Raises:
+        SourceError: It is none, or has not as many numbers as it says.
+    """
+    file.seek(entry.start)
+    try:
+        version = np.lib.format.read_magic(file)
+        shape, fortran, dtype = np.lib.format.read_array_header_1_0(file)
+    except (ValueError, SyntaxError, TypeError, EOFError, TokenError):
+        raise SourceError("the recording is damaged: an entry is no array") from None
+    start = file.tell()
+    is_ours = version == (1, 0) and not fortran and dtype in DTYPES and len(shape) > 0 and min(shape) >= 0
+    if not is_ours or dtype.itemsize * math.prod(shape) != entry.start + entry.size - start:
+        raise SourceError("the recording is damaged: an array has not as many numbers as it says")
+    return Stored(start, shape, dtype)
+
+
+def read_array(file: BinaryIO, stored: Stored, first: int, count: int) -> NDArray[np.generic]:
+    """Return some rows of an array."""
+    inner = stored.shape[1:]
+    row_bytes = int(stored.dtype.itemsize * np.prod(inner, dtype=np.int64))
+    file.seek(stored.start + first * row_bytes)
+    data = file.read(count * row_bytes)
+    if len(data) != count * row_bytes:
+        raise SourceError("the file has changed since it was opened")
+    return np.frombuffer(data, stored.dtype).reshape(count, *inner)
+
 
 LARGEST_ABOUT_BYTES = 1024 * 1024
 LARGEST_FRAME = 10_000_000
@@ -280,268 +414,3 @@ class SelectionParameters(Parameters):
         "the second of the estimate.",
         ge=0, le=399, step=1, live=False, group=GROUP)
     # fmt: on
-
-
-# To ask the system for fresh memory costs several times what copying into it costs, so a few chunks go round: the loop
-# fills one while others are written.
-
-NOTHING = dict.fromkeys(ARRAYS, 0)
-LEAST = 8 * 1024
-"""Numbers for which a column has room at first."""
-
-
-class Column:
-    """The rows of one array, one below the other.
-
-    Attributes:
-        rows: How many there are.
-    """
-
-    def __init__(self, dtype: "np.dtype[Any]") -> None:
-        self.rows = 0
-        self._numbers: NDArray[Any] = np.empty(0, dtype)
-
-    def append(self, array: NDArray[Any]) -> None:
-        """Copy an array of one row or more, in this column's precision; all have rows of one shape."""
-        begin = self.rows
-        end = begin + len(array)
-        if end > len(self._numbers):
-            least = -(-LEAST * len(array) // max(array.size, 1))
-            larger = np.empty((max(2 * len(self._numbers), end, least), *array.shape[1:]), self._numbers.dtype)
-            if begin:
-                larger[:begin] = self._numbers[:begin]
-            self._numbers = larger
-        self._numbers[begin:end] = array
-        self.rows = end
-
-    @property
-    def array(self) -> NDArray[Any]:
-        """All rows, a view until the column is cleared."""
-        return self._numbers[: self.rows]
-
-    def clear(self) -> None:
-        """Begin anew, in the same memory."""
-        self.rows = 0
-
-
-class Chunk:
-    """Rows of frames and targets, and the arrays that belong to them.
-
-    Attributes:
-        number: Of the chunk in its file.
-        rows: Frame, target, whether it is a truth, and how many rows of each array.
-        columns: The arrays by name.
-        used: How many numbers it holds.
-    """
-
-    def __init__(self, precision: "np.dtype[Any]") -> None:
-        """Make one that is empty.
-
-        Args:
-            precision: Of particles and their weights.
-        """
-        others = {"ancestors": np.dtype("<i4")}
-        self.number = self.used = 0
-        self.rows: list[tuple[int, ...]] = []
-        self.columns = {
-            name: Column(precision if name in {"particles", "log_weights"} else others.get(name, np.dtype("<f8")))
-            for name in ARRAYS
-        }
-
-    def append(self, frame: int, target: int, said: Mapping[str, NDArray[Any]], *, is_truth: bool) -> None:
-        """Copy what is said of a target in a frame: arrays by name, each of one row or more."""
-        counts = dict(NOTHING)
-        columns = self.columns
-        for name, array in said.items():
-            columns[name].append(array)
-            counts[name] = len(array)
-            self.used += array.size
-        self.rows.append((frame, target, int(is_truth), *counts.values()))
-
-    def clear(self) -> None:
-        """Begin anew, in the same memory."""
-        self.rows, self.used = [], 0
-        for column in self.columns.values():
-            column.clear()
-
-
-# Which true target each number of a tracker stands for is told as CLEAR MOT has it (Bernardin and Stiefelhagen 2008): a
-# pair of the frame before stays together as long as its boxes overlap by half; what is left is paired, the greatest
-# overlap first (they take the greatest sum, which differs only where three boxes overlap each other by half). A true
-# target that gets another number than the last one it had is an identity switch. Where there are no boxes, the distance
-# of positions stands for the overlap.
-
-LEAST_OVERLAP = 0.5
-
-
-def overlap(one: Floats, other: Floats) -> float:
-    """Return the intersection over the union of two boxes (x, y, w, h)."""
-    low, high = np.maximum(one[:2], other[:2]), np.minimum(one[:2] + one[2:], other[:2] + other[2:])
-    shared = float(np.maximum(high - low, 0.0).prod())
-    return shared / float(one[2:].prod() + other[2:].prod() - shared)
-
-
-@dataclass(frozen=True, slots=True)
-class Identities:
-    """What became of the numbers.
-
-    Attributes:
-        pairs: For each frame of which both something is believed and true, the true target of each number.
-        switches: How many true targets have another number than before, by frame.
-        first: The true target that each number stood for first.
-    """
-
-    pairs: Mapping[int, Mapping[int, int]]
-    switches: Mapping[int, int]
-    first: Mapping[int, int]
-
-
-def pair_up(frames: Sequence[tuple[int, Sequence[Belief], Sequence[Belief]]]) -> Identities:
-    """Pair numbers with true targets through all frames.
-
-    Args:
-        frames: Number of the frame, what is believed of its targets, and what is true; by ascending number.
-    """
-    pairs: dict[int, dict[int, int]] = {}
-    switches: dict[int, int] = {}
-    first: dict[int, int] = {}
-    before: dict[int, int] = {}  # of each true target, the number that it had last
-    last: dict[int, int] = {}  # pairs of the frame before
-    for frame, beliefs, truths in frames:
-        gains = np.array([[_likeness(one, true) for true in truths] for one in beliefs])
-        gains = gains.reshape(len(beliefs), len(truths))
-        numbers, trues = [one.target for one in beliefs], [true.target for true in truths]
-        found = {
-            number: true
-            for number, true in last.items()
-            if number in numbers and true in trues and gains[numbers.index(number), trues.index(true)] >= LEAST_OVERLAP
-        }
-        rows = [place for place, number in enumerate(numbers) if number not in found]
-        columns = [place for place, true in enumerate(trues) if true not in found.values()]
-        ranked = sorted((-float(gains[row, column]), row, column) for row in rows for column in columns)
-        for loss, row, column in ranked:
-            if -loss >= LEAST_OVERLAP and numbers[row] not in found and trues[column] not in found.values():
-                found[numbers[row]] = trues[column]
-        changed = sum(before.get(true, number) != number for number, true in found.items())
-        if changed:
-            switches[frame] = changed
-        for number, true in found.items():
-            before[true] = number
-            first.setdefault(number, true)
-        pairs[frame] = last = found
-    return Identities(pairs, switches, first)
-
-
-def _likeness(one: Belief, true: Belief) -> float:
-    """Return how well a belief covers a truth, 0 to 1; with positions alone there is nothing but the one target."""
-    if one.box is not None and true.box is not None:
-        return overlap(one.box, true.box)
-    return float(one.target == true.target)
-
-
-# A path to a clip in a file is never followed: who opens a stranger's recording opens nothing else. Where a recording
-# names its clip only, it is looked for under that name beside the recording, and taken if it has the content that is
-# named.
-
-
-def open_clip(file: BinaryIO, name: str, sha256: str, limits: Limits, index: FrameIndex | None = None) -> FrameSequence:
-    """Return the pictures of a clip.
-
-    Args:
-        file: Open for reading; closed with the sequence.
-        name: What people call it.
-        sha256: Digest by which it is known.
-        limits: How large it may be.
-        index: From an earlier survey of the same content.
-
-    Raises:
-        SourceError: It is no video and no GIF, or exceeds the limits.
-    """
-    from pftrack.sources.video import VideoSequence  # noqa: PLC0415 - it loads decoders
-
-    found = sniff(file.read(HEAD_BYTES))
-    if found.kind not in {"video", "gif"}:
-        raise SourceError("the clip of the recording is no video and no GIF")
-    check_bytes(file.seek(0, io.SEEK_END), limits, "the clip has")
-    file.seek(0)
-    return VideoSequence(file, found, name=name, sha256=sha256, limits=limits, index=index)
-
-
-def find_clip(
-    file: BinaryIO, content: Content, given: Path | None, beside: Path | None, limits: Limits
-) -> tuple[BinaryIO | None, str]:
-    """Return the clip of a recording, open for reading; or None, and why there is none if there should be one.
-
-    Args:
-        file: The recording's.
-        content: What it says.
-        given: The clip, where somebody says which it is.
-        beside: The folder of the recording, where a clip that is named only may be.
-        limits: How large it may be.
-
-    Raises:
-        SourceError: It has a clip already, or the one that is given is another.
-    """
-    about = content.about
-    if (entry := content.entries.get("clip")) is not None:
-        if given is not None:
-            raise SourceError(f"the recording has its clip in it, {about.clip or 'without a name'}; open it alone")
-        return io.BufferedReader(_Part(file, entry)), ""
-    if given is not None:
-        if about.clip_sha256 and _digest_of(given, limits) != about.clip_sha256:
-            raise SourceError(f"the clip is another one than {about.clip}, of which the recording is")
-        return given.open("rb"), ""
-    if not about.clip_sha256:
-        return None, ""
-    named = None if beside is None or PurePath(about.clip).name != about.clip else beside / about.clip
-    if named is None or not named.is_file():
-        absent = f"Its clip, {about.clip}, is not here, so there are no pictures"
-        return None, f"{absent}; put it beside the recording, or give both together."
-    if _digest_of(named, limits) != about.clip_sha256:
-        return None, f"The file {about.clip} beside it is another clip than its own, so there are no pictures."
-    return named.open("rb"), ""
-
-
-def _digest_of(path: Path, limits: Limits) -> str:
-    about = path.stat()
-    check_bytes(about.st_size, limits, "the clip has")
-    return _digest(path.absolute(), about.st_size, about.st_mtime_ns)
-
-
-@lru_cache(64)
-def _digest(path: Path, size: int, changed_ns: int) -> str:  # noqa: ARG001 - by which a file is known to be the same
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
-class _Part(io.RawIOBase):
-    """A part of a file as a file of its own, read by another descriptor so that it has a place of its own."""
-
-    def __init__(self, file: BinaryIO, entry: Entry) -> None:
-        self._file = Path(file.name).open("rb")  # noqa: SIM115 - closed with this
-        self._entry, self._place = entry, 0
-
-    def readable(self) -> bool:
-        return True
-
-    def seekable(self) -> bool:
-        return True
-
-    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
-        base = {io.SEEK_SET: 0, io.SEEK_CUR: self._place, io.SEEK_END: self._entry.size}[whence]
-        self._place = max(base + offset, 0)
-        return self._place
-
-    def tell(self) -> int:
-        return self._place
-
-    def readinto(self, buffer: "memoryview[int]") -> int:  # type: ignore[override]  # any writable buffer
-        room = min(len(buffer), max(self._entry.size - self._place, 0))
-        self._file.seek(self._entry.start + self._place)
-        count = self._file.readinto(memoryview(buffer)[:room])
-        self._place += count
-        return count
-
-    def close(self) -> None:
-        self._file.close()
-        super().close()

@@ -12,7 +12,7 @@ import queue
 import shutil
 import threading
 import zipfile
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from os import PathLike
 from pathlib import Path
@@ -27,8 +27,7 @@ from numpy.typing import ArrayLike, NDArray
 from pftrack.core.arrays import Floats
 from pftrack.core.numerics.elementary import logarithm
 from pftrack.core.version import __version__
-from pftrack.sources.beliefs.archive import VERSION, header_of
-from pftrack.sources.beliefs.content import Chunk
+from pftrack.sources.beliefs.content import ARRAYS, VERSION, header_of
 from pftrack.sources.formats import RECORDING_ENTRY
 
 CHUNK_NUMBERS = 128 * 1024
@@ -44,6 +43,89 @@ LARGEST_FRAME = 10_000_000
 MOST_COMPONENTS = 400
 
 Sources = str | PathLike[str] | Sequence[Any] | NDArray[Any] | None
+
+
+# To ask the system for fresh memory costs several times what copying into it costs, so a few chunks go round: the loop
+# fills one while others are written.
+
+NOTHING = dict.fromkeys(ARRAYS, 0)
+LEAST = 8 * 1024
+"""Numbers for which a column has room at first."""
+
+
+class Column:
+    """The rows of one array, one below the other.
+
+    Attributes:
+        rows: How many there are.
+    """
+
+    def __init__(self, dtype: "np.dtype[Any]") -> None:
+        self.rows = 0
+        self._numbers: NDArray[Any] = np.empty(0, dtype)
+
+    def append(self, array: NDArray[Any]) -> None:
+        """Copy an array of one row or more, in this column's precision; all have rows of one shape."""
+        begin = self.rows
+        end = begin + len(array)
+        if end > len(self._numbers):
+            least = -(-LEAST * len(array) // max(array.size, 1))
+            larger = np.empty((max(2 * len(self._numbers), end, least), *array.shape[1:]), self._numbers.dtype)
+            if begin:
+                larger[:begin] = self._numbers[:begin]
+            self._numbers = larger
+        self._numbers[begin:end] = array
+        self.rows = end
+
+    @property
+    def array(self) -> NDArray[Any]:
+        """All rows, a view until the column is cleared."""
+        return self._numbers[: self.rows]
+
+    def clear(self) -> None:
+        """Begin anew, in the same memory."""
+        self.rows = 0
+
+
+class Chunk:
+    """Rows of frames and targets, and the arrays that belong to them.
+
+    Attributes:
+        number: Of the chunk in its file.
+        rows: Frame, target, whether it is a truth, and how many rows of each array.
+        columns: The arrays by name.
+        used: How many numbers it holds.
+    """
+
+    def __init__(self, precision: "np.dtype[Any]") -> None:
+        """Make one that is empty.
+
+        Args:
+            precision: Of particles and their weights.
+        """
+        others = {"ancestors": np.dtype("<i4")}
+        self.number = self.used = 0
+        self.rows: list[tuple[int, ...]] = []
+        self.columns = {
+            name: Column(precision if name in {"particles", "log_weights"} else others.get(name, np.dtype("<f8")))
+            for name in ARRAYS
+        }
+
+    def append(self, frame: int, target: int, said: Mapping[str, NDArray[Any]], *, is_truth: bool) -> None:
+        """Copy what is said of a target in a frame: arrays by name, each of one row or more."""
+        counts = dict(NOTHING)
+        columns = self.columns
+        for name, array in said.items():
+            columns[name].append(array)
+            counts[name] = len(array)
+            self.used += array.size
+        self.rows.append((frame, target, int(is_truth), *counts.values()))
+
+    def clear(self) -> None:
+        """Begin anew, in the same memory."""
+        self.rows, self.used = [], 0
+        for column in self.columns.values():
+            column.clear()
 
 
 class Recorder:
