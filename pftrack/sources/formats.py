@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from pftrack.sources.limits import HEAD_BYTES, SourceError, decode, delimiter_of
+from pftrack.sources.cells import decode, delimiter_of
+from pftrack.sources.limits import HEAD_BYTES, SourceError
 from pftrack.sources.results.numbers import form_of
 
 ALLOWED = (

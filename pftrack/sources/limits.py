@@ -1,7 +1,4 @@
-"""Limits of a sequence, so that nothing that a stranger brings fills a machine; and how names and text are read.
-
-Names are put into the order in which people number their files, and text is decoded as one program or another saved it.
-"""
+"""Limits of a sequence, so that nothing that a stranger brings fills a machine; and the order of files' names."""
 
 import re
 from dataclasses import dataclass
@@ -64,19 +61,3 @@ def natural_order(name: str) -> tuple[tuple[int, str], ...]:
     """Return a sorting key under which runs of digits count as numbers, and letters' case does not matter."""
     parts = re.split(r"(\d+)", name.casefold(), flags=re.ASCII)
     return (*((int(part), "") if part.isdecimal() else (-1, part) for part in parts), (-2, name))
-
-
-def decode(data: bytes) -> str:
-    """Return text, by its mark of byte order, as UTF-8, or else as Windows has it in Western Europe."""
-    for mark, encoding in ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16")):
-        if data.startswith(mark):
-            return data.decode(encoding, "replace")
-    try:
-        return data.decode("utf-8")
-    except UnicodeDecodeError:
-        return data.decode("cp1252", "replace")
-
-
-def delimiter_of(line: str) -> str:
-    """Return what separates the cells of a table's header: the most frequent of comma, semicolon and tab."""
-    return max(",;\t", key=line.count)

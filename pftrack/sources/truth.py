@@ -11,20 +11,20 @@ A person may also mark the target in pictures of the clip: a `TruthKind` says by
 values of a frame stand.
 """
 
-import csv
-import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple, TextIO
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pftrack.core.files import csv_text
 from pftrack.core.model.marks import Box, Mark
 from pftrack.core.model.source import Target, Truth
-from pftrack.sources.limits import SourceError, decode
+from pftrack.sources.cells import Table, decode, frame_in, number_in
+from pftrack.sources.cells import read_table as read_cells
+from pftrack.sources.limits import SourceError
 from pftrack.sources.results.numbers import form_of
 from pftrack.sources.results.reading import read_results
 
@@ -88,7 +88,6 @@ def _spans(numbers: Sequence[int]) -> Iterator[tuple[int, int]]:
 
 
 LARGEST_FILE_BYTES = 16 * 1024 * 1024
-LARGEST_FRAME = 10_000_000
 FEWEST_CORNERS, MOST_CORNERS = 3, 1000
 LONGEST_HEADER = 20_000
 """Characters, in which the names of so many corners have room."""
@@ -293,39 +292,36 @@ def read_table(path: Path, form: Form) -> tuple[dict[int, list[float]], tuple[st
     try:
         if path.stat().st_size > LARGEST_FILE_BYTES:
             raise TruthError(f"{name} is larger than the {LARGEST_FILE_BYTES // 1024**2} MiB allowed")
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            return _table(name, file, form)
+        return _table(name, read_cells(decode(path.read_bytes())), form)
     except FileNotFoundError:
         raise TruthError(f"there is no file {path}") from None
     except OSError as error:
         raise TruthError(f"{path} cannot be read: {error.strerror}") from None
-    except (UnicodeDecodeError, csv.Error):
-        raise TruthError(f"{name} is not comma-separated text with the columns {', '.join(form.columns)}") from None
+    except SourceError as error:
+        raise TruthError(f"{name}, {error}") from None
 
 
-def _table(name: str, file: TextIO, form: Form) -> tuple[dict[int, list[float]], tuple[str, ...]]:
+def _table(name: str, table: Table, form: Form) -> tuple[dict[int, list[float]], tuple[str, ...]]:
     wanted = form.columns
     found: dict[int, list[float]] = {}
     seen: set[int] = set()
     repeated = 0
-    rows = csv.reader(file)
-    columns = _columns(name, next(rows, []), wanted)
+    columns = _columns(table.header, wanted)
     several = "object" in columns
-    for line, row in _fill(rows):
-        place = f"{name}, line {line}"
+    for line, row in table.rows:
         if len(row) <= max(columns[column] for column in wanted):
-            raise TruthError(f"{place}: expected {len(columns)} values, got {len(row)}")
+            raise SourceError(f"line {line}: expected {len(columns)} values, got {len(row)}")
         texts = {column: row[columns[column]].strip() for column in wanted}
-        frame = _frame(place, texts["frame"])
+        frame = frame_in(line, texts["frame"])
         values = None
         if texts[wanted[1]]:
-            values = [_number(place, column, texts[column], form) for column in wanted[1:]]
+            values = [_number(line, column, texts[column], form) for column in wanted[1:]]
             if not form.allows(values):
                 got = " and ".join(f"{length:g}" for length in form.lengths(values))
-                raise TruthError(f"{place}: {' and '.join(form.positive)} must be above 0, got {got}")
+                raise SourceError(f"line {line}: {' and '.join(form.positive)} must be above 0, got {got}")
         if frame in seen:
             if not several:
-                raise TruthError(f"{place}: frame {frame} is listed twice; one {form.one} a frame")
+                raise SourceError(f"line {line}: frame {frame} is listed twice; one {form.one} a frame")
             repeated += 1
             continue
         seen.add(frame)
@@ -337,33 +333,15 @@ def _table(name: str, file: TextIO, form: Form) -> tuple[dict[int, list[float]],
     return found, (left_out,) if repeated else ()
 
 
-def _columns(name: str, header: list[str], wanted: tuple[str, ...]) -> dict[str, int]:
-    names = [column.strip().lower() for column in header]
+def _columns(names: list[str], wanted: tuple[str, ...]) -> dict[str, int]:
     if not set(wanted) <= set(names):
         found = ", ".join(names)[:80] or "nothing"
-        raise TruthError(f"{name}, line 1: expected the columns {', '.join(wanted)}, got {found}")
+        raise SourceError(f"line 1: expected the columns {', '.join(wanted)}, got {found}")
     return {column: names.index(column) for column in (*wanted, "object") if column in names}
 
 
-def _fill(rows: Iterator[list[str]]) -> Iterator[tuple[int, list[str]]]:
-    return ((line, row) for line, row in enumerate(rows, start=2) if any(value.strip() for value in row))
-
-
-def _frame(place: str, text: str) -> int:
-    try:
-        frame = int(text)
-    except ValueError:
-        frame = -1
-    if not 0 <= frame <= LARGEST_FRAME:
-        raise TruthError(f"{place}: frame must be a whole number from 0 to {LARGEST_FRAME:,}, got {text[:40]!r}")
-    return frame
-
-
-def _number(place: str, column: str, text: str, form: Form) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
+def _number(line: int, column: str, text: str, form: Form) -> float:
+    value = number_in(line, column, text)
     if not abs(value) <= form.largest:
-        raise TruthError(f"{place}: {column} must be a number of {form.unit}, got {text[:40]!r}")
+        raise SourceError(f"line {line}: {column} must be a number of {form.unit}, got {text[:40]!r}")
     return value

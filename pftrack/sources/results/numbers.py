@@ -7,8 +7,9 @@ import math
 import re
 from collections.abc import Sequence
 
-from pftrack.sources.limits import HEAD_BYTES, SourceError, decode
-from pftrack.sources.results.table import Box, Form, ResultTable, around, columns_in, header_of, table_of
+from pftrack.sources.cells import decode, read_table
+from pftrack.sources.limits import HEAD_BYTES, SourceError
+from pftrack.sources.results.table import Box, Form, ResultTable, around, columns_in, table_of
 
 SEPARATORS = re.compile(r"[,;\s]+")
 MOT_TRUTH_COLUMNS = 9
@@ -139,4 +140,4 @@ def form_of(data: bytes) -> Form | None:
     whole = lines[:-1] if len(data) >= HEAD_BYTES and len(lines) > 1 else lines
     if (found := form_of_lines(whole)) is not None:
         return found
-    return "csv" if lines and columns_in(header_of(text)) is not None else None
+    return "csv" if lines and columns_in(read_table(text).header) is not None else None

@@ -3,7 +3,8 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from pftrack.sources.limits import SourceError, decode
+from pftrack.sources.cells import decode
+from pftrack.sources.limits import SourceError
 from pftrack.sources.results.numbers import form_of, form_of_lines, read_mot, read_rows
 from pftrack.sources.results.table import FORMS, Form, ResultTable, read_csv
 from pftrack.sources.results.writing import read_coco, read_cvat

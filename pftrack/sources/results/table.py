@@ -3,15 +3,14 @@
 Columns of a table are found by the names that programs give them, or by what a person says.
 """
 
-import csv
-import io
 import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, TypeAlias
 
-from pftrack.sources.limits import SourceError, decode, delimiter_of
+from pftrack.sources.cells import LARGEST_FRAME, decode, delimiter_of, frame_in, number_in, read_table
+from pftrack.sources.limits import SourceError
 
 Form: TypeAlias = Literal["mot", "otb", "vot", "cvat", "coco", "csv"]
 
@@ -26,7 +25,6 @@ FORMS: dict[Form, str] = {
 """Names of the forms, and what people call them."""
 
 MOST_BOXES = 250_000
-LARGEST_FRAME = 10_000_000
 LARGEST_NUMBER = 1_000_000
 FURTHEST_PX = 1e6
 
@@ -157,8 +155,8 @@ COLUMNS: Mapping[str, str] = {
 
 WAYS = (("x", "y", "w", "h"), ("x", "y", "right", "bottom"), ("centre_x", "centre_y", "w", "h"))
 MOST_NAMES = 10_000
-FEWEST_COLUMNS, MOST_COLUMNS = 5, 16_384
-"""A frame and four numbers of a box; as many as a spreadsheet can have."""
+FEWEST_COLUMNS = 5
+"""A frame and four numbers of a box."""
 ROWS_SHOWN = 4
 
 
@@ -174,23 +172,6 @@ class Preview(NamedTuple):
     header: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     guess: Mapping[str, int]
-
-
-def header_of(text: str) -> list[str]:
-    """Return the names in a table's header, in small letters with _ for spaces.
-
-    Raises:
-        SourceError: It has too many.
-    """
-    line = text.partition("\n")[0]
-    delimiter = delimiter_of(line)
-    if (count := line.count(delimiter) + 1) > MOST_COLUMNS:
-        raise SourceError(f"expected a table with at most {MOST_COLUMNS:,} columns, got {count:,}")
-    try:
-        row = next(csv.reader([line.strip("\r")], delimiter=delimiter), [])
-    except csv.Error:
-        return []
-    return [name.strip().strip("\ufeff").lower().replace(" ", "_") for name in row]
 
 
 def columns_in(header: Sequence[str]) -> dict[str, int] | None:
@@ -213,8 +194,8 @@ def read_csv(data: bytes) -> ResultTable:
     Raises:
         SourceError: It has other columns, or a line of it is wrong.
     """
-    text = decode(data)
-    header = header_of(text)
+    table = read_table(decode(data))
+    header = table.header
     places = columns_in(header)
     if places is None:
         got = ", ".join(header)[:80] or "nothing"
@@ -222,15 +203,10 @@ def read_csv(data: bytes) -> ResultTable:
     corners = [place for place, name in enumerate(header) if name[:1] in {"x", "y"} and name[1:].isdecimal()]
     names: dict[str, int] = {}
     boxes = []
-    try:
-        for line, row in enumerate(csv.reader(io.StringIO(text), delimiter=delimiter_of(text.partition("\n")[0])), 1):
-            if line == 1 or not any(cell.strip() for cell in row):
-                continue
-            if len(row) < len(header):
-                raise SourceError(f"line {line}: expected {len(header)} values, got {len(row)}")
-            boxes.append(_box_of(line, row, places, names, corners if len(places) == 1 else []))
-    except csv.Error as error:
-        raise SourceError(f"the table cannot be read ({error})") from None
+    for line, row in table.rows:
+        if len(row) < len(header):
+            raise SourceError(f"line {line}: expected {len(header)} values, got {len(row)}")
+        boxes.append(_box_of(line, row, places, names, corners if len(places) == 1 else []))
     called = {number: name for name, number in names.items() if name != str(number)}
     return table_of("csv", boxes, names=called)
 
@@ -239,30 +215,20 @@ def _box_of(
     line: int, row: Sequence[str], places: Mapping[str, int], names: dict[str, int], corners: Sequence[int]
 ) -> Box:
     def number(what: str) -> float:
-        return _number(line, what, row[places[what]])
+        return number_in(line, what, row[places[what]])
 
-    frame = number("frame")
-    if frame != frame // 1 or frame < 0:
-        raise SourceError(f"line {line}: frame must be a whole number from 0 on, got {row[places['frame']][:40]!r}")
+    frame = frame_in(line, row[places["frame"]])
     target = _target(row[places["target"]].strip(), names) if "target" in places else 1
     score = number("score") if "score" in places else math.nan
     if corners:
-        return Box(int(frame), target, *around(_number(line, "corner", row[place]) for place in corners), score)
+        return Box(frame, target, *around(number_in(line, "corner", row[place]) for place in corners), score)
     if not {"w", "h"} <= places.keys():
         x, y = number("x"), number("y")
-        return Box(int(frame), target, x, y, number("right") - x, number("bottom") - y, score)
+        return Box(frame, target, x, y, number("right") - x, number("bottom") - y, score)
     w, h = number("w"), number("h")
     if not {"x", "y"} <= places.keys():
-        return Box(int(frame), target, number("centre_x") - w / 2, number("centre_y") - h / 2, w, h, score)
-    return Box(int(frame), target, number("x"), number("y"), w, h, score)
-
-
-def _number(line: int, what: str, text: str) -> float:
-    """Return a number; an empty cell is none."""
-    try:
-        return float(text) if text.strip() else math.nan
-    except ValueError:
-        raise SourceError(f"line {line}: {what} must be a number, got {text.strip()[:40]!r}") from None
+        return Box(frame, target, number("centre_x") - w / 2, number("centre_y") - h / 2, w, h, score)
+    return Box(frame, target, number("x"), number("y"), w, h, score)
 
 
 def _target(text: str, names: dict[str, int]) -> int:
@@ -283,14 +249,11 @@ def preview(text: str) -> Preview:
     Raises:
         SourceError: It is no table with columns enough.
     """
-    header = header_of(text)
+    table = read_table(text)
+    header = table.header
     if len(header) < FEWEST_COLUMNS or not any(header):
         raise SourceError(f"expected a table with {FEWEST_COLUMNS} columns or more, got {len(header)}")
-    lines = csv.reader(io.StringIO(text), delimiter=delimiter_of(text.partition("\n")[0]))
-    try:
-        rows = [tuple(row) for row in itertools.islice(lines, 1, 1 + ROWS_SHOWN)]
-    except csv.Error as error:
-        raise SourceError(f"the table cannot be read ({error})") from None
+    rows = [tuple(row) for _, row in itertools.islice(table.rows, ROWS_SHOWN)]
     guess = {
         what: next(place for place, name in enumerate(header) if name in names)
         for what, names in NAMES.items()
@@ -310,7 +273,7 @@ def rename(data: bytes, columns: Mapping[str, int]) -> bytes:
         SourceError: There is no such column, or these do not make a box.
     """
     text = decode(data)
-    header = header_of(text)
+    header = read_table(text).header
     unknown = [what for what, place in columns.items() if what not in NAMES or not 0 <= place < len(header)]
     if unknown:
         raise SourceError(f"the table has no column for {', '.join(unknown)[:80]}; it has {len(header)} columns")

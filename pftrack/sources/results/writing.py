@@ -13,7 +13,8 @@ from typing import Any
 from xml.etree import ElementTree as ET
 from xml.sax.saxutils import quoteattr
 
-from pftrack.sources.limits import SourceError, decode
+from pftrack.sources.cells import decode
+from pftrack.sources.limits import SourceError
 from pftrack.sources.results.table import Box, Form, ResultTable, table_of
 
 Write = Callable[[Sequence[Box], int, tuple[int, int], float], str]

@@ -12,10 +12,8 @@ ignored. A path of one point may leave out `point`, and `frame`, too: then each 
 A point that has no line in a frame, or whose position or variance is empty, NaN or infinite, was not seen there.
 """
 
-import csv
-import io
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Literal, TypeAlias
@@ -26,19 +24,18 @@ from numpy.typing import NDArray
 from pftrack.core.arrays import Floats, Ints
 from pftrack.core.files import csv_text
 from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.sources.cells import Table, decode, frame_in, number_in, read_table
 from pftrack.sources.formats import TRACKS_COLUMNS
-from pftrack.sources.limits import SourceError, decode, delimiter_of
+from pftrack.sources.limits import SourceError
 from pftrack.sources.prism import FACES, NAMES, NORMALS, OFFSETS, TOUCHING, VERTICES_MM
 from pftrack.vision.geometry.face import FEATURES, LINKS, mean_model, person
 
 LARGEST_FILE_BYTES = 12 * 1024 * 1024
 MOST_POINTS = 400
-MOST_COLUMNS = 16_384
 FEWEST_FRAMES = 2
 ONLY = "1"
 """Name of the point of a table that names none."""
 FURTHEST_PX = 1e6
-LARGEST_FRAME = 10_000_000
 WORDS = ", ".join(TRACKS_COLUMNS)
 
 SYNONYMS: Mapping[str, tuple[str, ...]] = {
@@ -94,37 +91,23 @@ def read_tracks(data: bytes, most_frames: int) -> TrackTable:
     Raises:
         SourceError: It is no such table, a line of it is wrong, or it has too much or too little.
     """
-    text = decode(data)
-    first = text.partition("\n")[0]
-    delimiter = delimiter_of(first)
-    if first.count(delimiter) >= MOST_COLUMNS:
-        raise SourceError(
-            f"the table has more than {MOST_COLUMNS:,} columns, which no spreadsheet has; "
-            f"at most {MOST_POINTS} points are allowed"
-        )
-    lines = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
-    try:
-        header = [name.strip().strip("\ufeff").lower().replace(" ", "_") for name in next(lines, [])]
-        # Looked up by name, and the first of several: in a list that takes minutes where there are many columns.
-        columns = {name: place for place, name in reversed(tuple(enumerate(header)))}
-        plain = _places(columns, "") is not None
-        point = _column(columns, "point")
-        form = _long if plain or point is not None else _wide
-        rows = form(header, columns, lines, delimiter)
-        found: dict[str, dict[int, tuple[float, float, float, float]]] = {}
-        for line, frame, name, values in rows:
-            if name not in found and len(found) == MOST_POINTS:
-                raise SourceError(f"the table has more than the {MOST_POINTS} points that are allowed")
-            track = found.setdefault(name, {})
-            if frame in track:
-                raise SourceError(_duplicate_message(line, None if form is _long and point is None else name, frame))
-            track[frame] = values
-            if len(track) > most_frames:
-                raise SourceError(
-                    f"the table has more than {most_frames:,} frames of point {name}; so many are allowed"
-                )
-    except csv.Error as error:
-        raise SourceError(f"the table cannot be read ({error}); expected the columns {WORDS}") from None
+    table = read_table(decode(data))
+    header = table.header
+    # Looked up by name, and the first of several: in a list that takes minutes where there are many columns.
+    columns = {name: place for place, name in reversed(tuple(enumerate(header)))}
+    plain = _places(columns, "") is not None
+    point = _column(columns, "point")
+    form = _long if plain or point is not None else _wide
+    found: dict[str, dict[int, tuple[float, float, float, float]]] = {}
+    for line, frame, name, values in form(table, columns):
+        if name not in found and len(found) == MOST_POINTS:
+            raise SourceError(f"the table has more than the {MOST_POINTS} points that are allowed")
+        track = found.setdefault(name, {})
+        if frame in track:
+            raise SourceError(_duplicate_message(line, None if form is _long and point is None else name, frame))
+        track[frame] = values
+        if len(track) > most_frames:
+            raise SourceError(f"the table has more than {most_frames:,} frames of point {name}; so many are allowed")
     warnings = []
     if any(name in header for name in COVARIANCE):
         warnings.append("The covariances of x and y are not used, only the variances.")
@@ -166,9 +149,9 @@ def _table(
 def _duplicate_message(line: int, name: str | None, frame: int) -> str:
     """Say what is wrong with a line that lists the point of this name, None where no column names it, once more."""
     if name is not None:
-        return f"line {line} of the table lists point {name} in frame {frame} for the second time"
+        return f"line {line} lists point {name} in frame {frame} for the second time"
     return (
-        f"line {line} of the table lists frame {frame} for the second time; a table of several points needs a column "
+        f"line {line} lists frame {frame} for the second time; a table of several points needs a column "
         f"that says which, named {' or '.join(SYNONYMS['point'])}"
     )
 
@@ -176,24 +159,21 @@ def _duplicate_message(line: int, name: str | None, frame: int) -> str:
 Row = tuple[int, int, str, tuple[float, float, float, float]]
 
 
-def _long(
-    header: Sequence[str], columns: Mapping[str, int], lines: Iterable[list[str]], delimiter: str
-) -> Iterator[Row]:
+def _long(table: Table, columns: Mapping[str, int]) -> Iterator[Row]:
     places = _places(columns, "")
     frame, point = _column(columns, "frame"), _column(columns, "point")
     if places is None or (frame is None and point is not None):
-        raise SourceError(f"the table has the columns {', '.join(header)[:120]}; expected {WORDS}")
-    for number, (line, cells) in enumerate(_fill(header, lines)):
+        raise SourceError(f"the table has the columns {', '.join(table.header)[:120]}; expected {WORDS}")
+    for number, (line, cells) in enumerate(_fill(table)):
         name = ONLY if point is None else cells[point].strip()[:40]
         if not name:
-            raise SourceError(f"line {line} of the table names no point")
-        index = number if frame is None else _frame(line, cells[frame])
-        yield line, index, name, _values(line, cells, places, delimiter)
+            raise SourceError(f"line {line} names no point")
+        index = number if frame is None else frame_in(line, cells[frame])
+        yield line, index, name, _values(line, cells, places, table.delimiter)
 
 
-def _wide(
-    header: Sequence[str], columns: Mapping[str, int], lines: Iterable[list[str]], delimiter: str
-) -> Iterator[Row]:
+def _wide(table: Table, columns: Mapping[str, int]) -> Iterator[Row]:
+    header = table.header
     frame = _column(columns, "frame")
     prefixes = dict.fromkeys(name[:-1].removesuffix("_") for name in header if name.endswith("_x"))
     kept = [name for name in prefixes if not name.endswith(("var", "sd"))]
@@ -203,10 +183,10 @@ def _wide(
             f"the table has the columns {', '.join(header)[:120]}; expected {WORDS}, or frame and NAME_x, NAME_y, "
             "NAME_var_x, NAME_var_y for each point"
         )
-    for line, cells in _fill(header, lines):
-        number = _frame(line, cells[frame])
+    for line, cells in _fill(table):
+        number = frame_in(line, cells[frame])
         for name, places in points:
-            yield line, number, name[:40], _values(line, cells, places, delimiter)
+            yield line, number, name[:40], _values(line, cells, places, table.delimiter)
 
 
 def _column(columns: Mapping[str, int], name: str, prefix: str = "") -> int | None:
@@ -226,56 +206,26 @@ def _places(columns: Mapping[str, int], prefix: str) -> _Places | None:
     return _Places(x, y, None, squared=True)
 
 
-def _fill(header: Sequence[str], lines: Iterable[list[str]]) -> Iterator[tuple[int, list[str]]]:
-    for line, cells in enumerate(lines, start=2):
-        if not any(cell.strip() for cell in cells):
-            continue
-        if len(cells) != len(header):
-            raise SourceError(f"line {line} of the table has {len(cells)} values; its header has {len(header)} columns")
+def _fill(table: Table) -> Iterator[tuple[int, list[str]]]:
+    for line, cells in table.rows:
+        if len(cells) != len(table.header):
+            raise SourceError(f"line {line}: expected {len(table.header)} values, got {len(cells)}")
         yield line, cells
 
 
-def _frame(line: int, text: str) -> int:
-    try:
-        number = float(text)
-        frame = int(number)
-    except (ValueError, OverflowError):
-        frame, number = -1, 0.0
-    if frame != number or not 0 <= frame <= LARGEST_FRAME:
-        raise SourceError(
-            f"line {line} of the table: the frame must be a whole number from 0 to {LARGEST_FRAME:,}, "
-            f"got {text.strip()[:20]!r}"
-        )
-    return frame
-
-
 def _values(line: int, cells: Sequence[str], places: _Places, delimiter: str) -> tuple[float, float, float, float]:
-    x, y = (_number(line, cells[place], delimiter) for place in (places.x, places.y))
+    x = number_in(line, "x", cells[places.x], delimiter=delimiter)
+    y = number_in(line, "y", cells[places.y], delimiter=delimiter)
     if max(abs(x), abs(y)) > FURTHEST_PX and math.isfinite(x) and math.isfinite(y):
-        raise SourceError(
-            f"line {line} of the table: a position must lie within {FURTHEST_PX:,.0f} px, got {x:g}, {y:g}"
-        )
+        raise SourceError(f"line {line}: a position must lie within {FURTHEST_PX:,.0f} px, got {x:g}, {y:g}")
     if places.spread is None:
         return x, y, 1.0, 1.0
-    first, second = (_number(line, cells[place], delimiter) for place in places.spread)
+    first, second = (number_in(line, "variance", cells[place], delimiter=delimiter) for place in places.spread)
     variances = (first, second) if places.squared else (first * first, second * second)
     # The square of a deviation that is above 0 may be too small for a number.
     if min(first, second, *variances) <= 0.0:
-        raise SourceError(
-            f"line {line} of the table: variances and standard deviations must be above 0, got {min(first, second):g}"
-        )
+        raise SourceError(f"line {line}: variances and standard deviations must be above 0, got {min(first, second):g}")
     return x, y, *variances
-
-
-def _number(line: int, text: str, delimiter: str) -> float:
-    """Return a number, NaN for an empty cell; where commas do not separate cells, they may separate decimals."""
-    bare = text.strip()
-    if not bare or bare.lower() in {"na", "n/a", "none", "null", "-"}:
-        return math.nan
-    try:
-        return float(bare if delimiter == "," else bare.replace(",", "."))
-    except ValueError:
-        raise SourceError(f"line {line} of the table: expected a number, got {bare[:20]!r}") from None
 
 
 def write(names: Sequence[str], positions: Floats, variances: Floats) -> str:
