@@ -91,6 +91,7 @@ class Scenario:
         frame: Where it stands at first.
         plots: Ids of the experiment's plots that are shown beside it; none for all of them.
         layers: Names of layers that are shown from the beginning, beside those that the experiment shows.
+        words: What to look for in it, one sentence; of a run that shows where an idea is used.
     """
 
     recipe: Recipe
@@ -98,6 +99,7 @@ class Scenario:
     frame: int = 0
     plots: tuple[str, ...] = ()
     layers: tuple[str, ...] = ()
+    words: str = ""
 
 
 Given: TypeAlias = float | str
@@ -207,19 +209,6 @@ class Check:
     run: Callable[[], Outcome]
 
 
-@dataclass(frozen=True, slots=True)
-class Use:
-    """Where an idea is used: a session that can be opened beside the lesson.
-
-    Attributes:
-        words: What to look for there, one sentence.
-        scenario: The session.
-    """
-
-    words: str
-    scenario: Scenario
-
-
 @dataclass(frozen=True)
 class Lesson:
     """One idea on one screen.
@@ -233,7 +222,7 @@ class Lesson:
         tries: What to try, one sentence each.
         question: The prediction that is asked for.
         checks: What is claimed and computed.
-        uses: Where it is used.
+        uses: Where the idea is used: runs that can be opened beside the lesson.
         number: Place in the course; 0 for one that stands beside it.
         origin: File or package that it comes from; empty for the project's own.
         source: Text of the file, where it comes from one.
@@ -248,7 +237,7 @@ class Lesson:
     tries: tuple[str, ...]
     question: Question
     checks: tuple[Check, ...] = ()
-    uses: tuple[Use, ...] = ()
+    uses: tuple[Scenario, ...] = ()
     number: int = 0
     origin: str = ""
     source: str = ""

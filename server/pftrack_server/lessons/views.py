@@ -105,7 +105,7 @@ def _brief(lesson: Lesson) -> LessonPublic:
         kind="scenario" if scenario else "demonstration",
         origin=lesson.origin,
         checks=[CheckPublic(name=each.name, title=each.title) for each in lesson.checks],
-        uses=[UsePublic(words=inline(use.words), scenario=_scenario(use.scenario)) for use in lesson.uses],
+        uses=[UsePublic(words=inline(use.words), scenario=_scenario(use)) for use in lesson.uses],
         minutes=lesson.minutes,
         problem=missing(scenario) if scenario else None,
     )

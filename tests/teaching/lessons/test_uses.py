@@ -9,7 +9,7 @@ from pftrack.teaching.lessons import LESSONS
 from pftrack.teaching.lessons.lesson import Scenario
 
 SCENARIOS = [
-    *((f"{name}, use {number}", use.scenario) for name, it in LESSONS.items() for number, use in enumerate(it.uses)),
+    *((f"{name}, use {number}", use) for name, it in LESSONS.items() for number, use in enumerate(it.uses)),
     *((name, it.body) for name, it in LESSONS.items() if isinstance(it.body, Scenario)),
 ]
 

@@ -27,7 +27,6 @@ from pftrack.teaching.lessons.lesson import (
     Question,
     Scenario,
     Shown,
-    Use,
 )
 
 # In closed form: mean and variance of what is left of a normal prior after one measurement. A measured position leaves
@@ -332,14 +331,14 @@ LESSON = Lesson(
         Check("likelihood-area", "The area of that likelihood over x is 2, not 1.", _area),
     ),
     uses=(
-        Use(
-            "Show the likeness over the picture: a likelihood of where the window is. It has a peak at the target, "
-            "another at its look-alike, and the prediction decides between them.",
-            Scenario(
-                Recipe(experiment="histogram", tracker="condensation"),
-                unlocked=("look_alike_red", "sharpness", "seed"),
-                frame=45,
-                plots=("error", "likeness"),
+        Scenario(
+            Recipe(experiment="histogram", tracker="condensation"),
+            unlocked=("look_alike_red", "sharpness", "seed"),
+            frame=45,
+            plots=("error", "likeness"),
+            words=(
+                "Show the likeness over the picture: a likelihood of where the window is. It has a peak at the "
+                "target, another at its look-alike, and the prediction decides between them."
             ),
         ),
     ),

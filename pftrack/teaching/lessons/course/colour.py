@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.runs.run import Run
-from pftrack.teaching.lessons.lesson import Answer, Check, Lesson, Mistake, Outcome, Question, Scenario, Use
+from pftrack.teaching.lessons.lesson import Answer, Check, Lesson, Mistake, Outcome, Question, Scenario
 
 if TYPE_CHECKING:
     from pftrack.reproduce.histogram.likeness import Likenesses
@@ -188,9 +188,9 @@ LESSON = Lesson(
     question=QUESTION,
     checks=CHECKS,
     uses=(
-        Use(
-            "The whole tracker with all that can be set; it also runs on a video of your own.",
-            Scenario(Recipe(experiment="histogram", tracker=SIR)),
+        Scenario(
+            Recipe(experiment="histogram", tracker=SIR),
+            words="The whole tracker with all that can be set; it also runs on a video of your own.",
         ),
     ),
     number=12,

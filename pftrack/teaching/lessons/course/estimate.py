@@ -21,7 +21,6 @@ from pftrack.teaching.lessons.lesson import (
     Question,
     Scenario,
     Shown,
-    Use,
 )
 
 LOW, HIGH = -3.0, 9.0
@@ -230,14 +229,18 @@ LESSON = Lesson(
         _check("best-hit", "Most hits within 0.15 m are at the mode.", lambda: _best(2), 0.0, 0.02),
     ),
     uses=(
-        Use(
-            "At frame 15 a measurement is far off. Of 100 particles the fullest place, the mode, happens to be there, "
-            "10 px off; take the mean as the estimate, and it is 3 px; take more particles, and the mode is better.",
-            Scenario(
-                Recipe(experiment="trajectories", tracker="lng",
-                       timeline=(Change(0, {"trajectories_scene": "tracks", "sample_count": 100}),)),
-                unlocked=("point_estimate", "sample_count"),
-                frame=15,
+        Scenario(
+            Recipe(
+                experiment="trajectories",
+                tracker="lng",
+                timeline=(Change(0, {"trajectories_scene": "tracks", "sample_count": 100}),),
+            ),
+            unlocked=("point_estimate", "sample_count"),
+            frame=15,
+            words=(
+                "At frame 15 a measurement is far off. Of 100 particles the fullest place, the mode, happens to be "
+                "there, 10 px off; take the mean as the estimate, and it is 3 px; take more particles, and the mode "
+                "is better."
             ),
         ),
     ),

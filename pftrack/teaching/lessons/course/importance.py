@@ -28,7 +28,6 @@ from pftrack.teaching.lessons.lesson import (
     Question,
     Scenario,
     Shown,
-    Use,
 )
 
 MEAN, SD = 1.0, 0.5
@@ -296,29 +295,29 @@ LESSON = Lesson(
         ),
     ),
     uses=(
-        Use(
-            "From frame 13 on, in a sharp turn, the ordinary filter draws most particles where the fish is not. Change "
-            "to the guided filter, whose draws were learned from fish that swim.",
-            Scenario(
-                Recipe(
-                    experiment="fish",
-                    tracker="ordinary",
-                    seed=1,
-                    timeline=(Change(0, {"sample_count": 200, "tank_number": 204}),),
-                ),
-                unlocked=("tracker", "seed", "sample_count"),
-                frame=9,
-                plots=("error", "ess"),
+        Scenario(
+            Recipe(
+                experiment="fish",
+                tracker="ordinary",
+                seed=1,
+                timeline=(Change(0, {"sample_count": 200, "tank_number": 204}),),
+            ),
+            unlocked=("tracker", "seed", "sample_count"),
+            frame=9,
+            plots=("error", "ess"),
+            words=(
+                "From frame 13 on, in a sharp turn, the ordinary filter draws most particles where the fish is not. "
+                "Change to the guided filter, whose draws were learned from fish that swim."
             ),
         ),
-        Use(
-            "Many particles are drawn where the picture is red, rather than by the prediction. Corrected and balanced "
-            "weights are p/q; sharpened ones are not, and hold the ball better all the same.",
-            Scenario(
-                Recipe(experiment="ball", tracker="s-spf"),
-                unlocked=("seed", "apf_weights", "sample_count"),
-                frame=5,
-                plots=("error", "ess", "proposals"),
+        Scenario(
+            Recipe(experiment="ball", tracker="s-spf"),
+            unlocked=("seed", "apf_weights", "sample_count"),
+            frame=5,
+            plots=("error", "ess", "proposals"),
+            words=(
+                "Many particles are drawn where the picture is red, rather than by the prediction. Corrected and "
+                "balanced weights are p/q; sharpened ones are not, and hold the ball better all the same."
             ),
         ),
     ),

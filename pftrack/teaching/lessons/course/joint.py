@@ -20,7 +20,6 @@ from pftrack.teaching.lessons.lesson import (
     Question,
     Scenario,
     Shown,
-    Use,
 )
 
 EDGE = 3.5
@@ -257,15 +256,15 @@ LESSON = Lesson(
         ),
     ),
     uses=(
-        Use(
-            "Turning and bending of a fish go together, and the filter has learned how: the leaning ellipse beside the "
-            "picture. Here a rudder turns the fish the other way, and in frame 44 the estimate is 53 px off. Without "
-            "*Correlated changes*, the two independent, it is never more than 18 px.",
-            Scenario(
-                Recipe(experiment="fish", tracker="guided", timeline=(Change(0, {"tank": "strong rudder"}),)),
-                unlocked=("correlated_changes", "sample_count", "seed"),
-                frame=44,
-                plots=("error", "bend", "heading"),
+        Scenario(
+            Recipe(experiment="fish", tracker="guided", timeline=(Change(0, {"tank": "strong rudder"}),)),
+            unlocked=("correlated_changes", "sample_count", "seed"),
+            frame=44,
+            plots=("error", "bend", "heading"),
+            words=(
+                "Turning and bending of a fish go together, and the filter has learned how: the leaning ellipse "
+                "beside the picture. Here a rudder turns the fish the other way, and in frame 44 the estimate is 53 "
+                "px off. Without *Correlated changes*, the two independent, it is never more than 18 px."
             ),
         ),
     ),

@@ -27,7 +27,6 @@ from pftrack.teaching.lessons.lesson import (
     Question,
     Scenario,
     Shown,
-    Use,
 )
 
 # What lesson 6 computes: tracks of something that moves with a slowly changing velocity, and their Kalman filter.
@@ -351,23 +350,23 @@ LESSON = Lesson(
         Check("without-data", "Two tracks that are measured differently have the same variances.", _without_data),
     ),
     uses=(
-        Use(
-            "The linear Gaussian filter follows tracks of points by such a model. With a measurement noise of 100 px² "
-            "the outlier at frame 45 drags it less, but from frame 50 on, when the tracks move aside, it comes late.",
-            Scenario(
-                Recipe(experiment="trajectories", tracker="lg",
-                       timeline=(Change(0, {"trajectories_scene": "tracks"}),)),
-                unlocked=("noise_variance_px2", "drive_variance_px2", "lag_frames"),
-                frame=45,
+        Scenario(
+            Recipe(experiment="trajectories", tracker="lg", timeline=(Change(0, {"trajectories_scene": "tracks"}),)),
+            unlocked=("noise_variance_px2", "drive_variance_px2", "lag_frames"),
+            frame=45,
+            words=(
+                "The linear Gaussian filter follows tracks of points by such a model. With a measurement noise of 100"
+                " px² the outlier at frame 45 drags it less, but from frame 50 on, when the tracks move aside, it "
+                "comes late."
             ),
         ),
-        Use(
-            "On a sine the particle filter draws the exact answer of the Kalman filter beside its own: lower the "
-            "number of particles, and see them part.",
-            Scenario(
-                Recipe(experiment="sine", tracker="condensation", timeline=(Change(0, {"sample_count": 1000}),)),
-                unlocked=("sample_count", "process_noise_sd", "assumed_noise_sd"),
-                frame=40,
+        Scenario(
+            Recipe(experiment="sine", tracker="condensation", timeline=(Change(0, {"sample_count": 1000}),)),
+            unlocked=("sample_count", "process_noise_sd", "assumed_noise_sd"),
+            frame=40,
+            words=(
+                "On a sine the particle filter draws the exact answer of the Kalman filter beside its own: lower the "
+                "number of particles, and see them part."
             ),
         ),
     ),

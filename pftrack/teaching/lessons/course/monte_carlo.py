@@ -22,7 +22,6 @@ from pftrack.teaching.lessons.lesson import (
     Question,
     Scenario,
     Shown,
-    Use,
 )
 
 MEAN, SD = 2.0, 1.5
@@ -229,13 +228,13 @@ LESSON = Lesson(
         Check("six-dimensions", "In six dimensions the error of an axis is the same.", partial(_error, 6, 0.004)),
     ),
     uses=(
-        Use(
-            "A cloud of particles follows a signal, with the exact answer drawn beside: change the number of particles "
-            "and compare.",
-            Scenario(
-                Recipe(experiment="sine", tracker="condensation", timeline=(Change(0, {"sample_count": 1000}),)),
-                unlocked=("sample_count",),
-                frame=40,
+        Scenario(
+            Recipe(experiment="sine", tracker="condensation", timeline=(Change(0, {"sample_count": 1000}),)),
+            unlocked=("sample_count",),
+            frame=40,
+            words=(
+                "A cloud of particles follows a signal, with the exact answer drawn beside: change the number of "
+                "particles and compare."
             ),
         ),
     ),

@@ -30,7 +30,6 @@ from pftrack.teaching.lessons.lesson import (
     Question,
     Scenario,
     Shown,
-    Use,
 )
 
 LEAST_Z, MOST_Z = -5.0, 20.0
@@ -236,16 +235,14 @@ def _cauchy_track() -> Outcome:
     return Outcome(float(np.median(track_error(found.filtered, TRUTH_PX[:, None]))), 0.134, 0.02)
 
 
-def _jumping(tracker: str, words: str) -> Use:
+def _jumping(tracker: str, words: str) -> Scenario:
     change = Change(0, {"trajectories_scene": "tracks", "noise_variance_px2": 3})
-    return Use(
-        words,
-        Scenario(
-            Recipe(experiment="trajectories", tracker=tracker, timeline=(change,)),
-            unlocked=("tracker", "seed", "noise_variance_px2", "outlier_scale_px2"),
-            frame=44,
-            plots=("error",),
-        ),
+    return Scenario(
+        Recipe(experiment="trajectories", tracker=tracker, timeline=(change,)),
+        unlocked=("tracker", "seed", "noise_variance_px2", "outlier_scale_px2"),
+        frame=44,
+        plots=("error",),
+        words=words,
     )
 
 

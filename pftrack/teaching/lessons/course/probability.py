@@ -21,7 +21,6 @@ from pftrack.teaching.lessons.lesson import (
     Question,
     Scenario,
     Shown,
-    Use,
 )
 
 LOW, HIGH = -5.0, 5.0
@@ -200,26 +199,29 @@ LESSON = Lesson(
         Check("peak", "The density of N(0, 0.2²) at 0 is 1.9947, more than 1.", _peak),
     ),
     uses=(
-        Use(
-            "A belief is honest if 95 % of its area lies over an interval that holds the truth in 95 of 100 frames. Of "
-            "the angles up to frame 100, 50 % and 97 % lay in the central 50 % and 95 %; with Bando's band of "
-            "the pose it is 40 % and 82 %.",
-            Scenario(
-                Recipe(experiment="prism", tracker="pf-asd",
-                       timeline=(Change(0, {"upper_layer": "perspective", "pose_band": "calibrated"}),)),
-                unlocked=("pose_band", "noise_px", "seed"),
-                frame=100,
-                plots=("calibration", "yaw", "error"),
+        Scenario(
+            Recipe(
+                experiment="prism",
+                tracker="pf-asd",
+                timeline=(Change(0, {"upper_layer": "perspective", "pose_band": "calibrated"}),),
+            ),
+            unlocked=("pose_band", "noise_px", "seed"),
+            frame=100,
+            plots=("calibration", "yaw", "error"),
+            words=(
+                "A belief is honest if 95 % of its area lies over an interval that holds the truth in 95 of 100 "
+                "frames. Of the angles up to frame 100, 50 % and 97 % lay in the central 50 % and 95 %; with Bando's "
+                "band of the pose it is 40 % and 82 %."
             ),
         ),
-        Use(
-            "Colours are counted: the histogram of those in a window is compared with the one remembered. While the "
-            "column hides the target, at frame 90, they agree by 0.44 instead of 0.98.",
-            Scenario(
-                Recipe(experiment="histogram", tracker="condensation"),
-                unlocked=("spatial_kernel", "colour_space", "sharpness"),
-                frame=90,
-                plots=("likeness", "error"),
+        Scenario(
+            Recipe(experiment="histogram", tracker="condensation"),
+            unlocked=("spatial_kernel", "colour_space", "sharpness"),
+            frame=90,
+            plots=("likeness", "error"),
+            words=(
+                "Colours are counted: the histogram of those in a window is compared with the one remembered. While "
+                "the column hides the target, at frame 90, they agree by 0.44 instead of 0.98."
             ),
         ),
     ),

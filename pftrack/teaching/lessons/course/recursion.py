@@ -29,7 +29,6 @@ from pftrack.teaching.lessons.lesson import (
     Question,
     Scenario,
     Shown,
-    Use,
 )
 
 _CHECKED: Floats = np.arange(-40.0, 40.0, 0.05)
@@ -226,22 +225,19 @@ LESSON = Lesson(
               lambda: Outcome(_sequential(), 4.34281, 5e-6)),
     ),
     uses=(
-        Use(
-            "A Kalman filter on a sine: the first measurement takes sigma from 1 to 0.1, the next fourteen to 0.05.",
-            Scenario(
-                Recipe(experiment="sine", tracker="kalman",
-                       timeline=(Change(0, {"waveform": "sine", "initial_sd": 1.0}),)),
-                unlocked=("process_noise_sd", "assumed_noise_sd", "observation_noise_sd"),
-            ),
+        Scenario(
+            Recipe(experiment="sine", tracker="kalman", timeline=(Change(0, {"waveform": "sine", "initial_sd": 1.0}),)),
+            unlocked=("process_noise_sd", "assumed_noise_sd", "observation_noise_sd"),
+            words="A Kalman filter on a sine: the first measurement takes sigma from 1 to 0.1, the next fourteen to "
+            "0.05.",
         ),
-        Use(
-            "The linear Gaussian filter on tracks: at frame 45 a measurement is 38 px off, and the correction goes "
-            "along with it by 26 px.",
-            Scenario(
-                Recipe(experiment="trajectories", tracker="lg",
-                       timeline=(Change(0, {"trajectories_scene": "tracks"}),)),
-                unlocked=("noise_variance_px2", "drive_variance_px2"),
-                frame=45,
+        Scenario(
+            Recipe(experiment="trajectories", tracker="lg", timeline=(Change(0, {"trajectories_scene": "tracks"}),)),
+            unlocked=("noise_variance_px2", "drive_variance_px2"),
+            frame=45,
+            words=(
+                "The linear Gaussian filter on tracks: at frame 45 a measurement is 38 px off, and the correction "
+                "goes along with it by 26 px."
             ),
         ),
     ),

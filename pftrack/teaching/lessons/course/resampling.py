@@ -25,7 +25,6 @@ from pftrack.teaching.lessons.lesson import (
     Question,
     Scenario,
     Shown,
-    Use,
 )
 
 # Offspring: how many copies each of six particles gets, by a comb or by darts, and how much that scatters.
@@ -359,13 +358,13 @@ LESSON = Lesson(
         ),
     ),
     uses=(
-        Use(
-            "Here particles are never redrawn: by frame 5 one of 800 carries nearly all the weight, and the ball is "
-            "lost. Set the resampling threshold to 1, which is to redraw them in every frame.",
-            Scenario(
-                Recipe(experiment="ball", tracker="condensation", timeline=(Change(0, {"resampling_threshold": 0}),)),
-                unlocked=("seed", "sample_count", "resampling", "resampling_threshold"),
-                plots=("error", "ess"),
+        Scenario(
+            Recipe(experiment="ball", tracker="condensation", timeline=(Change(0, {"resampling_threshold": 0}),)),
+            unlocked=("seed", "sample_count", "resampling", "resampling_threshold"),
+            plots=("error", "ess"),
+            words=(
+                "Here particles are never redrawn: by frame 5 one of 800 carries nearly all the weight, and the ball "
+                "is lost. Set the resampling threshold to 1, which is to redraw them in every frame."
             ),
         ),
     ),

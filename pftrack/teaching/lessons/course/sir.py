@@ -38,7 +38,6 @@ from pftrack.teaching.lessons.lesson import (
     Question,
     Scenario,
     Shown,
-    Use,
 )
 
 ASKED = 400
@@ -230,24 +229,23 @@ LESSON = Lesson(
         ),
     ),
     uses=(
-        Use(
-            "The same three steps on a picture: a cloud of places and velocities, weighed by colour. Watch it spread "
-            "in frames 7 and 8, behind the pillar, and close in on the ball again by frame 12.",
-            Scenario(
-                Recipe(experiment="ball", tracker="condensation", timeline=(Change(0, {"occlusion_width_px": 40}),)),
-                unlocked=("seed", "sample_count", "process_noise_px"),
-                frame=4,
-                plots=("error", "ess"),
+        Scenario(
+            Recipe(experiment="ball", tracker="condensation", timeline=(Change(0, {"occlusion_width_px": 40}),)),
+            unlocked=("seed", "sample_count", "process_noise_px"),
+            frame=4,
+            plots=("error", "ess"),
+            words=(
+                "The same three steps on a picture: a cloud of places and velocities, weighed by colour. Watch it "
+                "spread in frames 7 and 8, behind the pillar, and close in on the ball again by frame 12."
             ),
         ),
-        Use(
-            "None of 40 particles meets the ball as it turns in frame 16, as a small cloud misses the robot's door.",
-            Scenario(
-                Recipe(experiment="ball", tracker="h-spf", timeline=(Change(0, {"sample_count": 40}),)),
-                unlocked=("seed", "sample_count"),
-                frame=14,
-                plots=("error", "ess"),
-            ),
+        Scenario(
+            Recipe(experiment="ball", tracker="h-spf", timeline=(Change(0, {"sample_count": 40}),)),
+            unlocked=("seed", "sample_count"),
+            frame=14,
+            plots=("error", "ess"),
+            words="None of 40 particles meets the ball as it turns in frame 16, as a small cloud misses the robot's "
+            "door.",
         ),
     ),
 )
