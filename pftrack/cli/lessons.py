@@ -130,7 +130,7 @@ def export(
     """Write a lesson as a Jupyter notebook, which computes the same numbers."""
     from pftrack.core.files import write_whole
     from pftrack.teaching.lessons.lesson import Scenario
-    from pftrack.teaching.lessons.notebook import demonstration_notebook, lesson_notebook
+    from pftrack.teaching.lessons.notebook import lesson_notebook
 
     found = _lesson(lesson, _lessons(folder))
     suffix_of(notebook, (".ipynb",))
@@ -140,7 +140,7 @@ def export(
         content = lesson_notebook(found)
     else:
         body = _demonstration(found)
-        content = demonstration_notebook(found, _values(body, assignments), _seed(body, seed))
+        content = lesson_notebook(found, _values(body, assignments), _seed(body, seed))
     write_whole(notebook, content)
     note(f"pftrack: written to {notebook}")
 

@@ -153,7 +153,7 @@ question:
   text: Where is x after a cut at 1.2?
   tolerance: 0.1
   words: The cut moves x by half of z.
-answer: first(value)
+answer: Mean of x, given z
 tries: [Turn r to 0.]
 notice: The cut moves half as far.
 ---
@@ -209,12 +209,14 @@ def test_a_scenario_is_exported_as_it_is(call: Call, tmp_path: Path) -> None:
 
 
 def test_a_check_that_cannot_be_computed_says_why(call: Call, lectured: Path) -> None:
-    """The answer of a lecturer's lesson may have no value: the check fails, and the sentence is told."""
-    (lectured / "halves.md").write_text(LECTURED.replace("first(value)", "value[7]"), encoding="utf-8")
+    """The answer of a lecturer's lesson may be none of its choices: the check fails, and the sentence is told."""
+    asked = LECTURED.replace("  tolerance: 0.1\n", "  kind: choice\n  choices: {near: It is near, far: It is far}\n")
+    answer = "answer: {measure: 'Mean of x, given z', choices: {near: 900, far: 1000}}"
+    (lectured / "halves.md").write_text(asked.replace("answer: Mean of x, given z", answer), encoding="utf-8")
     status, out, err = call("lessons", "check", "halves", "--lessons", lectured, "--json")
     assert status == 1
     assert [(row["ours"], row["status"]) for row in json.loads(out)] == [(None, "fail")]
-    assert "halves, answer: `[7]` is beyond" in err
+    assert "halves, answer: Mean of x, given z is 0.6, below the lowest number of every choice" in " ".join(err.split())
 
 
 def test_a_folder_that_is_none_is_refused(call: Call, tmp_path: Path) -> None:

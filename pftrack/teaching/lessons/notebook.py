@@ -10,9 +10,7 @@ from pftrack.core.model.parameters import Declaration, Parameters, declarations,
 from pftrack.experiments import find
 from pftrack.output.exports import notebook
 from pftrack.output.exports.notebook import Cell, code, run_cells
-from pftrack.output.exports.notebook import notebook as notebook_of
-from pftrack.teaching.lessons.lesson import Demonstration, Lesson, Question, Scenario
-from pftrack.teaching.lessons.lesson import question_recipe as asked_run
+from pftrack.teaching.lessons.lesson import Lesson, Question, Scenario, question_recipe
 
 TAG = re.compile(r"<(?=[A-Za-z/!?])")
 """What begins HTML, which a space after the bracket prevents; in a formula a space says nothing."""
@@ -23,9 +21,43 @@ def markdown(text: str) -> Cell:
     return notebook.markdown(TAG.sub("< ", text))
 
 
-def title_cell(lesson: Lesson) -> Cell:
-    """Return the cell with title and idea."""
-    return markdown(f"# {f'{lesson.number}. ' if lesson.number else ''}{lesson.title}\n\n{lesson.idea}")
+def lesson_notebook(lesson: Lesson, parameters: Parameters | None = None, seed: int | None = None) -> bytes:
+    """Return a lesson as the content of a Jupyter notebook.
+
+    Args:
+        lesson: The lesson.
+        parameters: With which the figure of a demonstration is shown; its own if not given.
+        seed: Of the draws of a demonstration; its own if not given.
+
+    Raises:
+        LookupError: The experiment of a scenario is not there.
+    """
+    body = lesson.body
+    asked: tuple[Cell, ...] = ()
+    answered: tuple[Cell, ...] = ()
+    if isinstance(body, Scenario):
+        recipe = question_recipe(lesson)
+        imports, right = "from pftrack.teaching.lessons.lesson import answer_of", "answer_of(lesson)"
+        shown = run_cells(recipe, find(recipe.experiment), plots=body.plots)
+        answered = (code("print(lesson.question.answer(run).exact)"),)
+    else:
+        imports, right = IMPORTS, "lesson.question.answer(asked_at, lesson.body.seed)"
+        asked = (code(ASKED),)
+        shown = code(_values(parameters or body.parameters, body.seed if seed is None else seed)), code(SHOWN)
+    return notebook.notebook(
+        (
+            markdown(f"# {f'{lesson.number}. ' if lesson.number else ''}{lesson.title}\n\n{lesson.idea}"),
+            lesson_cell(lesson, imports),
+            *_question_cells(lesson.question, right, asked),
+            markdown(f"## See\n\n{lesson.notice}\n\n## Try\n\n" + "\n".join(f"- {each}" for each in lesson.tries)),
+            *shown,
+            markdown(
+                f"## Checked\n\nWhat this lesson claims, computed here beside what is exact. {lesson.question.words}"
+            ),
+            *answered,
+            code(CHECKED),
+        )
+    )
 
 
 def lesson_cell(lesson: Lesson, imports: str) -> Cell:
@@ -42,51 +74,23 @@ def lesson_cell(lesson: Lesson, imports: str) -> Cell:
     return code(f"{imports}\n{read}\n\n{again}")
 
 
-def question_cell(question: Question) -> Cell:
-    """Return the cell that asks."""
-    choices = "\n".join(f"- `{name!r}`: {words}" for name, words in (question.choices or {}).items())
-    return markdown(f"## Predict\n\n{question.text}\n\n{choices}".strip())
-
-
-def prediction_cell(question: Question, right: str) -> Cell:
-    """Return the cell in which a person answers.
+def _question_cells(question: Question, right: str, asked: tuple[Cell, ...]) -> tuple[Cell, ...]:
+    """Return the cells that ask, show what is asked about, and judge what a person writes.
 
     Args:
         question: What is asked.
         right: What computes the right answer, an expression.
+        asked: What is shown in between.
     """
+    choices = "\n".join(f"- `{name!r}`: {words}" for name, words in (question.choices or {}).items())
     low, high = question.bounds
     number = " ".join(f"a number from {low:g} to {high:g} {question.unit}".split())  # a line of a comment
     kind = "one of the names above" if question.choices else number
-    return code(
-        f"""
-prediction = None  # write {kind} in its place
-if prediction is not None:
-    right = {right}
-    print(*judge(lesson.question, right, prediction).words, sep="\\n")
-""".strip()
+    return (
+        markdown(f"## Predict\n\n{question.text}\n\n{choices}".strip()),
+        *asked,
+        code(PREDICTION.format(kind=kind, right=right)),
     )
-
-
-def notes_cell(lesson: Lesson) -> Cell:
-    """Return the cell that says what to notice and to try."""
-    tries = "\n".join(f"- {sentence}" for sentence in lesson.tries)
-    return markdown(f"## See\n\n{lesson.notice}\n\n## Try\n\n{tries}")
-
-
-def check_cell(lesson: Lesson) -> Cell:
-    """Return the cell that says what the checks are."""
-    return markdown(
-        f"## Checked\n\nWhat this lesson claims, computed here beside what is exact. {lesson.question.words}"
-    )
-
-
-CHECKED = code(
-    """
-for check in lesson.checks:
-    print(check.title, check.run(), sep="\\n    ")
-""".strip()
-)
 
 
 def _quote(text: str) -> str:
@@ -95,76 +99,17 @@ def _quote(text: str) -> str:
     return f"r'''{text}'''" if lines_up else repr(text)
 
 
-ANSWER_IMPORTS = "from pftrack.teaching.lessons.lesson import answer_of"
+PREDICTION = """
+prediction = None  # write {kind} in its place
+if prediction is not None:
+    right = {right}
+    print(*judge(lesson.question, right, prediction).words, sep="\\n")
+""".strip()
 
-ANSWERED = "print(lesson.question.answer(run).exact)"
-
-
-def scenario_cells(lesson: Lesson) -> tuple[Cell, ...]:
-    """Return the cells of the notebook of a lesson that shows a run.
-
-    Raises:
-        TypeError: The lesson shows a figure.
-        LookupError: Its experiment is not there.
-    """
-    if not isinstance(lesson.body, Scenario):
-        raise TypeError(f"the lesson {lesson.id} shows a figure, and its notebook is that of a demonstration")
-    recipe = asked_run(lesson)
-    return (
-        title_cell(lesson),
-        lesson_cell(lesson, ANSWER_IMPORTS),
-        question_cell(lesson.question),
-        prediction_cell(lesson.question, "answer_of(lesson)"),
-        notes_cell(lesson),
-        *run_cells(recipe, find(recipe.experiment), plots=lesson.body.plots),
-        check_cell(lesson),
-        code(ANSWERED),
-        CHECKED,
-    )
-
-
-def lesson_notebook(lesson: Lesson) -> bytes:
-    """Return a lesson as the content of a Jupyter notebook; a demonstration with its own parameters and seed.
-
-    Raises:
-        LookupError: The experiment of a scenario is not there.
-    """
-    if isinstance(lesson.body, Demonstration):
-        return demonstration_notebook(lesson, lesson.body.parameters, lesson.body.seed)
-    return notebook_of(scenario_cells(lesson))
-
-
-def demonstration_notebook(lesson: Lesson, parameters: Parameters, seed: int) -> bytes:
-    """Return a demonstration as the content of a Jupyter notebook.
-
-    Args:
-        lesson: The lesson, whose body is a demonstration.
-        parameters: With which its figure is shown.
-        seed: Of the draws.
-
-    Raises:
-        TypeError: The lesson's body is a run.
-    """
-    return notebook_of(demonstration_cells(lesson, parameters, seed))
-
-
-def demonstration_cells(lesson: Lesson, parameters: Parameters, seed: int) -> tuple[Cell, ...]:
-    """Return the cells of that notebook; see there."""
-    if not isinstance(lesson.body, Demonstration):
-        raise TypeError(f"the lesson {lesson.id} is a run, and its notebook is that of a run")
-    return (
-        title_cell(lesson),
-        lesson_cell(lesson, IMPORTS),
-        question_cell(lesson.question),
-        code(ASKED),
-        prediction_cell(lesson.question, "lesson.question.answer(asked_at, lesson.body.seed)"),
-        notes_cell(lesson),
-        code(_values(parameters, seed)),
-        code(SHOWN),
-        check_cell(lesson),
-        CHECKED,
-    )
-
+CHECKED = """
+for check in lesson.checks:
+    print(check.title, check.run(), sep="\\n    ")
+""".strip()
 
 IMPORTS = """
 from IPython.display import Image

@@ -8,13 +8,12 @@ import pytest
 from markdown_it import MarkdownIt
 
 from pftrack.core.model.parameters import revise
-from pftrack.core.model.recipe import Recipe
 from pftrack.output.exports.notebook import code, markdown, notebook
 from pftrack.runs.record import make
 from pftrack.teaching.lessons import LESSONS
 from pftrack.teaching.lessons.lecturers import read_lessons
 from pftrack.teaching.lessons.lesson import Scenario, answer_of, question_recipe
-from pftrack.teaching.lessons.notebook import demonstration_notebook, lesson_cell, lesson_notebook
+from pftrack.teaching.lessons.notebook import lesson_cell, lesson_notebook
 from tests.notebooks import executed
 from tests.teaching.lessons.demonstrations import DEMONSTRATIONS, demonstration
 
@@ -30,7 +29,7 @@ def test_a_notebook_runs_in_a_kernel() -> None:
     lesson = LESSONS["probability"]
     body = demonstration(lesson)
     parameters = revise(body.parameters, {"count": 1000, "low": -0.5})
-    printed = executed(demonstration_notebook(lesson, parameters, 5))
+    printed = executed(lesson_notebook(lesson, parameters, 5))
     assert printed[-2].splitlines() == [str(number) for number in body.show(parameters, 5).numbers]
     assert printed[-1].splitlines() == [line for it in lesson.checks for line in (it.title, f"    {it.run()}")]
 
@@ -40,7 +39,7 @@ def test_the_values_of_every_lesson_are_in_its_cells(name: str) -> None:
     """The cell of the parameters, which alone differs from lesson to lesson, gives back what it was made of."""
     lesson = LESSONS[name]
     body = demonstration(lesson)
-    first, _, _, values, *_ = cells(demonstration_notebook(lesson, body.parameters, 17), "code")
+    first, _, _, values, *_ = cells(lesson_notebook(lesson, body.parameters, 17), "code")
     known: dict[str, Any] = {}
     exec(f"{first}\n{values}", known)  # noqa: S102 - it is the code that is tested
     assert known["lesson"] is lesson
@@ -53,7 +52,7 @@ def test_a_prediction_is_judged(capsys: pytest.CaptureFixture[str]) -> None:
     lesson = LESSONS["bayes"]
     body = demonstration(lesson)
     known: dict[str, Any] = {}
-    for source in cells(demonstration_notebook(lesson, body.parameters, body.seed), "code")[:3]:
+    for source in cells(lesson_notebook(lesson, body.parameters, body.seed), "code")[:3]:
         exec(source.replace("prediction = None", "prediction = 'middle'"), known)  # noqa: S102 - see above
     told = capsys.readouterr().out
     assert told.startswith("The right answer is")
@@ -65,20 +64,13 @@ def test_words_stand_before_what_they_speak_of(name: str) -> None:
     """Title and idea first, then the question with its choices, then what to notice and to try."""
     lesson = LESSONS[name]
     body = demonstration(lesson)
-    first, asked, seen, _ = cells(demonstration_notebook(lesson, body.parameters, body.seed), "markdown")
+    first, asked, seen, _ = cells(lesson_notebook(lesson, body.parameters, body.seed), "markdown")
     assert first.startswith(f"# {lesson.number}. {lesson.title}\n")
     assert lesson.idea in first
     assert lesson.question.text in asked
     assert all(words in asked for words in (lesson.question.choices or {}).values())
     assert lesson.question.words not in asked
     assert all(sentence in seen for sentence in (lesson.notice, *lesson.tries))
-
-
-def test_a_run_is_no_demonstration() -> None:
-    """A lesson that shows a run is refused by name."""
-    lesson = replace(LESSONS["bayes"], body=Scenario(Recipe(experiment="sine", tracker="kalman")))
-    with pytest.raises(TypeError, match=lesson.id):
-        demonstration_notebook(lesson, demonstration(LESSONS["probability"]).parameters, 1)
 
 
 def test_a_lecturers_scenario_runs_in_a_kernel() -> None:
