@@ -20,23 +20,19 @@ import typer
 from typer.core import TyperGroup
 
 from pftrack.cli import (
+    analysis,
     checks,
-    compare,
     evaluate,
     exercises,
     exports,
     failures,
     filters,
-    fit,
     learn,
     lessons,
     listing,
     results,
     run,
     sweep,
-)
-from pftrack.cli import (
-    explain as explanations,
 )
 from pftrack.cli.output import FAILED, CommandError, emit, explain, wrong_use
 from pftrack.core.entry_points import find
@@ -104,9 +100,7 @@ listing.register(app)
 run.register(app)
 results.register(app)
 exports.register(app)
-explanations.register(app)
-compare.register(app)
-fit.register(app)
+analysis.register(app)
 failures.register(app)
 filters.register(app)
 exercises.register(app)

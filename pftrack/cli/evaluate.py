@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pftrack.cli.checks import compiling
-from pftrack.cli.listing import Json, find_experiment
+from pftrack.cli.listing import Assignments, Json, find_experiment
 from pftrack.cli.output import CommandError, emit, note, progress, table, values_of, whole, wrong_use
 
 if TYPE_CHECKING:
@@ -40,9 +40,7 @@ def otb(
     ] = None,
     tracker: Annotated[str | None, typer.Option(help="A tracker's name, as `show` prints it.")] = None,
     seeds: Annotated[str, typer.Option(metavar="N", help="Runs of each sequence, with the seeds 0 to N - 1.")] = "10",
-    assignments: Annotated[
-        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A parameter's value; may be repeated.")
-    ] = None,
+    assignments: Assignments = None,
     json: Json = False,
 ) -> None:
     """Follow the first box of each sequence (OPE): success (area under the curve) and precision, beside published ones.

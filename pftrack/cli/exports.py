@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 
 from pftrack.cli.checks import compiling
-from pftrack.cli.footage import footage_of
+from pftrack.cli.footage import Moved, footage_of
 from pftrack.cli.listing import Json
 from pftrack.cli.output import CommandError, emit, note, progress, table, wrong_use
 
@@ -44,7 +44,7 @@ def export(
     plot: Annotated[
         str | None, typer.Option(metavar="ID", help="The one plot that pictures show; all if not given.")
     ] = None,
-    video: Annotated[Path | None, typer.Option(help="Where the run's video is now, if it was moved.")] = None,
+    video: Moved = None,
     json: Json = False,
 ) -> None:
     """Write a saved run as files of other kinds: tables, films, pictures of plots, a notebook; a sweep's maps, too."""
@@ -84,7 +84,7 @@ def _sweep(file: Path, places: list[Path], plot: str | None) -> list[Path]:
     """Write files of the result of a sweep and return them."""
     from pftrack.core.model.setup import ExportError
     from pftrack.sweep import read_result
-    from pftrack.sweep.report.exports import export_result
+    from pftrack.sweep.report import export_result
 
     result = read_result(file)
     pictures = [place for place in places if place.suffix.lower() in {".png", ".svg"}] or places

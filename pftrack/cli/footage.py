@@ -1,9 +1,11 @@
 """What a command line says of a recording: where it is, where it begins, what is marked in it, what is true of it."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
+from functools import wraps
+from inspect import Parameter, signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -39,6 +41,9 @@ Start = Annotated[
 Truth = Annotated[Path | None, typer.Option(help="CSV with what is true of each frame; `show` prints the columns.")]
 
 
+Moved = Annotated[Path | None, typer.Option("--video", help="Where the run's video is now, if it was moved.")]
+
+
 @dataclass(frozen=True)
 class FootageOptions:
     """What was said of a recording, as it was said.
@@ -60,13 +65,13 @@ class FootageOptions:
     @classmethod
     def of(
         cls,
-        video: Path | None,
-        tracks: Path | None,
-        mark: str | None,
-        box: str | None,
-        points: Path | None,
-        start: str | None,
-        truth: Path | None,
+        video: Video = None,
+        tracks: Tracks = None,
+        mark: Mark = None,
+        box: Box = None,
+        points: Points = None,
+        start: Start = None,
+        truth: Truth = None,
     ) -> "FootageOptions":
         """Gather the options; --box and --points are short for kinds of --mark."""
         if video is not None and tracks is not None:
@@ -82,6 +87,23 @@ class FootageOptions:
         if points is not None:
             marks.append(("--points", "points", str(points)))
         return cls(video or tracks, "--tracks" if tracks else "--video", tuple(marks), start, truth)
+
+
+def takes_footage(command: Callable[..., None]) -> Callable[..., None]:
+    """Return a command that has the options of a recording in place of its parameter `said`."""
+    options = [it.replace(kind=Parameter.KEYWORD_ONLY) for it in signature(FootageOptions.of).parameters.values()]
+    own = [it.replace(kind=Parameter.KEYWORD_ONLY) for it in signature(command).parameters.values()]
+    place = next(number for number, it in enumerate(own) if it.name == "said")
+    listed = [*own[:place], *options, *own[place + 1 :]]
+
+    @wraps(command)
+    def wrapped(**given: Any) -> None:  # noqa: ANN401 - whatever the command takes
+        said = FootageOptions.of(**{it.name: given.pop(it.name) for it in options})
+        command(**given, said=said)
+
+    wrapped.__signature__ = signature(command).replace(parameters=listed)  # type: ignore[attr-defined] # it is read from there
+    wrapped.__annotations__ = {it.name: it.annotation for it in listed}
+    return wrapped
 
 
 def open_setup(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pftrack.cli.checks import compiling
-from pftrack.cli.listing import Json, PresetName, find_experiment, find_preset
+from pftrack.cli.listing import Assignments, Json, PresetName, find_experiment, find_preset
 from pftrack.cli.output import CommandError, emit, note, progress, table, wrong_use
 from pftrack.cli.sweep import plan_of
 
@@ -39,9 +39,7 @@ def learn(
             "--axis", metavar="NAME=VALUES", help="Learn from runs with each of these values, as `sweep` has them."
         ),
     ] = None,
-    assignments: Annotated[
-        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A parameter's value; may be repeated.")
-    ] = None,
+    assignments: Assignments = None,
     trials: Annotated[
         str | None,
         typer.Option(metavar="T", help="Runs to learn from, of each combination of values; 10, or 1 of each."),

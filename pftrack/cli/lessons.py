@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pftrack.cli.checks import compiling
-from pftrack.cli.listing import Json
+from pftrack.cli.listing import Assignments, Json
 from pftrack.cli.output import FAILED, assign, emit, note, progress, suffix_of, table, value_of, whole, wrong_use
 
 if TYPE_CHECKING:
@@ -17,9 +17,6 @@ if TYPE_CHECKING:
 
 
 Named = Annotated[str, typer.Argument(metavar="ID", help="A lesson's id or number, as `lessons list` prints them.")]
-Assignments = Annotated[
-    list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A parameter's value; may be repeated.")
-]
 Seed = Annotated[str | None, typer.Option(metavar="SEED", help="Of the draws; the lesson's own if not given.")]
 
 Folder = Annotated[

@@ -9,7 +9,7 @@ import typer
 
 from pftrack.cli.exports import ExportOut, wanted_exports, write_exports
 from pftrack.cli.footage import open_footage
-from pftrack.cli.listing import Json
+from pftrack.cli.listing import Assignments, Json
 from pftrack.cli.output import CommandError, note, values_of, whole, wrong_use
 from pftrack.cli.run import compute_run, print_summary
 
@@ -42,9 +42,7 @@ def open_results(
         Path | None, typer.Option(help="Keep results, clip and truth as one recording, FILE.pft, for the page.")
     ] = None,
     export: ExportOut = None,
-    assignments: Annotated[
-        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A parameter's value; may be repeated.")
-    ] = None,
+    assignments: Assignments = None,
     show: Annotated[bool, typer.Option(help="Open the scene in a browser.")] = True,
     json: Json = False,
 ) -> None:

@@ -13,22 +13,9 @@ import typer
 from pftrack.cli.checks import compiling
 from pftrack.cli.exports import ExportOut, wanted_exports, write_exports
 from pftrack.cli.filters import Trust, chosen_tracker
-from pftrack.cli.footage import (
-    Box,
-    FootageOptions,
-    Mark,
-    Points,
-    Start,
-    Tracks,
-    Truth,
-    Video,
-    footage_of,
-    frames_left,
-    open_setup,
-    path_from,
-)
+from pftrack.cli.footage import FootageOptions, Moved, footage_of, frames_left, open_setup, path_from, takes_footage
 from pftrack.cli.learn import guidance_of
-from pftrack.cli.listing import Json, PresetName, find_experiment, find_preset
+from pftrack.cli.listing import Assignments, Json, PresetName, find_experiment, find_preset
 from pftrack.cli.output import FAILED, CommandError, emit, note, progress, table, text_of, values_of, whole, wrong_use
 
 if TYPE_CHECKING:
@@ -54,6 +41,7 @@ def register(app: typer.Typer) -> None:
     app.command("show-recipe")(show_recipe)
 
 
+@takes_footage
 def run(
     experiment: Annotated[
         str,
@@ -63,16 +51,9 @@ def run(
     tracker: Annotated[
         str | None, typer.Option(help="A tracker's name, as `show` prints it, or a file with a filter, FILE.py.")
     ] = None,
-    video: Video = None,
-    tracks: Tracks = None,
-    mark: Mark = None,
-    box: Box = None,
-    points: Points = None,
-    start: Start = None,
-    truth: Truth = None,
-    assignments: Annotated[
-        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A parameter's value; may be repeated.")
-    ] = None,
+    *,
+    said: FootageOptions,
+    assignments: Assignments = None,
     learned: Annotated[
         Path | None, typer.Option(metavar="FILE", help="What `learn` has written, by which guided trackers move.")
     ] = None,
@@ -106,7 +87,6 @@ def run(
     wanted = whole("--frames", frames, 1, LONGEST_RUN) if frames is not None else None
     _check_places(out, video_out)
     exports = wanted_exports(found, export or [])
-    said = FootageOptions.of(video, tracks, mark, box, points, start, truth)
     with ExitStack() as stack:
         stack.enter_context(compiling())
         setup, sequence = open_setup(stack, found, recipe, said, folder)
@@ -134,7 +114,7 @@ def run(
 
 def replay(
     file: Annotated[Path, typer.Argument(help="A run that was saved with `run --out` or from the page.")],
-    video: Annotated[Path | None, typer.Option(help="Where the run's video is now, if it was moved.")] = None,
+    video: Moved = None,
     video_out: VideoOut = None,
     export: ExportOut = None,
     trust: Trust = False,

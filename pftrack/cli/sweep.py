@@ -18,18 +18,7 @@ from rich.progress import Progress as Bar
 from typer.core import TyperGroup
 
 from pftrack.cli.filters import read_filters, with_filters
-from pftrack.cli.footage import (
-    Box,
-    FootageOptions,
-    Mark,
-    Points,
-    Start,
-    Swept,
-    Tracks,
-    Truth,
-    Video,
-    swept_recording,
-)
+from pftrack.cli.footage import FootageOptions, Swept, swept_recording, takes_footage
 from pftrack.cli.listing import Json, PresetName, find_experiment, find_preset
 from pftrack.cli.output import CommandError, Jobs, assign, emit, note, read_jobs, table, value_of, whole, wrong_use
 
@@ -60,16 +49,12 @@ def register(app: typer.Typer) -> None:
     app.add_typer(sweep, name="sweep")
 
 
+@takes_footage
 def run(
     experiment: Annotated[str | None, typer.Argument(help="An experiment's name, as `list` prints it.")] = None,
     preset: PresetName = None,
-    video: Video = None,
-    tracks: Tracks = None,
-    mark: Mark = None,
-    box: Box = None,
-    points: Points = None,
-    start: Start = None,
-    truth: Truth = None,
+    *,
+    said: FootageOptions,
     axes: Annotated[
         list[str] | None,
         typer.Option(
@@ -110,8 +95,7 @@ def run(
     processes = read_jobs(jobs)
     if cluster is not None and jobs is not None:
         raise wrong_use("--cluster computes on its own workers and takes no --jobs")
-    said = FootageOptions.of(video, tracks, mark, box, points, start, truth)
-    planned = [experiment, preset, axes, trackers, frames, assignments, out, *said.marks, start, truth]
+    planned = [experiment, preset, axes, trackers, frames, assignments, out, *said.marks, said.start, said.truth]
     if resume is not None and (dry_run or loss_probability or any(it is not None for it in planned)):
         raise wrong_use(
             "--resume continues the plan of its file and cannot be combined with a plan, --out or --dry-run"

@@ -95,7 +95,7 @@ def frame_in(line: int, text: str) -> int:
     return frame
 
 
-def number_in(line: int, what: str, text: str, *, delimiter: str = ",") -> float:
+def number_in(line: int, what: str, text: str, *, unit: str = "", delimiter: str = ",") -> float:
     """Return a number, NaN for a cell without one; where commas do not separate cells, they may separate decimals.
 
     Raises:
@@ -107,4 +107,4 @@ def number_in(line: int, what: str, text: str, *, delimiter: str = ",") -> float
     try:
         return float(bare if delimiter == "," else bare.replace(",", "."))
     except ValueError:
-        raise SourceError(f"line {line}: {what} must be a number, got {bare[:40]!r}") from None
+        raise SourceError(f"line {line}: {what} must be a number{unit and f' of {unit}'}, got {bare[:40]!r}") from None

@@ -341,7 +341,7 @@ def _columns(names: list[str], wanted: tuple[str, ...]) -> dict[str, int]:
 
 
 def _number(line: int, column: str, text: str, form: Form) -> float:
-    value = number_in(line, column, text)
+    value = number_in(line, column, text, unit=form.unit)
     if not abs(value) <= form.largest:
         raise SourceError(f"line {line}: {column} must be a number of {form.unit}, got {text[:40]!r}")
     return value

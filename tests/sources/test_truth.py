@@ -62,7 +62,7 @@ FRAME = "frame must be a whole number from 0 to 10,000,000"
         ("frame,x,y,w,h\n-1,1,2,3,4\n", f"truth.csv, line 2: {FRAME}, got '-1'"),
         ("frame,x,y,w,h\n1.5,1,2,3,4\n", f"truth.csv, line 2: {FRAME}, got '1.5'"),
         (f"frame,x,y,w,h\n{10**9},1,2,3,4\n", f"truth.csv, line 2: {FRAME}, got '1000000000'"),
-        ("frame,x,y,w,h\n\n0,1,two,3,4\n", "truth.csv, line 3: y must be a number, got 'two'"),
+        ("frame,x,y,w,h\n\n0,1,two,3,4\n", "truth.csv, line 3: y must be a number of px, got 'two'"),
         ("frame,x,y,w,h\n0,nan,2,3,4\n", "truth.csv, line 2: x must be a number of px, got 'nan'"),
         ("frame,x,y,w,h\n0,inf,2,3,4\n", "truth.csv, line 2: x must be a number of px, got 'inf'"),
         ("frame,x,y,w,h\n0,1,2,0,4\n", "truth.csv, line 2: w and h must be above 0, got 0 and 4"),

@@ -1,4 +1,4 @@
-"""`fit`: noises and sharpnesses of a saved run's tracker, fitted to what it has seen."""
+"""`compare`, `explain` and `fit`: what differs between runs, why a target was lost, and which noises fit a run."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -6,9 +6,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pftrack.cli.checks import compiling
+from pftrack.cli.exports import wanted_exports, write_exports
 from pftrack.cli.filters import Trust
+from pftrack.cli.footage import Moved
 from pftrack.cli.listing import Json
-from pftrack.cli.output import emit, note, progress, suffix_of, table
+from pftrack.cli.output import emit, note, progress, suffix_of, table, whole, wrong_use
 
 if TYPE_CHECKING:
     from pftrack.analysis.fitting.found import Fit
@@ -17,7 +19,81 @@ if TYPE_CHECKING:
 
 def register(app: typer.Typer) -> None:
     """Add the commands of this module."""
+    app.command()(compare)
+    app.command()(explain)
     app.command()(fit)
+
+
+def compare(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Saved runs, .pft, or recipes, .json.")],
+    trust: Trust = False,
+    json: Json = False,
+) -> None:
+    """Compare two to four runs on the frames that they have in common."""
+    from pftrack.api import compare as compared
+    from pftrack.api import load
+
+    with compiling():
+        found = compared(*(load(file, trust=trust) for file in files))
+    if json:
+        emit(found.as_dict())
+        return
+    table("What differs", ("", *found.names), [(it.title, *map(str, it.values)) for it in found.settings])
+    rows = [_row(outcome.as_dict()) for outcome in found.outcomes]
+    typer.echo("")
+    table("What came of it", ("", *found.names), [(name, *(row.get(name, "") for row in rows)) for name in rows[0]])
+    apart = found.first_difference
+    if apart is not None:
+        typer.echo(f"\nTheir estimates are the same before frame {apart} of the {found.frames} that are compared.")
+
+
+def _row(outcome: dict[str, object]) -> dict[str, str]:
+    plain = {name: value for name, value in outcome.items() if isinstance(value, (bool, int, float, str))}
+    return {name.replace("_", " "): _format_value(value) for name, value in plain.items()}
+
+
+def _format_value(value: object) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+MOST_SEEDS = 1000
+
+
+def explain(
+    file: Annotated[Path, typer.Argument(help="A saved run or a recording of beliefs, FILE.pft.")],
+    frame: Annotated[
+        str | None, typer.Option(metavar="N", help="The frame to ask about; the first lasting loss if not given.")
+    ] = None,
+    seeds: Annotated[
+        str, typer.Option(metavar="N", help="With how many seeds to try each change that might have saved it; 0: none.")
+    ] = "20",
+    video: Moved = None,
+    trust: Trust = False,
+    json: Json = False,
+    html: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the run with all of it as an HTML page, too.")
+    ] = None,
+) -> None:
+    """Say why the target of a run was lost, since when, what shows it, and what would have saved it."""
+    from pftrack.analysis.explanation import explain as explain_run
+    from pftrack.api import load
+
+    if html is not None and html.suffix.lower() != ".html":
+        raise wrong_use(f"--html must name a file that ends in .html, got {html.name}")
+    with compiling():
+        run = load(file, recording=video, trust=trust)
+        asked = None if frame is None else whole("--frame", frame, 0, run.computed)
+        page = wanted_exports(run.experiment, [] if html is None else [html])
+        with progress("runs") as tick:
+            explanation = explain_run(run, asked, seeds=whole("--seeds", seeds, 0, MOST_SEEDS), on_step=tick)
+    if explanation.what_if is not None:
+        run.explained = explanation
+    write_exports(page, run)
+    if json:
+        emit(explanation.as_dict())
+        return
+    for line in explanation.lines:
+        typer.echo(line)
 
 
 def fit(
