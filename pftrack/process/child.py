@@ -82,9 +82,10 @@ class Child:
         self._signal(signal.SIGTERM)
 
     def kill(self) -> None:
-        """End it, and whatever it has started in a group of its own."""
-        with suppress(ProcessLookupError, PermissionError):
-            os.killpg(self.pid, signal.SIGKILL)
+        """End it, and whatever it has started; the fork server has done that where it has ended already."""
+        if self.status() is None:  # otherwise its number may be another group's by now
+            with suppress(ProcessLookupError, PermissionError):
+                os.killpg(self.pid, signal.SIGKILL)
         self._signal(signal.SIGKILL)  # it may not be the leader of a group yet
 
     def _signal(self, number: int) -> None:

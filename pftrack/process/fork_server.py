@@ -19,13 +19,14 @@ import subprocess
 import sys
 import threading
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from pathlib import Path
 from typing import NoReturn
 
 from pftrack.process.child import NUMBER, ONE_THREAD, Child, command, environment
-from pftrack.process.limits import close_descriptors, leave_interrupts_to_parent
+from pftrack.process.limits import adopt_orphans, close_descriptors, leave_interrupts_to_parent
 from pftrack.process.pipe import BlockingEnd, pair
 
 GRACE_S = 5.0
@@ -234,6 +235,7 @@ def serve(owner: socket.socket) -> None:
     """
     leave_interrupts_to_parent()
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    adopt_orphans()
     _freeze()
     woken, wakes = os.pipe()
     os.set_blocking(woken, False)
@@ -252,6 +254,9 @@ def serve(owner: socket.socket) -> None:
                         for pid in children:
                             os.kill(pid, signal.SIGKILL)
                             _end_group(pid)
+                        while _end_orphans({}):
+                            with suppress(ChildProcessError):
+                                os.wait()
                         return
                 else:
                     with suppress(BlockingIOError):
@@ -314,15 +319,32 @@ def _fork(owner: socket.socket, children: dict[int, int], mine: list[int], end: 
 
 
 def _reap(children: dict[int, int]) -> None:
-    while children:
-        pid, status = os.waitpid(-1, os.WNOHANG)
-        if pid == 0:
-            return
-        if pid in children:
-            _end_group(pid)
-            told = children.pop(pid)
-            _tell(told, os.waitstatus_to_exitcode(status))
-            os.close(told)
+    """Take note of children that have ended, and end what they leave behind."""
+    with suppress(ChildProcessError):  # there are none
+        while (ended := os.waitpid(-1, os.WNOHANG))[0]:
+            pid, status = ended
+            if pid in children:
+                _end_group(pid)
+                told = children.pop(pid)
+                _tell(told, os.waitstatus_to_exitcode(status))
+                os.close(told)
+            _end_orphans(children)
+
+
+def _end_orphans(children: Container[int]) -> bool:
+    """End what was started by children that have ended, in whatever group; return whether there was any.
+
+    What loses its parent becomes a child of this process (`adopt_orphans`), and so does what it has started in turn.
+    """
+    try:
+        listed = Path(f"/proc/self/task/{os.getpid()}/children").read_text(encoding="ascii").split()
+    except OSError:  # another system than Linux
+        return False
+    orphans = [pid for pid in map(int, listed) if pid not in children]
+    for pid in orphans:
+        with suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)
+    return bool(orphans)
 
 
 def _end_group(pid: int) -> None:

@@ -31,6 +31,9 @@ SACRIFICE = 500
 END_WITH_PARENT = 1
 """PR_SET_PDEATHSIG of prctl(2)."""
 
+ADOPT_ORPHANS = 36
+"""PR_SET_CHILD_SUBREAPER."""
+
 LOOK_S = 0.5
 
 PATIENCE_S, AUTOGROUP_WAIT_S = 1.0, 0.05
@@ -172,6 +175,15 @@ def end_with_parent() -> None:
             os._exit(1)
 
         threading.Thread(target=follow, name="follow-parent", daemon=True).start()
+
+
+def adopt_orphans() -> None:
+    """Become the parent of what children of this process leave behind, however far off; other systems than Linux can't.
+
+    A process may leave its group, but not this line of descent, so it can be found and ended.
+    """
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(ADOPT_ORPHANS, 1, 0, 0, 0)
 
 
 def _lower(what: int, soft: int, grace: int = 0) -> None:

@@ -7,7 +7,7 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -42,13 +42,15 @@ def tell(child: Child, what: str) -> None:
     BlockingEnd(child.end).send(what)
 
 
-def leave_another(end: socket.socket, *killing: object) -> None:
+def leave_another(end: socket.socket, *killing: object, apart: bool = False) -> None:
     """Start another process in a group of its own, say its number, and end as told, or end the fork server at once."""
     os.setsid()
     end_with_parent()
     other = os.fork()
     if other == 0:
         end.close()
+        if apart:
+            os.setsid()
         signal.pause()
     pipe = BlockingEnd(end)
     pipe.send(other)
@@ -210,10 +212,18 @@ def test_it_ends_with_its_owner(server: ForkServer) -> None:
         assert not psutil.wait_procs(family, timeout=30)[1]
 
 
+def leave_another_apart(end: socket.socket) -> None:
+    """Do so, in a session that the other process begins itself."""
+    leave_another(end, apart=True)
+
+
+@pytest.mark.parametrize("start", [leave_another, leave_another_apart])
 @pytest.mark.parametrize("first", ["the child", "the owner"])
-def test_what_a_child_has_started_ends_with_it(server: ForkServer, first: str) -> None:
-    """The whole group of a child ends after it, or with the fork server."""
-    child = server.fork(leave_another)
+def test_what_a_child_has_started_ends_with_it(
+    server: ForkServer, first: str, start: Callable[[socket.socket], None]
+) -> None:
+    """What a child has started ends after it, or with the fork server, in whatever group it is."""
+    child = server.fork(start)
     with child.end:
         other = BlockingEnd(child.end).receive()
         if first == "the child":
@@ -221,6 +231,22 @@ def test_what_a_child_has_started_ends_with_it(server: ForkServer, first: str) -
         else:
             server.close()
         waiting.wait_for(lambda: has_ended(other))
+
+
+def test_a_number_that_another_group_has_by_now_is_not_killed(
+    server: ForkServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A child that has ended is not killed again, since the system may have given its number to others."""
+    child = server.fork(obey)
+    with child.end:
+        who(child)
+        tell(child, "return")
+    assert child.status(wait_s=30) == 0
+    killed: list[int] = []
+    monkeypatch.setattr(os, "killpg", lambda pid, _: killed.append(pid))
+    monkeypatch.setattr(os, "kill", lambda pid, _: killed.append(pid))
+    child.kill()
+    assert killed == []
 
 
 def test_what_cannot_be_imported_is_told() -> None:
