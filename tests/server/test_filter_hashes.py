@@ -1,5 +1,6 @@
 """Filters that a recipe names by their hash: nothing but what the server's owner has named is read, let alone run."""
 
+import asyncio
 import json
 import os
 import zipfile
@@ -17,13 +18,13 @@ from pftrack.experiments import find
 from pftrack.experiments.own.code import digest_of
 from pftrack.experiments.own.extension import example_of
 from pftrack_server.settings import Settings
+from pftrack_server.store.files import DataDirectory
 from tests.server.host import begin, error_of, running
 from tests.waiting import wait_for
 
 TEXT = example_of(find("ball"))
 TOKEN = "a token of the owner"
 HEADERS = {"Authorization": f"Bearer {TOKEN}"}
-SWEEP = {"experiment": "ball", "trackers": ["evil"], "axes": [], "trials": 1, "frames": 3}
 
 
 @pytest.fixture(scope="module")
@@ -93,18 +94,34 @@ WAYS_IN: dict[str, Callable[[dict[str, Any]], dict[str, Any]]] = {
     "source-code": twice,
     "lectures": lambda recipe: {"json": lecture(recipe)},
     "lectures/import": lambda recipe: {"content": f"---\n{yaml.safe_dump(lecture(recipe))}---\n"},
-    "sweeps": lambda recipe: {"json": {**SWEEP, "filters": recipe["filters"]}},
-    "sweeps/estimate": lambda recipe: {"json": {**SWEEP, "filters": recipe["filters"], "measure": True}},
 }
 
 
 @pytest.mark.parametrize("way", WAYS_IN)
 def test_no_way_in_leads_to_a_file_elsewhere(client: httpx.Client, evil: dict[str, Any], way: str) -> None:
     """A recipe with anything but a text or a hash in hexadecimal digits is refused, and nothing of it has run."""
-    error_of(client.post(f"/api/v1/{way}", **WAYS_IN[way](evil)), 422)
+    refused = error_of(client.post(f"/api/v1/{way}", **WAYS_IN[way](evil)), 422)
+    assert "64 hexadecimal digits in lower case" in refused["message"] or "recipe.filters.b.0" in refused["message"]
 
 
-@pytest.mark.parametrize("way", [way for way in WAYS_IN if not way.startswith("sweeps")])
+def test_kept_filters_are_read_in_a_thread(client: httpx.Client, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No way in reads a filter's file in the event loop, which a slow disk would stop."""
+    read: list[bool] = []
+    kept_under = DataDirectory._filter
+
+    def watched(files: DataDirectory, digest: str) -> str | None:
+        read.append(asyncio._get_running_loop() is None)
+        return kept_under(files, digest)
+
+    monkeypatch.setattr(DataDirectory, "_filter", watched)
+    recipe = {"experiment": "ball", "tracker": "mine", "frames": 9, "filters": {"mine": [digest_of(TEXT)]}}
+    for way, body in WAYS_IN.items():
+        client.post(f"/api/v1/{way}", **body(recipe))
+    assert len(read) > 3
+    assert all(read)
+
+
+@pytest.mark.parametrize("way", WAYS_IN)
 def test_every_way_in_takes_a_hash_that_is_known(client: httpx.Client, way: str) -> None:
     """So that what is refused above is refused for its filter alone."""
     recipe = {"experiment": "ball", "tracker": "mine", "frames": 9, "filters": {"mine": [digest_of(TEXT)]}}
