@@ -23,9 +23,13 @@ from pftrack.core.model.source import Frame, Target  # noqa: E402
 from pftrack.core.numerics.random import Purpose, Stream  # noqa: E402
 from pftrack.experiments import find  # noqa: E402
 from pftrack.experiments.histogram.experiment import RecordedHistogramParameters  # noqa: E402
-from pftrack.vision.likelihoods.background import NO_BACKGROUND  # noqa: E402
 from pftrack.vision.likelihoods.counting import bin_table  # noqa: E402
-from pftrack.vision.likelihoods.histogram import Window, fit, similarities  # noqa: E402
+from pftrack.vision.likelihoods.histogram import (  # noqa: E402
+    NO_BACKGROUND,
+    Window,
+    fit,
+    similarities,
+)
 
 BOXES, REACH = 300, 20
 WIDTH, HEIGHT = 640, 480

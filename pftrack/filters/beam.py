@@ -38,14 +38,13 @@ class Beam(Generic[T]):
         """Refuse arrays of other lengths.
 
         Raises:
+            TypeError: Weights or parents are not an array of numbers.
             ValueError: There is no member, or there are not as many weights or parents as members.
         """
-        expected = (len(self.members),)
-        if not self.members or self.log_weights.shape != expected or self.parents.shape != expected:
-            raise ValueError(
-                f"a beam of {len(self.members)} members needs at least one, and as many weights and parents, got "
-                f"log_weights {self.log_weights.shape} and parents {self.parents.shape}"
-            )
+        if not self.members:
+            raise ValueError("a beam needs at least one member, got none")
+        count = f"{len(self.members)}"
+        check(missing=True, log_weights=(self.log_weights, count), parents=(self.parents, count, "whole"))
 
     @classmethod
     def of(cls, member: T) -> "Beam[T]":

@@ -37,26 +37,26 @@ class ParticleSet:
     ancestors: Ints
 
     def __post_init__(self) -> None:
-        """Refuse arrays that do not fit together; NaN is not looked for, since that takes longer than a step may.
+        """Refuse arrays that do not fit together, and states that are not finite.
 
         Raises:
             TypeError: One is not an array of real numbers.
-            ValueError: There are no particles, or not as many states as weights and ancestors.
+            ValueError: There are no particles, not as many states as weights and ancestors, or a state holds NaN or
+                infinity.
         """
         states, log_weights, ancestors = self.states, self.log_weights, self.ancestors
         try:
             fits = 0 < len(states) == len(log_weights) == len(ancestors)
             fits = fits and states.ndim == 2 and log_weights.ndim == ancestors.ndim == 1
             fits = fits and states.dtype.num == log_weights.dtype.num == _FLOAT and ancestors.dtype.num == _INDEX
+            # A sum of squares is finite only if all are; it takes a fifth of the time of looking at each.
+            flat = states.ravel("K")
+            fits = fits and math.isfinite(flat.dot(flat))
         except (AttributeError, TypeError):
             fits = False
         if not fits:
-            check(
-                missing=True,
-                states=(states, "N d"),
-                log_weights=(log_weights, "N"),
-                ancestors=(ancestors, "N", "whole"),
-            )
+            sizes = {"N": check(states=(states, "N d"))["N"]}
+            check(missing=True, sizes=sizes, log_weights=(log_weights, "N"), ancestors=(ancestors, "N", "whole"))
 
     @classmethod
     def uniform(cls, states: Floats) -> "ParticleSet":

@@ -3,9 +3,17 @@
 import numpy as np
 import pytest
 
-from pftrack.vision.likelihoods.background import NO_BACKGROUND, Background, background_of
 from pftrack.vision.likelihoods.counting import BINS, bin_table
-from pftrack.vision.likelihoods.histogram import Window, fit, roots_of, shares, similarity
+from pftrack.vision.likelihoods.histogram import (
+    NO_BACKGROUND,
+    Background,
+    Window,
+    background_of,
+    fit,
+    roots_of,
+    shares,
+    similarity,
+)
 
 RED, GREEN, BLUE = (200, 30, 30), (30, 160, 40), (30, 40, 200)
 MIDDLE = np.array([40.0, 30.0])

@@ -7,9 +7,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pftrack.vision.likelihoods import histogram
-from pftrack.vision.likelihoods.background import NO_BACKGROUND
 from pftrack.vision.likelihoods.counting import BINS, SPACES, Space, bin_table
-from pftrack.vision.likelihoods.histogram import Window, fit, log_likelihood, rho_map, shares, similarities, similarity
+from pftrack.vision.likelihoods.histogram import (
+    NO_BACKGROUND,
+    Window,
+    fit,
+    log_likelihood,
+    rho_map,
+    shares,
+    similarities,
+    similarity,
+)
 
 SIZE = (96, 64)
 RNG = np.random.default_rng(5)

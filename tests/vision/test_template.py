@@ -97,7 +97,7 @@ def test_templates_at_the_edge_are_completed(grey: np.ndarray) -> None:
     for beyond in ([-1.0, 5.0], [160.0, 5.0], [np.nan, 5.0]):
         with pytest.raises(ValueError, match="within the picture of 160 x 120 px"):
             template.cut(grey, np.array([beyond]), SIZES[:1])
-    with pytest.raises(ValueError, match="as many points as sizes"):
+    with pytest.raises(ValueError, match=r"points must be \(F, 2\) with F = 1"):
         template.cut(grey, POINTS, SIZES[:1])
 
 

@@ -81,8 +81,29 @@ def compiled(function: Callable[Arguments, Result]) -> Callable[Arguments, Resul
             mark_of(function),
             precompiled_folder(Path(function.__code__.co_filename)) if PRECOMPILED.exists() else None,
         )
+    with suppress(AttributeError):  # the interpreter asks for this where arguments are of types that were not seen yet
+        dispatcher._compile_for_args = partial(  # type: ignore[attr-defined] # noqa: SLF001
+            _compile_checked,
+            dispatcher._compile_for_args,  # type: ignore[attr-defined] # noqa: SLF001
+            function.__name__,
+        )
     FUNCTIONS.append(dispatcher)
     return cast("Callable[Arguments, Result]", dispatcher)
+
+
+def _compile_checked(compile_for: Callable[..., object], name: str, *given: Any) -> object:  # noqa: ANN401
+    """Compile a function for arguments of types that were not seen yet.
+
+    Raises:
+        TypeError: An argument is a list, or the function takes no arguments of these types.
+    """
+    got = ", ".join(f"{it.ndim}-D {it.dtype}" if isinstance(it, np.ndarray) else type(it).__name__ for it in given)
+    if any(isinstance(it, list) for it in given):  # which Numba would copy item by item
+        raise TypeError(f"{name} takes arrays and numbers, got {got}; turn lists into arrays")
+    try:
+        return compile_for(*given)
+    except numba.TypingError as error:
+        raise TypeError(f"{name} takes arrays and numbers of other types or dimensions, got {got}") from error
 
 
 def count_precompiled() -> int:

@@ -29,10 +29,19 @@ from pftrack.experiments.shared.reports import PointState
 from pftrack.experiments.shared.sampling.loop import Motion
 from pftrack.experiments.shared.sampling.samplers import Likelihood, crop, picture_of
 from pftrack.filters.particles import ParticleSet, normalise
-from pftrack.vision.likelihoods.background import NO_BACKGROUND, Background, background_of
 from pftrack.vision.likelihoods.camera import camera_shift, small_grey
 from pftrack.vision.likelihoods.counting import BINS, Space, bin_colours, bin_table
-from pftrack.vision.likelihoods.histogram import Window, fit, roots_of, shares, similarities, similarity
+from pftrack.vision.likelihoods.histogram import (
+    NO_BACKGROUND,
+    Background,
+    Window,
+    background_of,
+    fit,
+    roots_of,
+    shares,
+    similarities,
+    similarity,
+)
 
 DIMENSION = 5
 """Of the state: position (u, v) in px, velocity in px/frame, logarithm of the size beside the first one."""

@@ -61,6 +61,22 @@ class Cloud:
     logs: NDArray[np.float32]
     known: Ints
 
+    def __post_init__(self) -> None:
+        """Refuse arrays that do not fit together, which a compiled loop would read beyond their ends.
+
+        Raises:
+            ValueError: There are not as many of one as of the others, or a track has nodes beyond the last one.
+        """
+        nodes = len(self.nodes)
+        fits = self.nodes.shape == (nodes, 2) and self.parents.shape == self.counts.shape == (nodes,)
+        fits = fits and self.offsets.ndim == 2 and self.known.shape == self.offsets.shape[:1]
+        if not fits or self.offsets.max(initial=0) > nodes or self.offsets.min(initial=0) < 0:
+            raise ValueError(
+                "a cloud needs nodes (n, 2), as many parents and counts, and offsets (K, A) up to n and ages (K,), got "
+                f"{self.nodes.shape}, {self.parents.shape}, {self.counts.shape}, {self.offsets.shape} up to "
+                f"{self.offsets.max(initial=0)} and {self.known.shape}"
+            )
+
     @property
     def nbytes(self) -> int:
         """How much memory it takes."""

@@ -34,6 +34,17 @@ class Gaussians:
     covariances: Floats
     drives: Floats
 
+    def __post_init__(self) -> None:
+        """Refuse arrays that do not fit together.
+
+        Raises:
+            TypeError: One is not an array of real numbers.
+            ValueError: They are not of as many frames or tracks as one another.
+        """
+        if any(map(np.size, (self.means, self.covariances, self.drives))):  # there may be no tracks
+            of = {"means": (self.means, "A K 2 2"), "covariances": (self.covariances, "A K 3")}
+            check(missing=True, drives=(self.drives, "A K"), **of)
+
     @property
     def nbytes(self) -> int:
         """How much memory it takes."""
@@ -53,7 +64,14 @@ def begin(means: Floats, covariances: Floats, observed: Floats, start_sd: float)
         covariances: (K, 3) of the same.
         observed: (K, 2) measurements, px; NaN where there is none.
         start_sd: Standard deviation of either position, px.
+
+    Raises:
+        TypeError: One is not an array of real numbers.
+        ValueError: There are not as many of one as of the others.
     """
+    if any(map(np.size, (means, observed))):
+        of = {"means": (means, "K 2 2"), "covariances": (covariances, "K 3")}
+        check(missing=True, observed=(observed, "K 2"), **of)
     new = np.isnan(means[:, 0, 0]) & np.isfinite(observed).all(axis=1)
     if not new.any():
         return means, covariances
@@ -244,8 +262,14 @@ NEIGHBOURS = 1
 
 @compiled
 def locate(nodes: NDArray[np.float32], counts: NDArray[np.uint16], by_mode: bool) -> tuple[float, float]:
-    """Return where nodes (n, 2), px, of `counts` (n,) particles each come to; of equally full bins the first counts."""
+    """Return where nodes (n, 2), px, of `counts` (n,) particles each come to; of equally full bins the first counts.
+
+    Raises:
+        ValueError: There are not as many of one as of the other, or none.
+    """
     count = nodes.shape[0]
+    if count == 0 or nodes.shape[1] != 2 or counts.shape[0] != count:
+        raise ValueError("expected as many counts as nodes (n, 2), and at least one, got other sizes")
     bins = np.zeros((count, 2), np.int64)
     top_x, top_y = np.int64(0), np.int64(0)
     if by_mode:

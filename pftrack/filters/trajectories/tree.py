@@ -1,4 +1,6 @@
-"""The tree of a track's positions, of which only those with descendants are kept; pieces of a compiled loop.
+"""The tree of a track's positions, of which only those with descendants are kept.
+
+These are pieces of the compiled loop of `cloud`, which lets in only what fits; they look at no sizes themselves.
 
 A tree in the making is three arrays that have room for all tracks, and a cursor: positions, numbers of parents, numbers
 of descendants. The nodes of an age lie together.
@@ -12,8 +14,6 @@ from numpy.typing import NDArray
 from pftrack.core.arrays import Floats, Ints
 from pftrack.core.numerics.compiled import compiled
 from pftrack.filters.resampling import systematic_parents
-
-__all__ = ["Tree", "came_from", "copy", "grow", "positions_of", "sample_positions", "sprout"]
 
 Tree: TypeAlias = tuple[NDArray[np.float32], NDArray[np.uint16], NDArray[np.uint16]]
 

@@ -138,7 +138,13 @@ def likelihood_surface(method: Method, track: Floats, settings: Settings, grid: 
     """Return log p(Y; sigma^2, tau^2) of a track (T, 2) over a grid (n, n), sigma^2 along the first axis.
 
     All pairs meet the same random numbers, so that the surface is smooth.
+
+    Raises:
+        TypeError: The track or the grid is not an array of real numbers.
+        ValueError: One has another shape, or the grid is not finite.
     """
+    check(grid=(grid, "n"))
+    check(missing=True, track=(track, "T 2"))
     noise, drive = (values.ravel() for values in np.meshgrid(grid, grid, indexing="ij"))
     if method == "lg":
         found = gaussian.log_likelihoods(np.ascontiguousarray(track), noise, drive, settings.start_sd)

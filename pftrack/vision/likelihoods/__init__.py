@@ -4,15 +4,14 @@ A likelihood is a model fitted beforehand that turns a picture and states (N, d)
 constant that is the same for all states. Likelihoods know no filters.
 
 - `chromaticity`: the colour of the one pixel under the particle, brightness taken out;
-- `histogram`: the colours of the window around it, compared with those of a model; `counting`: how many windows are
-  counted at once;
+- `histogram`: the colours of the window around it, compared with those of a model and of what is around; `counting`:
+  how many windows are counted at once;
 - `points`: measured positions of several features, each with its own noise;
 - `template`: patches of the first frame by normalised correlation, and a bank of them by pose;
 - `separation`: whether a likelihood tells a target from what is around it, and templates in relief;
-- `hidden`: features that may be hidden; `background`: the colours around a target; `camera`: how far a picture has
-  moved.
+- `hidden`: features that may be hidden; `camera`: how far a picture has moved.
 """
 
 from pftrack.vision.likelihoods import chromaticity, histogram, points, separation, template
 
-__all__ = ["chromaticity", "histogram", "points", "separation", "template", "template_bank"]
+__all__ = ["chromaticity", "histogram", "points", "separation", "template"]

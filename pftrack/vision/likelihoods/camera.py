@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats, Ints
+from pftrack.core.numerics.checks import check_picture
 from pftrack.core.numerics.compiled import compiled, read_only
 
 LONGER_SIDE_PX = 160
@@ -22,7 +23,13 @@ COARSE_REACH, FINE_REACH = 8, 2
 
 
 def small_grey(image_rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return a picture (height, width, 3) in grey and small: means of squares of whole pixels."""
+    """Return a picture (height, width, 3) in grey and small: means of squares of whole pixels.
+
+    Raises:
+        TypeError: The picture is not an array of bytes.
+        ValueError: It is not (height, width, 3).
+    """
+    check_picture(image_rgb)
     return _small_grey(read_only(image_rgb), _scale_of(image_rgb))
 
 
@@ -33,7 +40,14 @@ def camera_shift(before: NDArray[np.uint8], image_rgb: NDArray[np.uint8], after:
         before: The last picture, small and grey.
         image_rgb: This picture, which tells the scale.
         after: This picture, small and grey.
+
+    Raises:
+        TypeError: One is not an array of bytes.
+        ValueError: One has other sides.
     """
+    check_picture(image_rgb)
+    check_picture(before, "height width")
+    check_picture(after, "height width")
     if before.shape != after.shape:
         return np.zeros(2)
     return float(_scale_of(image_rgb)) * _shift(before, after)

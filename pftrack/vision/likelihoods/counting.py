@@ -35,7 +35,12 @@ DARK = 153
 
 @lru_cache(maxsize=3)
 def bin_table(space: Space) -> NDArray[np.uint8]:
-    """Return the bin (2^24,) of each colour, by 65536 R + 256 G + B."""
+    """Return the bin (2^24,) of each colour, by 65536 R + 256 G + B.
+
+    Raises:
+        ValueError: There is no such space.
+    """
+    _check_space(space)
     table = np.empty((256, 256, 256), np.uint8)
     plane = np.empty((256, 256, 3), np.uint8)
     plane[:, :, 1], plane[:, :, 2] = np.arange(256)[:, None], np.arange(256)
@@ -47,7 +52,12 @@ def bin_table(space: Space) -> NDArray[np.uint8]:
 
 @lru_cache(maxsize=3)
 def bin_colours(space: Space) -> NDArray[np.uint8]:
-    """Return a colour for each bin, (110, 3) RGB: the mean of those that belong to it, of every eighth level."""
+    """Return a colour for each bin, (110, 3) RGB: the mean of those that belong to it, of every eighth level.
+
+    Raises:
+        ValueError: There is no such space.
+    """
+    _check_space(space)
     levels = np.arange(0, 256, 8, dtype=np.uint8)
     colours = np.stack(np.meshgrid(levels, levels, levels, indexing="ij"), axis=-1).reshape(-1, 1, 3)
     bins = SPACES[space](colours).ravel()
@@ -104,9 +114,17 @@ SPACES: dict[Space, Callable[[NDArray[np.uint8]], NDArray[np.uint8]]] = {
 }
 """How colours (h, w, 3) are put into bins (h, w), by name."""
 
+
+def _check_space(space: Space) -> None:
+    if space not in SPACES:
+        raise ValueError(f"a space of colour is one of {', '.join(SPACES)}, got {space!r}")
+
+
 # A window is a row of eight whole numbers: left, top, right, bottom within the picture (right and bottom are the first
 # beyond it), the middle's column and row, half width and half height.
 
+WINDOW, CHANNELS, COLOURS = 8, 3, 1 << 24
+"""How many numbers a window has, channels a picture, and colours there are."""
 LEAST_COVERAGE = 0.25
 """A window of which a smaller share lies within the picture is outside."""
 EVERYWHERE = 1e9
@@ -133,8 +151,13 @@ def windows_around(
         half_heights: (N,) likewise.
         width: Of the picture, px.
         height: Of it.
+
+    Raises:
+        ValueError: There are not as many of one as of the others.
     """
     count = columns.shape[0]
+    if rows.shape[0] != count or half_widths.shape[0] != count or half_heights.shape[0] != count:
+        raise ValueError("expected as many rows and half sides as columns of windows, got other numbers")
     windows = np.zeros((count, 8), np.int64)
     for n in range(count):
         if not (abs(columns[n]) < EVERYWHERE and abs(rows[n]) < EVERYWHERE):
@@ -153,7 +176,13 @@ def windows_around(
 
 @compiled
 def shift(window: Ints, left: int, top: int) -> Ints:
-    """Return a window as it lies in a part of the picture that begins at (left, top)."""
+    """Return a window as it lies in a part of the picture that begins at (left, top).
+
+    Raises:
+        ValueError: It is not a window (8,).
+    """
+    if window.shape[0] != WINDOW:
+        raise ValueError("expected a window of 8 numbers, got another number")
     moved = window.copy()
     for place in (0, 2, 4):
         moved[place] -= left
@@ -162,7 +191,7 @@ def shift(window: Ints, left: int, top: int) -> Ints:
 
 
 @compiled
-def path(windows: Ints) -> Ints:
+def _path(windows: Ints) -> Ints:
     """Return the windows' numbers (N,) so that neighbours follow each other: in strips, to and fro."""
     count = windows.shape[0]
     left = top = 1 << 40
@@ -183,7 +212,7 @@ def path(windows: Ints) -> Ints:
 
 
 @compiled
-def same(one: Ints, other: Ints) -> bool:
+def _same(one: Ints, other: Ints) -> bool:
     """Tell whether two windows are the same."""
     for place in range(one.shape[0]):  # noqa: SIM110 - `all` of a generator cannot be compiled
         if one[place] != other[place]:
@@ -192,7 +221,7 @@ def same(one: Ints, other: Ints) -> bool:
 
 
 @compiled
-def overlap(one: Ints, other: Ints) -> int:
+def _overlap(one: Ints, other: Ints) -> int:
     """Return the number of pixels that two windows share."""
     across = min(one[2], other[2]) - max(one[0], other[0])
     down = min(one[3], other[3]) - max(one[1], other[1])
@@ -210,7 +239,16 @@ LANES = 4
 def assign_bins(
     image_rgb: NDArray[np.uint8], table: NDArray[np.uint8], left: int, top: int, right: int, bottom: int
 ) -> NDArray[np.uint8]:
-    """Return the bins of the pixels left..right - 1, top..bottom - 1."""
+    """Return the bins of the pixels left..right - 1, top..bottom - 1.
+
+    Raises:
+        ValueError: They are not all within the picture (height, width, 3), or the table has no bin for some colours.
+    """
+    height, width, channels = image_rgb.shape
+    if channels != CHANNELS or table.shape[0] != COLOURS:
+        raise ValueError("expected a picture (height, width, 3) and bins (2^24,) of colours, got other sizes")
+    if not (0 <= left <= right <= width and 0 <= top <= bottom <= height):
+        raise ValueError("expected a rectangle within the picture, got one that reaches beyond it")
     bins = np.empty((bottom - top, right - left), np.uint8)
     for row in range(bottom - top):
         line, pixels = bins[row], image_rgb[top + row]
@@ -232,21 +270,31 @@ def coefficients(
     kernel: bool,
     parts: tuple[int, int],
 ) -> Floats:
-    """Return rho (N,) of windows in a picture of bins, given sqrt(q) (110 in each part) and weights (110,) of bins."""
-    count = windows.shape[0]
+    """Return rho (N,) of windows in a picture of bins, given sqrt(q) (110 in each part) and weights (110,) of bins.
+
+    Raises:
+        ValueError: The sizes do not agree, or a window reaches beyond the picture.
+    """
+    count, numbers = windows.shape
+    height, width = bins.shape
+    if root_model.shape[0] != BINS * parts[0] * parts[1] or weights.shape[0] != BINS or numbers != WINDOW:
+        raise ValueError("expected 110 roots in each part, weights (110,) and windows (N, 8), got other sizes")
+    for n in range(count):
+        if min(windows[n, 0], windows[n, 1]) < 0 or windows[n, 2] > width or windows[n, 3] > height:
+            raise ValueError("expected windows within the picture, got one that reaches beyond it")
     found = np.zeros(count)
     counts = np.zeros((LANES, root_model.shape[0]), np.int32)
     whole = not kernel and parts[0] * parts[1] == 1
     last = np.zeros(8, np.int64)
     value = 0.0
-    order = path(windows)
+    order = _path(windows)
     for place in range(count):
         window = windows[order[place]]
         if window[2] <= window[0]:
             continue
         # Where particles are closer to each other than pixels are, the window is often the last one again.
-        if not same(window, last):
-            common = overlap(last, window) if whole else 0
+        if not _same(window, last):
+            common = _overlap(last, window) if whole else 0
             leaving = (last[2] - last[0]) * (last[3] - last[1]) - common
             if leaving < common:
                 _change(bins, last, window, counts, -1)
@@ -380,7 +428,13 @@ def count_window(
     parts: tuple[int, int],
     table: NDArray[np.uint8],
 ) -> Ints:
-    """Return the weights (110 in each part) of a window's pixels in the bins."""
+    """Return the weights (110 in each part) of a window's pixels in the bins.
+
+    Raises:
+        ValueError: The picture is not (height, width, 3), or there is no part.
+    """
+    if parts[0] < 1 or parts[1] < 1:
+        raise ValueError("expected a part at least across and down, got none")
     height, width, _ = image_rgb.shape
     found = np.zeros(parts[0] * parts[1] * BINS, np.int64)
     place = np.array((column, row, float(half_width), float(half_height)))

@@ -11,8 +11,19 @@ tracking", 2002). Windows are clipped to the picture; one with less than a quart
 
 A window may count all its pixels alike or, with Epanechnikov's kernel, those in the middle more than those near its
 edge, where the background is. It may be divided into parts, each with bins of its own, so that colours have places (the
-multi-part model of the same paper); and bins may be weighed, and contrast asked for, by what is around the target
-(`background`).
+multi-part model of the same paper).
+
+Two uses may be made of the histogram b of the target's surroundings in the first picture:
+
+- *weights of bins*: colours that the surroundings have as well say little, so a bin counts v_u = q_u / (q_u + b_u), in
+  the window as in the model (Comaniciu, Ramesh, Meer, "Kernel-based object tracking", 2003, section 5.1, weigh by the
+  surroundings alone);
+- *contrast*: the same number is the chance that a pixel of that colour is the target's (Collins, Liu, Leordeanu,
+  "Online selection of discriminative tracking features", 2005). Its mean within a window and in a frame around it is
+  compared with what both were in the first picture. A window that is too large, or beside the target, has too little
+  within; one that is too small has too much around. What lacks is taken off the likeness.
+
+Chances are whole numbers, so sums over rectangles are exact and come from one table of sums for all windows.
 
 All windows of a frame are weighed at once. Only the part of the picture that they touch is put into bins. They are then
 visited along a path on which neighbours follow each other, and where the next window overlaps the last one, only the
@@ -20,14 +31,14 @@ pixels that leave and enter are counted. Counts are whole numbers, so the path c
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats, Ints
-from pftrack.core.numerics.checks import check, check_picture
+from pftrack.core.numerics.checks import check, check_count, check_picture
 from pftrack.core.numerics.compiled import compiled, read_only
-from pftrack.vision.likelihoods.background import NO_BACKGROUND, SURROUNDINGS, Background, lacking_contrast
 from pftrack.vision.likelihoods.counting import (
     BINS,
     Space,
@@ -39,6 +50,14 @@ from pftrack.vision.likelihoods.counting import (
     windows_around,
 )
 
+SURROUNDINGS = 1.6
+"""Sides of the frame around a window in which its contrast is measured, in sides of the window."""
+WIDER = 2.0
+"""Sides of the window in which the colours of the surroundings are counted, less the target's own."""
+LEAST = 1e-3
+"""Added to shares, so that a colour that nobody has tells nothing."""
+CERTAIN = 1 << 16
+"""The chance 1."""
 LEAST_SHARE = 1e-12
 """That a weighed model is taken to have, so that one of which nothing is left is divided by no 0."""
 
@@ -65,6 +84,28 @@ class Window:
         return 2 * self.reach_across_px + 1, 2 * self.reach_down_px + 1
 
 
+class Background(NamedTuple):
+    """What is known of the surroundings, for compiled code.
+
+    Attributes:
+        weights: v (110,) by which pixels of each bin count.
+        chances: (110,) that a pixel of a bin is the target's, in parts of 2^16.
+        inside: Mean chance within the target's window in the first picture, 0..1.
+        around: Mean chance in the frame around it.
+        contrast: How much of the likeness a lack of one costs; 0 if contrast does not count.
+    """
+
+    weights: Floats
+    chances: Ints
+    inside: float
+    around: float
+    contrast: float
+
+
+NO_BACKGROUND = Background(np.ones(BINS), np.zeros(BINS, np.int64), 0.0, 0.0, 0.0)
+"""All bins count alike, and contrast does not."""
+
+
 def shares(image_rgb: NDArray[np.uint8], position: Floats, window: Window, space: Space) -> Floats:
     """Return the shares p (110 in each part) of a window's pixels in the bins, which sum to 1.
 
@@ -78,10 +119,12 @@ def shares(image_rgb: NDArray[np.uint8], position: Floats, window: Window, space
         The shares; all 0 if the window lies outside the picture.
 
     Raises:
-        TypeError: The picture is not an array of bytes.
-        ValueError: It is not (height, width, 3).
+        TypeError: The picture is not an array of bytes, or the position is not one of numbers.
+        ValueError: The picture is not (height, width, 3), the position is not (2,), or the window has no such shape.
     """
     check_picture(image_rgb)
+    check(missing=True, position=(position, "2"))
+    _check_window(window)
     counts = count_window(
         read_only(image_rgb), float(position[0]), float(position[1]), *_pack(window), bin_table(space)
     )
@@ -109,7 +152,8 @@ def similarity(
     background: Background = NO_BACKGROUND,
 ) -> float:
     """Return rho of one window, 0..1; arguments as for `shares`, q (110 in each part), and what is around it."""
-    return float(_all(image_rgb, np.asarray(position)[None, :2], window, space, model, background)[0])
+    check(missing=True, position=(position, "2"))
+    return float(_all(image_rgb, position[None], window, space, model, background)[0])
 
 
 def log_likelihood(
@@ -154,7 +198,13 @@ def rho_map(
         model: q (110 in each part).
         step: Distance of neighbouring windows, px; the first is in the middle of the first cell of that size.
         background: What is around the target.
+
+    Raises:
+        TypeError: The picture is not an array of bytes, the model not one of numbers, or the step not a whole number.
+        ValueError: One has other sides, or the step is below 1.
     """
+    check_picture(image_rgb)
+    check_count("step", step)
     height, width, _ = image_rgb.shape
     rows, columns = np.arange(step // 2, height, step), np.arange(step // 2, width, step)
     places = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2).astype(np.float64)
@@ -171,7 +221,8 @@ def _all(
 ) -> Floats:
     """Return rho (N,) of windows of one shape around places (N, 2), px."""
     check_picture(image_rgb)
-    check(missing=True, places=(places, "N 2"), model=(model, f"{BINS * max(window.parts[0] * window.parts[1], 1)}"))
+    _check_window(window)
+    check(missing=True, places=(places, "N 2"), model=(model, f"{BINS * window.parts[0] * window.parts[1]}"))
     return similarities(
         read_only(image_rgb),
         np.ascontiguousarray(places[:, 0], np.float64),
@@ -186,12 +237,75 @@ def _all(
     )
 
 
+def background_of(
+    image_rgb: NDArray[np.uint8],
+    position: Floats,
+    reach_px: tuple[int, int],
+    space: Space,
+    target: Floats,
+    *,
+    weigh: bool,
+    contrast: float,
+) -> Background:
+    """Return what the surroundings of a target tell.
+
+    Args:
+        image_rgb: (height, width, 3).
+        position: (2,) middle of the target's window, px.
+        reach_px: Columns and rows to either side of the middle.
+        space: Of colour.
+        target: q (110,), the shares of the bins in the window.
+        weigh: Whether bins are to be weighed.
+        contrast: How much of the likeness a lack of contrast is to cost.
+
+    Raises:
+        TypeError: The picture is not an array of bytes, or the others are not ones of numbers.
+        ValueError: One has other sides, or is not finite.
+    """
+    check_picture(image_rgb)
+    check(position=(position, "2"), target=(target, f"{BINS}"))
+    for reach in reach_px:
+        check_count("reach_px", reach, 0)
+
+    def count(sides: float) -> Ints:
+        """Count the pixels of each bin in a window of so many sides of the target's."""
+        across, down = (int(np.floor(sides * reach + 0.5)) for reach in reach_px)
+        column, row = float(position[0]), float(position[1])
+        return count_window(read_only(image_rgb), column, row, across, down, False, (1, 1), bin_table(space))
+
+    within = count(1.0)
+    beside = np.maximum(count(WIDER) - within, 0)
+    surroundings = beside / max(int(beside.sum()), 1)
+    chances = (target + LEAST) / (target + surroundings + 2.0 * LEAST)
+    whole = np.floor(CERTAIN * chances + 0.5).astype(np.int64)
+    frame = np.maximum(count(SURROUNDINGS) - within, 0)
+    inside, around = (
+        float((counts * whole).sum()) / (CERTAIN * max(int(counts.sum()), 1)) for counts in (within, frame)
+    )
+    return Background(chances if weigh else np.ones(BINS), whole, inside, around, contrast)
+
+
 def roots_of(model: Floats, background: Background) -> Floats:
-    """Return the square roots of a model's shares (110 in each part), weighed by the background."""
+    """Return the square roots of a model's shares (110 in each part), weighed by the background.
+
+    Raises:
+        TypeError: The model is not an array of numbers.
+        ValueError: It is not of shares of whole parts.
+    """
+    check(model=(model, "shares"))
+    if len(model) % BINS:
+        raise ValueError(f"model must have {BINS} shares in each part, got {len(model)}")
     if background.weights is NO_BACKGROUND.weights:
         return np.sqrt(model)
     weighed = model * np.tile(background.weights, len(model) // BINS)
     return np.asarray(np.sqrt(weighed / max(weighed.sum(), LEAST_SHARE)))
+
+
+def _check_window(window: Window) -> None:
+    check_count("reach_across_px", window.reach_across_px, 0)
+    check_count("reach_down_px", window.reach_down_px, 0)
+    for parts in window.parts:
+        check_count("parts", parts)
 
 
 def _pack(window: Window) -> tuple[int, int, bool, tuple[int, int]]:
@@ -209,6 +323,56 @@ def _bounds(windows: Ints, frames: Ints, width: int, height: int) -> tuple[int, 
                     left, top = min(left, seen[0]), min(top, seen[1])
                     right, bottom = max(right, seen[2]), max(bottom, seen[3])
     return left, top, right, bottom
+
+
+@compiled
+def _lacking_contrast(bins: NDArray[np.uint8], windows: Ints, frames: Ints, background: Background) -> Floats:
+    """Return how much contrast windows lack, (N,): 0 for as much as in the first picture, or more.
+
+    Args:
+        bins: Of the part of the picture in which all windows and frames lie.
+        windows: (N, 8) as of `windows_around`, within that part; an empty one lacks nothing.
+        frames: (N, 8) likewise, larger and around the same middles.
+        background: What is known of the surroundings.
+    """
+    sums = _sums(bins, background.chances)
+    lacking = np.zeros(windows.shape[0])
+    for n in range(windows.shape[0]):
+        inside, around = _mean_chances(sums, windows[n], frames[n])
+        if inside >= 0.0 and around >= 0.0:
+            lacking[n] = max(background.inside - inside, 0.0) + max(around - background.around, 0.0)
+    return lacking
+
+
+@compiled
+def _mean_chances(sums: Ints, window: Ints, frame: Ints) -> tuple[float, float]:
+    """Return the mean chance within a window and in the frame around it; -1 where there are no pixels."""
+    within, pixels = _rectangle(sums, window)
+    all_of_it, all_pixels = _rectangle(sums, frame)
+    inside = within / (CERTAIN * pixels) if pixels > 0 else -1.0
+    around = (all_of_it - within) / (CERTAIN * (all_pixels - pixels)) if all_pixels > pixels else -1.0
+    return inside, around
+
+
+@compiled
+def _rectangle(sums: Ints, window: Ints) -> tuple[int, int]:
+    """Return the sum over a window, and its pixels."""
+    left, top, right, bottom = window[0], window[1], window[2], window[3]
+    total = sums[bottom, right] - sums[top, right] - sums[bottom, left] + sums[top, left]
+    return total, (right - left) * (bottom - top)
+
+
+@compiled
+def _sums(bins: NDArray[np.uint8], chances: Ints) -> Ints:
+    """Return the sums of chances over all rectangles that begin in the first pixel, a row and a column of 0 before."""
+    height, width = bins.shape
+    sums = np.zeros((height + 1, width + 1), np.int64)
+    for row in range(height):
+        along = np.int64(0)
+        for column in range(width):
+            along += chances[bins[row, column]]
+            sums[row + 1, column + 1] = sums[row, column + 1] + along
+    return sums
 
 
 @compiled
@@ -237,7 +401,12 @@ def similarities(
         kernel: Whether pixels count by Epanechnikov's kernel.
         parts: Of a window, across and down.
         background: What is around the target; a lack of contrast is taken off rho, down to 0.
+
+    Raises:
+        ValueError: The sizes do not agree.
     """
+    if background.chances.shape[0] != BINS:
+        raise ValueError("expected the chances (110,) of a background, got another number")
     height, width, _ = image_rgb.shape
     windows = windows_around(columns, rows, half_widths, half_heights, width, height)
     # Where contrast counts, what is around the windows is looked at as well.
@@ -256,7 +425,7 @@ def similarities(
                 around[n] = shift(frames[n], left, top)
     found = coefficients(bins, moved, root_model, background.weights, kernel, parts)
     if background.contrast > 0.0:
-        lacking = lacking_contrast(bins, moved, around, background)
+        lacking = _lacking_contrast(bins, moved, around, background)
         for n in range(windows.shape[0]):
             found[n] = max(found[n] - background.contrast * lacking[n], 0.0)
     return found

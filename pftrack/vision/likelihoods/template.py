@@ -52,18 +52,39 @@ class Templates:
     pixels: NDArray[np.float32]
     sizes: Ints
 
+    def __post_init__(self) -> None:
+        """Refuse patches that are not of these sizes.
+
+        Raises:
+            TypeError: One is not an array of numbers, or the sizes are not whole.
+            ValueError: The sizes are not (F, 2) and above 0, or the patches have another number of pixels.
+        """
+        _check_sizes(self.sizes)
+        check(pixels=(self.pixels, str(self.sizes.prod(axis=1).sum())))
+
+
+def _check_sizes(sizes: Ints) -> None:
+    check(sizes=(sizes, "F 2", "whole"))
+    if sizes.min() < 1:
+        raise ValueError(f"sizes must be at least 1 px, got {sizes.min()}")
+
 
 def luma(image_rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return the brightness (height, width) of a picture, 0.299 R + 0.587 G + 0.114 B; a grey one is returned as it is.
 
     Args:
         image_rgb: (height, width, 3), (height, width, 1) or (height, width).
+
+    Raises:
+        TypeError: The picture is not an array of bytes.
+        ValueError: It has other sides.
     """
+    check_picture(image_rgb, "height width channels" if np.ndim(image_rgb) == 3 else "height width")
     if image_rgb.ndim == 2:
         return np.ascontiguousarray(image_rgb)
-    if image_rgb.ndim == 3 and image_rgb.shape[2] == 1:
+    if image_rgb.shape[2] == 1:
         return np.ascontiguousarray(image_rgb[:, :, 0])
-    if image_rgb.ndim == 3 and image_rgb.shape[2] == 3:
+    if image_rgb.shape[2] == 3:
         return np.asarray(cv2.cvtColor(image_rgb, cv2.COLOR_RGB2GRAY), np.uint8)
     raise ValueError(f"expected a picture (height, width, 3) or (height, width), got shape {image_rgb.shape}")
 
@@ -74,8 +95,12 @@ def scaled_sizes(sizes_px: ArrayLike, scale: float) -> Ints:
     Args:
         sizes_px: (F, 2) for a target of the usual size.
         scale: How much larger the target is.
+
+    Raises:
+        ValueError: The sizes are not (F, 2), or one is not finite.
     """
     wanted = scale * np.asarray(sizes_px, dtype=np.float64)
+    check(sizes=(wanted, "F 2"))
     sizes: Ints = np.clip(2 * np.rint(wanted / 2.0), SMALLEST_PX, LARGEST_PX).astype(np.int64)
     return sizes
 
@@ -89,11 +114,13 @@ def cut(grey: NDArray[np.uint8], points: Floats, sizes: Ints) -> Templates:
         sizes: (F, 2) widths and heights, px.
 
     Raises:
+        TypeError: The picture is not an array of bytes, or the others are not ones of numbers.
         ValueError: A point is not within the picture, or there are not as many points as sizes.
     """
+    check_picture(grey, "height width")
+    _check_sizes(sizes)
+    check(missing=True, sizes=(sizes, "F 2"), points=(points, "F 2"))
     height, width = grey.shape
-    if points.shape != sizes.shape or points.ndim != 2:
-        raise ValueError(f"expected as many points as sizes, got shapes {points.shape} and {sizes.shape}")
     pixels = []
     for (x, y), (w, h) in zip(points, sizes, strict=True):
         if not (-0.5 <= x < width - 0.5 and -0.5 <= y < height - 0.5):
@@ -158,7 +185,13 @@ def renew(templates: Templates, grey: NDArray[np.uint8], points: Floats, rate: f
         grey: (height, width).
         points: (F, 2) px; a feature whose point is not within the picture keeps its template.
         rate: 0 keeps all as it is, 1 forgets all that was.
+
+    Raises:
+        TypeError: The picture is not an array of bytes, or the points are not one of numbers.
+        ValueError: There are not as many points as templates.
     """
+    check_picture(grey, "height width")
+    check(missing=True, templates=(templates.sizes, "F 2"), points=(points, "F 2"))
     height, width = grey.shape
     # Comparisons with NaN are false, so what is not finite is not inside.
     inside = np.asarray(np.logical_and(points >= -0.5, points < np.array([width, height]) - 0.5).all(axis=1))
@@ -187,8 +220,10 @@ def _normalise(patch: NDArray[np.floating]) -> NDArray[np.float32]:
 @compiled
 def ncc(grey: NDArray[np.uint8], positions: Floats, pixels: NDArray[np.float32], sizes: Ints) -> Floats:
     """Return the NCC (F, N) inside a compiled loop; arguments as for `correlations`, the templates as their arrays."""
-    features, count, _ = positions.shape
+    features, count, axes = positions.shape
     height, width = grey.shape
+    if axes != 2 or sizes.shape != (features, 2) or pixels.shape[0] != (sizes[:, 0] * sizes[:, 1]).sum():
+        raise ValueError("expected a template of each feature for positions (F, N, 2), got other sizes")
     results = np.full((features, count), -1.0)
     begin = 0
     for f in range(features):
@@ -267,7 +302,12 @@ class TemplateBank:
 
         Args:
             theta_rad: (3,) nod, turn and roll; the roll plays no part.
+
+        Raises:
+            TypeError: The pose is not an array of numbers.
+            ValueError: It is not (3,) and finite.
         """
+        check(theta_rad=(theta_rad, "3"))
         if len(self.sets) == 1:
             return self.sets[FRONTAL]
         return self.sets[min(self.sets, key=lambda place: _distance(place, theta_rad))]
@@ -280,7 +320,14 @@ class TemplateBank:
             points: (F, 2) estimated positions, px.
             theta_rad: (3,) estimated pose.
             correlation: Mean NCC of the features at these positions.
+
+        Raises:
+            TypeError: The picture is not an array of bytes, or the others are not ones of numbers.
+            ValueError: There are not as many points as templates, or the pose is not (3,) and finite.
         """
+        check_picture(grey, "height width")
+        check(theta_rad=(theta_rad, "3"))
+        check(missing=True, templates=(self.frontal.sizes, "F 2"), points=(points, "F 2"))
         places = product(range(len(NOD_RAD)), range(len(TURN_RAD)))
         place = min(places, key=lambda place: _distance(place, theta_rad))
         height, width = grey.shape
