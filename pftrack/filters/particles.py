@@ -55,8 +55,13 @@ class ParticleSet:
         except (AttributeError, TypeError):
             fits = False
         if not fits:
-            sizes = {"N": check(states=(states, "N d"))["N"]}
-            check(missing=True, sizes=sizes, log_weights=(log_weights, "N"), ancestors=(ancestors, "N", "whole"))
+            check(
+                missing=True,
+                states=(states, "N d"),
+                log_weights=(log_weights, "N"),
+                ancestors=(ancestors, "N", "whole"),
+            )
+            check(states=(states, "N d"))
 
     @classmethod
     def uniform(cls, states: Floats) -> "ParticleSet":

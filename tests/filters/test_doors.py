@@ -392,6 +392,10 @@ SENTENCES: dict[str, tuple[Callable[[], object], str]] = {
     },
     "no weights": (lambda: particles.normalise(np.zeros(0)), "at least one log weight, got none"),
     "no parents": (lambda: resampling.systematic(rng(), np.zeros(3), 0), "count must be at least 1, got 0"),
+    "too few weights": (
+        lambda: ParticleSet(FIFTY, np.zeros(49), np.arange(50)),
+        r"log_weights must be \(N\) with N = 50, got \(49,\)",
+    ),
     "states of NaN": (
         lambda: ParticleSet(np.full((50, 4), np.nan), np.zeros(50), np.arange(50)),
         "states must be finite, got NaN or infinity",
