@@ -26,7 +26,7 @@ from pftrack.filters.dynamics import LinearDynamics, random_walk
 from pftrack.filters.particles import ParticleSet
 from pftrack.filters.trajectories import cloud as clouds
 from pftrack.filters.trajectories import gaussian, whole
-from pftrack.vision.likelihoods import camera, chromaticity, counting, histogram, points, template
+from pftrack.vision.likelihoods import camera, chromaticity, counting, edges, histogram, points, template
 
 SIZES = {"N": 6, "d": 4, "k": 2, "m": 3, "F": 5, "T": 7, "n": 8, "M": 6, "K": 9}
 """How long each side is; all differ, but for those that are the same."""
@@ -250,6 +250,14 @@ DOORS: dict[str, Door] = {
     "histogram.similarity": (
         lambda place, model: histogram.similarity(PICTURE, place, WINDOW, "hsv", model),
         {"place": "2", "model": "110"},
+    ),
+    "histogram.log_likelihood": (
+        lambda states, model: histogram.log_likelihood(PICTURE, states, WINDOW, "hsv", model),
+        {"states": "N d", "model": "110"},
+    ),
+    "edges.log_likelihood": (
+        lambda states, outline: edges.log_likelihood(PICTURE, states, outline),
+        {"states": "N d", "outline": "F 2"},
     ),
     "histogram.rho_map": (lambda model: histogram.rho_map(PICTURE, WINDOW, "hsv", model, 2), {"model": "110"}),
     "histogram.background_of": (
@@ -483,7 +491,7 @@ def test_every_public_function_is_asked() -> None:
     """What a module lists is a door, a function of loops, or takes no arrays that have to fit together."""
     modules = {name: getattr(filters, name) for name in filters.__all__ if ismodule(getattr(filters, name))}
     others = particles, resampling, dynamics, beam, consensus, random_effects, truncation
-    others = (*others, *(trajectories.gaussian, trajectories.cloud, whole), counting, histogram, template)
+    others = (*others, *(trajectories.gaussian, trajectories.cloud, whole), counting, edges, histogram, template)
     modules |= {module.__name__.rpartition(".")[2]: module for module in others}
     public = {
         f"{module}.{name}"

@@ -35,7 +35,8 @@ def log_likelihood(
         ValueError: One has another shape, or the spread is not above 0.
     """
     check_picture(image_rgb)
-    check(missing=True, states=(states, "N d"), places=(states[:, :2], "N 2"))
+    check(missing=True, states=(states, "N d"))
+    check(places=(states[:1, :2], "1 2"), missing=True)
     check(outline_px=(outline_px, "K 2"))
     if not spread_px > 0.0:
         raise ValueError(f"the spread must be above 0 px, got {spread_px:g}")

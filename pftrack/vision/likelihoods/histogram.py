@@ -178,6 +178,7 @@ def log_likelihood(
         TypeError: The picture is not an array of bytes, or the states are not one of real numbers.
         ValueError: The picture is not (height, width, 3), or the states are not (N, d) with d >= 2.
     """
+    check(missing=True, states=(states, "N d"))
     return sharpness * (_all(image_rgb, states[:, :2], window, space, model, NO_BACKGROUND) - 1.0)
 
 

@@ -81,7 +81,7 @@ def test_weights_are_the_likelihood() -> None:
         )
         off = new.particles.log_weights - scores
         assert np.ptp(off) < 1e-9
-        rho = similarity(frame.image_rgb, new.particles.states[5], new.first_window, "hsv", new.model)
+        rho = similarity(frame.image_rgb, new.particles.states[5, :2], new.first_window, "hsv", new.model)
         assert scores[5] == pytest.approx(-20 * (1 - rho))
 
 
