@@ -252,12 +252,12 @@ DOORS: dict[str, Door] = {
         {"place": "2", "model": "110"},
     ),
     "histogram.log_likelihood": (
-        lambda states, model: histogram.log_likelihood(PICTURE, states, WINDOW, "hsv", model),
-        {"states": "N d", "model": "110"},
+        lambda places, model: histogram.log_likelihood(PICTURE, places, WINDOW, "hsv", model),
+        {"places": "N d", "model": "110"},
     ),
     "edges.log_likelihood": (
-        lambda states, outline: edges.log_likelihood(PICTURE, states, outline),
-        {"states": "N d", "outline": "F 2"},
+        lambda places, outline: edges.log_likelihood(PICTURE, places, outline),
+        {"places": "N d", "outline": "F 2"},
     ),
     "histogram.rho_map": (lambda model: histogram.rho_map(PICTURE, WINDOW, "hsv", model, 2), {"model": "110"}),
     "histogram.background_of": (
