@@ -50,7 +50,7 @@ def measured_settings() -> Iterator[Setting]:
     for name in _promising():
         experiment = EXPERIMENTS[name]
         for tracker in experiment.trackers:
-            for preset in ("", *experiment.calibration.presets):
+            for preset in ("", *experiment.quality.calibration.presets):
                 yield Setting(name, tracker, preset)
 
 
@@ -71,7 +71,7 @@ def table(stored: Mapping[str, Any]) -> str:
 
 def _promising() -> Iterator[str]:
     """Yield the experiments that promise something of their bands."""
-    return (name for name in EXPERIMENTS.own if EXPERIMENTS[name].calibration.bands)
+    return (name for name in EXPERIMENTS.own if EXPERIMENTS[name].quality.calibration.bands)
 
 
 def page(text: str, stored: Mapping[str, Any]) -> str:
@@ -81,7 +81,7 @@ def page(text: str, stored: Mapping[str, Any]) -> str:
 
 
 def _table(experiment: Experiment, found: Mapping[Setting, list[Coverage]], frames: int) -> str:
-    presets = ("", *experiment.calibration.presets)
+    presets = ("", *experiment.quality.calibration.presets)
     columns = ["default", *(f"`{name}`" for name in presets[1:])]
     lines = [
         f"**{experiment.title}** (`{experiment.id}`), {frames} frames",
@@ -90,7 +90,7 @@ def _table(experiment: Experiment, found: Mapping[Setting, list[Coverage]], fram
         f"|{'---|' * (len(columns) + 2)}",
     ]
     for tracker in experiment.trackers:
-        for band in experiment.calibration.bands:
+        for band in experiment.quality.calibration.bands:
             if not band.trackers or tracker in band.trackers:
                 cells = [_cell(experiment, found, Setting(experiment.id, tracker, name), band.of) for name in presets]
                 lines.append(f"| `{tracker}` | {band.of} | {' | '.join(cells)} |")
@@ -117,7 +117,7 @@ def _percent(share: float) -> str:
 
 def _count(trial: _Trial) -> tuple[int, Counts]:
     experiment = EXPERIMENTS[trial.setting.experiment]
-    frames = experiment.calibration.frames
+    frames = experiment.quality.calibration.frames
     run = measured_run(experiment, trial.setting.tracker, trial.setting.preset, trial.seed, frames)
     run.finish()
     return run.frames, count_held(run)

@@ -199,7 +199,7 @@ class Score:
 def follows_boxes(experiment: Experiment) -> bool:
     """Return whether an experiment takes a box on a recording and believes in one, which overlap needs."""
     believed = extent_series(experiment.all_series()) is not None
-    return experiment.on_video is not None and Box in experiment.marks and believed
+    return experiment.accepts_video and Box in experiment.video.marks and believed
 
 
 def evaluate_sequence(
@@ -226,14 +226,14 @@ def evaluate_sequence(
         SourceError: The pictures cannot be read.
         ParameterError: The experiment refuses the box or a value.
     """
-    if experiment.on_video is None or Box not in experiment.marks:
+    if not experiment.accepts_video or Box not in experiment.video.marks:
         raise BenchmarkError(f"{experiment.id} follows no box on recordings")
     with closing(open_sequence(sequence.pictures)) as pictures:
         last = sequence.start + sequence.frames
         if pictures.frame_count < last:
             raise BenchmarkError(f"{sequence.name} has boxes for {last} pictures, got {pictures.frame_count} pictures")
         mark = _within(sequence.boxes[sequence.start], pictures.size)
-        setup = experiment.on_video(pictures, mark, start=sequence.start, truth=TruthTable(sequence.boxes))
+        setup = experiment.video.on_video(pictures, mark, start=sequence.start, truth=TruthTable(sequence.boxes))
         changes = (Change(0, dict(values(setup))),)
         success, precision, step_ms = [], [], []
         for seed in range(seeds):

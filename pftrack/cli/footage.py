@@ -124,10 +124,10 @@ def open_setup(
     if said.video is None and recipe.footage is None:
         _refuse_options(said)
         return experiment.simulate(), None
-    if experiment.on_video is None:
+    if not experiment.accepts_video:
         raise wrong_use(f"{experiment.id} is simulated and takes no {said.option}")
     footage, changes = recipe.footage or Footage(), _mark(experiment, said) if said.marks else {}
-    _demand_mark(experiment, said, footage, experiment.footage)
+    _demand_mark(experiment, said, footage, experiment.video.footage)
     place = said.video or folder / (footage.path or footage.name)
     if not place.exists():
         raise CommandError(f"there is no file or folder {place}")
@@ -244,8 +244,8 @@ def _refuse_options(said: FootageOptions) -> None:
 
 def _demand_mark(experiment: "Experiment", said: FootageOptions, footage: "Footage", kinds: Sequence[str]) -> None:
     """Refuse to go on without a mark if a recording of each of these kinds needs one."""
-    if not (said.marks or footage.mark) and all(experiment.needs_mark(kind) for kind in kinds):
-        marks = " or ".join(f"--mark {kind.name()}:{kind.text}" for kind in experiment.marks)
+    if not (said.marks or footage.mark) and all(experiment.video.needs_mark(kind) for kind in kinds):
+        marks = " or ".join(f"--mark {kind.name()}:{kind.text}" for kind in experiment.video.marks)
         raise wrong_use(f"{said.option} needs {marks}: where the target is on the first frame")
 
 
@@ -256,7 +256,7 @@ def _mark(experiment: "Experiment", said: FootageOptions) -> dict[str, Any]:
         given = " and ".join(option for option, _, _ in said.marks)
         raise wrong_use(f"the target is marked once, got {given}")
     ((option, name, text),) = said.marks
-    kinds = {kind.name(): kind for kind in experiment.marks}
+    kinds = {kind.name(): kind for kind in experiment.video.marks}
     if name not in kinds:
         only = f", only {', '.join(kinds)}" if kinds else ": all of the recording is followed"
         raise wrong_use(f"{experiment.id} takes no mark of kind {name!r}{only}")
@@ -271,9 +271,9 @@ def _mark(experiment: "Experiment", said: FootageOptions) -> dict[str, Any]:
 
 def _truth(experiment: "Experiment", path: Path) -> dict[int, tuple[float, ...]]:
     """Return what is true of each frame that a file lists."""
-    if experiment.truth is None:
+    if experiment.video.truth is None:
         raise wrong_use(f"{experiment.id} takes no --truth")
-    known = experiment.truth.read(path)
+    known = experiment.video.truth.read(path)
     for warning in known.warnings:
         note(f"pftrack: {warning}")
     return dict(known.rows)
@@ -282,8 +282,8 @@ def _truth(experiment: "Experiment", path: Path) -> dict[int, tuple[float, ...]]
 def _note_misfits(experiment: "Experiment", truth: Mapping[int, Sequence[float]], sequence: "FrameSequence") -> None:
     """Say what makes it doubtful that a truth is of this recording."""
     rows = [(frame, row) for frame, row in truth.items() if frame < sequence.frame_count]
-    if experiment.truth is not None:
-        for warning in experiment.truth.misfits(rows, sequence.index.width, sequence.index.height):
+    if experiment.video.truth is not None:
+        for warning in experiment.video.truth.misfits(rows, sequence.index.width, sequence.index.height):
             note(f"pftrack: {warning}")
 
 

@@ -108,7 +108,7 @@ def show(
     if found.failures:
         typer.echo("")
         table("Failures", ("name", "diagnosis", "cure"), [(it.id, it.diagnosis, it.cure.text) for it in found.failures])
-    if found.calibration.faults:
+    if found.quality.calibration.faults:
         typer.echo("")
         rows = [(way, ", ".join(trackers)) for way, trackers in _miscalibrated(found).items()]
         table("Error bands are off in some settings", ("how", "trackers"), rows)
@@ -120,21 +120,21 @@ def show(
     table("Exports", ("suffix", "title"), [(f".{it.suffix}", it.title) for it in exports_of(found)])
     if found.accepts_video:
         typer.echo("")
-        typer.echo(f"It takes recordings of the kinds {', '.join(found.footage)} (--video).")
-    if found.marks:
-        marks = [(f"{kind.name()}:{kind.text}", kind.title, kind.instruction) for kind in found.marks]
+        typer.echo(f"It takes recordings of the kinds {', '.join(found.video.footage)} (--video).")
+    if found.video.marks:
+        marks = [(f"{kind.name()}:{kind.text}", kind.title, kind.instruction) for kind in found.video.marks]
         table("Marks on a recording", ("--mark", "title", "how"), marks)
-        missing = "is found automatically if it is not marked" if found.finder else "has to be marked"
-        exempt = f", except in {' or '.join(found.unmarked)}" if found.unmarked else ""
+        missing = "is found automatically if it is not marked" if found.video.finder else "has to be marked"
+        exempt = f", except in {' or '.join(found.video.unmarked)}" if found.video.unmarked else ""
         typer.echo(f"The {found.target} {missing}{exempt}.")
-    if found.accepts_video and found.truth is not None:
-        typer.echo(f"A table of truth has the columns {', '.join(found.truth.form.columns)}.")
+    if found.accepts_video and found.video.truth is not None:
+        typer.echo(f"A table of truth has the columns {', '.join(found.video.truth.form.columns)}.")
 
 
 def _miscalibrated(experiment: "Experiment") -> dict[str, list[str]]:
     """Return the trackers whose bands are declared to be off in some setting, by the way in which they are."""
     found: dict[str, list[str]] = {}
-    for fault in experiment.calibration.faults:
+    for fault in experiment.quality.calibration.faults:
         known = found.setdefault(fault.direction, [])
         known += [name for name in fault.trackers if name not in known]
     return found
@@ -155,7 +155,7 @@ def _about(experiment: "Experiment") -> dict[str, object]:
         "references": [citation.as_dict() for citation in experiment.references],
         "description": experiment.description,
         "accepts_video": experiment.accepts_video,
-        "footage": list(experiment.footage) if experiment.accepts_video else [],
+        "footage": list(experiment.video.footage),
         "default_tracker": experiment.default_tracker,
         "frames": experiment.frames,
         "measures": [measure.as_dict() for measure in experiment.run_measures],

@@ -68,11 +68,11 @@ def open_results(
             sequence = _open_together(stack, file, video, truth)
         else:
             sequence = open_footage(stack, file)
-        if sequence.index.kind != "beliefs" or experiment.on_video is None:
+        if sequence.index.kind != "beliefs" or not experiment.accepts_video:
             raise CommandError(f"{file.name} holds no results; `pftrack run` tracks a recording")
         for warning in sequence.index.warnings:
             note(f"pftrack: {warning}")
-        setup = experiment.on_video(sequence, None)
+        setup = experiment.video.on_video(sequence, None)
         values = values_of(setup.parameters, assignments or [])
         run = Run(experiment, setup, timeline=(Change(0, values),))
         print_summary(compute_run(run, None, frames=run.frames), run, json=json)

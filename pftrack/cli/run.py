@@ -178,7 +178,7 @@ def _draw_mark(made: "Run") -> bytes:
     if footage is None or image is None:
         raise wrong_use("--mark-out needs --video: nothing is marked in a simulated scene")
     height, width, _ = image.shape
-    mark = made.experiment.mark(footage.mark).draw()
+    mark = made.experiment.video.mark(footage.mark).draw()
     return png(render(Drawing(width, height, {"picture": Picture(image), **mark})))
 
 
@@ -221,7 +221,7 @@ def _check_places(out: Path | None, film: Path | None) -> None:
 
 def _suitability(made: "Run", sequence: "FrameSequence | None") -> dict[str, Any]:
     """Return how far the target can be followed, and say so before it is tracked if that is not well."""
-    footage, suits = made.setup.footage, made.experiment.suits
+    footage, suits = made.setup.footage, made.experiment.video.suits
     if sequence is None or footage is None or suits is None:
         return {}
     found = suits(sequence, footage, made.parameters_at(0))

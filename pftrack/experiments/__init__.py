@@ -81,7 +81,7 @@ def find_for(kind: Kind) -> Experiment:
     Raises:
         LookupError: There is none.
     """
-    found = next((one for one in EXPERIMENTS.values() if one.accepts_video and kind in one.footage), None)
+    found = next((one for one in EXPERIMENTS.values() if one.accepts_video and kind in one.video.footage), None)
     if found is None:
         raise LookupError(f"there is no experiment for a recording of {kind}")
     return found

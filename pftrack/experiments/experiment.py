@@ -12,7 +12,6 @@ from pftrack.core.model.band import DIRECTIONS, STANDARD_CALIBRATION, Calibratio
 from pftrack.core.model.diagnostics import Diagnostics, Draw
 from pftrack.core.model.drawing import Layer, World
 from pftrack.core.model.glossary import Citation, Section, Term
-from pftrack.core.model.marks import Mark, read_mark
 from pftrack.core.model.measures import HIT_RATE, MEAN_LOSS_PROBABILITY, Measure, own_account
 from pftrack.core.model.model import Model
 from pftrack.core.model.parameters import Declaration, ParameterError, Parameters, Value, declarations
@@ -20,18 +19,15 @@ from pftrack.core.model.plot import STANDARD_PLOTS, STANDARD_READINGS, Plot, Rea
 from pftrack.core.model.preset import ExampleSweep, Failure, Preset
 from pftrack.core.model.recipe import NO_PARAMETERS, Footage, Recipe, check_tracker
 from pftrack.core.model.series import Series, SeriesValue, join
-from pftrack.core.model.setup import Export, Finder, OnVideo, Setup, Suits
+from pftrack.core.model.setup import Export, Setup
 from pftrack.core.model.source import Frame, Kind, Target
 from pftrack.core.model.tracker import Tracker, with_readers
 from pftrack.experiments.shared.loss_probability import NOTHING_DECLARED, LossDeclaration
+from pftrack.experiments.video import NO_VIDEO, PICTURES, Video
 from pftrack.filters.learning.guidance import Guidance
 from pftrack.sources.results.table import Box
-from pftrack.sources.truth import BOXES, TruthKind
 
-PICTURES: tuple[Kind, ...] = ("video", "gif", "images")
-"""The kinds of recording that are made of pictures."""
-
-INTERFACE = 2
+INTERFACE = 3
 """Version of what an experiment and the library expect of each other: raised with every change that may break one."""
 
 
@@ -40,6 +36,22 @@ def _check_names(origin: str, of: str, kind: str, names: Iterable[object], known
         if name not in known:
             place = f"{origin}: " if origin else ""
             raise ValueError(f"{place}{of} names an unknown {kind} {name!r}")
+
+
+@dataclass(frozen=True)
+class Quality:
+    """What trackers say of their own error.
+
+    Attributes:
+        calibration: Bands in which they have the truth, and settings in which these are not to be believed.
+        loss_probability: How probable it is that a tracker has lost its target, of those of which that can be told.
+    """
+
+    calibration: Calibration = STANDARD_CALIBRATION
+    loss_probability: LossDeclaration = NOTHING_DECLARED
+
+
+STANDARD_QUALITY = Quality()
 
 
 @dataclass(frozen=True)
@@ -67,17 +79,7 @@ class Experiment:
             makes sense.
         missed: (state, target) -> whether what is believed misses a target of which more is known than a place and a
             size, such as its silhouette, or by a belief that is no point; None leaves it to `lost`.
-        on_video: Wire a recording, where the experiment takes one.
-        footage: The kinds of recording that it takes, of pictures by default.
-        recorded: (kind of a recording) -> the parameters of runs on it, before they are fitted to a target; they are
-            needed where a sweep on a recording is planned.
-        marks: The kinds of mark that it takes on a recording; the first is the one that an editor offers. Where there
-            are none, all of a recording is followed.
-        unmarked: The kinds of recording that may come without a mark all the same, since all of one may be the target.
-        advice: What a person who marks the target should know, a sentence.
-        finder: How it finds its target on a recording by itself, where it does, so that no mark is needed.
-        suits: How it sees whether a target in a recording can be followed, where it can tell.
-        truth: The kind of truth that comes with a recording; None where there is none to be given.
+        video: How recordings are followed, where the experiment takes any.
         scale: What estimates and positions are multiplied by to be in `unit`; 180/pi for angles in rad.
         series: What it measures of every frame beside what its trackers report, such as distances from the truth.
         measure: (frame, state) -> the values of these series, by name; those that a frame does not have are left out.
@@ -92,12 +94,9 @@ class Experiment:
         family: What kind of thing it estimates, a few words. Those of one family stand together on the start page.
         boxes: (state) -> the boxes that are believed of all targets of a frame, where there are several; else the one
             around the estimate is, of the role "extent".
-        calibration: What its trackers say of their own error, and settings in which that is not to be believed.
-        loss_probability: How probable it is that a tracker has lost its target, of those of which that can be told.
+        quality: What its trackers say of their own error, and how well that holds.
         failures: Named ways in which its trackers go wrong, each with what shows it and what cures it.
         terms: Words of its own that its plots, readings and measures use, for the glossary.
-        clip_title: Name on the screen where a recording is tracked, by what it follows; the title if empty.
-        clip_about: Names of the parameters to turn first on a recording; if there are none, those of presets.
         model: The belief that a filter from a file is joined with; None where it takes none.
         joined: Trackers that joined it later, each with the one whose parameters it reads.
         filters: Texts of the files whose filters stand among its trackers, all versions, by the names of these.
@@ -121,15 +120,7 @@ class Experiment:
     error: Callable[[Floats, Floats], Any]
     lost: Callable[[Any, Any, Any], Any] | None = None
     missed: Callable[[Any, Target], bool | None] | None = None
-    on_video: OnVideo | None = None
-    footage: tuple[Kind, ...] = PICTURES
-    recorded: Callable[[Kind], Parameters] | None = None
-    marks: tuple[type[Mark], ...] = ()
-    unmarked: tuple[Kind, ...] = ()
-    advice: str = ""
-    finder: Finder | None = None
-    suits: Suits | None = None
-    truth: TruthKind | None = BOXES
+    video: Video = NO_VIDEO
     scale: float = 1.0
     series: tuple[Series, ...] = ()
     measure: Callable[[Frame, Any], Mapping[str, SeriesValue]] | None = None
@@ -144,13 +135,10 @@ class Experiment:
     boxes: Callable[[Any], Sequence[Box]] | None = None
     guidance: Guidance | None = None
     failures: tuple[Failure, ...] = ()
-    calibration: Calibration = STANDARD_CALIBRATION
-    loss_probability: LossDeclaration = NOTHING_DECLARED
+    quality: Quality = STANDARD_QUALITY
     warm_frames: int = 2
     family: str = "Others"
     terms: tuple[Term, ...] = ()
-    clip_title: str = ""
-    clip_about: tuple[str, ...] = ()
     model: Model | None = None
     joined: Mapping[str, str] = field(default_factory=dict)
     filters: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -216,7 +204,7 @@ class Experiment:
             _check_names(failure.origin, failure.id, "tracker", trackers, self.trackers)
 
     def _check_calibration(self, series: Container[str]) -> None:
-        said = self.calibration
+        said = self.quality.calibration
         presets, bands = {preset.name for preset in self.presets}, {band.of for band in said.bands}
         named = [name for band in said.bands for name in band.trackers]
         wanted = (
@@ -279,9 +267,9 @@ class Experiment:
         if kind is None:
             return self.simulate().parameters
         self.check_footage(kind)
-        if self.recorded is None:
+        if self.video.recorded is None:
             raise ParameterError("footage", kind, f"left out: {self.id} does not declare the parameters of recordings")
-        return self.recorded(kind)
+        return self.video.recorded(kind)
 
     def miscalibration(self, *in_force: tuple[str, Any]) -> tuple[Direction, ...]:
         """Return the ways in which bands are declared to be off.
@@ -289,7 +277,7 @@ class Experiment:
         Args:
             in_force: Trackers by name with their parameters; it holds of any of them.
         """
-        faults = self.calibration.faults
+        faults = self.quality.calibration.faults
         found = {fault.direction for fault in faults if any(fault.holds(*each) for each in in_force)}
         return tuple(direction for direction in DIRECTIONS if direction in found)
 
@@ -320,14 +308,14 @@ class Experiment:
 
     def title_on(self, footage: Footage | None) -> str:
         """Return its name on the screen: of a simulated scene, or of a recording."""
-        return self.clip_title or self.title if footage else self.title
+        return self.video.clip_title or self.title if footage else self.title
 
     def subjects(self, preset: Preset | None, footage: Footage | None = None) -> tuple[str, ...]:
         """Return the parameters that a preset or a recording is about; without either, those that any preset sets."""
         if preset is not None:
             return preset.subjects
-        if footage is not None and self.clip_about:
-            return self.clip_about
+        if footage is not None and self.video.clip_about:
+            return self.video.clip_about
         return tuple(dict.fromkeys(name for each in self.presets for name in each.parameters if name not in each.scene))
 
     def measure_named(self, name: str) -> Measure:
@@ -345,11 +333,7 @@ class Experiment:
     @property
     def accepts_video(self) -> bool:
         """Whether it can run on a recording."""
-        return self.on_video is not None
-
-    def needs_mark(self, kind: str) -> bool:
-        """Return whether a person has to mark the target in a recording of this kind."""
-        return bool(self.marks) and self.finder is None and kind not in self.unmarked
+        return bool(self.video.footage)
 
     def check_footage(self, kind: str) -> None:
         """Refuse a recording of a kind that it does not take.
@@ -357,10 +341,10 @@ class Experiment:
         Raises:
             ParameterError: It takes no recordings, or others.
         """
-        if self.on_video is None:
+        if not self.accepts_video:
             raise ParameterError("footage", kind, f"left out: {self.id} takes no recording")
-        if kind not in self.footage:
-            taken = "pictures" if set(self.footage) & set(PICTURES) else " or ".join(self.footage)
+        if kind not in self.video.footage:
+            taken = "pictures" if set(self.video.footage) & set(PICTURES) else " or ".join(self.video.footage)
             given = "pictures" if kind in PICTURES else kind
             raise ParameterError("footage", given, f"{taken}: {self.id} takes no other recording")
 
@@ -375,7 +359,7 @@ class Experiment:
         trackers = (*self.trackers, *recipe.filters)
         if recipe.tracker is not None:
             check_tracker(trackers, recipe.tracker)
-        kinds = self.footage if recipe.footage is not None and self.recorded is not None else ()
+        kinds = self.video.footage if recipe.footage is not None and self.video.recorded is not None else ()
         known = {name for kind in (None, *kinds) for name in type(self.parameters_on(kind)).model_fields}
         for name, value in ((name, value) for change in recipe.timeline for name, value in change.values.items()):
             if name == "tracker":
@@ -387,11 +371,3 @@ class Experiment:
     def shown_layers(self) -> dict[str, bool]:
         """Whether each layer is shown at first, by name."""
         return {layer.name: layer.shown for layer in self.layers}
-
-    def mark(self, raw: object) -> Mark:
-        """Read a mark of one of the kinds that it takes from JSON values.
-
-        Raises:
-            ParameterError: They are no mark of such a kind.
-        """
-        return read_mark(self.marks, raw)

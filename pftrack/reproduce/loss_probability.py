@@ -177,8 +177,8 @@ class Judgement:
 
 def signals_of(experiment: Experiment, tracker: str) -> tuple[str, ...]:
     """Return the signals of a tracker."""
-    chosen = experiment.trackers[tracker]
-    return signal_names(chosen.series, searches=chosen.searching is not None, more=experiment.loss_probability.signals)
+    chosen, declared = experiment.trackers[tracker], experiment.quality.loss_probability
+    return signal_names(chosen.series, searches=chosen.searching is not None, more=declared.signals)
 
 
 def cases(experiment: str, tracker: str, numbers: Iterable[int], signals: tuple[str, ...]) -> list[Case]:
@@ -236,7 +236,7 @@ def loss_probabilities(pool: Pool, full: bool) -> list[Finding]:
         return [not_run("loss", "a dozen scenes do not tell whether a probability is true")]
     findings, scored = [], {}
     for name in EXPERIMENTS.own:
-        declared = EXPERIMENTS[name].loss_probability
+        declared = EXPERIMENTS[name].quality.loss_probability
         for tracker, model in declared.models.items():
             numbers = range(FIRST_JUDGED, FIRST_JUDGED + scenes_of(EXPERIMENTS[name]).judged)
             judged = judge(model.regression, pool.map(witness, cases(name, tracker, numbers, model.signals)))
@@ -276,6 +276,6 @@ def scenes_of(experiment: Experiment) -> Scenes:
     Raises:
         ValueError: It has none.
     """
-    if experiment.loss_probability.scenes is None:
+    if experiment.quality.loss_probability.scenes is None:
         raise ValueError(f"{experiment.id} has no scenes in which a loss probability is fitted")
-    return experiment.loss_probability.scenes
+    return experiment.quality.loss_probability.scenes

@@ -48,7 +48,7 @@ def measured_parameters(experiment: Experiment, preset: str, seed: int) -> Any: 
 
 def _chosen(experiment: Experiment, preset: str, seed: int, defaults: Parameters) -> dict[str, Value]:
     chosen = dict(next(one.parameters for one in experiment.presets if one.name == preset)) if preset else {}
-    scene = experiment.calibration.scene
+    scene = experiment.quality.calibration.scene
     if scene:
         chosen[scene] = int(chosen.get(scene, getattr(defaults, scene))) + seed
     return chosen
@@ -83,7 +83,7 @@ def count_held(run: Run, first: int = 1, end: int | None = None) -> Counts:
     counts: dict[str, dict[float, tuple[int, int]]] = {}
     for row in run.diagnostics[first:end]:
         tracker = run.tracker_at(row.frame)
-        for band in run.experiment.calibration.bands:
+        for band in run.experiment.quality.calibration.bands:
             if not band.trackers or tracker in band.trackers:
                 known = counts.setdefault(band.of, {})
                 for share, held in band.held(row).items():
@@ -170,7 +170,7 @@ def measure_consistency(runs: Sequence[Run], first: int = 1, end: int | None = N
 
 def _squared_errors(run: Run, first: int, end: int | None) -> list[float]:
     """Return the square of each coordinate's error in its deviations, where both are known."""
-    bands = [band for band in run.experiment.calibration.bands if isinstance(band, EstimateBand)]
+    bands = [band for band in run.experiment.quality.calibration.bands if isinstance(band, EstimateBand)]
     found: list[float] = []
     for row in run.diagnostics[first:end]:
         tracker = run.tracker_at(row.frame)

@@ -49,7 +49,7 @@ class LossAccount:
         if self._rows is not run.diagnostics:
             # Another run, such as a branch.
             self._rows, self._told, self._tracker = run.diagnostics, [], ""
-        models = run.experiment.loss_probability.models_on(run.setup.footage)
+        models = run.experiment.quality.loss_probability.models_on(run.setup.footage)
         begun, end = len(self._told), len(run.diagnostics)
         edges = [begun, *(one.start for one in run.timeline.segments if begun < one.start < end), end]
         for start, stop in pairwise(edges):

@@ -553,7 +553,7 @@ def outcomes(
     """
     parameters = revise(setup.parameters, values)
     wanted = (*experiment.measures_on(setup.footage), *measures)
-    rows_needed = set(experiment.loss_probability.models_on(setup.footage)) if loss_probability else set()
+    rows_needed = set(experiment.quality.loss_probability.models_on(setup.footage)) if loss_probability else set()
     folding = [name for name in trackers if _folds(experiment, setup, name) and name not in rows_needed]
     known: dict[tuple[str, int], Outcome] = {}
     if folding:

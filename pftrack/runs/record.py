@@ -237,7 +237,7 @@ def wire(experiment: Experiment, footage: Footage | None, open_sequence: OpenSeq
     if footage is None:
         return experiment.simulate()
     name = footage.name or footage.path or "a recording"
-    if experiment.on_video is None:
+    if not experiment.accepts_video:
         raise RecordError(f"the run is to be made on {name}, but {experiment.id} takes no recording")
     if open_sequence is None:
         raise RecordError(f"the run was made on {name}, which has to be given along with it")
@@ -245,10 +245,10 @@ def wire(experiment: Experiment, footage: Footage | None, open_sequence: OpenSeq
     experiment.check_footage(sequence.index.kind)
     if footage.sha256 not in {None, sequence.sha256}:
         raise RecordError(f"the run was made on {name}; {sequence.name} has other content")
-    mark = None if footage.mark is None else experiment.mark(footage.mark)
-    truth = _truth(experiment.truth, footage.truth or {})
+    mark = None if footage.mark is None else experiment.video.mark(footage.mark)
+    truth = _truth(experiment.video.truth, footage.truth or {})
     try:
-        return experiment.on_video(sequence, mark, start=footage.start, truth=truth)
+        return experiment.video.on_video(sequence, mark, start=footage.start, truth=truth)
     except ParameterError:
         raise
     except ValueError as error:

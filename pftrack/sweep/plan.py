@@ -299,15 +299,15 @@ class Plan:
         try:
             self.wiring.parameters_on(self.kind)
             if self.footage.mark is not None:
-                self.wiring.mark(self.footage.mark)
+                self.wiring.video.mark(self.footage.mark)
         except ParameterError as error:
             raise SweepError(str(error)) from None
-        if self.footage.mark is None and self.wiring.needs_mark(self.kind):
+        if self.footage.mark is None and self.wiring.video.needs_mark(self.kind):
             raise SweepError(f"{self.experiment} needs the mark of its target in a recording")
 
     def _check_loss_probability(self) -> None:
         """Refuse to measure how probable a loss is where no tracker can tell."""
-        told = self.wiring.loss_probability.models_on(self.footage)
+        told = self.wiring.quality.loss_probability.models_on(self.footage)
         if self.loss_probability and told.keys().isdisjoint(self.trackers):
             if self.footage is not None:
                 raise SweepError("P(lost) is not calibrated on recordings; loss_probability needs a simulated scene")

@@ -38,7 +38,7 @@ def checks(experiment: Experiment, *, thorough: bool = False) -> Iterator[Check]
     yield from each_tracker(experiment, [("bands hold the truth as often as they say", _quick)])
     if thorough:
         for tracker in experiment.trackers:
-            for preset in ("", *experiment.calibration.presets):
+            for preset in ("", *experiment.quality.calibration.presets):
                 name = f"bands of many runs hold the truth as often as they say ({tracker}, {preset or 'default'})"
                 yield Check(name, partial(_thorough, experiment, tracker, preset))
 
@@ -104,13 +104,13 @@ def _quick(experiment: Experiment, tracker: str) -> None:
 
 
 def _thorough(experiment: Experiment, tracker: str, preset: str) -> None:
-    _demand(experiment, tracker, preset, SEEDS, experiment.calibration.frames, 0.0)
+    _demand(experiment, tracker, preset, SEEDS, experiment.quality.calibration.frames, 0.0)
 
 
 def declared_of(experiment: Experiment, tracker: str, preset: str) -> list[Miscalibration]:
     """Return what is declared of a tracker with the values of a preset, or in the default scene if it is empty."""
     parameters = measured_parameters(experiment, preset, SEEDS[0])
-    return [fault for fault in experiment.calibration.faults if fault.holds(tracker, parameters)]
+    return [fault for fault in experiment.quality.calibration.faults if fault.holds(tracker, parameters)]
 
 
 def _demand(experiment: Experiment, tracker: str, preset: str, seeds: range, frames: int, slack: float) -> None:

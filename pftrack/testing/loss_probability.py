@@ -28,7 +28,7 @@ def checks(experiment: Experiment) -> Iterator[Check]:
 
 
 def _is_probability(experiment: Experiment, tracker: str) -> None:
-    declared = experiment.loss_probability
+    declared = experiment.quality.loss_probability
     for name in {**declared.models, **declared.refused}:
         demand(
             name in experiment.trackers, f"{experiment.id} has no tracker {name!r}, of which its loss probability is"
@@ -52,7 +52,7 @@ def _is_probability(experiment: Experiment, tracker: str) -> None:
 
 
 def _rises(experiment: Experiment, tracker: str) -> None:
-    model = experiment.loss_probability.models.get(tracker)
+    model = experiment.quality.loss_probability.models.get(tracker)
     if model is None:
         return
     rows = straight(experiment, tracker).run.diagnostics

@@ -28,7 +28,7 @@ def checks(experiment: Experiment) -> Iterator[Check]:
 
 
 def _kinds_describe_themselves(experiment: Experiment) -> None:
-    kinds, finder = experiment.marks, experiment.finder
+    kinds, finder = experiment.video.marks, experiment.video.finder
     if not experiment.accepts_video:
         demand(not kinds, f"the experiment takes no recordings, and has {len(kinds)} kinds of mark")
     for kind in (finder.kind, *finder.hints) if finder else ():
@@ -62,11 +62,11 @@ def _demand_consistent(name: str, editor: Editor) -> None:
 
 
 def _bad_marks_are_refused(experiment: Experiment) -> None:
-    if not experiment.marks:
+    if not experiment.video.marks:
         return
     for raw in ({"kind": "no such kind"}, {}, "no mark", None, 7):
         _demand_refusal(experiment, raw, "what is no mark")
-    for kind in experiment.marks:
+    for kind in experiment.video.marks:
         good = at_first(kind)
         _demand_refusal(experiment, {**good, "no_such_field": 1}, f"a {kind.name()} with an unknown field")
         editor = kind.editor()
@@ -80,7 +80,7 @@ def _bad_marks_are_refused(experiment: Experiment) -> None:
 
 def _demand_refusal(experiment: Experiment, raw: object, what: str) -> None:
     try:
-        experiment.mark(raw).check(SIZE)
+        experiment.video.mark(raw).check(SIZE)
     except ParameterError as error:
         place = error.field.split(".")[0]
         demand(place == "mark", f"{what} must be refused with a field of the mark, got {error.field!r}")
@@ -91,9 +91,9 @@ def _demand_refusal(experiment: Experiment, raw: object, what: str) -> None:
 
 
 def _marks_survive(experiment: Experiment) -> None:
-    for kind in experiment.marks:
-        mark = experiment.mark(at_first(kind))
-        again = experiment.mark(mark.model_dump(mode="json"))
+    for kind in experiment.video.marks:
+        mark = experiment.video.mark(at_first(kind))
+        again = experiment.video.mark(mark.model_dump(mode="json"))
         demand(again == mark, f"a {kind.name()} must come back from its JSON, got {again!r} for {mark!r}")
         mark.check(SIZE)
         drawn = dict(mark.draw())

@@ -20,10 +20,10 @@ from pftrack.core.model.diagnostics import Step
 from pftrack.core.model.drawing import Picture
 from pftrack.core.model.faults import faults
 from pftrack.core.model.marks import Mark
-from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.setup import Setup, Suitability
 from pftrack.core.model.source import FrameSequence, Target
-from pftrack.experiments.experiment import PICTURES, Experiment
+from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.video import PICTURES
 from pftrack.runs.record import RecordError, load, save
 from pftrack.runs.run import Run
 from pftrack.sources.beliefs.recorder import Recorder
@@ -47,7 +47,6 @@ def checks(experiment: Experiment) -> Iterator[Check]:
         experiment,
         [
             ("a film of its scene is tracked from a mark", _a_film_is_tracked),
-            ("what is no start on a film is refused", _no_start_is_refused),
         ],
     )
 
@@ -59,12 +58,12 @@ def _film(experiment: Experiment, frames: int = LENGTH) -> Iterator[tuple[FrameS
     run, steps = course.run, course.steps[:frames]
     targets = [step.frame.target for step in steps]
     with tempfile.TemporaryDirectory() as folder:
-        if set(experiment.footage) & set(PICTURES):
+        if set(experiment.video.footage) & set(PICTURES):
             path = Path(folder, "scene.mp4")
             with FilmWriter(path, run.source.frame_rate_hz) as film:
                 for step in steps:
                     film.write(_picture(experiment, run, step))
-        elif "tracks" in experiment.footage:
+        elif "tracks" in experiment.video.footage:
             path = Path(folder, "scene.csv")
             path.write_text(_tracks(steps), encoding="utf-8")
         else:
@@ -108,13 +107,13 @@ def _record(path: Path, steps: Sequence[Step]) -> None:
 
 
 def _a_film_is_tracked(experiment: Experiment) -> None:
-    if experiment.on_video is None:
+    if not experiment.accepts_video:
         return
     with _film(experiment) as (sequence, targets):
-        for place, (kind, start) in enumerate(product(experiment.marks, (0, LATER))):
+        for place, (kind, start) in enumerate(product(experiment.video.marks, (0, LATER))):
             target = targets[start]
             known = None if target is None else kind.of_target(target)
-            mark = known or experiment.mark(at_first(kind, sequence.size))
+            mark = known or experiment.video.mark(at_first(kind, sequence.size))
             setup = _wire(experiment, sequence, mark, start, sure=known is not None)
             if setup is not None:
                 _demand_declared(experiment, setup, sequence)
@@ -122,11 +121,11 @@ def _a_film_is_tracked(experiment: Experiment) -> None:
                 # What one tracker makes of a kind of mark the others make as well, and some are slow.
                 trackers = list(experiment.trackers) if place == 0 else []
                 _demand_tracked(experiment, setup, sequence, f"a recording with a {kind.name()}", trackers, start)
-        if not experiment.needs_mark(sequence.index.kind):
+        if not experiment.video.needs_mark(sequence.index.kind):
             setup = _wire(experiment, sequence, None, 0, sure=False)
             if setup is not None:
                 _demand_declared(experiment, setup, sequence)
-                trackers = [] if experiment.marks else list(experiment.trackers)
+                trackers = [] if experiment.video.marks else list(experiment.trackers)
                 _demand_tracked(experiment, setup, sequence, "a recording without a mark", trackers)
 
 
@@ -136,7 +135,7 @@ def _wire(
     """Return the setup of a recording, or None where the mark may be, and is, refused in a sentence."""
     what = f"a {mark.kind}" if mark else "no mark"
     try:
-        return experiment.on_video(sequence, mark, start=start) if experiment.on_video else None
+        return experiment.video.on_video(sequence, mark, start=start)
     except ValueError as error:
         demand(not sure, f"{what} of the scene's own target in picture {start} must be taken, and is refused: {error}")
         demand(str(error), f"{what} in a film of the scene must be refused in a sentence, got an empty {type(error)}")
@@ -150,18 +149,18 @@ def _wire(
 
 def _demand_declared(experiment: Experiment, setup: Setup, sequence: FrameSequence) -> None:
     """Demand that the parameters which plans of sweeps go by are those of the recording."""
-    if experiment.recorded is not None:
+    if experiment.video.recorded is not None:
         kind, had = sequence.index.kind, type(setup.parameters)
-        declared = type(experiment.recorded(kind))
+        declared = type(experiment.video.recorded(kind))
         demand(had is declared, f"recorded must say {had.__name__} of a {kind}, and says {declared.__name__}")
 
 
 def _demand_suitability(experiment: Experiment, setup: Setup, sequence: FrameSequence, what: str) -> None:
     """Go on if the experiment can say how suitable a target is, where it says so at all."""
-    if experiment.suits is None or setup.footage is None:
+    if experiment.video.suits is None or setup.footage is None:
         return
     try:
-        found = experiment.suits(sequence, setup.footage, setup.parameters)
+        found = experiment.video.suits(sequence, setup.footage, setup.parameters)
     except Exception as error:
         said = f"{type(error).__name__}: {error}"
         raise CheckError(f"the experiment must look how suitable {what} is without an error, got {said}") from error
@@ -215,37 +214,3 @@ def _demand_reopened(run: Run, sequence: FrameSequence, what: str) -> None:
             raise CheckError(f"a saved run on {what} must open again: {error}") from None
     again.seek(FEW)
     demand_equal(run, again, f"a saved run on {what}", FEW + 1)
-
-
-def _no_start_is_refused(experiment: Experiment) -> None:
-    if experiment.on_video is None:
-        return
-    with _film(experiment, LATER) as (sequence, _):
-        for kind in experiment.marks:
-            mark = experiment.mark(at_first(kind, sequence.size))
-            for start in (-1, sequence.frame_count):
-                _demand_refusal(experiment, sequence, mark, start)
-        if experiment.needs_mark(sequence.index.kind):
-            _demand_refusal(experiment, sequence, None, 0)
-        if not experiment.marks:
-            _demand_refusal(experiment, sequence, None, sequence.frame_count, "start")
-
-
-def _demand_refusal(
-    experiment: Experiment, sequence: FrameSequence, mark: Mark | None, start: int, field: str = ""
-) -> None:
-    field = field or ("mark" if mark is None else "start")
-    at = f"a start at picture {start} of {sequence.frame_count}"
-    what = "a recording without a mark" if field == "mark" else at
-    try:
-        if experiment.on_video is not None:
-            experiment.on_video(sequence, mark, start=start)
-    except ParameterError as error:
-        # A first proposal may mark nothing; that it does may be seen before the start is looked at.
-        place = error.field.split(".")[0]
-        demand(place in {field, "mark"}, f"{what} must be refused by the field {field}, got {error.field!r}")
-    except Exception as error:
-        got = type(error).__name__
-        raise CheckError(f"{what} must be refused with a ParameterError, got {got}: {error}") from error
-    else:
-        raise CheckError(f"{what} must be refused, and was accepted")

@@ -34,7 +34,7 @@ def experiment_words(experiment: str, trackers: Iterable[str]) -> str:
     if known is not None:
         names += [
             known.title,
-            known.clip_title,
+            known.video.clip_title,
             known.target,
             *(known.trackers[name].title for name in names if name in known.trackers),
         ]

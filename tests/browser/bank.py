@@ -128,7 +128,7 @@ TRACKERS = (
 
 EXPERIMENT = Experiment(
     id="bank",
-    interface=2,
+    interface=3,
     title="A bank of possibilities",
     question="Which of them is it?",
     references=(Citation(Reference("tests", "phdthesis", ("N. N.",), "The tests", 2026)),),

@@ -12,7 +12,7 @@ from pftrack.cli.app import app
 from pftrack.core.model.band import DIRECTIONS, Calibration, Direction, Miscalibration
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
-from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.output.displays import summary_lines
 from pftrack.runs.manifest import manifest_of
 from pftrack.runs.run import Run
@@ -22,7 +22,7 @@ FIRST, SECOND = list(BALL.trackers)[:2]
 
 
 def declaring(*faults: Miscalibration) -> Experiment:
-    return replace(BALL, calibration=Calibration(faults=faults))
+    return replace(BALL, quality=Quality(Calibration(faults=faults)))
 
 
 def doubtful(direction: Direction, **values: tuple[Any, ...]) -> Run:
@@ -83,7 +83,7 @@ def test_it_holds_between_bounds() -> None:
 def test_what_is_not_there_is_refused(calibration: Calibration, sentence: str) -> None:
     """A declaration names trackers, bands and presets of its own experiment."""
     with pytest.raises(ValueError, match=sentence):
-        replace(BALL, calibration=calibration)
+        replace(BALL, quality=Quality(calibration))
 
 
 def test_the_command_line_says_it() -> None:

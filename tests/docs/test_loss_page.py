@@ -22,6 +22,8 @@ def test_all_that_is_declared_was_judged_and_is_calibrated() -> None:
         for one in ENTRIES["loss"].findings
         if "calibration error" in one.result and one.verdict != "not run"
     }
-    declared = [(name, tracker) for name in EXPERIMENTS.own for tracker in EXPERIMENTS[name].loss_probability.models]
+    declared = [
+        (name, tracker) for name in EXPERIMENTS.own for tracker in EXPERIMENTS[name].quality.loss_probability.models
+    ]
     assert sorted(errors) == sorted(declared)
     assert max(errors.values()) <= MOST_ERROR

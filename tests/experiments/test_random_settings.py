@@ -34,7 +34,7 @@ def run_of(name: str, chosen: Mapping[str, Value], seed: int) -> Run:
 def contradictions(name: str, chosen: Mapping[str, Value], seeds: int) -> list[str]:
     """Return what runs say of the bands that is not declared; half a tenth is allowed for what is at an edge."""
     runs = [run_of(name, chosen, seed) for seed in range(seeds)]
-    faults = [it for it in find(name).calibration.faults if it.holds("kalman", runs[0].parameters_at(1))]
+    faults = [it for it in find(name).quality.calibration.faults if it.holds("kalman", runs[0].parameters_at(1))]
     return list(find_contradictions(faults, pool_counts(map(count_held, runs)), slack=0.05))
 
 

@@ -28,14 +28,14 @@ Boxes = Mapping[int, tuple[float, float, float, float]]
 
 def of(sequence: FrameSequence, box: Box, start: int = 0, values: Mapping[str, object] | None = None) -> Suitability:
     """Return how suitable the target in a box is for the trackers of a ball."""
-    setup = BALL.on_video(sequence, box, start=start)  # type: ignore[misc]
+    setup = BALL.video.on_video(sequence, box, start=start)
     return looked_at(setup, sequence, values)
 
 
 def looked_at(setup: Setup, sequence: FrameSequence, values: Mapping[str, object] | None = None) -> Suitability:
-    assert BALL.suits is not None
+    assert BALL.video.suits is not None
     assert setup.footage is not None
-    return BALL.suits(sequence, setup.footage, revise(setup.parameters, values or {}))
+    return BALL.video.suits(sequence, setup.footage, revise(setup.parameters, values or {}))
 
 
 def painted(target: tuple[int, int, int], ground: tuple[int, int, int], count: int = 31) -> Pictures:
@@ -135,7 +135,7 @@ def test_more_is_better_up_to_twice_what_is_needed(value: float, expected: float
 def face(change: float = 1.0, shift: float = 0.0, scale: float = 1.0) -> Suitability:
     """Return how suitable a simulated face is, its grey levels changed, its picture made smaller."""
     shown = pictures(1, width=480)
-    setup = HEAD.on_video(Pictures(shown), None)  # type: ignore[misc]
+    setup = HEAD.video.on_video(Pictures(shown), None)
     assert setup.footage is not None
     assert setup.footage.mark is not None
     points = {name: np.array(place) for name, place in setup.footage.mark["points"].items()}
@@ -143,8 +143,8 @@ def face(change: float = 1.0, shift: float = 0.0, scale: float = 1.0) -> Suitabi
     small = cv2.resize(changed, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     placed = {name: tuple((places + 0.5) * scale - 0.5) for name, places in points.items()}
     footage = setup.footage.model_copy(update={"mark": FacePoints(points=placed).model_dump(mode="json")})
-    assert HEAD.suits is not None
-    return HEAD.suits(Pictures([small.astype(np.uint8)]), footage, setup.parameters)
+    assert HEAD.video.suits is not None
+    return HEAD.video.suits(Pictures([small.astype(np.uint8)]), footage, setup.parameters)
 
 
 def test_a_large_bright_face_is_followed_well() -> None:
@@ -242,7 +242,7 @@ def around_points(row: Mapping[str, str]) -> tuple[float, float, float, float]:
 
 def followed(sequence: FrameSequence, start: int, boxes: Boxes) -> tuple[float, float]:
     """Return how suitable a target is, and what share of the frames the tracker is inside its box."""
-    setup = BALL.on_video(sequence, Box.of(*boxes[start]), start=start, truth=TruthTable(boxes))  # type: ignore[misc]
+    setup = BALL.video.on_video(sequence, Box.of(*boxes[start]), start=start, truth=TruthTable(boxes))
     inside = []
     for seed in range(3):
         run = Run(BALL, setup, seed=seed)
@@ -281,11 +281,10 @@ HISTOGRAM = find("histogram")
 
 def by_window(sequence: FrameSequence, box: Box) -> Suitability:
     """Return how suitable the target in a box is for the trackers by colour histograms."""
-    assert HISTOGRAM.on_video is not None
-    assert HISTOGRAM.suits is not None
-    setup = HISTOGRAM.on_video(sequence, box)
+    assert HISTOGRAM.video.suits is not None
+    setup = HISTOGRAM.video.on_video(sequence, box)
     assert setup.footage is not None
-    return HISTOGRAM.suits(sequence, setup.footage, setup.parameters)
+    return HISTOGRAM.video.suits(sequence, setup.footage, setup.parameters)
 
 
 def test_a_window_is_compared_with_those_around_it() -> None:

@@ -51,9 +51,8 @@ def test_a_recording_is_named_and_not_carried(tmp_path: Path) -> None:
             picture[20:32, 10 + 2 * number : 22 + 2 * number] = (200, 50, 50)
             film.write(picture)
     ball = find("ball")
-    assert ball.on_video is not None
     sequence = open_sequence(clip)
-    run = Run(ball, ball.on_video(sequence, Box.of(10, 20, 12, 12)), tracker="condensation")
+    run = Run(ball, ball.video.on_video(sequence, Box.of(10, 20, 12, 12)), tracker="condensation")
     run.finish()
     content = run_notebook(run)
     assert "not part of this notebook" in source(content)

@@ -26,8 +26,7 @@ def sine(frames: int = 40, seed: int = 4, tracker: str = "condensation", changes
 def on_clip(start: int, frames: int) -> Run:
     """Return a run on a clip of 20 pictures of noise."""
     noise = np.random.default_rng(1).integers(0, 255, (20, 60, 80, 3), np.uint8)
-    assert BALL.on_video is not None
-    setup = BALL.on_video(Pictures(list(noise)), Box.of(30, 20, 21, 21), start=start)
+    setup = BALL.video.on_video(Pictures(list(noise)), Box.of(30, 20, 21, 21), start=start)
     return Run(BALL, setup, frames=frames)
 
 

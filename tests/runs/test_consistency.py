@@ -9,6 +9,7 @@ import pytest
 import pftrack
 from pftrack.core.model.band import Calibration, EstimateBand
 from pftrack.core.numerics.statistics import chi_square_limit
+from pftrack.experiments.experiment import Quality
 from pftrack.runs.coverage import Consistency, measure_consistency
 from pftrack.runs.run import Run
 
@@ -62,7 +63,9 @@ def test_only_frames_with_a_truth_and_trackers_with_a_band_have_errors() -> None
     expected = measure_consistency([run], 10, 60)
     run.diagnostics = [row if 10 <= row.frame < 60 else replace(row, truth=None) for row in run.diagnostics]
     assert measure_consistency([run]).nees == expected.nees
-    run.experiment = replace(run.experiment, calibration=Calibration(bands=(EstimateBand(trackers=("condensation",)),)))
+    run.experiment = replace(
+        run.experiment, quality=Quality(Calibration(bands=(EstimateBand(trackers=("condensation",)),)))
+    )
     assert measure_consistency([run]).nees is None
 
 

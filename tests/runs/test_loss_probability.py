@@ -83,7 +83,7 @@ def test_a_saved_run_has_it(lost: Run, tmp_path: Path) -> None:
 def test_a_file_of_probabilities_comes_back(tmp_path: Path) -> None:
     """Written and read again, models tell the same; what is no such file, or of another tracker, is refused."""
     path, scenes = tmp_path / "loss_probability.json", Scenes({})
-    models = BALL.loss_probability.models
+    models = BALL.quality.loss_probability.models
     described = describe_models(models, {"kalman": 0.5}, {"experiment": "ball"})
     path.write_text(write_models(described), "utf-8")
     again = read_declaration(path, BALL.trackers, scenes)

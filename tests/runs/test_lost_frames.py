@@ -38,8 +38,9 @@ def on_clip(marked: tuple[int, ...] = (), tracker: str = "h-spf", frames: int = 
     pictures, targets = film()
     boxes = [(*(target.position - 5), 11.0, 11.0) for target in targets]
     truth = TruthTable({frame: boxes[frame] for frame in marked}) if marked else None
-    assert BALL.on_video is not None
-    run = Run(BALL, BALL.on_video(Pictures(pictures), Box.of(*boxes[0]), truth=truth), tracker=tracker, frames=frames)
+    run = Run(
+        BALL, BALL.video.on_video(Pictures(pictures), Box.of(*boxes[0]), truth=truth), tracker=tracker, frames=frames
+    )
     run.finish()
     return run
 
@@ -47,7 +48,7 @@ def on_clip(marked: tuple[int, ...] = (), tracker: str = "h-spf", frames: int = 
 def test_no_probability_is_told_of_a_recording() -> None:
     """A tracker that has one in scenes tells none where it is not calibrated: no number, no column, no verdict."""
     run = on_clip()
-    assert run.tracker in BALL.loss_probability.models
+    assert run.tracker in BALL.quality.loss_probability.models
     assert np.isnan(loss_probabilities(run)).all()
     assert not measure_loss_probability(run)
     assert "series_loss_probability" not in columns_of(run)

@@ -13,7 +13,8 @@ from pftrack.core.model.recipe import Change
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame
 from pftrack.experiments import find
-from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.experiment import Experiment, Quality
+from pftrack.experiments.shared.loss_probability import NOTHING_DECLARED
 from pftrack.runs import many, scoring
 from pftrack.runs.loss_probability import loss_probabilities
 from pftrack.runs.run import Run
@@ -93,7 +94,7 @@ def test_a_batch_is_asked_how_probable_a_loss_is() -> None:
     for plain, asked, values in zip(silent, carry_out(BALL, ["h-spf", "kalman"], asked=True), told, strict=True):
         assert asked.measures == {**plain.measures, "mean_loss_probability": pytest.approx(np.nanmean(values))}
         assert replace(asked, measures=plain.measures) == plain
-    unable = replace(BALL, loss_probability=replace(BALL.loss_probability, models={}))
+    unable = replace(BALL, quality=replace(BALL.quality, loss_probability=NOTHING_DECLARED))
     assert carry_out(unable, ["h-spf"], asked=True) == silent[:1]
 
 
@@ -133,7 +134,7 @@ def test_an_experiment_without_pictures_runs_too() -> None:
 
 def test_a_short_recording_ends_earlier_for_every_tracker() -> None:
     """Where a recording has fewer frames than were asked for, a tracker that takes them one by one ends with it too."""
-    setup = BALL.on_video(Pictures(pictures(5, width=160)), Box.of(40, 30, 30, 40))  # type: ignore[misc] # it takes them
+    setup = BALL.video.on_video(Pictures(pictures(5, width=160)), Box.of(40, 30, 30, 40))  # it takes them
     trackers = ["h-spf", "kalman"]
     assert BALL.trackers["kalman"].fold is None
     (row,) = many.outcomes(BALL, setup, values={}, trackers=trackers, seeds=[1], frames=60)
@@ -161,7 +162,7 @@ def test_an_estimate_that_is_none_is_no_success() -> None:
     found = []
     for changed in (replace(tracker, step=lost_for_words, fold=None), replace(tracker, fold=fold)):
         ball = replace(
-            BALL, trackers={"condensation": changed}, default_tracker="condensation", calibration=Calibration()
+            BALL, trackers={"condensation": changed}, default_tracker="condensation", quality=Quality(Calibration())
         )
         ((outcome,),) = many.outcomes(ball, ball.simulate(), values={}, trackers=["condensation"], seeds=[1], frames=8)
         assert (outcome.labelled_frames, outcome.lost_frames, outcome.first_lost_frame) == (8, 4, 4)

@@ -197,8 +197,8 @@ def test_wrong_descriptions_are_refused(run: Run, tmp_path: Path, changes: dict[
 @pytest.mark.parametrize("row", [[1, 2, float("nan"), 4], [1, 2, 1e300, 4], [1, 2, 3], [1, 2, 0, 4]])
 def test_a_truth_that_no_file_could_give_is_refused(tmp_path: Path, row: list[float]) -> None:
     """The truth in a saved run is held to what is asked of a table."""
-    truth = BALL.truth.table({0: (1, 2, 30, 40)})
-    setup = BALL.on_video(Pictures(pictures(2, width=160)), Box.of(1, 2, 30, 40), truth=truth)  # type: ignore[misc]
+    truth = BALL.video.truth.table({0: (1, 2, 30, 40)})
+    setup = BALL.video.on_video(Pictures(pictures(2, width=160)), Box.of(1, 2, 30, 40), truth=truth)
     save(Run(BALL, setup), tmp_path / "a.pft")
     footage = read(tmp_path / "a.pft").recipe.as_dict()["footage"]
     path = _rewritten(tmp_path / "a.pft", footage={**footage, "truth": {"0": row}})
@@ -220,7 +220,7 @@ def oblong(tmp_path: Path) -> Path:
 
 
 def tracked(clip: Path, mark: Box, *, square: bool | None = None) -> Run:
-    made = Run(BALL, BALL.on_video(open_sequence(clip, square=square), mark), seed=2)
+    made = Run(BALL, BALL.video.on_video(open_sequence(clip, square=square), mark), seed=2)
     made.finish()
     return made
 

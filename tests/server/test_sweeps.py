@@ -70,7 +70,7 @@ class TestLossProbability:
         assert all(0.0 <= value <= 1.0 for value in cells["mean_loss_probability"])
         text = client.get(f"/api/v1/sweeps/{begun['id']}/download", params={"format": "csv"}).text
         assert "mean_loss_probability" in text.partition("\n")[0]
-        able = EXPERIMENTS["ball"].loss_probability.models
+        able = EXPERIMENTS["ball"].quality.loss_probability.models
         assert client.get("/api/v1/experiments/ball").json()["loss_trackers"] == list(able)
         shown = client.get("/api/v1/experiments/ball", params={"recording": "video"}).json()
         assert shown["loss_trackers"] == []

@@ -42,7 +42,7 @@ def box(index: int) -> Box:
 
 def test_colour_and_lengths_come_from_the_box(clip: FrameSequence) -> None:
     """The setup of a recording fits the colour to the box and scales thresholds and noise to its size."""
-    parameters = BALL.on_video(clip, box(3), start=3).parameters
+    parameters = BALL.video.on_video(clip, box(3), start=3).parameters
     assert parameters.colour_model == "chromaticity"
     assert parameters.target_green_share == pytest.approx(190 / 320, abs=0.01)
     assert parameters.gamma_px == 9.5
@@ -53,7 +53,7 @@ def test_colour_and_lengths_come_from_the_box(clip: FrameSequence) -> None:
 def test_every_tracker_follows_the_disc(clip: FrameSequence, tracker: str) -> None:
     """From a box on any picture, each tracker follows the disc to the end."""
     truth = TruthTable({index: box(index).corner_and_size for index in range(40)})
-    run = Run(BALL, BALL.on_video(clip, box(5), start=5, truth=truth), tracker=tracker, seed=1)
+    run = Run(BALL, BALL.video.on_video(clip, box(5), start=5, truth=truth), tracker=tracker, seed=1)
     run.finish()
     summary = run.summary().as_dict()
     assert summary["frames"] == summary["labelled_frames"] == 35
@@ -66,7 +66,7 @@ def test_every_tracker_follows_the_disc(clip: FrameSequence, tracker: str) -> No
 def test_beside_the_box_is_no_success(clip: FrameSequence) -> None:
     """A truth that lies beside what is followed, but near, keeps the hit rate; success is decided by the true box."""
     beside = {index: (u + 12.0, v, w, h) for index in range(40) for u, v, w, h in [box(index).corner_and_size]}
-    run = Run(BALL, BALL.on_video(clip, box(5), start=5, truth=TruthTable(beside)), seed=1)
+    run = Run(BALL, BALL.video.on_video(clip, box(5), start=5, truth=TruthTable(beside)), seed=1)
     run.finish()
     summary = run.summary().as_dict()
     assert summary["hit_rate"] == 1.0
@@ -76,7 +76,7 @@ def test_beside_the_box_is_no_success(clip: FrameSequence) -> None:
 
 def test_without_truth_nothing_is_judged(clip: FrameSequence) -> None:
     """Where the truth is unknown there is no error, no loss and no verdict."""
-    run = Run(BALL, BALL.on_video(clip, box(0)), seed=1)
+    run = Run(BALL, BALL.video.on_video(clip, box(0)), seed=1)
     run.finish()
     summary = run.summary().as_dict()
     assert [summary[key] for key in ("success", "mean_error_px", "lost_frames", "hit_rate", "labelled_frames")] == [
@@ -91,7 +91,7 @@ def test_without_truth_nothing_is_judged(clip: FrameSequence) -> None:
 def test_overlay_is_worn_live(clip: FrameSequence) -> None:
     """The strip and the look-alikes appear where and when they are asked for; the clip itself is not changed."""
     changes = (Change(3, {"occlusion_width_px": 40, "occlusion_offset_px": -60, "distracter_radius_px": 5}),)
-    run = Run(BALL, BALL.on_video(clip, box(0)), seed=1, frames=6, timeline=changes)
+    run = Run(BALL, BALL.video.on_video(clip, box(0)), seed=1, frames=6, timeline=changes)
     pictures = [step.frame.image_rgb for step in run]
     for index, image in enumerate(pictures):
         same = (image == clip.picture(index)).all(axis=-1)
@@ -104,14 +104,14 @@ def test_overlay_is_worn_live(clip: FrameSequence) -> None:
 def test_boxes_must_lie_within_the_picture(clip: FrameSequence, bad: tuple[float, float, float, float]) -> None:
     """A box that reaches beyond the picture or has no area is refused with the picture's size."""
     with pytest.raises(ValueError, match="320 x 120 px"):
-        BALL.on_video(clip, Box.of(*bad))
+        BALL.video.on_video(clip, Box.of(*bad))
 
 
 @pytest.mark.parametrize("start", [-1, 40])
 def test_start_must_be_a_picture(clip: FrameSequence, start: int) -> None:
     """A start that the recording does not have is refused with those it has."""
     with pytest.raises(ValueError, match="0 to 39"):
-        BALL.on_video(clip, box(0), start=start)
+        BALL.video.on_video(clip, box(0), start=start)
     with pytest.raises(ValueError, match="0 to 39"):
         RecordingSource(clip, box(0).corner_and_size, start)
 
@@ -129,7 +129,7 @@ def test_green_ball_comes_back() -> None:
     """On the real clip each tracker finds the green ball again after 33 frames out of the picture."""
     folder = CLIPS / "ball_green_hand"
     truth = read_truth(folder / "gt.csv")
-    setup = BALL.on_video(open_sequence(folder / "clip.mp4"), Box.of(*truth.boxes[16]), start=16, truth=truth)
+    setup = BALL.video.on_video(open_sequence(folder / "clip.mp4"), Box.of(*truth.boxes[16]), start=16, truth=truth)
     runs = [Run(BALL, setup, tracker=tracker, seed=0) for tracker in BALL.trackers]
     for frame in range(runs[0].frames):  # side by side, so that each picture is decoded once
         for run in runs:

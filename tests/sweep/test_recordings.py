@@ -33,8 +33,10 @@ def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def footage(clip: Path) -> Footage:
     with closing(open_sequence(clip)) as sequence:
-        setup = find("histogram").on_video(  # type: ignore[misc] # it takes recordings
-            sequence, find("histogram").mark({"kind": "box", "x": 10, "y": 20, "width": 10, "height": 10}), start=1
+        setup = find("histogram").video.on_video(  # it takes recordings
+            sequence,
+            find("histogram").video.mark({"kind": "box", "x": 10, "y": 20, "width": 10, "height": 10}),
+            start=1,
         )
     assert setup.footage is not None
     return setup.footage

@@ -20,10 +20,11 @@ from pftrack.core.model.preset import Cure, ExampleSweep, Preset
 from pftrack.core.model.series import Series
 from pftrack.core.model.source import Frame
 from pftrack.experiments import find
-from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.experiments.shared.loss_probability import Logistic, LossDeclaration, LossModel
 from pftrack.experiments.sine.experiment import SineParameters
 from pftrack.experiments.sine.scene import SignalSource
+from pftrack.experiments.video import NO_VIDEO
 
 TRACKERS = find("sine").trackers
 KALMAN = TRACKERS["kalman"]
@@ -33,7 +34,7 @@ SOUND = replace(
     id="under-test",
     trackers={"kalman": KALMAN, **TRACKERS},
     presets=(Preset("works", "works", "kalman"),),
-    calibration=Calibration(),
+    quality=Quality(Calibration()),
 )
 
 SPACE = World("space", "Space", "mm", 5.0)
@@ -119,12 +120,6 @@ def refusing(*_: Any, **__: Any) -> Any:
     raise ValueError("too dark")
 
 
-def from_the_start(sequence: Any, mark: Any, **_: Any) -> Any:
-    """Wire a recording from its first picture on, whatever is asked for."""
-    assert BALL.on_video is not None
-    return BALL.on_video(sequence, mark)
-
-
 class Forgiving(SineParameters):
     """Takes what is too large for what is largest."""
 
@@ -162,7 +157,7 @@ def boasting(factor: float, **calibration: Any) -> Experiment:
         made = KALMAN.step(getattr(state, "within", state), frame, SineParameters(), None)
         return {"sigma": factor * made.sigma}
 
-    return replace(tracking(alter), calibration=Calibration(**calibration))
+    return replace(tracking(alter), quality=Quality(Calibration(**calibration)))
 
 
 def escaping() -> Experiment:
@@ -172,7 +167,7 @@ def escaping() -> Experiment:
         SOUND,
         series=(flag,),
         measure=lambda frame, _: {"contained": float(frame.index != 7)},
-        calibration=Calibration(bands=(FlagBand("region", {ALL: "contained"}),)),
+        quality=Quality(Calibration(bands=(FlagBand("region", {ALL: "contained"}),))),
     )
 
 
@@ -214,7 +209,7 @@ def folding(alter: Callable[[Any], dict[str, Any]]) -> Experiment:
         return done and replace(done, **alter(done))
 
     trackers = {"h-spf": replace(tracker, fold=fold)}
-    return replace(BALL, trackers=trackers, default_tracker="h-spf", calibration=Calibration())
+    return replace(BALL, trackers=trackers, default_tracker="h-spf", quality=Quality(Calibration()))
 
 
 def caption_of_all_frames(drawn: Any, _step: Step, past: Any, _other: Any) -> Any:
@@ -287,7 +282,7 @@ def told_by_likeness() -> Experiment:
     series = {one.name: one for one in histogram.trackers["condensation"].series}
     regression = Logistic((0.0,) * 6, (1.0,) * 6, (1.0, *(0.0,) * 5), 0.0)
     model = LossModel(("likeness",), regression, series)
-    return replace(histogram, loss_probability=LossDeclaration(models={"condensation": model}))
+    return replace(histogram, quality=Quality(loss_probability=LossDeclaration(models={"condensation": model})))
 
 
 BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
@@ -361,15 +356,15 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
     ),
     "a saved run comes to the same numbers": (hidden_state, "the run from its file .* differs from frame 1 on"),
     "its kinds of mark describe themselves": (
-        lambda: replace(SOUND, marks=(Loose,)),
+        lambda: replace(SOUND, video=replace(NO_VIDEO, marks=(Loose,))),
         "the experiment takes no recordings, and has 1 kinds of mark",
     ),
     "bad marks are refused with their field": (
-        lambda: replace(SOUND, marks=(Loose,)),
+        lambda: replace(SOUND, video=replace(NO_VIDEO, marks=(Loose,))),
         r"at at \[-1000000000.0, 1.0\] must be refused in a picture of 320 x 240 px, and was accepted",
     ),
     "marks survive their JSON and can be drawn": (
-        lambda: replace(SOUND, marks=(Loose,)),
+        lambda: replace(SOUND, video=replace(NO_VIDEO, marks=(Loose,))),
         r"a loose must be drawn on the layer 'mark', got \['points'\]",
     ),
     "drawings keep to the picture and to declared layers": (
@@ -381,12 +376,8 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
         "positions of it in frame 0 must lie within 5 mm of the middle of the world 'space', got 7 mm",
     ),
     "a film of its scene is tracked from a mark": (
-        lambda: replace(BALL, on_video=refusing),
+        lambda: replace(BALL, video=replace(BALL.video, wire=refusing)),
         "a box of the scene's own target in picture 0 must be taken, and is refused: too dark",
-    ),
-    "what is no start on a film is refused": (
-        lambda: replace(BALL, on_video=from_the_start),
-        "a start at picture -1 of 4 must be refused, and was accepted",
     ),
     "its loss probability rises when it searches, or when little is like its target": (
         told_by_likeness,
@@ -395,7 +386,12 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
     "its loss probability is one, told at once or frame by frame": (
         lambda: replace(
             SOUND,
-            loss_probability=LossDeclaration(models={"kalman": LossModel(("evidence",), Logistic((), (), (), 0.0))}),
+            quality=replace(
+                SOUND.quality,
+                loss_probability=LossDeclaration(
+                    models={"kalman": LossModel(("evidence",), Logistic((), (), (), 0.0))}
+                ),
+            ),
         ),
         "the loss probability of kalman must weigh 6 features, got 0",
     ),

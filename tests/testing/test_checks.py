@@ -17,7 +17,7 @@ from pftrack.core.model.parameters import parameter
 from pftrack.core.model.preset import Preset
 from pftrack.core.model.setup import Suitability
 from pftrack.experiments import EXPERIMENTS, find
-from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.experiments.sine.experiment import SineParameters
 from pftrack.testing import Check, CheckError, check_experiment, experiment_checks
 from tests.installing import environment, install
@@ -118,7 +118,7 @@ def test_names_are_held_to_where_they_stand(check: str, make: Callable[[], Exper
 def test_what_an_experiment_says_of_a_target_is_looked_at(suits: Any, sentence: str) -> None:
     """Where it can tell how suitable a target is, it does so without an error, by a number from 0 to 1 and clauses."""
     with pytest.raises(CheckError, match=sentence):
-        checks_of(replace(BALL, suits=suits))["a film of its scene is tracked from a mark"]()
+        checks_of(replace(BALL, video=replace(BALL.video, suits=suits)))["a film of its scene is tracked from a mark"]()
 
 
 class Formula(SineParameters):
@@ -205,7 +205,7 @@ def test_what_is_declared_passes(factor: float, direction: Direction) -> None:
 def test_a_needless_declaration_is_found() -> None:
     """Over many runs the exact filter is well inside; whoever says otherwise of it says what is not so."""
     fault = Miscalibration(("kalman",))
-    experiment = replace(SOUND, calibration=Calibration(faults=(fault,)))
+    experiment = replace(SOUND, quality=Quality(Calibration(faults=(fault,))))
     (check,) = (one for one in experiment_checks(experiment, thorough=True) if str(one).endswith("(kalman, default)"))
     with pytest.raises(CheckError, match="a band is declared as overconfident and is not: that of the estimate"):
         check()
@@ -220,15 +220,14 @@ def test_an_estimate_that_depends_on_the_process_is_found(tmp_path: Path, monkey
     """What differs from process to process, such as its number, does not pass."""
     source = (
         "import os\nfrom dataclasses import replace\nimport numpy as np\n"
-        "from pftrack.experiments import find\nfrom pftrack.core.model.band import Calibration\n"
+        "from pftrack.experiments import find\nfrom pftrack.experiments.experiment import Quality\n"
         "SINE = find('sine')\nKALMAN = SINE.trackers['kalman']\n"
         "def start(target, frame, parameters, rng):\n"
         "    state = KALMAN.start(target, frame, parameters, rng)\n"
         "    return replace(state, posterior=replace(state.posterior, mean=state.posterior.mean + os.getpid()))\n"
         "TRACKERS = {'kalman': replace(KALMAN, start=start)}\n"
-        "SAID = Calibration()\n"
         "EXPERIMENT = replace(\n"
-        "    SINE, id='pids', trackers=TRACKERS, default_tracker='kalman', calibration=SAID, interface=2\n"
+        "    SINE, id='pids', trackers=TRACKERS, default_tracker='kalman', quality=Quality(), interface=3\n"
         ")\n"
     )
     install(tmp_path, "of-the-process", source, "pids = of_the_process:EXPERIMENT")

@@ -66,7 +66,7 @@ class Undescribed(Disc):
 
 
 def run(*kinds: type[Mark]) -> None:
-    for check in marks.checks(replace(BALL, marks=kinds)):
+    for check in marks.checks(replace(BALL, video=replace(BALL.video, marks=kinds))):
         check()
 
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.drawing import Picture
-from pftrack.core.model.marks import Mark
+from pftrack.core.model.marks import Box, Mark
 from pftrack.core.model.parameters import ParameterError
+from pftrack.core.model.recipe import Footage
 from pftrack.experiments import find
 from pftrack.experiments.experiment import Experiment
 from pftrack.sources.recording import RecordingSource
@@ -18,16 +19,21 @@ from tests.testing.test_marks import Disc
 
 BALL = find("ball")
 SEEN: list[Any] = []
+MARK = Box.of(50, 110, 20, 20).model_dump(mode="json")
 
 
 def wiring(alter: Callable[[Any], Any]) -> Experiment:
     """Return the ball with another setup on recordings."""
 
-    def on_video(sequence: Any, mark: Any, **more: Any) -> Any:
-        assert BALL.on_video is not None
-        return alter(BALL.on_video(sequence, mark, **more))
+    def wire(*given: Any) -> Any:
+        return alter(BALL.video.wire(*given))
 
-    return replace(BALL, on_video=on_video)
+    return on_clips(wire)
+
+
+def on_clips(wire: Callable[..., Any], **more: Any) -> Experiment:
+    """Return the ball with another wiring of recordings."""
+    return replace(BALL, video=replace(BALL.video, wire=wire, **more))
 
 
 def crashing(*_: Any, **__: Any) -> Any:
@@ -57,12 +63,11 @@ def at_sea() -> Experiment:
 
 BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
     "an exception that says nothing": (
-        lambda: replace(BALL, on_video=crashing),
+        lambda: on_clips(crashing),
         "a box in a film of the scene must be taken or refused by a ValueError, got ZeroDivisionError: somewhere",
     ),
-    "no footage": (lambda: wiring(lambda setup: replace(setup, footage=None)), "must have the hash of its file"),
     "another file": (
-        lambda: wiring(lambda setup: replace(setup, footage=setup.footage.model_copy(update={"sha256": "0" * 64}))),
+        lambda: wiring(lambda setup: replace(setup, footage=Footage(sha256="0" * 64, mark=MARK))),
         "the footage of a recording with a box must have the hash of its file, got",
     ),
     "a frame too few": (lambda: wiring(shorter), "has 8 pictures to track, and the run has 7 frames"),
@@ -89,11 +94,11 @@ def test_a_kind_that_knows_no_target_is_placed_as_an_editor_begins() -> None:
     """Its handles are where the editor has them in the film's own size, and the mark may be refused in a sentence."""
     SEEN.clear()
 
-    def on_video(sequence: Any, mark: Mark | None, **_: Any) -> Any:
+    def wire(sequence: Any, mark: Mark | None, *_: Any) -> Any:
         SEEN.append((sequence.size, mark))
         raise ParameterError("mark", "this", "something else")
 
-    recordings._a_film_is_tracked(replace(BALL, marks=(Disc,), on_video=on_video))
+    recordings._a_film_is_tracked(on_clips(wire, marks=(Disc,)))
     assert [size for size, _ in SEEN] == [(320, 240)] * 2
     for _, mark in SEEN:
         assert isinstance(mark, Disc)

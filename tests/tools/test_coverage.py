@@ -20,7 +20,7 @@ def test_the_page_shows_what_is_stored() -> None:
 def test_all_trackers_are_measured() -> None:
     """In the default scene and two presets, over forty seeds."""
     assert set(MEASURED) == set(measured_settings())
-    said = [EXPERIMENTS[name].calibration for name in EXPERIMENTS.own]
+    said = [EXPERIMENTS[name].quality.calibration for name in EXPERIMENTS.own]
     assert {len(one.presets) for one in said if one.bands} == {2}
     assert {one.runs for some in MEASURED.values() for one in some} == {len(SEEDS)} == {STORED["seeds"]}
 

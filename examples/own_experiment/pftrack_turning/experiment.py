@@ -8,17 +8,15 @@ import numpy as np
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, Layer, Mesh, Picture
 from pftrack.core.model.glossary import Citation, Reference
-from pftrack.core.model.marks import Mark
 from pftrack.core.model.palette import COLOURS
-from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.plot import ERROR, Plot, Reading
 from pftrack.core.model.preset import ExampleSweep, Preset
-from pftrack.core.model.recipe import Footage
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import FrameSequence, Truth
 from pftrack.core.model.tracker import Tracker
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.shared.sketch import SECOND_RUN, at_height, circle
+from pftrack.experiments.video import Video
 from pftrack.sources.recording import RecordingSource
 from pftrack_turning.mark import Circle
 from pftrack_turning.scene import Scene
@@ -30,14 +28,11 @@ def simulate() -> Setup:
     return Setup(Scene, BankParameters(occlusion_width_px=40, occlusion_offset_px=75))
 
 
-def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, truth: Truth | None = None) -> Setup:
+def wire(sequence: FrameSequence, mark: Circle, start: int, truth: Truth | None) -> Setup:
     """Wire a recording on which a person has drawn a circle."""
-    if not isinstance(mark, Circle):
-        raise ParameterError("mark", mark and mark.kind, "a circle around the target")
-    mark.check(sequence.size)
     (x, y), r = mark.centre, mark.radius
     source = RecordingSource(sequence, (x - r, y - r, 2 * r + 1, 2 * r + 1), start, truth.at if truth else None)
-    return Setup(lambda _seed, _parameters: source, BankParameters(), Footage.of(sequence, mark, start, truth))
+    return Setup(lambda _seed, _parameters: source, BankParameters())
 
 
 def draw(step: Step, _past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
@@ -96,8 +91,7 @@ EXPERIMENT = Experiment(
     presets=(Preset("works", "works", "bank"), Preset("straight", "breaks: expects no turn", "straight")),
     layers=LAYERS,
     simulate=simulate,
-    on_video=on_video,
-    marks=(Circle,),
+    video=Video(wire, marks=(Circle,), wanted="a circle around the target"),
     draw=draw,
     error=lambda estimates, truths: np.linalg.norm(estimates - truths, axis=-1),
     target="disc",
@@ -108,5 +102,5 @@ EXPERIMENT = Experiment(
     ),
     readings=(Reading("estimate", "estimate"), Reading("likeliest", "hypotheses", "px", "places")),
     example_sweep=ExampleSweep({"occlusion_width_px": (0, 20, 40, 60, 80)}, ("bank", "straight"), 4, 120),
-    interface=2,
+    interface=3,
 )

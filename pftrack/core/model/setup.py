@@ -23,7 +23,7 @@ from pftrack.core.model.measures import HIT_RATE
 from pftrack.core.model.parameters import Parameters
 from pftrack.core.model.recipe import Footage
 from pftrack.core.model.series import Series
-from pftrack.core.model.source import Frame, FrameSequence, Source, Truth
+from pftrack.core.model.source import Frame, FrameSequence, Source
 
 # An experiment that takes recordings may declare how it looks at a target that was marked or found
 # (`Experiment.suits`). The answer is a number from 0 to 1, the words that go with it, and what would help.
@@ -146,27 +146,6 @@ class Setup:
     success: str = HIT_RATE.name
     units: Callable[[Any], Mapping[str, str]] | None = None
     beside: Callable[[Frame, Any, Any], float] | None = None
-
-
-class OnVideo(Protocol):
-    """Wire a recording for an experiment."""
-
-    def __call__(
-        self, sequence: FrameSequence, mark: Mark | None, *, start: int = 0, truth: Truth | None = None
-    ) -> Setup:
-        """Return the setup of a recording.
-
-        Args:
-            sequence: The pictures.
-            mark: The target in the picture `start`, of a kind that the experiment takes; None to have it found, where
-                that can be done, or where nothing is to be marked.
-            start: Number of the picture to start at, or to look for the target from.
-            truth: By number of the picture, where it is known.
-
-        Raises:
-            ParameterError: The mark or the start is not within the recording.
-            ValueError: There is no target in it.
-        """
 
 
 class Suits(Protocol):

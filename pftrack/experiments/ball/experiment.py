@@ -16,12 +16,11 @@ from pftrack.core.arrays import Floats
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, Layer, Links, Picture, Polyline, Primitive
 from pftrack.core.model.glossary import BANDO, BANDO_2006, Citation
-from pftrack.core.model.marks import Box, Mark
+from pftrack.core.model.marks import Box
 from pftrack.core.model.measures import PICTURE_MEASURES
 from pftrack.core.model.palette import COLOURS, Colour
-from pftrack.core.model.parameters import ParameterError, revise
+from pftrack.core.model.parameters import revise
 from pftrack.core.model.preset import ExampleSweep, read_presets
-from pftrack.core.model.recipe import Footage
 from pftrack.core.model.setup import BESIDE, Setup
 from pftrack.core.model.source import FrameSequence, Truth
 from pftrack.experiments.ball.model import MODEL
@@ -30,7 +29,7 @@ from pftrack.experiments.ball.quality import CALIBRATION, FAILURES, LOSS_DECLARA
 from pftrack.experiments.ball.recording import look_beside, suits
 from pftrack.experiments.ball.scene import BallSceneParameters, BallSource
 from pftrack.experiments.ball.trackers import GUIDED, TRACKERS
-from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.experiments.shared.reports import miss_share
 from pftrack.experiments.shared.sampling.parameters import TERMS
 from pftrack.experiments.shared.sketch import (
@@ -42,9 +41,10 @@ from pftrack.experiments.shared.sketch import (
     particle_clouds,
     uncertainty,
 )
+from pftrack.experiments.video import Video
 from pftrack.filters import kalman
 from pftrack.filters.fixed_lag import smooth
-from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
+from pftrack.sources.recording import RecordingParameters, RecordingSource
 from pftrack.vision.likelihoods import chromaticity
 
 TRAIL_FRAMES = 60
@@ -77,7 +77,7 @@ def simulate() -> Setup:
     return Setup(BallSource, SimulatedBallParameters())
 
 
-def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, truth: Truth | None = None) -> Setup:
+def wire(sequence: FrameSequence, mark: Box, start: int, truth: Truth | None) -> Setup:
     """Wire a recording: the colour is fitted to the box, and lengths are scaled to it.
 
     Real targets turn and stop, so velocity is kept for a few frames only; otherwise the particles of a hidden target
@@ -91,13 +91,8 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
         truth: True boxes by number of the picture, where they are known.
 
     Raises:
-        ParameterError: There is no box, or the box or the start is not within the recording.
         ValueError: The box is black.
     """
-    if not isinstance(mark, Box):
-        raise ParameterError("mark", mark and mark.kind, "a box around the target, which is tracked by its colour")
-    check_start(start, sequence)
-    mark.check(sequence.size)
     box = mark.corner_and_size
     colour = chromaticity.fit(sequence.picture(start), box)
     radius = min(max(box[2], box[3]) / 2, 200.0)
@@ -129,7 +124,6 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
     return Setup(
         open_source,
         parameters,
-        Footage.of(sequence, mark, start, truth),
         success="inside_share",
         beside=partial(look_beside, size_px=box[2:]),
     )
@@ -236,13 +230,18 @@ EXPERIMENT = Experiment(
         Layer("smoothed path", legend=(Key("second", "smoothed path"),)),
         SECOND_RUN,
     ),
-    calibration=CALIBRATION,
+    quality=Quality(CALIBRATION, LOSS_DECLARATION),
     model=MODEL,
     simulate=simulate,
-    on_video=on_video,
-    recorded=lambda _kind: RecordedBallParameters(),
-    marks=(Box,),
-    suits=suits,
+    video=Video(
+        wire,
+        recorded=lambda _kind: RecordedBallParameters(),
+        marks=(Box,),
+        wanted="a box around the target, which is tracked by its colour",
+        suits=suits,
+        clip_title="Colour blob",
+        clip_about=("sample_count", "gamma_px", "process_noise_px", "background_level", "colour_model"),
+    ),
     draw=draw,
     error=_distance,
     lost=_is_lost,
@@ -252,7 +251,6 @@ EXPERIMENT = Experiment(
     exports=(GUIDANCE.export,),
     guidance=GUIDANCE,
     failures=FAILURES,
-    loss_probability=LOSS_DECLARATION,
     example_sweep=ExampleSweep(  # a coarse map of Bando's conditions: 25 cells
         {"occlusion_width_px": (5, 30, 55, 80, 100), "distracter_radius_px": (1, 6, 11, 16, 20)},
         trackers=("h-spf", "s-spf", "pc-pf"),
@@ -260,6 +258,4 @@ EXPERIMENT = Experiment(
         frames=60,
     ),
     terms=TERMS,
-    clip_title="Colour blob",
-    clip_about=("sample_count", "gamma_px", "process_noise_px", "background_level", "colour_model"),
 )

@@ -21,7 +21,7 @@ from pftrack.core.model.preset import ExampleSweep, read_presets
 from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, Target
-from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.experiments.fish.draw import (
     CHANGES_WORLD,
     MODES_WORLD,
@@ -35,12 +35,13 @@ from pftrack.experiments.fish.draw import (
 )
 from pftrack.experiments.fish.parameters import FishTrackerParameters
 from pftrack.experiments.fish.quality import CALIBRATION, LOSS_DECLARATION
-from pftrack.experiments.fish.recording import FishBody, RecordedFishParameters, on_video, suits
+from pftrack.experiments.fish.recording import FishBody, RecordedFishParameters, suits, wire
 from pftrack.experiments.fish.scene import FishSceneParameters, FishSource, FishTarget
 from pftrack.experiments.fish.step import TRACKERS, find_edges, shape
 from pftrack.experiments.fish.swimming import FRAMES
 from pftrack.experiments.fish.trackers import GUIDANCE, FishState
 from pftrack.experiments.shared.sketch import SECOND_RUN, error_words
+from pftrack.experiments.video import Video
 
 SERIES = (
     Series("heading_error", "error of the heading", "°"),
@@ -208,24 +209,26 @@ EXPERIMENT = Experiment(
     ),
     worlds=(MODES_WORLD, CHANGES_WORLD),
     simulate=simulate,
-    on_video=on_video,
-    recorded=lambda _kind: RecordedFishParameters(),
-    marks=(FishBody,),
-    advice="Mark the whole body in a picture in which it is nearly straight.",
-    suits=suits,
+    video=Video(
+        wire,
+        recorded=lambda _kind: RecordedFishParameters(),
+        marks=(FishBody,),
+        wanted="a body: head, root and tip of the tail, and half width",
+        advice="Mark the whole body in a picture in which it is nearly straight.",
+        suits=suits,
+        clip_title="Fish by its outline",
+    ),
     draw=draw,
     error=_distance,
     missed=is_missed,
     series=SERIES,
     measure=measure,
     measures=PICTURE_MEASURES,
-    calibration=CALIBRATION,
-    loss_probability=LOSS_DECLARATION,
+    quality=Quality(CALIBRATION, LOSS_DECLARATION),
     target="fish",
     plots=PLOTS,
     readings=READINGS,
     terms=TERMS,
-    clip_title="Fish by its outline",
     example_sweep=ExampleSweep(
         {"sample_count": (50, 100, 200, 500, 1000), "tank_number": (200, 202, 204, 206, 208)},
         trackers=("guided", "ordinary"),

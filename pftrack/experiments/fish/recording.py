@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Bools
-from pftrack.core.model.marks import LongBody, Mark
-from pftrack.core.model.parameters import ParameterError, revise
+from pftrack.core.model.marks import LongBody
+from pftrack.core.model.parameters import revise
 from pftrack.core.model.recipe import Footage
 from pftrack.core.model.setup import Setup, Suitability, grade
 from pftrack.core.model.source import FrameSequence, Target, Truth
@@ -22,7 +22,7 @@ from pftrack.experiments.fish.parameters import FishTrackerParameters
 from pftrack.experiments.fish.scene import FishTarget
 from pftrack.experiments.fish.step import foreground, shape
 from pftrack.experiments.fish.trackers import LEARNED_HALF_LENGTH_PX
-from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
+from pftrack.sources.recording import RecordingParameters, RecordingSource
 
 LEAST_SIGMA_D_PX2, LARGEST_SIGMA_D_PX2 = 1.0, 400.0
 """Edges are a pixel wide, however small the fish; a fish of more than 320 px has the largest that can be set."""
@@ -71,7 +71,7 @@ class RecordedFishParameters(RecordingParameters, FishTrackerParameters):
     """A recording with an overlay, and its trackers."""
 
 
-def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, truth: Truth | None = None) -> Setup:
+def wire(sequence: FrameSequence, mark: FishBody, start: int, truth: Truth | None) -> Setup:
     """Wire a recording of a fish.
 
     Args:
@@ -79,14 +79,7 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
         mark: The fish in the picture `start`.
         start: Number of the picture to start at.
         truth: True boxes by number of the picture, where they are known.
-
-    Raises:
-        ParameterError: There is no such mark, or the mark or the start is not within the recording.
     """
-    if not isinstance(mark, FishBody):
-        raise ParameterError("mark", mark and mark.kind, "a body: head, root and tip of the tail, and half width")
-    check_start(start, sequence)
-    mark.check(sequence.size)
     target = mark.target
     scaled = 25.0 * (target.shape.half_length / LEARNED_HALF_LENGTH_PX) ** 2
     parameters = revise(
@@ -101,7 +94,7 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
         },
     )
     source = RecordingSource(sequence, (0.0, 0.0, 1.0, 1.0), start, truth.at if truth else None, start=target)
-    return Setup(lambda _seed, _parameters: source, parameters, Footage.of(sequence, mark, start, truth))
+    return Setup(lambda _seed, _parameters: source, parameters)
 
 
 def _appearance(image_rgb: NDArray[np.uint8], target: FishTarget) -> dict[str, object]:

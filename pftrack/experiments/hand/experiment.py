@@ -24,17 +24,18 @@ from pftrack.core.model.preset import ExampleSweep, read_presets
 from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, Target
-from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.experiments.hand import draw as sketch
 from pftrack.experiments.hand import recording
 from pftrack.experiments.hand.draw import HAND_WORLD, hand_world
 from pftrack.experiments.hand.parameters import HandTrackerParameters
-from pftrack.experiments.hand.recording import FINDER, HandTips, RecordedHandParameters, on_video, suits
+from pftrack.experiments.hand.recording import FINDER, HandTips, RecordedHandParameters, suits, wire
 from pftrack.experiments.hand.scene import HandSceneParameters, HandSource, HandTarget
 from pftrack.experiments.hand.state import HandState
 from pftrack.experiments.hand.trackers import TRACKERS, features
 from pftrack.experiments.shared.loss_probability import Scenes, read_declaration
 from pftrack.experiments.shared.sketch import SECOND_RUN
+from pftrack.experiments.video import Video
 
 FAULTS = (Miscalibration(("beam", "particles")),)
 
@@ -153,23 +154,25 @@ EXPERIMENT = Experiment(
         SECOND_RUN,
     ),
     worlds=(HAND_WORLD,),
-    calibration=CALIBRATION,
-    loss_probability=LOSS_DECLARATION,
+    quality=Quality(CALIBRATION, LOSS_DECLARATION),
     simulate=simulate,
     draw=draw,
     error=_distance,
     missed=is_missed,
-    on_video=on_video,
-    recorded=lambda _kind: RecordedHandParameters(),
-    marks=(HandTips,),
-    advice=(
-        "Film the whole hand with all five fingers spread, the palm towards the camera and the arm leaving the picture "
-        "on one side. A plain background works best, much darker or lighter than the skin or of another colour. Before "
-        "a patterned one the camera has to stand still, and the hand to move or to come in later."
+    video=Video(
+        wire,
+        recorded=lambda _kind: RecordedHandParameters(),
+        marks=(HandTips,),
+        wanted="the tips of the fingers",
+        advice=(
+            "Film the whole hand with all five fingers spread, the palm towards the camera and the arm leaving the "
+            "picture on one side. A plain background works best, much darker or lighter than the skin or of another "
+            "colour. Before a patterned one the camera has to stand still, and the hand to move or to come in later."
+        ),
+        finder=FINDER,
+        suits=suits,
+        truth=None,
     ),
-    finder=FINDER,
-    suits=suits,
-    truth=None,
     series=(*recording.SERIES, *recording.SILHOUETTE_SERIES),
     measure=measure,
     report=recording.report,

@@ -16,8 +16,8 @@ import numpy as np
 
 from pftrack.core.arrays import Bools, Floats
 from pftrack.core.model.diagnostics import Diagnostics
-from pftrack.core.model.marks import FeaturePoints, Mark
-from pftrack.core.model.parameters import ParameterError, revise
+from pftrack.core.model.marks import FeaturePoints
+from pftrack.core.model.parameters import revise
 from pftrack.core.model.recipe import Footage
 from pftrack.core.model.series import Reduction, Series, SeriesValue
 from pftrack.core.model.setup import Finder, Setup, Sighting, Suitability, grade
@@ -31,7 +31,7 @@ from pftrack.experiments.hand.shape import FINGERS, finger_slice
 from pftrack.experiments.hand.silhouette import Finding, suggest_parameters
 from pftrack.experiments.hand.state import HandState
 from pftrack.filters.beam import backtrack
-from pftrack.sources.recording import RecordedBackdrop, RecordingParameters, RecordingSource, check_start
+from pftrack.sources.recording import RecordedBackdrop, RecordingParameters, RecordingSource
 
 TIPS = {
     "thumb": "Thumb",
@@ -93,7 +93,7 @@ class RecordedHandParameters(RecordingParameters, HandTrackerParameters):
     """A recording with an overlay, and its trackers."""
 
 
-def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, truth: Truth | None = None) -> Setup:
+def wire(sequence: FrameSequence, mark: HandTips | None, start: int, truth: Truth | None) -> Setup:
     """Wire a recording of a hand.
 
     Args:
@@ -103,15 +103,11 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
         truth: That of hands is not known.
 
     Raises:
-        ParameterError: The mark or the start is not within the recording, or the mark is of another kind.
         ValueError: There is no hand to begin with; the sentence says why.
     """
-    check_start(start, sequence)
     if mark is None:
         start, mark = _first(sequence, start)
-    if not isinstance(mark, HandTips):
-        raise ParameterError("mark", mark.kind, "the tips of the fingers")
-    mark.check(sequence.size)
+        mark.check(sequence.size)
     parameters = _parameters(sequence, start)
     hand = find_open_hand(_features(sequence, start, parameters), mark.tips)
     target = HandTarget.of(hand.pose, hand.scale, hand.shape, hand.shape, hidden=None)
@@ -208,7 +204,7 @@ def _distances(hand: OpenHand, tips: Floats) -> Floats:
     return np.asarray(np.hypot(*(own - tips).T) / hand.scale)
 
 
-def _first(sequence: FrameSequence, start: int) -> tuple[int, Mark]:
+def _first(sequence: FrameSequence, start: int) -> tuple[int, HandTips]:
     """Return the number of the first picture with an open hand from one on, and its tips.
 
     Nothing is guessed here, not even of a single picture: nobody is there to confirm it.

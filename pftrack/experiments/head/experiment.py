@@ -43,7 +43,7 @@ from pftrack.core.model.preset import ExampleSweep, read_presets
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Target
 from pftrack.core.numerics.elementary import wrap
-from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.experiments.head.appearance import HeadMemory
 from pftrack.experiments.head.draw import (
     GROWTH_PLOTS,
@@ -69,8 +69,8 @@ from pftrack.experiments.head.recording import (
     FaceBox,
     FacePoints,
     RecordedHeadParameters,
-    on_video,
     suits,
+    wire,
 )
 from pftrack.experiments.head.scene import HeadSource
 from pftrack.experiments.head.scene_parameters import HeadSceneParameters
@@ -97,6 +97,7 @@ from pftrack.experiments.shared.pose.drawing import (
 )
 from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.experiments.shared.sketch import SECOND_RUN, error_words
+from pftrack.experiments.video import Video
 from pftrack.vision.geometry.face import FEATURES, LINKS, TITLES, FaceModel, gaze
 
 FAULTS = (
@@ -421,25 +422,27 @@ EXPERIMENT = Experiment(
     error=mean_error_deg,
     lost=_is_lost,
     measures=POSE_MEASURES,
-    on_video=on_video,
-    recorded=lambda _kind: RecordedHeadParameters(),
-    marks=(FacePoints, FaceBox),
-    advice="Left and right are the person's own.",
-    finder=FINDER,
-    suits=suits,
-    truth=POSES,
+    video=Video(
+        wire,
+        recorded=lambda _kind: RecordedHeadParameters(),
+        marks=(FacePoints, FaceBox),
+        wanted="features of a face, or a box around it",
+        advice="Left and right are the person's own.",
+        finder=FINDER,
+        suits=suits,
+        truth=POSES,
+        clip_about=("sample_count", "face_model", "hidden_weight", "template_renewal", "pose_band", "find_again"),
+    ),
     scale=float(np.rad2deg(1.0)),
     series=(*pose_series(FEATURES), SHAPE_ERROR),
     measure=head_measure,
     report=report,
     target="face",
-    calibration=CALIBRATION,
-    loss_probability=LOSS_DECLARATION,
+    quality=Quality(CALIBRATION, LOSS_DECLARATION),
     plots=tuple(
         replace(plot, row_titles=tuple(TITLES[name] for name in FEATURES)) if plot.kind == "features" else plot
         for plot in (*POSE_PLOTS, *GROWTH_PLOTS)
     ),
-    clip_about=("sample_count", "face_model", "hidden_weight", "template_renewal", "pose_band", "find_again"),
     readings=(*POSE_READINGS, *GROWTH_READINGS),
     terms=(*POSE_TERMS, *GROWTH_TERMS),
     # How fast may the driver turn, with how few particles?

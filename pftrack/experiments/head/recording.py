@@ -26,7 +26,7 @@ from pftrack.core.numerics.elementary import wrap
 from pftrack.experiments.head.appearance import EYE_DISTANCE_PX, around, eye_distance
 from pftrack.experiments.head.first_sight import camera_of
 from pftrack.experiments.head.parameters import HeadTrackerParameters
-from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
+from pftrack.sources.recording import RecordingParameters, RecordingSource
 from pftrack.sources.truth import Form, TruthKind, read_table
 from pftrack.vision.detection.face import DetectedFace, FaceError, by_proportion, detect, in_box, spot
 from pftrack.vision.geometry.face import FEATURES, LINKS, TITLES, FaceModel, fit_similarity, mean_model, place, theta_of
@@ -225,7 +225,7 @@ class RecordedHeadParameters(RecordingParameters, HeadTrackerParameters):
     """A recording with an overlay, and its trackers."""
 
 
-def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, truth: Truth | None = None) -> Setup:
+def wire(sequence: FrameSequence, mark: Mark | None, start: int, truth: Truth | None) -> Setup:
     """Wire a recording.
 
     Args:
@@ -236,12 +236,8 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
         truth: True poses by number of the picture, where they are known.
 
     Raises:
-        ParameterError: The mark or the start is not within the recording, or a point is unknown.
         ValueError: There is no face, or the points make none.
     """
-    check_start(start, sequence)
-    if mark is not None:
-        mark.check(sequence.size)
     first = start
     if isinstance(mark, FacePoints):
         found = place(mean_model(), mark.points)

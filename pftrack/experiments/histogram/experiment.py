@@ -12,15 +12,14 @@ import numpy as np
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.glossary import KAGAMI, PEREZ, Citation, Term
-from pftrack.core.model.marks import Box, Mark
+from pftrack.core.model.marks import Box
 from pftrack.core.model.measures import MEAN_IOU, PICTURE_MEASURES
-from pftrack.core.model.parameters import ParameterError, revise
+from pftrack.core.model.parameters import revise
 from pftrack.core.model.plot import ERROR, SAMPLE_SIZE, SAMPLERS, SIGMA, STANDARD_READINGS, Plot, Reading
 from pftrack.core.model.preset import ExampleSweep, read_failures, read_presets
-from pftrack.core.model.recipe import Footage
 from pftrack.core.model.setup import BESIDE, Setup
 from pftrack.core.model.source import FrameSequence, Truth
-from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.experiments.histogram.draw import HISTOGRAM_WORLD, LAYERS, draw
 from pftrack.experiments.histogram.model import MODEL
 from pftrack.experiments.histogram.parameters import SCORING, HistogramTrackerParameters
@@ -30,7 +29,8 @@ from pftrack.experiments.histogram.scene import LawnSceneParameters, LawnSource
 from pftrack.experiments.histogram.trackers import TRACKERS
 from pftrack.experiments.shared.reports import miss_share
 from pftrack.experiments.shared.sampling.parameters import TERMS
-from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
+from pftrack.experiments.video import Video
+from pftrack.sources.recording import RecordingParameters, RecordingSource
 from pftrack.vision.likelihoods import chromaticity
 
 
@@ -49,7 +49,7 @@ def simulate() -> Setup:
     return Setup(LawnSource, SimulatedHistogramParameters(), success=HELD_AT_END.name)
 
 
-def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, truth: Truth | None = None) -> Setup:
+def wire(sequence: FrameSequence, mark: Box, start: int, truth: Truth | None) -> Setup:
     """Wire a recording: the window is the box, and lengths are scaled to it.
 
     A box holds background in its corners, which differs from place to place, so the middle of the window is weighed
@@ -62,14 +62,7 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
         mark: A box around the target in the picture `start`.
         start: Number of the picture to start at.
         truth: True boxes by number of the picture, where they are known.
-
-    Raises:
-        ParameterError: There is no box, or the box or the start is not within the recording.
     """
-    if not isinstance(mark, Box):
-        raise ParameterError("mark", mark and mark.kind, "a box around the target, which is tracked by its colours")
-    check_start(start, sequence)
-    mark.check(sequence.size)
     box = mark.corner_and_size
     side = min(box[2:])
     parameters = revise(
@@ -97,7 +90,6 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
     return Setup(
         open_source,
         parameters,
-        Footage.of(sequence, mark, start, truth),
         success="inside_share",
         beside=look_beside,
     )
@@ -144,16 +136,20 @@ EXPERIMENT = Experiment(
     frames=120,
     presets=read_presets(Path(__file__).with_name("presets.yaml")),
     failures=read_failures(Path(__file__).with_name("failures.yaml")),
-    loss_probability=LOSS_DECLARATION,
     layers=LAYERS,
     worlds=(HISTOGRAM_WORLD,),
-    calibration=CALIBRATION,
+    quality=Quality(CALIBRATION, LOSS_DECLARATION),
     model=MODEL,
     simulate=simulate,
-    on_video=on_video,
-    recorded=lambda _kind: RecordedHistogramParameters(),
-    marks=(Box,),
-    suits=suits,
+    video=Video(
+        wire,
+        recorded=lambda _kind: RecordedHistogramParameters(),
+        marks=(Box,),
+        wanted="a box around the target, which is tracked by its colours",
+        suits=suits,
+        clip_title="Colours of a window",
+        clip_about=("sample_count", "sharpness", "weigh_background", "follow_size", "process_noise_px", "find_again"),
+    ),
     draw=draw,
     error=_distance,
     lost=_is_lost,
@@ -163,8 +159,6 @@ EXPERIMENT = Experiment(
     plots=(ERROR, LIKENESS, SIGMA, SAMPLE_SIZE, SAMPLERS),
     readings=(*STANDARD_READINGS, Reading("likeness", "value", series="likeness")),
     terms=(*TERMS, *COLOUR_TERMS),
-    clip_title="Colours of a window",
-    clip_about=("sample_count", "sharpness", "weigh_background", "follow_size", "process_noise_px", "find_again"),
     example_sweep=ExampleSweep(
         {"sharpness": (2, 5, 10, 20, 50, 100, 200), "sample_count": (25, 50, 100, 300, 1000)},
         trackers=("condensation", "h-spf"),

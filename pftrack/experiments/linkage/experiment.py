@@ -18,7 +18,7 @@ from pftrack.core.model.glossary import SHIMADA, Citation
 from pftrack.core.model.preset import ExampleSweep, read_failures, read_presets
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame
-from pftrack.experiments.experiment import PICTURES, Experiment
+from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.experiments.linkage.draw import (
     DEPTH_WORLD,
     LENGTHS_WORLD,
@@ -34,17 +34,19 @@ from pftrack.experiments.linkage.plots import KEPT, MEASURES, PLOTS, READINGS, T
 from pftrack.experiments.linkage.quality import CALIBRATION, LOSS_DECLARATION
 from pftrack.experiments.linkage.recording import (
     SERIES,
+    WANTED,
     LinkagePoints,
     RecordedLinkageParameters,
     direction_error,
     is_missed,
     measure,
-    on_video,
     report,
+    wire,
 )
 from pftrack.experiments.linkage.scene import NAMES, LinkageSource, LinkageTarget, LinkMeasurements, in_radians
 from pftrack.experiments.linkage.trackers import TRACKERS
 from pftrack.experiments.shared.sketch import SECOND_RUN, error_words
+from pftrack.experiments.video import PICTURES, Video
 
 FRAMES = 300
 """At most; each path has its own length."""
@@ -129,8 +131,7 @@ EXPERIMENT = Experiment(
     frames=FRAMES,
     presets=read_presets(Path(__file__).with_name("presets.yaml")),
     failures=read_failures(Path(__file__).with_name("failures.yaml")),
-    calibration=CALIBRATION,
-    loss_probability=LOSS_DECLARATION,
+    quality=Quality(CALIBRATION, LOSS_DECLARATION),
     layers=(
         Layer("picture"),
         Layer("measurements", legend=(Key("observation", "measured"),)),
@@ -145,17 +146,21 @@ EXPERIMENT = Experiment(
     ),
     worlds=(DEPTH_WORLD, LENGTHS_WORLD),
     simulate=simulate,
-    on_video=on_video,
-    recorded=lambda _kind: RecordedLinkageParameters(),
-    footage=(*PICTURES, "tracks"),
-    marks=(LinkagePoints,),
-    unmarked=("tracks",),
-    advice="Start at a picture in which all four points are seen, and no link points at the camera.",
+    video=Video(
+        wire,
+        footage=(*PICTURES, "tracks"),
+        recorded=lambda _kind: RecordedLinkageParameters(),
+        marks=(LinkagePoints,),
+        wanted=WANTED,
+        unmarked=("tracks",),
+        advice="Start at a picture in which all four points are seen, and no link points at the camera.",
+        truth=None,
+        clip_title="Chain of links",
+    ),
     draw=draw,
     error=direction_error,
     lost=_is_lost,
     missed=is_missed,
-    truth=None,
     series=SERIES,
     measure=measure,
     measures=MEASURES,
@@ -164,7 +169,6 @@ EXPERIMENT = Experiment(
     plots=PLOTS,
     readings=READINGS,
     terms=TERMS,
-    clip_title="Chain of links",
     # How sure one must be of the points, and for how many hypotheses there must be room.
     example_sweep=ExampleSweep(
         {"measurement_noise_px": (0.5, 1, 1.5, 2, 3), "beam_width": (1, 2, 4, 8)},

@@ -15,9 +15,8 @@ import numpy as np
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.diagnostics import Diagnostics
-from pftrack.core.model.marks import FeaturePoints, Mark
+from pftrack.core.model.marks import FeaturePoints
 from pftrack.core.model.parameters import ParameterError, Value, revise
-from pftrack.core.model.recipe import Footage
 from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, FrameSequence, Target, Truth
@@ -35,7 +34,6 @@ from pftrack.experiments.linkage.scene import NAMES, LinkageTarget, in_radians
 from pftrack.experiments.linkage.set_trackers import Region, contains
 from pftrack.experiments.linkage.state import LinkageState
 from pftrack.filters.beam import Beam
-from pftrack.sources.recording import check_start
 from pftrack.sources.tracks.sequence import TrackSequence
 
 SHORTEST_PX = 4.0
@@ -95,7 +93,10 @@ class RecordedLinkageParameters(LinkageParameters, FollowingParameters):
     """A recording of a chain, and its trackers."""
 
 
-def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, truth: Truth | None = None) -> Setup:
+WANTED = "points: root, both joints and tip"
+
+
+def wire(sequence: FrameSequence, mark: LinkagePoints | None, start: int, truth: Truth | None) -> Setup:
     """Wire a recording of a chain.
 
     Args:
@@ -105,29 +106,24 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
         truth: Not used; no truth of a chain can be brought in.
 
     Raises:
-        ParameterError: There is no such mark, or mark or start is not within the recording, or no track is at a mark.
+        ParameterError: No track is at a mark, or a table of other points has none.
     """
     del truth
-    check_start(start, sequence)
-    if not isinstance(mark, LinkagePoints) and not (mark is None and isinstance(sequence, TrackSequence)):
-        raise ParameterError("mark", mark and mark.kind, "points: root, both joints and tip")
-    footage = Footage.of(sequence, mark, start)
     if isinstance(sequence, TrackSequence):
-        columns = _columns(sequence, mark if isinstance(mark, LinkagePoints) else None, start)
+        columns = _columns(sequence, mark, start)
         points = sequence.positions[start][columns]
         source = RecordedLinkage(sequence, start, guess(points), track_points(sequence, columns, start))
         defaults = revise(RecordedLinkageParameters(), _bounds(points))
-        return Setup(lambda _seed, _parameters: source, defaults, footage, success=KEPT.name)
-    if not isinstance(mark, LinkagePoints):
-        raise ParameterError("mark", None, "points: root, both joints and tip")
-    mark.check(sequence.size)
+        return Setup(lambda _seed, _parameters: source, defaults, success=KEPT.name)
+    if mark is None:
+        raise ParameterError("mark", None, WANTED)
     places = mark.places
 
     def open_source(_seed: int, parameters: RecordedLinkageParameters) -> RecordedLinkage:
         followed = Followed(sequence, start, places, parameters)
         return RecordedLinkage(sequence, start, guess(places), followed.at)
 
-    return Setup(open_source, revise(RecordedLinkageParameters(), _bounds(places)), footage, success=KEPT.name)
+    return Setup(open_source, revise(RecordedLinkageParameters(), _bounds(places)), success=KEPT.name)
 
 
 def _columns(sequence: TrackSequence, mark: LinkagePoints | None, start: int) -> list[int]:

@@ -23,6 +23,7 @@ from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.own.code import FilterFile
 from pftrack.experiments.own.sliders import Field, FilterFileError
 from pftrack.experiments.own.tracker import series_of, tracker_of, version_parameter
+from pftrack.experiments.video import Wire
 
 Filters: TypeAlias = tuple[tuple[str, tuple[str, ...]], ...]
 """All versions of each file, the first first, by the name of its tracker."""
@@ -79,13 +80,16 @@ def _extend(experiment_id: str, filters: Filters) -> Experiment:
     if model is None:
         return experiment
     joined = (tracker_of(name, texts, model) for name, texts in filters)
-    on_video, recorded = experiment.on_video, experiment.recorded
+    video, recorded = experiment.video, experiment.video.recorded
     return replace(
         experiment.with_trackers(*joined, like=model.reads),
         filters=dict(filters),
         simulate=partial(_simulate, experiment.simulate, filters),
-        on_video=None if on_video is None else partial(_on_video, on_video, filters),
-        recorded=None if recorded is None else partial(_recorded, recorded, filters),
+        video=replace(
+            video,
+            wire=partial(_wire, video.wire, filters),
+            recorded=None if recorded is None else partial(_recorded, recorded, filters),
+        ),
     )
 
 
@@ -93,8 +97,8 @@ def _simulate(simulate: Any, filters: Filters) -> Setup:  # noqa: ANN401 - as of
     return _widen(simulate(), filters)
 
 
-def _on_video(on_video: Any, filters: Filters, *arguments: Any, **named: Any) -> Setup:  # noqa: ANN401
-    return _widen(on_video(*arguments, **named), filters)
+def _wire(wire: Wire, filters: Filters, *arguments: Any) -> Setup:  # noqa: ANN401
+    return _widen(wire(*arguments), filters)
 
 
 def _recorded(recorded: Any, filters: Filters, kind: Any) -> Parameters:  # noqa: ANN401

@@ -22,7 +22,7 @@ from pftrack.core.model.palette import COLOURS, Colour
 from pftrack.core.model.preset import ExampleSweep, read_presets
 from pftrack.core.model.setup import Setup
 from pftrack.core.numerics.matrices import pinhole
-from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.experiments.prism.quality import CALIBRATION, LOSS_DECLARATION
 from pftrack.experiments.prism.trackers import MODEL, TRACKERS, TrackedPrismParameters
 from pftrack.experiments.shared.pose.drawing import (
@@ -184,8 +184,7 @@ EXPERIMENT = Experiment(
     target="prism",
     exports=(TrackedPrismParameters.guidance.export,),
     guidance=TrackedPrismParameters.guidance,
-    calibration=CALIBRATION,
-    loss_probability=LOSS_DECLARATION,
+    quality=Quality(CALIBRATION, LOSS_DECLARATION),
     model=MODEL,
     plots=POSE_PLOTS,
     readings=POSE_READINGS,

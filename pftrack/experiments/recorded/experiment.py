@@ -18,7 +18,6 @@ from pftrack.core.model.band import Calibration
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, Layer, Links, Picture, Polyline, Primitive, Text
 from pftrack.core.model.glossary import BERNARDIN, Citation, Term
-from pftrack.core.model.marks import Mark
 from pftrack.core.model.measures import MEAN_IOU, PICTURE_MEASURES
 from pftrack.core.model.palette import COLOURS, OKABE_ITO, Colour
 from pftrack.core.model.parameters import ParameterError, Parameters, parameter, revise
@@ -28,10 +27,11 @@ from pftrack.core.model.recipe import Footage
 from pftrack.core.model.series import Reduction, Series, SeriesValue
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Belief, Frame, FrameSequence, Plane, Truth
-from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.experiments.recorded.trackers import TRACKERS, BeliefState, place_of
 from pftrack.experiments.shared.reports import loss_share
 from pftrack.experiments.shared.sketch import SECOND_RUN, at_height, circle, error_words, particle_clouds, uncertainty
+from pftrack.experiments.video import Video
 from pftrack.sources.beliefs.content import SelectionParameters
 from pftrack.sources.beliefs.recorded import FRAMES, UNITS, ExampleParameters, ExampleSource, RecordedBeliefs, overlap
 from pftrack.sources.beliefs.sequence import BeliefSequence
@@ -329,14 +329,12 @@ def simulate() -> Setup:
     return Setup(ExampleSource, ExampleBeliefParameters(), units=lambda begun: _units(lambda each: UNITS[each], begun))
 
 
-def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, truth: Truth | None = None) -> Setup:
+def wire(sequence: FrameSequence, _mark: None, start: int, truth: Truth | None) -> Setup:
     """Wire a recording of beliefs; nothing needs to be marked.
 
     Raises:
-        ParameterError: It is a recording of something else, there is a mark, or the start is not within it.
+        ParameterError: It is a recording of something else.
     """
-    if mark is not None:
-        raise ParameterError("mark", mark.kind, "left out: the recording says where its targets are")
     if not isinstance(sequence, BeliefSequence):
         raise ParameterError("footage", sequence.index.kind, "a recording of beliefs")
     known = truth.at if truth else None
@@ -391,14 +389,18 @@ EXPERIMENT = Experiment(
     presets=read_presets(Path(__file__).with_name("presets.yaml")),
     layers=LAYERS,
     simulate=simulate,
-    on_video=on_video,
-    recorded=lambda _kind: RecordedBeliefParameters(),
-    footage=("beliefs",),
-    advice="Nothing needs to be marked: the recording says where its targets are.",
+    video=Video(
+        wire,
+        footage=("beliefs",),
+        recorded=lambda _kind: RecordedBeliefParameters(),
+        wanted="left out: the recording says where its targets are",
+        advice="Nothing needs to be marked: the recording says where its targets are.",
+        clip_about=("selected_target", "component_across", "component_down", "lost_distance"),
+    ),
     boxes=boxes_of,
     draw=draw,
     # Nothing is promised of bands that somebody else has computed.
-    calibration=Calibration(bands=()),
+    quality=Quality(Calibration(bands=())),
     error=_distance,
     lost=_is_lost,
     series=SERIES,
@@ -410,5 +412,4 @@ EXPERIMENT = Experiment(
         Term("targets", "how many targets something is said of in the frame"),
         Term("identity switch", "a frame in which a true target has another number of the tracker than before"),
     ),
-    clip_about=("selected_target", "component_across", "component_down", "lost_distance"),
 )

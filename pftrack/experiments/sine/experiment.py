@@ -22,7 +22,7 @@ from pftrack.core.model.glossary import BANDO, Citation
 from pftrack.core.model.palette import COLOURS
 from pftrack.core.model.preset import ExampleSweep, read_presets
 from pftrack.core.model.setup import Setup
-from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.experiments.shared.sketch import BY_SAMPLER, SECOND_RUN, at_height, circle, particle_clouds
 from pftrack.experiments.sine.model import MODEL, TRACKERS, SignalTrackerParameters
 from pftrack.experiments.sine.scene import SignalParameters, SignalSource
@@ -178,7 +178,7 @@ EXPERIMENT = Experiment(
         Layer("particles by weight", shown=False),
         SECOND_RUN,
     ),
-    calibration=CALIBRATION,
+    quality=Quality(CALIBRATION),
     model=MODEL,
     simulate=simulate,
     draw=draw,

@@ -17,15 +17,13 @@ from pftrack.core.model.band import HALF, MOST, Calibration, FlagBand, Miscalibr
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, Layer, Picture, Primitive
 from pftrack.core.model.glossary import BANDO, TOMASI, Citation, Term
-from pftrack.core.model.marks import Mark
 from pftrack.core.model.measures import EvaluatedRun, Measure
 from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.plot import ERROR, STEP_TIME, Plot, Reading
 from pftrack.core.model.preset import ExampleSweep, read_presets
-from pftrack.core.model.recipe import Footage
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import FrameSequence, Truth
-from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.experiments.shared.sketch import SECOND_RUN
 from pftrack.experiments.structure.draw import (
     SERIES,
@@ -43,6 +41,7 @@ from pftrack.experiments.structure.draw import (
 from pftrack.experiments.structure.methods import StructureTrackerParameters
 from pftrack.experiments.structure.scene import FRAMES, TracksSceneParameters, TracksSource
 from pftrack.experiments.structure.trackers import TRACKERS, StructureState
+from pftrack.experiments.video import Video
 from pftrack.sources.tracks.sequence import BodyTarget, RecordedTracks, TrackSequence, body_of
 from pftrack.vision.structure.tracks import FEWEST_POINTS
 
@@ -84,24 +83,19 @@ def simulate() -> Setup:
     return Setup(TracksSource, SimulatedTracksParameters(), success=WITHIN.name)
 
 
-def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, truth: Truth | None = None) -> Setup:
+def wire(sequence: FrameSequence, _mark: None, start: int, _truth: Truth | None) -> Setup:
     """Wire a table of tracks, of which nothing needs to be marked and no truth is known.
 
     Raises:
-        ParameterError: They are no tracks, or of too few or too many points; or there is a mark, or the start is not
-            within them.
+        ParameterError: They are no tracks, or of too few or too many points.
     """
-    del truth
     if not isinstance(sequence, TrackSequence):
         raise ParameterError("footage", sequence.index.kind, "tracks of a body's points")
-    if mark is not None:
-        raise ParameterError("mark", mark.kind, "left out: all points are followed")
     if not FEWEST_POINTS <= len(sequence.names) <= MOST_POINTS:
         bound = f"the tracks of {FEWEST_POINTS} to {MOST_POINTS} points, of which a shape can be made"
         raise ParameterError("footage", len(sequence.names), bound)
     source = RecordedTracks(sequence, body_of(sequence), start)
-    footage = Footage.of(sequence, None, start)
-    return Setup(lambda _seed, _parameters: source, StructureTrackerParameters(), footage, success=WITHIN.name)
+    return Setup(lambda _seed, _parameters: source, StructureTrackerParameters(), success=WITHIN.name)
 
 
 def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
@@ -261,17 +255,20 @@ EXPERIMENT = Experiment(
     # The window of the online methods is full by then, and has slid on.
     warm_frames=92,
     simulate=simulate,
-    on_video=on_video,
-    recorded=lambda _kind: StructureTrackerParameters(),
-    footage=("tracks",),
-    advice="All points of the table are followed; nothing needs to be marked.",
-    truth=None,
+    video=Video(
+        wire,
+        footage=("tracks",),
+        recorded=lambda _kind: StructureTrackerParameters(),
+        wanted="left out: all points are followed",
+        advice="All points of the table are followed; nothing needs to be marked.",
+        truth=None,
+    ),
     draw=draw,
     error=shape_errors,
     measures=MEASURES,
     scale=SHARE,
     series=SERIES,
-    calibration=CALIBRATION,
+    quality=Quality(CALIBRATION),
     measure=measure,
     target="body",
     plots=PLOTS,

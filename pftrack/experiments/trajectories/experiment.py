@@ -20,13 +20,11 @@ from pftrack.core.model.band import Calibration, Miscalibration
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, Layer, Picture, Primitive
 from pftrack.core.model.glossary import ICHIMURA, KITAGAWA, Citation
-from pftrack.core.model.marks import Mark
-from pftrack.core.model.parameters import ParameterError, parameter, revise
+from pftrack.core.model.parameters import parameter, revise
 from pftrack.core.model.preset import ExampleSweep, read_presets
-from pftrack.core.model.recipe import Footage
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import FrameSequence, Source, Truth
-from pftrack.experiments.experiment import PICTURES, Experiment
+from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.experiments.shared.loss_probability import Scenes, read_declaration
 from pftrack.experiments.shared.sketch import SECOND_RUN, error_words
 from pftrack.experiments.trajectories import draw as sketch
@@ -54,6 +52,7 @@ from pftrack.experiments.trajectories.scene import (
 )
 from pftrack.experiments.trajectories.step import MODEL, TRACKERS
 from pftrack.experiments.trajectories.trackers import TrajectoriesTrackerParameters
+from pftrack.experiments.video import PICTURES, Video
 from pftrack.sources.tracks.sequence import TrackSequence
 
 FAULTS = (Miscalibration(("lng", "lg", "nlng"), direction="underconfident"),)
@@ -126,20 +125,15 @@ def simulate() -> Setup:
     return Setup(open_source, SimulatedTrajectoriesParameters())
 
 
-def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, truth: Truth | None = None) -> Setup:
+def wire(sequence: FrameSequence, _mark: None, start: int, _truth: Truth | None) -> Setup:
     """Wire a recording, whose corners are followed, or a table of tracks; nothing needs to be marked.
 
     Raises:
-        ParameterError: There is a mark, or the start is not within the recording.
         ValueError: There is no corner in the picture `start`.
     """
-    del truth
-    if mark is not None:
-        raise ParameterError("mark", mark.kind, "left out: all corners, or all tracks of a table, are followed")
-    footage = Footage.of(sequence, None, start)
     if isinstance(sequence, TrackSequence):
         tracks = tracks_from(sequence, start)
-        return Setup(lambda _seed, _parameters: tracks, TrajectoriesTrackerParameters(), footage)
+        return Setup(lambda _seed, _parameters: tracks, TrajectoriesTrackerParameters())
     # What is filmed is hidden, leaves and turns: a match that differs much is none, and what is gone is replaced.
     values = {"corner_count": 100, "largest_cost": 20, "new_corners": True}
     pictures, parameters = RecordedPictures(sequence, start), revise(RecordedTrajectoriesParameters(), values)
@@ -155,7 +149,7 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
         return pictures
 
     open_source(0, parameters)
-    return Setup(open_source, parameters, footage)
+    return Setup(open_source, parameters)
 
 
 def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
@@ -240,15 +234,17 @@ EXPERIMENT = Experiment(
         SECOND_RUN,
     ),
     worlds=(SEARCH_WORLD, SCALES_WORLD),
-    calibration=CALIBRATION,
-    loss_probability=LOSS_DECLARATION,
+    quality=Quality(CALIBRATION, LOSS_DECLARATION),
     model=MODEL,
     simulate=simulate,
-    on_video=on_video,
-    recorded=lambda kind: TrajectoriesTrackerParameters() if kind == "tracks" else RecordedTrajectoriesParameters(),
-    footage=(*PICTURES, "tracks"),
-    advice="Corners are found in the picture to start at; nothing needs to be marked.",
-    truth=None,
+    video=Video(
+        wire,
+        footage=(*PICTURES, "tracks"),
+        recorded=lambda kind: TrajectoriesTrackerParameters() if kind == "tracks" else RecordedTrajectoriesParameters(),
+        wanted="left out: all corners, or all tracks of a table, are followed",
+        advice="Corners are found in the picture to start at; nothing needs to be marked.",
+        truth=None,
+    ),
     draw=draw,
     error=_distance,
     lost=_is_lost,

@@ -174,7 +174,7 @@ def exports_of(experiment: Experiment) -> tuple[RunExport, ...]:
     """Return all that a run of an experiment can be exported as."""
     believes = experiment.boxes is not None or extent_series(experiment.all_series()) is not None
     boxes = BELIEVED if believes else ()
-    known = experiment.on_video is not None and experiment.truth is BOXES
+    known = experiment.accepts_video and experiment.video.truth is BOXES
     true = TRUE if believes or known else ()
     return (*FORMATS, *boxes, *true, *map(_of_frame, experiment.exports))
 
@@ -483,10 +483,10 @@ class Watcher:
             clip=self._clip,
         )
         self._index = sequence.index
-        if self._experiment.on_video is None:
+        if not self._experiment.accepts_video:
             raise ValueError(f"{self._experiment.id} takes no recording")
         last = min(sequence.content.last - sequence.first, sequence.frame_count - 1)
-        setup = self._experiment.on_video(sequence, None, start=max(last // SPAN - 1, 0) * SPAN)
+        setup = self._experiment.video.on_video(sequence, None, start=max(last // SPAN - 1, 0) * SPAN)
         start = 0 if setup.footage is None else setup.footage.start
         run = Run(self._experiment, setup, frames=last - start + 1)
         run.finish()

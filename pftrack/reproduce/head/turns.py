@@ -180,9 +180,7 @@ def watch(clip: Clip, values: Mapping[str, Value], seed: int) -> Outcome:
         seed: Of the tracker.
     """
     head = find("head")
-    if head.on_video is None:
-        raise RuntimeError("the experiment takes recordings")
-    setup = head.on_video(clip, None)
+    setup = head.video.on_video(clip, None)
     run = Run(head, setup, tracker="pf-asd", seed=seed, timeline=(Change(0, values),) if values else ())
     run.finish()
     rows = [run.diagnostics[index] for index in range(1, len(run.diagnostics))]

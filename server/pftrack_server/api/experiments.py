@@ -48,7 +48,7 @@ def show_experiment(
         layers=list(experiment.layers),
         worlds=list(experiment.worlds),
         parameter_schema=model.model_json_schema(),
-        loss_trackers=list(experiment.loss_probability.models_on(recording)),
+        loss_trackers=list(experiment.quality.loss_probability.models_on(recording)),
     )
 
 
@@ -73,13 +73,13 @@ def _public_fields(experiment: Experiment, filters: FilterFiles) -> dict[str, An
     return {
         "id": experiment.id,
         "title": experiment.title,
-        "clip_title": experiment.clip_title or experiment.title,
+        "clip_title": experiment.video.clip_title or experiment.title,
         "family": experiment.family,
         "question": experiment.question,
         "references": [citation.as_dict() for citation in experiment.references],
         "description": experiment.description,
         "accepts_video": experiment.accepts_video,
-        "footage": list(experiment.footage) if experiment.accepts_video else [],
+        "footage": list(experiment.video.footage),
         "default_tracker": experiment.default_tracker,
         "frames": experiment.frames,
         "trackers": [
@@ -92,13 +92,13 @@ def _public_fields(experiment: Experiment, filters: FilterFiles) -> dict[str, An
             if each.experiment == experiment.id
         ],
         "target": experiment.target,
-        "marks": [kind.editor() for kind in experiment.marks],
-        "unmarked": list(experiment.unmarked),
-        "finds": experiment.finder.kind.name() if experiment.finder else None,
-        "hints": [kind.name() for kind in experiment.finder.hints] if experiment.finder else [],
-        "suits": experiment.suits is not None,
-        "advice": experiment.advice,
-        "truth_columns": list(experiment.truth.form.columns) if experiment.truth else [],
+        "marks": [kind.editor() for kind in experiment.video.marks],
+        "unmarked": list(experiment.video.unmarked),
+        "finds": experiment.video.finder.kind.name() if experiment.video.finder else None,
+        "hints": [kind.name() for kind in experiment.video.finder.hints] if experiment.video.finder else [],
+        "suits": experiment.video.suits is not None,
+        "advice": experiment.video.advice,
+        "truth_columns": list(experiment.video.truth.form.columns) if experiment.video.truth else [],
         "presets": [
             PresetPublic(
                 name=preset.name,

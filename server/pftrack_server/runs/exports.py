@@ -190,7 +190,7 @@ def file_name(subject: Subject, kind: RunExport | ExportPublic, plot: str | None
 def run_file_name(experiment: str, name: str) -> str:
     """Return what files of a run are called: by its experiment, and by its name unless that says no more."""
     known = EXPERIMENTS.get(experiment)
-    titles = (known.clip_title, known.title) if known else ()
+    titles = (known.video.clip_title, known.title) if known else ()
     rest = next((name.removeprefix(title) for title in titles if title and name.startswith(title)), name)
     return "-".join(filter(None, (experiment, _slug(rest))))
 

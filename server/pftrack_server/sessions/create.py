@@ -121,7 +121,7 @@ def _upload(store: Store, upload: str | None, footage: Footage | None) -> Upload
 def _check_mark(footage: Footage, experiment: Experiment, kind: str) -> None:
     """Refuse a mark that the experiment does not take, or the lack of one that it needs."""
     if footage.mark is not None:
-        experiment.mark(footage.mark)
-    elif experiment.needs_mark(kind):
-        kinds = " or ".join(kind.name() for kind in experiment.marks)
+        experiment.video.mark(footage.mark)
+    elif experiment.video.needs_mark(kind):
+        kinds = " or ".join(kind.name() for kind in experiment.video.marks)
         raise ParameterError("mark", None, f"given, as {kinds}: an upload and the mark of its target belong together")

@@ -157,7 +157,7 @@ class TargetSearch:
 
 def find_mark(path: str, index: str | None, question: TargetSearch, limits: Limits) -> dict[str, Any]:
     """Look for a target in an upload for a while, and return what came of it."""
-    finder = find(question.experiment).finder
+    finder = find(question.experiment).video.finder
     if finder is None:
         raise SourceError(f"the experiment {question.experiment} cannot find its target automatically; mark it")
     sequence = _open_upload(path, index, question.frame, limits)
@@ -194,17 +194,17 @@ def weigh_target(
     experiment = find(experiment_id)
     sequence = _open_upload(path, index, frame, limits)
     experiment.check_footage(sequence.index.kind)
-    if experiment.on_video is None or experiment.suits is None:
+    if experiment.video.suits is None:
         raise SourceError(f"the experiment {experiment_id} cannot judge beforehand whether it can track a target")
-    mark = experiment.mark(raw)
+    mark = experiment.video.mark(raw)
     try:
-        setup = experiment.on_video(sequence, mark, start=frame)
+        setup = experiment.video.on_video(sequence, mark, start=frame)
     except ParameterError:
         raise
     except ValueError as error:
         raise SourceError(str(error)) from None
     assert setup.footage is not None  # noqa: S101 - a recording has one
-    found = experiment.suits(sequence, setup.footage, setup.parameters)
+    found = experiment.video.suits(sequence, setup.footage, setup.parameters)
     remark, *advice = found.sentences
     picture = None
     if found.likelihood is not None:
@@ -232,7 +232,7 @@ def _sighting_json(seen: Sighting, looked: int, of: int) -> dict[str, Any]:
 
 def read_truth(path: str, experiment_id: str, frames: int, size: tuple[int, int]) -> dict[str, Any]:
     """Read a table of truth of the kind that goes with an experiment, for an upload of so many frames of this size."""
-    kind, name = find(experiment_id).truth, Path(path).name
+    kind, name = find(experiment_id).video.truth, Path(path).name
     if kind is None:
         raise TruthError(f"the experiment {experiment_id} takes no truth")
     try:

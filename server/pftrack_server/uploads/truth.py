@@ -70,7 +70,7 @@ def rows_of(store: Store, upload: str, experiment: Experiment) -> dict[int, tupl
 def table_of(store: Store, upload: str, experiment: Experiment) -> str | None:
     """Return what is kept as the text of a file that may be given again, if anything is."""
     rows = rows_of(store, upload, experiment)
-    return write_table(rows, experiment.truth.form) if rows and experiment.truth else None
+    return write_table(rows, experiment.video.truth.form) if rows and experiment.video.truth else None
 
 
 def discard_truth(store: Store, upload: str, experiment: Experiment) -> None:
@@ -89,4 +89,4 @@ def _load(store: Store, upload: str, experiment: Experiment) -> _StoredTruth | N
 
 
 def _place(store: Store, upload: str, experiment: Experiment) -> Path:
-    return store.files.truth(upload, experiment.truth.form.several if experiment.truth else "none")
+    return store.files.truth(upload, experiment.video.truth.form.several if experiment.video.truth else "none")

@@ -16,12 +16,12 @@ from pftrack_server.schemas.measures import MeasurePublic
 def describe(run: Run) -> SessionDescription:
     """Return what is fixed of a session whose active branch is this run."""
     experiment, setup, source, footage = run.experiment, run.setup, run.source, run.recipe.footage
-    told = (LOSS_PROBABILITY,) if experiment.loss_probability.models_on(footage) else ()
+    told = (LOSS_PROBABILITY,) if experiment.quality.loss_probability.models_on(footage) else ()
     width, height = source.size
     preset = _preset_of(run)
     # Whoever writes a filter wants its sliders at hand.
     own = [name for tracker, texts in experiment.filters.items() for name in parameters_of(tracker, texts)]
-    truth = experiment.truth if footage else None
+    truth = experiment.video.truth if footage else None
     return SessionDescription(
         title=experiment.title_on(footage),
         subject=footage.title if footage else preset.title if preset else "",

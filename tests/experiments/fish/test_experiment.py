@@ -58,14 +58,13 @@ def films(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, FrameS
 
 def mark(**changes: object) -> Mark:
     target = FishTarget.of(pose(0), SHAPE, np.zeros(2))
-    made = FISH.marks[0].of_target(target)
+    made = FISH.video.marks[0].of_target(target)
     assert made is not None
-    return FISH.mark({**made.model_dump(mode="json"), **changes})
+    return FISH.video.mark({**made.model_dump(mode="json"), **changes})
 
 
 def wired(sequence: FrameSequence, truth: TruthTable | None = None) -> Setup:
-    assert FISH.on_video is not None
-    return FISH.on_video(sequence, mark(), truth=truth)
+    return FISH.video.on_video(sequence, mark(), truth=truth)
 
 
 @pytest.mark.parametrize(("name", "told"), [("orange", "colour"), ("dark", "dark")])
@@ -87,13 +86,13 @@ def test_a_recording_is_followed_by_colour_or_by_darkness(
 def test_a_form_says_whether_the_fish_stands_out(films: dict[str, FrameSequence]) -> None:
     """The fish itself is well suited; with thresholds that nothing meets it is not at all, and it is said why."""
     setup = wired(films["orange"])
-    assert FISH.suits is not None
+    assert FISH.video.suits is not None
     assert setup.footage is not None
-    good = FISH.suits(films["orange"], setup.footage, setup.parameters)
+    good = FISH.video.suits(films["orange"], setup.footage, setup.parameters)
     assert good.grade == "well"
     assert not good.advice
     nothing = revise(setup.parameters, {"lowest_hue": 90, "highest_hue": 91})
-    bad = FISH.suits(films["orange"], setup.footage, nothing)
+    bad = FISH.video.suits(films["orange"], setup.footage, nothing)
     assert bad.grade == "not at all"
     assert "0 % of the body is told from the water by its colour" in bad.remark
     assert bad.remark.endswith("the outline is partly 63 px or more from any edge")
@@ -102,20 +101,18 @@ def test_a_form_says_whether_the_fish_stands_out(films: dict[str, FrameSequence]
 
 def test_no_other_mark_is_taken(films: dict[str, FrameSequence]) -> None:
     """A box has neither head nor tail."""
-    assert FISH.on_video is not None
     for other in (None, Box.of(10, 10, 40, 20)):
         with pytest.raises(ParameterError, match="mark must be a body: head, root and tip of the tail"):
-            FISH.on_video(films["orange"], other)
+            FISH.video.on_video(films["orange"], other)
 
 
 def test_a_fish_of_most_of_the_picture_is_taken(tmp_path: Path) -> None:
     """The tolerance of edges grows with the fish as far as it can be set."""
     with FilmWriter(tmp_path / "large.mp4", 15.0) as writer:
         writer.write(np.full((80, 400, 3), WATER, np.uint8))
-    assert FISH.on_video is not None
     with closing(open_sequence(tmp_path / "large.mp4")) as sequence:
         large = mark(head=[390.0, 40.0], root=[10.0, 40.0], tip=[1.0, 40.0])
-        assert FISH.on_video(sequence, large).parameters.sigma_d_px2 == 400.0
+        assert FISH.video.on_video(sequence, large).parameters.sigma_d_px2 == 400.0
 
 
 def test_a_bend_is_off_by_half_a_turn_at_most() -> None:

@@ -50,13 +50,12 @@ def clip(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FrameSequence]:
 
 
 def wired(sequence: FrameSequence, mark: HandTips | None = None, start: int = 0) -> Setup:
-    assert HAND.on_video is not None
-    return HAND.on_video(sequence, mark, start=start)
+    return HAND.video.on_video(sequence, mark, start=start)
 
 
 def sightings(sequence: FrameSequence, frames: Sequence[int]) -> list[Sighting]:
-    assert HAND.finder is not None
-    return list(HAND.finder.search(sequence, frames))
+    assert HAND.video.finder is not None
+    return list(HAND.video.finder.search(sequence, frames))
 
 
 def test_an_open_hand_is_found_and_followed_with_nothing_marked(clip: FrameSequence) -> None:
@@ -86,13 +85,13 @@ def test_a_single_picture_of_folded_fingers_is_proposed_to_a_person_and_not_begu
 def test_a_form_says_how_well_the_hand_covers_what_is_seen(clip: FrameSequence) -> None:
     """A found hand suits well; with a level that nothing exceeds it is said that nothing is seen."""
     setup = wired(clip)
-    assert HAND.suits is not None
+    assert HAND.video.suits is not None
     assert setup.footage is not None
-    good = HAND.suits(clip, setup.footage, setup.parameters)
+    good = HAND.video.suits(clip, setup.footage, setup.parameters)
     assert good.grade == "well"
     assert good.remark.startswith("5 fingers are seen")
     dark = setup.parameters.model_copy(update={"brightness_level": 254})
-    bad = HAND.suits(clip, setup.footage, dark)
+    bad = HAND.video.suits(clip, setup.footage, dark)
     assert bad.grade == "not at all"
     assert "nothing in the picture is classified as a hand" in bad.remark
 
@@ -100,12 +99,12 @@ def test_a_form_says_how_well_the_hand_covers_what_is_seen(clip: FrameSequence) 
 def test_fingers_that_are_taken_for_others_do_not_suit(clip: FrameSequence) -> None:
     """Tips that are marked in the wrong order are further from the hand that fits than marks are, and it is said so."""
     setup = wired(clip)
-    assert HAND.suits is not None
+    assert HAND.video.suits is not None
     assert setup.footage is not None
     tips = HandTips.read(setup.footage.mark).tips
     exchanged = wired(clip, HandTips.of(tips[[0, 2, 1, 4, 3]]))
     assert exchanged.footage is not None
-    found = HAND.suits(clip, exchanged.footage, exchanged.parameters)
+    found = HAND.video.suits(clip, exchanged.footage, exchanged.parameters)
     assert found.grade != "well"
     assert "palms from its mark" in found.remark
 
@@ -122,8 +121,8 @@ def test_reversed_tips_of_a_real_hand_do_not_suit() -> None:
         for name, mark in (("right", proposed.mark), ("reversed", turned)):
             setup = wired(sequence, mark, start=start)
             assert setup.footage is not None
-            assert HAND.suits is not None
-            found[name] = HAND.suits(sequence, setup.footage, setup.parameters)
+            assert HAND.video.suits is not None
+            found[name] = HAND.video.suits(sequence, setup.footage, setup.parameters)
         assert found["right"].grade == "well"
         assert found["reversed"].grade != "well"
         assert found["reversed"].better == proposed.mark
@@ -137,9 +136,8 @@ def test_marked_tips_go_before_what_is_found(clip: FrameSequence) -> None:
     swapped = wired(clip, HandTips.of(tips[::-1].copy()))
     right, left = (one.open_source(0, one.parameters).start.model.side for one in (setup, swapped))  # type: ignore[attr-defined]
     assert (right, left) == (1.0, -1.0)
-    assert HAND.on_video is not None
     with pytest.raises(ParameterError, match=r"mark must be the tips of the fingers"):
-        HAND.on_video(clip, Box.of(10, 10, 40, 20))
+        HAND.video.on_video(clip, Box.of(10, 10, 40, 20))
     with pytest.raises(ParameterError, match=r"within the picture of 200 x 200 px"):
         wired(clip, HandTips.of(tips + 150.0))
 
@@ -263,5 +261,5 @@ def test_before_a_textured_wall_a_hand_is_told_by_the_pictures_without_it(tmp_pa
         branch.finish()
         assert branch.estimates_sha256 == run.estimates_sha256
         border = setup.parameters.model_copy(update={"tells_by": "background"})
-        assert HAND.suits is not None
-        assert HAND.suits(sequence, setup.footage, border).grade == "not at all"
+        assert HAND.video.suits is not None
+        assert HAND.video.suits(sequence, setup.footage, border).grade == "not at all"

@@ -74,7 +74,7 @@ def watch(cover: object, **values: Value) -> tuple[float, float]:
     for index, (picture, row) in enumerate(zip(clip(), reference(), strict=False)):
         up = min(1.0, (index - COVERED.start) / 10, (COVERED.stop - index) / 10)
         shown.append(cover(picture, row, up) if up > 0.0 else picture)  # type: ignore[operator]
-    setup = HEAD.on_video(Pictures(shown, frame_rate_hz=25.0), None)  # type: ignore[misc]
+    setup = HEAD.video.on_video(Pictures(shown, frame_rate_hz=25.0), None)
     run = Run(HEAD, setup, seed=10, frames=FRAMES, timeline=(Change(0, values),) if values else ())
     run.finish()
     names = ("yaw_deg", "pitch_deg", "roll_deg")

@@ -26,7 +26,7 @@ CLIP = Path(__file__).parents[3] / ".." / "shared" / "data" / "face_turning"
 def on(shown: list[Picture], **options: object) -> Run:
     """Return a finished run on pictures; options are those of `on_video`, and a timeline."""
     timeline = options.pop("timeline", ())
-    setup = HEAD.on_video(Pictures(shown), options.pop("mark", None), **options)  # type: ignore[misc, arg-type]
+    setup = HEAD.video.on_video(Pictures(shown), options.pop("mark", None), **options)  # type: ignore[arg-type]
     run = Run(HEAD, setup, seed=2, timeline=timeline)  # type: ignore[arg-type]
     run.finish()
     for row in run.diagnostics:
@@ -82,21 +82,18 @@ def smaller(picture: Picture, share: float) -> Picture:
 def test_what_may_happen_between_two_pictures_follows_the_time_between_them() -> None:
     """At 12 frames a second features may move 2.5 times as far in a frame as at 30, and further on a larger face."""
     shown = pictures(3, width=320)
-    usual, slow = (
-        HEAD.on_video(Pictures(shown, frame_rate_hz=rate), None).parameters  # type: ignore[misc]
-        for rate in (30.0, 12.0)
-    )
+    usual, slow = (HEAD.video.on_video(Pictures(shown, frame_rate_hz=rate), None).parameters for rate in (30.0, 12.0))
     for name in ("feature_noise_px", "camera_noise"):
         assert getattr(slow, name) == pytest.approx(2.5 * getattr(usual, name))
     assert slow.sd_floor_px == usual.sd_floor_px  # type: ignore[attr-defined]
-    large = HEAD.on_video(Pictures(pictures(3, width=640)), None).parameters  # type: ignore[misc]
+    large = HEAD.video.on_video(Pictures(pictures(3, width=640)), None).parameters
     assert large.feature_noise_px / usual.feature_noise_px == pytest.approx(2.0, abs=0.15)  # type: ignore[attr-defined]
 
 
 def test_who_enters_late_is_tracked_from_then_on() -> None:
     """The run begins at the first picture with a face, which is where it says that it began."""
     shown = pictures(12, width=320)
-    setup = HEAD.on_video(Pictures([empty(shown[0])] * 7 + shown), None)  # type: ignore[misc]
+    setup = HEAD.video.on_video(Pictures([empty(shown[0])] * 7 + shown), None)
     assert setup.footage.start == 7
     run = Run(HEAD, setup)
     assert run.frames == 12
@@ -183,7 +180,7 @@ def test_marked_points_are_taken_as_they_are() -> None:
     marked = dict(zip(FEATURES, map(tuple, first.landmarks.points_px.tolist()), strict=True))
     some = {name: marked[name] for name in ("leye", "reye", "nose")}
     for points in (marked, some):
-        setup = HEAD.on_video(Pictures(pictures(3, width=320)), FacePoints.read({"points": points}))  # type: ignore[misc]
+        setup = HEAD.video.on_video(Pictures(pictures(3, width=320)), FacePoints.read({"points": points}))
         for name, place in points.items():
             assert setup.footage.mark["points"][name] == pytest.approx(place)
         assert len(setup.footage.mark["points"]) == 11
@@ -195,12 +192,12 @@ def test_a_box_says_which_face() -> None:
     one = pictures(2, width=320)
     both = [np.hstack([picture, picture]) for picture in one]
     for left in (0, 320):
-        setup = HEAD.on_video(Pictures(both), FaceBox.of(left + 100.0, 40.0, 120.0, 150.0))  # type: ignore[misc]
+        setup = HEAD.video.on_video(Pictures(both), FaceBox.of(left + 100.0, 40.0, 120.0, 150.0))
         xs = [x for x, _ in setup.footage.mark["points"].values()]
         assert left < min(xs)
         assert max(xs) < left + 320
     with pytest.raises(FaceError):
-        HEAD.on_video(Pictures(both), FaceBox.of(0.0, 0.0, 40.0, 40.0))  # type: ignore[misc]
+        HEAD.video.on_video(Pictures(both), FaceBox.of(0.0, 0.0, 40.0, 40.0))
 
 
 @pytest.mark.parametrize(
@@ -217,7 +214,7 @@ def test_a_box_says_which_face() -> None:
 def test_pictures_without_a_face_are_refused(change: object, message: str) -> None:
     """What can be no face is refused with a sentence that says what was expected."""
     with pytest.raises(FaceError, match=message):
-        HEAD.on_video(Pictures(pictures(3, change, width=320)), None)  # type: ignore[misc, arg-type]
+        HEAD.video.on_video(Pictures(pictures(3, change, width=320)), None)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -235,21 +232,21 @@ def test_points_that_make_no_face_are_refused(points: dict[str, tuple[float, flo
     """Too few, unknown, outside, in one place or on one line: each is said."""
     shown = Pictures(pictures(3, width=320))
     with pytest.raises(ValueError, match=message):
-        Run(HEAD, HEAD.on_video(shown, FacePoints.read({"points": points})))  # type: ignore[misc]
+        Run(HEAD, HEAD.video.on_video(shown, FacePoints.read({"points": points})))
 
 
 def test_a_start_behind_the_end_is_refused() -> None:
     """A start that is not within the recording is refused with its bounds."""
     with pytest.raises(ValueError, match="0 to 2, got 3"):
-        HEAD.on_video(Pictures(pictures(3, width=320)), None, start=3)  # type: ignore[misc]
+        HEAD.video.on_video(Pictures(pictures(3, width=320)), None, start=3)
     with pytest.raises(ValueError, match="within the picture of"):
-        HEAD.on_video(Pictures(pictures(3, width=320)), FaceBox.of(300.0, 0.0, 100.0, 50.0))  # type: ignore[misc]
+        HEAD.video.on_video(Pictures(pictures(3, width=320)), FaceBox.of(300.0, 0.0, 100.0, 50.0))
 
 
 def test_a_ball_is_not_found_by_itself() -> None:
     """An experiment that cannot find its target says that it needs the box."""
     with pytest.raises(ValueError, match="mark must be a box around the target"):
-        BALL.on_video(Pictures(pictures(3, width=320)), None)  # type: ignore[misc]
+        BALL.video.on_video(Pictures(pictures(3, width=320)), None)
 
 
 def test_the_real_clip_is_followed() -> None:
@@ -257,7 +254,7 @@ def test_the_real_clip_is_followed() -> None:
     if not CLIP.exists():
         pytest.skip("the sample clips are not beside this checkout")
     sequence = open_sequence(CLIP / "clip.mp4")
-    setup = HEAD.on_video(sequence, None, truth=read_poses(CLIP / "reference_pose.csv"))  # type: ignore[misc]
+    setup = HEAD.video.on_video(sequence, None, truth=read_poses(CLIP / "reference_pose.csv"))
     run = Run(HEAD, setup, seed=0)
     run.finish()
     sequence.close()
@@ -275,7 +272,7 @@ def test_a_face_first_seen_from_the_side_is_followed() -> None:
         pytest.skip("the sample clips are not beside this checkout")
     sequence = open_sequence(CLIP / "head_turn_short.gif")
     truth = read_poses(CLIP / "head_turn_short_reference_pose.csv")
-    setup = HEAD.on_video(sequence, None, truth=truth)  # type: ignore[misc]
+    setup = HEAD.video.on_video(sequence, None, truth=truth)
     runs = [Run(HEAD, setup, seed=seed) for seed in range(3)]
     for run in runs:
         run.finish()
@@ -287,4 +284,4 @@ def test_a_face_first_seen_from_the_side_is_followed() -> None:
 def test_truth_of_another_kind_is_refused() -> None:
     """A table of boxes is no truth for a head."""
     with pytest.raises(ValueError, match="expected the truth of a head as a table of poses"):
-        HEAD.on_video(Pictures(pictures(3, width=320)), None, truth=TruthTable({0: (1, 2, 3, 4)}))  # type: ignore[misc]
+        HEAD.video.on_video(Pictures(pictures(3, width=320)), None, truth=TruthTable({0: (1, 2, 3, 4)}))

@@ -104,5 +104,5 @@ def test_every_feature_has_a_name_and_a_line() -> None:
     assert tuple(TITLES) == FEATURES
     assert len(set(TITLES.values())) == len(FEATURES)
     assert {name for link in LINKS for name in link} == set(FEATURES)
-    assert find("head").finder is FINDER
-    assert find("ball").finder is None
+    assert find("head").video.finder is FINDER
+    assert find("ball").video.finder is None

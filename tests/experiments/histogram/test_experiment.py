@@ -37,8 +37,7 @@ TRUTH = TruthTable({index: (10.0 + 3 * index, 20.0, 15.0, 15.0) for index in ran
 
 
 def followed(pictures: Pictures, box: Box = SQUARE, tracker: str = "condensation") -> Mapping[str, float]:
-    assert HISTOGRAM.on_video is not None
-    run = Run(HISTOGRAM, HISTOGRAM.on_video(pictures, box, truth=TRUTH), tracker=tracker, seed=1)
+    run = Run(HISTOGRAM, HISTOGRAM.video.on_video(pictures, box, truth=TRUTH), tracker=tracker, seed=1)
     run.finish()
     return run.summary().measures
 
@@ -59,36 +58,33 @@ def test_a_box_without_colour_is_followed_by_brightness() -> None:
 @pytest.mark.parametrize("box", [Box.of(17, 27, 1, 1), Box.of(0, 0, 90, 60), Box.of(88, 0, 2, 60)])
 def test_tiny_and_huge_boxes_run(box: Box) -> None:
     """A box of one pixel, of the whole picture and at its edge give finite estimates."""
-    assert HISTOGRAM.on_video is not None
-    run = Run(HISTOGRAM, HISTOGRAM.on_video(film(), box), seed=1)
+    run = Run(HISTOGRAM, HISTOGRAM.video.on_video(film(), box), seed=1)
     run.finish()
     assert all(np.isfinite(row.estimate).all() for row in run.diagnostics)
 
 
 def test_a_box_outside_and_no_box_are_refused() -> None:
     """The sentence says what a mark must be."""
-    assert HISTOGRAM.on_video is not None
     with pytest.raises(ParameterError, match="a box around the target"):
-        HISTOGRAM.on_video(film(), None)
+        HISTOGRAM.video.on_video(film(), None)
     with pytest.raises(ParameterError, match="within the picture of 90 x 60 px"):
-        HISTOGRAM.on_video(film(), Box.of(80, 20, 15, 15))
+        HISTOGRAM.video.on_video(film(), Box.of(80, 20, 15, 15))
 
 
 @CLIPS_ARE_HERE
 @pytest.mark.slow
 def test_real_clips() -> None:
     """The cup is told from its twins in most runs; the man in black is held better than by greedy search."""
-    assert HISTOGRAM.on_video is not None
     cup = Box.of(158, 144, 76, 120)
     truth = TruthTable({42: cup.corner_and_size, 280: (394.0, 142.0, 78.0, 118.0)})
     with closing(open_sequence(CLIPS / "cups_red" / "clip.mp4")) as sequence:
-        setup = HISTOGRAM.on_video(sequence, cup, start=42, truth=truth)
+        setup = HISTOGRAM.video.on_video(sequence, cup, start=42, truth=truth)
         found = outcomes(HISTOGRAM, setup, values={}, trackers=["condensation"], seeds=[0, 1, 2], frames=240)
     assert sum(one[0].measures["mean_iou"] > 0.8 for one in found) >= 2
     man = Box.of(534.2, 200.0, 35.8, 69.2)
     truth = read_truth(CLIPS / "occlusion_person" / "gt.csv")
     with closing(open_sequence(CLIPS / "occlusion_person" / "clip.mp4")) as sequence:
-        setup = HISTOGRAM.on_video(sequence, man, truth=truth)
+        setup = HISTOGRAM.video.on_video(sequence, man, truth=truth)
         found = outcomes(HISTOGRAM, setup, values={}, trackers=["condensation", "greedy"], seeds=range(6), frames=69)
     ours, greedy = np.mean([[one.measures["mean_iou"] for one in row] for row in found], axis=0)
     assert ours > greedy

@@ -63,7 +63,7 @@ def test_regions_hold_the_truth_in_the_scene_of_a_crossing(tracker: str) -> None
 
 
 def against_lengths(parameters: Any) -> list[Miscalibration]:
-    faults = [fault for fault in LINKAGE.calibration.faults if fault.holds("particles", parameters)]
+    faults = [fault for fault in LINKAGE.quality.calibration.faults if fault.holds("particles", parameters)]
     return [fault for fault in faults if not fault.bands or "lengths" in fault.bands]
 
 

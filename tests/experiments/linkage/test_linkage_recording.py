@@ -13,7 +13,7 @@ from pftrack.core.model.source import FrameSequence, Measurements
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments import find
 from pftrack.experiments.linkage.recorded_lines import guess
-from pftrack.experiments.linkage.recording import LinkagePoints, RecordedLinkageParameters, on_video
+from pftrack.experiments.linkage.recording import LinkagePoints, RecordedLinkageParameters
 from pftrack.experiments.linkage.scene import NAMES, places
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
@@ -21,6 +21,7 @@ from pftrack.sources.tracks.table import write
 from tests.arm import FRAMES, film, joints
 
 LINKAGE = find("linkage")
+on_video = LINKAGE.video.on_video
 
 
 @pytest.fixture(scope="module")

@@ -241,7 +241,7 @@ def test_a_lost_face_is_said_and_seen_and_so_is_its_return() -> None:
     """The head turns vermilion and fades while it is looked for; that it is back is said for about a second."""
     head = find("head")
     shown = pictures(50, width=320)
-    setup = head.on_video(Pictures([*shown[:10], *[empty(shown[0])] * 20, *shown[10:50]]), None)  # type: ignore[misc]
+    setup = head.video.on_video(Pictures([*shown[:10], *[empty(shown[0])] * 20, *shown[10:50]]), None)
     run = Run(head, setup, seed=2)
     run.finish()
     found = [not row.searching for row in run.diagnostics]

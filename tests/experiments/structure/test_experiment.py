@@ -103,7 +103,7 @@ def test_tracks_of_a_head_teach_its_face(tmp_path: Path) -> None:
     table = tmp_path / "tracks.csv"
     tracked.finish()
     table.write_bytes(find_export(head.exports, "tracks").make(tracked.current.state, tracked.diagnostics))
-    setup = EXPERIMENT.on_video(open_sequence(table), None)
+    setup = EXPERIMENT.video.on_video(open_sequence(table), None)
     run = Run(EXPERIMENT, setup)
     run.finish()
     true, found = person(210).points_mm, run.current.state.placed.points

@@ -50,8 +50,7 @@ def off(name: str, frame: int) -> float:
 def of_table(text: str, tmp_path: Path, tracker: str = "lg", **values: float) -> Run:
     path = tmp_path / "path.csv"
     path.write_text(text)
-    assert EXPERIMENT.on_video is not None
-    setup = EXPERIMENT.on_video(open_sequence(path), None)
+    setup = EXPERIMENT.video.on_video(open_sequence(path), None)
     run = Run(EXPERIMENT, setup, tracker=tracker, timeline=(Change(0, values),) if values else ())
     run.finish()
     return run
@@ -228,9 +227,8 @@ def test_what_is_no_table_of_tracks_is_refused(tmp_path: Path) -> None:
     """A start beyond the end is named with its bounds."""
     path = tmp_path / "path.csv"
     path.write_text("x,y\n1,2\n3,5\n9,9\n")
-    assert EXPERIMENT.on_video is not None
     with pytest.raises(ParameterError, match="a frame of the recording, 0 to 2, got 3"):
-        EXPERIMENT.on_video(open_sequence(path), None, start=3)
+        EXPERIMENT.video.on_video(open_sequence(path), None, start=3)
 
 
 @pytest.mark.parametrize("name", ["nlng", "lng"])

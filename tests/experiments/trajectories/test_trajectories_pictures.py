@@ -36,8 +36,7 @@ def film(pictures: list[NDArray[np.uint8]], folder: Path) -> Path:
 
 
 def run_of(path: Path, tracker: str = "lg", *, start: int = 0, frames: int | None = None, **values: Any) -> Run:
-    assert EXPERIMENT.on_video is not None
-    setup = EXPERIMENT.on_video(open_sequence(path), None, start=start)
+    setup = EXPERIMENT.video.on_video(open_sequence(path), None, start=start)
     timeline = (Change(0, values),) if values else ()
     return Run(EXPERIMENT, setup, tracker=tracker, frames=frames, timeline=timeline)
 
@@ -98,9 +97,8 @@ def test_a_recording_without_corners_is_refused(size: tuple[int, int], tmp_path:
 def test_marks_and_starts_beyond_the_end_are_refused(tmp_path: Path) -> None:
     """Nothing is to be marked, and a recording begins within itself."""
     path = film([rectangles()] * 3, tmp_path)
-    assert EXPERIMENT.on_video is not None
     with pytest.raises(ParameterError, match="all corners"):
-        EXPERIMENT.on_video(open_sequence(path), Box.of(10, 10, 20, 20))
+        EXPERIMENT.video.on_video(open_sequence(path), Box.of(10, 10, 20, 20))
     with pytest.raises(ParameterError, match="start"):
         run_of(path, start=3)
 
