@@ -7,12 +7,13 @@ import pytest
 from pftrack.core.model.marks import Box, LongBody, Mark
 from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.setup import Setup
-from pftrack.experiments import find
+from pftrack.experiments import EXPERIMENTS, find
 from pftrack.experiments.video import NO_VIDEO, Video
 from tests.experiments.head.heads import Pictures, pictures
 
 BALL = find("ball").simulate()
 CLIP = Pictures(pictures(3, width=320))
+LONG = LongBody(head=(9, 9), root=(9, 30), tip=(9, 40), half_width=4)
 BOX = Box.of(10, 10, 20, 20)
 
 
@@ -24,7 +25,7 @@ def wire(*_: Any) -> Setup:
 MARKED = Video(wire, marks=(Box,), wanted="a box")
 REFUSED: dict[str, tuple[Video, Mark | None, int, str]] = {
     "no mark": (MARKED, None, 0, "mark must be a box"),
-    "another mark": (MARKED, LongBody(head=(9, 9), root=(9, 30), tip=(9, 40), half_width=4), 0, "mark must be a box"),
+    "another mark": (MARKED, LONG, 0, "mark must be a box"),
     "a mark beyond the picture": (MARKED, Box.of(310, 10, 20, 20), 0, "mark must be a box of at least 1 px within"),
     "a mark where none is needed": (Video(wire), BOX, 0, "left out: all of the recording is followed"),
     "a start before the first picture": (MARKED, BOX, -1, "start must be a frame of the recording, 0 to 2"),
@@ -41,8 +42,16 @@ def test_what_cannot_be_followed_is_refused_before_it_is_wired(name: str) -> Non
         video.on_video(CLIP, mark, start=start)
 
 
+@pytest.mark.parametrize("name", [it for it in EXPERIMENTS.own if EXPERIMENTS[it].accepts_video])
+def test_each_experiment_says_what_a_mark_has_to_be(name: str) -> None:
+    """Another mark than an experiment takes is refused with a sentence of its own."""
+    video = find(name).video
+    with pytest.raises(ParameterError, match=f"mark must be {video.wanted}"):
+        video.on_video(CLIP, LONG)
+
+
 def test_a_setup_has_the_footage_of_what_it_was_wired_to() -> None:
     """A wiring need not say which recording, mark and start it was given."""
-    footage = MARKED.video.on_video(CLIP, BOX, start=1).footage
+    footage = MARKED.on_video(CLIP, BOX, start=1).footage
     assert footage is not None
     assert (footage.start, footage.mark) == (1, BOX.model_dump(mode="json"))

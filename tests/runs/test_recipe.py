@@ -62,7 +62,7 @@ def opened(footage: Footage) -> FrameSequence:
 
 def test_no_field_has_its_default_value() -> None:
     """So that the tests below say of every field, also of one to come, that it is nowhere forgotten."""
-    footage = FULL.video.footage
+    footage = FULL.footage
     assert footage is not None
     for value in (FULL, footage):
         for name, field in type(value).model_fields.items():

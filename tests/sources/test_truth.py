@@ -135,8 +135,8 @@ def test_a_written_table_is_read_to_the_same_boxes(
 
 def test_a_mark_has_a_part_for_each_column() -> None:
     """In the order of the columns, so that what is marked in a picture is a row of the table."""
-    assert BOXES.video.mark is not None
-    marked = BOXES.video.mark.read({"x": 10, "y": 20, "width": 5, "height": 3}).model_dump()
+    assert BOXES.mark is not None
+    marked = BOXES.mark.read({"x": 10, "y": 20, "width": 5, "height": 3}).model_dump()
     row = [marked[part] for part in BOXES.parts]
     assert BOXES.form.allows(row)
     assert write_table({4: row}, BOXES.form) == "frame,x,y,w,h\n4,10,20,5,3\n"

@@ -36,9 +36,12 @@ from pftrack.experiments.shared.sketch import (
     BY_SAMPLER,
     SECOND_RUN,
     at_height,
+    caption,
     circle,
+    distance,
     error_words,
     particle_clouds,
+    paths,
     uncertainty,
 )
 from pftrack.experiments.video import Video
@@ -153,31 +156,25 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
         # Longer, so that it is seen behind the estimate of this run.
         primitives["second"] = _cross(np.array(other.estimate), 1.6 * radius, COLOURS["second"], "second run")
     primitives["estimate"] = _cross(state.estimate, radius, COLOURS["estimate"], "estimate")
-    primitives["trail"] = Polyline(at_height(_estimates(path), 1.0), COLOURS["estimate"], 2.0, "trail")
-    heights = FRAME_HEIGHT_PX * (row.frame - np.array([past_row.frame for past_row in path]))
-    primitives["space-time"] = Polyline(
-        at_height(_estimates(path), 1.0 + heights), COLOURS["estimate"], 3.0, "path through time"
-    )
-    known = [(past_row.truth, height) for past_row, height in zip(path, heights, strict=True) if past_row.truth]
+    primitives |= paths(path, _estimates(path))
+    known = [past_row for past_row in path if past_row.truth]
     if known:
-        truths = at_height(np.array([truth for truth, _ in known]), 1.0 + np.array([height for _, height in known]))
+        ages = FRAME_HEIGHT_PX * (row.frame - np.array([past_row.frame for past_row in known]))
+        truths = at_height(np.array([past_row.truth for past_row in known]), 1.0 + ages)
         primitives["true space-time"] = Polyline(truths, COLOURS["truth"], 3.0, "path through time")
     if state.lineage is not None and state.particles is not None:
-        ages = range(len(state.lineage.paths))
-        recalled = np.array([smooth(state.lineage, state.particles, age) for age in ages])
+        lineage, last = state.lineage, len(state.lineage.paths)
+        recalled = np.array([smooth(lineage, state.particles, age) for age in range(last)])
         primitives["smoothed"] = Polyline(at_height(recalled, 2.0), COLOURS["second"], 2.0, "smoothed path")
     return Drawing(width, height, primitives, _caption(step))
 
 
 def _caption(step: Step) -> str:
     row = step.diagnostics
-    parts = [f"frame {row.frame}", step.tracker_title]
-    if step.tracker == GUIDED.id:
-        parts.append(f"learned from {GUIDANCE.parse(step.parameters.learned).origin}")
+    learned = step.tracker == GUIDED.id and f"learned from {GUIDANCE.parse(step.parameters.learned).origin}"
     samples = row.vector("samples")
-    if samples is not None:
-        parts.append("{:g} by prediction, {:g} by observation".format(*samples))
-    return " · ".join(filter(None, [*parts, error_words(row, " px")]))
+    drawn = "{:g} by prediction, {:g} by observation".format(*samples) if samples is not None else ""
+    return caption(row, step.tracker_title, learned or "", drawn, error_words(row, " px"))
 
 
 def _estimates(rows: Sequence[Diagnostics]) -> Floats:
@@ -190,11 +187,6 @@ def _cross(position: Floats, radius: float, colour: Colour, layer: str) -> Links
     segments = np.full((2, 2, 3), 2.0, dtype=np.float32)
     segments[:, :, :2] = position + offsets
     return Links(segments, colour, 3.0, layer)
-
-
-def _distance(estimates: Floats, truths: Floats) -> Any:  # noqa: ANN401 - one or many
-    off = estimates - truths
-    return np.hypot(off[..., 0], off[..., 1])
 
 
 def _is_lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many, on either model above
@@ -243,7 +235,7 @@ EXPERIMENT = Experiment(
         clip_about=("sample_count", "gamma_px", "process_noise_px", "background_level", "colour_model"),
     ),
     draw=draw,
-    error=_distance,
+    error=distance,
     lost=_is_lost,
     series=(BESIDE,),
     measures=PICTURE_MEASURES,

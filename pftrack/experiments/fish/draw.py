@@ -10,7 +10,6 @@ ellipsoid at two of them, and the changes of the estimate. Its third axis is the
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.diagnostics import Diagnostics
@@ -35,7 +34,7 @@ from pftrack.experiments.fish.parameters import FishTrackerParameters
 from pftrack.experiments.fish.scene import FishTarget
 from pftrack.experiments.fish.step import shape
 from pftrack.experiments.fish.trackers import FISH, GUIDANCE, FishState
-from pftrack.experiments.shared.sketch import at_height, circle, particle_clouds
+from pftrack.experiments.shared.sketch import at_height, circle, colours, dots, lines, particle_clouds
 from pftrack.filters.learning.charts import changes
 from pftrack.filters.learning.diffusion import Diffusion
 
@@ -54,7 +53,7 @@ def fish(
     """Draw a pose (4,) as an ellipse with a tail, and a stroke to the head."""
     ahead = np.array([np.cos(pose[2]), np.sin(pose[2])])
     axes = np.stack([shape.half_length * ahead, shape.half_width * np.array([-ahead[1], ahead[0]])])
-    centre = at_height(pose[None, :2], 2.0)[0]
+    centre = at_height(pose[:2], 2.0)
     width = float(np.clip(shape.half_length / LINES_IN_LENGTH, *LINE_WIDTHS_PX))
     head = pose[:2] + shape.half_length * ahead
     stroke = at_height(np.vstack([head - 0.3 * shape.half_length * ahead, head]), 2.0)
@@ -82,20 +81,16 @@ def outlines(poses: Floats, shape: FishShape, colour: Colour, width: float, laye
     around = body_points(poses, shape, OUTLINE_POINTS)
     segments = np.concatenate(
         [np.stack([around, np.roll(around, -1, axis=1)], axis=2), tail_line(poses, shape)[:, None]], axis=1
-    ).reshape(-1, 2, 2)
-    flat = np.full((len(segments), 2, 3), 1.0, np.float32)
-    flat[:, :, :2] = segments
-    return Links(flat, colour, width, layer)
+    )
+    return lines(segments.reshape(-1, 2, 2), colour, width, layer, height=1.0)
 
 
 def draw_edges(edges: Edges) -> dict[str, Primitive]:
     """Draw the distance image, dark near the edges, and the edges themselves."""
     rows, columns = np.nonzero(edges.edges)
-    places = at_height(np.column_stack([columns, rows]).astype(np.float64), 1.0)
-    colours = np.tile(np.array(COLOURS["lost"], np.uint8), (len(places), 1))
     return {
         "distances": Picture(_TABLE[edges.distances[1:-1, 1:-1]], "distance image"),
-        "edges": Points(places, colours, 1.5, "edges"),
+        "edges": dots(np.column_stack([columns, rows]), COLOURS["lost"], 1.5, "edges", height=1.0),
     }
 
 
@@ -209,7 +204,7 @@ def changes_world(
     drawn["learned"] = Ellipsoids(
         np.zeros((1, 3), np.float32),
         np.asarray(covariance[None], np.float32),
-        _colour(1, "observation"),
+        colours(1, COLOURS["observation"]),
         0.25,
         "learned motion",
     )
@@ -256,14 +251,9 @@ def _ghost(pose: Floats, colour: Colour) -> dict[str, Primitive]:
 
 
 def _points(places: Floats, colour: str, size: float, layer: str) -> Points:
-    near = places[(np.square(places).sum(axis=1) < SEEN**2)].astype(np.float32)
-    return Points(near, _colour(len(near), colour), size, layer)
+    return dots(places[np.square(places).sum(axis=1) < SEEN**2], COLOURS[colour], size, layer)
 
 
 def _axes() -> Links:
     ends = [[[-AXIS_SD * way for way in ways], [AXIS_SD * way for way in ways]] for _, ways in NAMES]
     return Links(np.array(ends, np.float32), COLOURS["hidden"], 1.0, "axes")
-
-
-def _colour(count: int, colour: str) -> NDArray[np.uint8]:
-    return np.tile(np.array(COLOURS[colour], np.uint8), (count, 1))

@@ -6,11 +6,9 @@ method learns offline how motion and shape change together, and guides the parti
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from pftrack.core.arrays import Floats
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, Layer, Picture, Primitive
 from pftrack.core.model.glossary import MITSUGAMI, Citation, Term
@@ -40,7 +38,7 @@ from pftrack.experiments.fish.scene import FishSceneParameters, FishSource, Fish
 from pftrack.experiments.fish.step import TRACKERS, find_edges, shape
 from pftrack.experiments.fish.swimming import FRAMES
 from pftrack.experiments.fish.trackers import GUIDANCE, FishState
-from pftrack.experiments.shared.sketch import SECOND_RUN, error_words
+from pftrack.experiments.shared.sketch import SECOND_RUN, caption, distance, error_words
 from pftrack.experiments.video import Video
 
 SERIES = (
@@ -163,13 +161,8 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
 
 def _caption(step: Step) -> str:
     row = step.diagnostics
-    parts = [f"frame {row.frame}", step.tracker_title, f"{len(step.state.particles)} particles"]
-    return " · ".join(filter(None, [*parts, error_words(row, " px", "outside the fish")]))
-
-
-def _distance(estimates: Floats, truths: Floats) -> Any:  # noqa: ANN401 - one or many
-    off = estimates - truths
-    return np.hypot(off[..., 0], off[..., 1])
+    particles = f"{len(step.state.particles)} particles"
+    return caption(row, step.tracker_title, particles, error_words(row, " px", "outside the fish"))
 
 
 def _wrap(angle: float) -> float:
@@ -219,7 +212,7 @@ EXPERIMENT = Experiment(
         clip_title="Fish by its outline",
     ),
     draw=draw,
-    error=_distance,
+    error=distance,
     missed=is_missed,
     series=SERIES,
     measure=measure,

@@ -20,7 +20,7 @@ from pftrack.experiments.hand.scene import HandTarget
 from pftrack.experiments.hand.shape import HandShape, joints, palm_axes, parts
 from pftrack.experiments.hand.state import HandState
 from pftrack.experiments.shared.pose.drawing import draw_with_rim
-from pftrack.experiments.shared.sketch import at_height
+from pftrack.experiments.shared.sketch import at_height, dots, lines
 
 SIDES = 10
 """Of a capsule, around its axis."""
@@ -112,15 +112,15 @@ def draw_silhouette(features: HandFeatures) -> dict[str, Primitive]:
     """Draw the outline of the silhouette, the axes of its protrusions, their tips, and the wrist."""
     to_picture = features.silhouette.in_picture
     axes = [to_picture(each.axis) for each in features.protrusions]
-    lines = np.concatenate([np.zeros((0, 2, 2)), *(np.stack([axis[:-1], axis[1:]], axis=1) for axis in axes)])
+    segments = np.concatenate([np.zeros((0, 2, 2)), *(np.stack([axis[:-1], axis[1:]], axis=1) for axis in axes)])
     ends = [axis[0] for axis in axes]
     if features.wrist is not None:
         ends.append(to_picture(features.wrist))
     around = _contours(features.silhouette.mask, features.silhouette.reduction)
     return {
-        "silhouette": Links(_raise(around, 0.8), COLOURS["observation"], 1.5, "silhouette"),
-        "protrusions": Links(_raise(lines, 1.0), COLOURS["second"], 2.0, "protrusions"),
-        "protrusion ends": _dots(np.array(ends).reshape(-1, 2), COLOURS["second"], 6.0, "protrusions"),
+        "silhouette": lines(around, COLOURS["observation"], 1.5, "silhouette", height=0.8),
+        "protrusions": lines(segments, COLOURS["second"], 2.0, "protrusions", height=1.0),
+        "protrusion ends": dots(np.array(ends).reshape(-1, 2), COLOURS["second"], 6.0, "protrusions", height=1.2),
     }
 
 
@@ -129,7 +129,7 @@ def hand(state: HandState, place: int, size: tuple[int, int]) -> dict[str, Primi
     pose, colour = state.beam.members[place], hand_colour(state)
     around = outline(pose, state.scale, state.shape, size)
     return {
-        "outline": Links(_raise(around, 2.0), colour, 2.0, "hand"),
+        "outline": lines(around, colour, 2.0, "hand", height=2.0),
         **draw_with_rim("fingers", bones(pose, state.scale, state.shape, colour, "fingers")),
     }
 
@@ -148,7 +148,7 @@ def ghosts(state: HandState, shown: int, size: tuple[int, int]) -> dict[str, Pri
         if place == shown:
             continue
         around = outline(state.beam.members[place], state.scale, state.shape, size)
-        corners, triangles = ribbon(_raise(around, 1.5).astype(np.float64), width)
+        corners, triangles = ribbon(at_height(around, 1.5).astype(np.float64), width)
         vertices.append(corners)
         faces.append(triangles + np.int32(count))
         opacities.append(np.full(len(corners), FAINTEST + (1.0 - FAINTEST) * weight, np.float32))
@@ -159,11 +159,10 @@ def ghosts(state: HandState, shown: int, size: tuple[int, int]) -> dict[str, Pri
 
 def truth(target: HandTarget) -> dict[str, Primitive]:
     """Draw the fingers where they truly are, and their tips, with a light rim."""
-    lines = bones(target.pose, target.scale, target.shape, COLOURS["truth"], "truth")
     return {
-        **draw_with_rim("true fingers", lines),
-        "true tips rim": _dots(target.tips, COLOURS["paper"], 8.0, "truth", 2.5),
-        "true tips": _dots(target.tips, COLOURS["truth"], 6.0, "truth", 2.6),
+        **draw_with_rim("true fingers", bones(target.pose, target.scale, target.shape, COLOURS["truth"], "truth")),
+        "true tips rim": dots(target.tips, COLOURS["paper"], 8.0, "truth", height=2.5),
+        "true tips": dots(target.tips, COLOURS["truth"], 6.0, "truth", height=2.6),
     }
 
 
@@ -171,7 +170,7 @@ def second_run(estimate: tuple[float, ...], size: float) -> dict[str, Primitive]
     """Draw a cross of a size, px, at each finger tip of a second run: all that a row knows of its hand."""
     tips = np.array(estimate).reshape(5, 1, 1, 3)[..., :2]
     arms = size * np.array([[[-1.0, -1.0], [1.0, 1.0]], [[-1.0, 1.0], [1.0, -1.0]]])
-    return {"second": Links(_raise((tips + arms).reshape(-1, 2, 2), 2.4), COLOURS["second"], 2.0, "second run")}
+    return {"second": lines((tips + arms).reshape(-1, 2, 2), COLOURS["second"], 2.0, "second run", height=2.4)}
 
 
 def bones(pose: Floats, scale: float, shape: HandShape, colour: Colour, layer: str) -> Links:
@@ -180,7 +179,7 @@ def bones(pose: Floats, scale: float, shape: HandShape, colour: Colour, layer: s
     wrist = np.broadcast_to(pose[:2], (5, 1, 2))
     chain = np.concatenate([wrist, places], axis=1)
     ends = np.stack([chain[:, :-1], chain[:, 1:]], axis=2).reshape(-1, 2, 2)
-    return Links(_raise(ends, 2.2), colour, 1.5, layer)
+    return lines(ends, colour, 1.5, layer, height=2.2)
 
 
 def outline(pose: Floats, scale: float, shape: HandShape, size: tuple[int, int]) -> Floats:
@@ -198,14 +197,6 @@ def _contours(mask: Bools, step: float) -> Floats:
     lines = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in rings]
     together = np.concatenate(lines) if lines else np.zeros((0, 2, 2))
     return np.asarray(step * (together + 0.5) - 0.5)
-
-
-def _raise(segments: Floats, height: float) -> NDArray[np.float32]:
-    return at_height(segments.reshape(-1, 2), height).reshape(-1, 2, 3)
-
-
-def _dots(places: Floats, colour: Colour, size: float, layer: str, height: float = 1.2) -> Points:
-    return Points(at_height(places, height), np.tile(np.array(colour, np.uint8), (len(places), 1)), size, layer)
 
 
 HAND_WORLD = World(
@@ -286,9 +277,7 @@ def _fingers(places: Floats, state: HandState) -> Mesh:
 
 
 def _joints(places: Floats) -> Points:
-    every = places.reshape(-1, 3).astype(np.float32)
-    colours = np.tile(np.array(COLOURS["paper"], np.uint8), (len(every), 1))
-    return Points(every, colours, 0.05, "fingers")
+    return dots(places.reshape(-1, 3), COLOURS["paper"], 0.05, "fingers")
 
 
 def _ghosts(state: HandState, shown: int, upright: Floats) -> dict[str, Primitive]:

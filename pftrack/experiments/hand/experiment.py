@@ -34,7 +34,7 @@ from pftrack.experiments.hand.scene import HandSceneParameters, HandSource, Hand
 from pftrack.experiments.hand.state import HandState
 from pftrack.experiments.hand.trackers import TRACKERS, features
 from pftrack.experiments.shared.loss_probability import Scenes, read_declaration
-from pftrack.experiments.shared.sketch import SECOND_RUN
+from pftrack.experiments.shared.sketch import SECOND_RUN, caption
 from pftrack.experiments.video import Video
 
 FAULTS = (Miscalibration(("beam", "particles")),)
@@ -95,7 +95,7 @@ def measure(frame: Frame, state: HandState) -> Mapping[str, SeriesValue]:
 
 def _caption(step: Step, shown: int) -> str:
     row, state = step.diagnostics, step.state
-    parts = [f"frame {row.frame}", step.tracker_title]
+    parts = [step.tracker_title]
     count = len(state.beam)
     if state.searching:
         parts.append("waiting; grey: the hand seen last")
@@ -105,9 +105,7 @@ def _caption(step: Step, shown: int) -> str:
         tips, target = state.tips[shown], step.frame.target
         off = float(_distance(tips, target.position))
         parts.append(f"tips off by {off:.0f} px" + (", lost (by truth)" if _too_far(tips, target) else ""))
-    if words := recording.describe(state):
-        parts.append(words)
-    return " · ".join(parts)
+    return caption(row, *parts, recording.describe(state))
 
 
 def _distance(estimates: Floats, truths: Floats) -> Any:  # noqa: ANN401 - one or many

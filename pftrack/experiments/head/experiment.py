@@ -29,7 +29,6 @@ from pftrack.core.model.drawing import (
     Links,
     Mesh,
     Picture,
-    Points,
     Primitive,
     Text,
     Viewpoint,
@@ -96,7 +95,7 @@ from pftrack.experiments.shared.pose.drawing import (
     true_marks,
 )
 from pftrack.experiments.shared.pose.state import PoseState
-from pftrack.experiments.shared.sketch import SECOND_RUN, error_words
+from pftrack.experiments.shared.sketch import SECOND_RUN, caption, dots, error_words
 from pftrack.experiments.video import Video
 from pftrack.vision.geometry.face import FEATURES, LINKS, TITLES, FaceModel, gaze
 
@@ -196,13 +195,12 @@ def _surface(model: FaceModel, colour: Colour) -> dict[str, Primitive]:
     shape = front(model)
     vertices = shape.vertices_mm.astype(np.float32)
     points = model.points_mm.astype(np.float32)
-    colours = np.tile(np.array(colour, np.uint8), (len(points), 1))
     pairs = [(model.names.index(one), model.names.index(other)) for one, other in LINKS]
     return {
         "surface": Mesh(vertices, shape.triangles, colour, 0.22, "head"),
         "lines": Links(vertices[shape.edges], COLOURS["hidden"], 0.5, "head"),
         "face": Links(points[np.array(pairs)], colour, 1.5, "model points"),
-        "points": Points(points, colours, POINT_MM, "model points"),
+        "points": dots(points, colour, POINT_MM, "model points"),
     }
 
 
@@ -332,7 +330,7 @@ def _apart(state: PoseState, target: Target) -> Floats:
 def _caption(step: Step, past: Sequence[Diagnostics]) -> str:
     row, memory = step.diagnostics, step.state.memory
     yaw, pitch, roll = np.rad2deg(gaze(step.state.estimate))
-    parts = [f"frame {row.frame}"]
+    parts = []
     if memory.lost:
         frames = f"{memory.lost_frames} frame" + ("s" if memory.lost_frames > 1 else "")
         parts.append(f"no face for {frames}, looking for it")
@@ -340,7 +338,7 @@ def _caption(step: Step, past: Sequence[Diagnostics]) -> str:
         parts.append(f"yaw {round(yaw)}°, pitch {round(pitch)}°, roll {round(roll)}°")
         if _is_found_again(row, past):
             parts.append("face found again")
-    return " · ".join(filter(None, [*parts, error_words(row, "°"), step.tracker_title]))
+    return caption(row, *parts, error_words(row, "°"), step.tracker_title)
 
 
 def _is_found_again(row: Diagnostics, past: Sequence[Diagnostics]) -> bool:

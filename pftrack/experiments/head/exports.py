@@ -20,6 +20,7 @@ from pftrack.core.model.setup import Export, Make
 from pftrack.experiments.head.appearance import HeadMemory
 from pftrack.experiments.head.draw import front
 from pftrack.experiments.shared.pose.state import PoseState
+from pftrack.experiments.shared.sketch import colours
 from pftrack.sources.tracks.table import write
 from pftrack.vision.geometry.face import CORRECTION_SD_MM, FEATURES, FaceModel
 from pftrack.vision.model_files import Surface, as_json, as_obj, upright
@@ -124,7 +125,7 @@ def points_of(state: PoseState) -> bytes:
 def _colours(memory: HeadMemory, count: int) -> NDArray[np.uint8]:
     if memory.growth is not None:
         return surface_colours(memory.growth, memory.model)
-    return np.tile(np.array(COLOURS["estimate"], np.uint8), (count, 1))
+    return colours(count, COLOURS["estimate"])
 
 
 def tracks_of(past: Sequence[Diagnostics]) -> bytes:

@@ -34,9 +34,11 @@ from pftrack.experiments.shared.sketch import (
     BY_SAMPLER,
     SECOND_RUN,
     at_height,
+    caption,
     circle,
     error_words,
     particle_clouds,
+    paths,
     uncertainty,
 )
 from pftrack.vision.likelihoods.counting import BINS, STEPS, Space, bin_table
@@ -131,8 +133,6 @@ def _colours(space: Space) -> NDArray[np.uint8]:
 
 
 TRAIL_FRAMES = 60
-FRAME_HEIGHT_PX = 3.0
-"""How far one frame of the past is lifted in the space-time view."""
 MAP_CELLS = 32
 """Windows along the longer side of the picture whose likeness is mapped."""
 MAP_OPACITY = 0.55
@@ -179,19 +179,14 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
         )
     colour = COLOURS["lost" if state.searching else "estimate"]
     primitives["estimate"] = _box(state.estimate, state.box_px, colour, "estimate", 2.0)
-    places = np.array([past_row.estimate for past_row in path])
-    primitives["trail"] = Polyline(at_height(places, 1.0), COLOURS["estimate"], 2.0, "trail")
-    heights = FRAME_HEIGHT_PX * (row.frame - np.array([past_row.frame for past_row in path]))
-    primitives["space-time"] = Polyline(at_height(places, 1.0 + heights), COLOURS["estimate"], 3.0, "path through time")
+    primitives |= paths(path, np.array([past_row.estimate for past_row in path]))
     return Drawing(width, height, primitives, _caption(step), (histogram_world(state, image),))
 
 
 def _caption(step: Step) -> str:
     row = step.diagnostics
-    parts = [f"frame {row.frame}", f"likeness {row.number('likeness'):.2f}"]
-    if step.state.searching:
-        parts.append("searching")
-    return " · ".join(filter(None, [*parts, error_words(row, " px")]))
+    searching = "searching" if step.state.searching else ""
+    return caption(row, f"likeness {row.number('likeness'):.2f}", searching, error_words(row, " px"))
 
 
 def _box(centre: Floats, size: tuple[float, float], colour: Colour, layer: str, height: float) -> Polyline:

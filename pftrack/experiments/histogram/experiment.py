@@ -8,9 +8,6 @@ person has drawn a box around the target.
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from pftrack.core.arrays import Floats
 from pftrack.core.model.glossary import KAGAMI, PEREZ, Citation, Term
 from pftrack.core.model.marks import Box
 from pftrack.core.model.measures import MEAN_IOU, PICTURE_MEASURES
@@ -29,6 +26,7 @@ from pftrack.experiments.histogram.scene import LawnSceneParameters, LawnSource
 from pftrack.experiments.histogram.trackers import TRACKERS
 from pftrack.experiments.shared.reports import miss_share
 from pftrack.experiments.shared.sampling.parameters import TERMS
+from pftrack.experiments.shared.sketch import distance
 from pftrack.experiments.video import Video
 from pftrack.sources.recording import RecordingParameters, RecordingSource
 from pftrack.vision.likelihoods import chromaticity
@@ -95,11 +93,6 @@ def wire(sequence: FrameSequence, mark: Box, start: int, truth: Truth | None) ->
     )
 
 
-def _distance(estimates: Floats, truths: Floats) -> Any:  # noqa: ANN401 - one or many
-    off = estimates - truths
-    return np.hypot(off[..., 0], off[..., 1])
-
-
 def _is_lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many, on either model above
     return errors >= parameters.lost_radii * sizes / 2
 
@@ -151,7 +144,7 @@ EXPERIMENT = Experiment(
         clip_about=("sample_count", "sharpness", "weigh_background", "follow_size", "process_noise_px", "find_again"),
     ),
     draw=draw,
-    error=_distance,
+    error=distance,
     lost=_is_lost,
     series=(BESIDE,),
     measures=(HELD_AT_END, *PICTURE_MEASURES, MEAN_IOU),

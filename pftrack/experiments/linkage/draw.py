@@ -35,7 +35,7 @@ from pftrack.experiments.linkage.sets.plane import Strip, intersect
 from pftrack.experiments.linkage.sets.regions import CENTRE
 from pftrack.experiments.linkage.shape import LINKS, joint_angles
 from pftrack.experiments.linkage.state import LinkageState
-from pftrack.experiments.shared.sketch import at_height, circle
+from pftrack.experiments.shared.sketch import at_height, circle, dots, lines
 from pftrack.filters.beam import Beam
 from pftrack.filters.particles import ParticleSet
 
@@ -155,7 +155,7 @@ def draw_measurements(frame: Frame, state: LinkageState) -> dict[str, Primitive]
             drawn[f"measured {number}"] = circle(points[number], RING_PX, COLOURS["observation"], "measurements")
         else:
             ends = points[number] + np.array([[0.0, -TICK_PX], [0.0, TICK_PX]])
-            drawn[f"measured {number}"] = _links(ends[None], COLOURS["observation"], 2.0, "measurements")
+            drawn[f"measured {number}"] = lines(ends[None], COLOURS["observation"], 2.0, "measurements")
     if isinstance(frame.measurements, LinkMeasurements) and frame.image_rgb is not None:
         height, width, _ = frame.image_rgb.shape
         sides: list[Strip] = [(np.array([1.0, 0.0]), 0.0, width - 1.0), (np.array([0.0, 1.0]), 0.0, height - 1.0)]
@@ -163,7 +163,7 @@ def draw_measurements(frame: Frame, state: LinkageState) -> dict[str, Primitive]
             normal, offset = frame.measurements.normals[number], float(frame.measurements.offsets_px[number])
             ends = _ends(intersect([*sides, (normal, offset, offset)]), normal)
             if len(ends):
-                drawn[f"measured line {number}"] = _links(ends[None], COLOURS["observation"], 1.0, "measurements")
+                drawn[f"measured line {number}"] = lines(ends[None], COLOURS["observation"], 1.0, "measurements")
     return drawn
 
 
@@ -219,19 +219,14 @@ def _in_picture(joints: Floats, state: LinkageState, row: float) -> Floats:
 def _chain(name: str, points: Floats, colour: Colour, width: float, layer: str, longest: float) -> dict[str, Primitive]:
     near = np.asarray((np.abs(points) < FARTHEST * longest).all(axis=1))
     ends = np.stack([points[:-1], points[1:]], axis=1)[near[:-1] & near[1:]]
-    colours = np.tile(np.array(colour, np.uint8), (int(near.sum()), 1))
     return {
-        f"{name} links": _links(ends, colour, width, layer),
-        f"{name} joints": Points(at_height(points[near], 2.0), colours, DOT_PX, layer),
+        f"{name} links": lines(ends, colour, width, layer),
+        f"{name} joints": dots(points[near], colour, DOT_PX, layer),
     }
 
 
-def _links(ends: Floats, colour: Colour, width: float, layer: str) -> Links:
-    return Links(at_height(ends.reshape(-1, 2), 1.5).reshape(-1, 2, 3), colour, width, layer)
-
-
 def _name(name: str, text: str, state: LinkageState, row: float, colour: Colour, layer: str) -> dict[str, Primitive]:
-    place = at_height(np.array([[10.0, state.origin_px[1] + row + 4.0]]), 2.0)[0]
+    place = at_height(np.array([10.0, state.origin_px[1] + row + 4.0]), 2.0)
     return {name: Text(place, text, colour, layer)}
 
 
@@ -361,8 +356,7 @@ def _segments(joints: Floats) -> NDArray[np.float32]:
 
 
 def _dots(joints: Floats, colour: Colour, layer: str, size: float = JOINT) -> Points:
-    near = joints[_within(joints)].astype(np.float32)
-    return Points(near, np.tile(np.array(colour, np.uint8), (len(near), 1)), size, layer)
+    return dots(joints[_within(joints)], colour, size, layer)
 
 
 def _at(*place: float) -> NDArray[np.float32]:
@@ -424,9 +418,8 @@ def lengths_world(
         drawn |= _box_of_lengths(f"{number}", one, middle, half)
     if len(cloud := particles(state)):
         places = (cloud[:, -LINKS:] - middle) / half
-        near = places[np.sqrt(np.square(places).sum(axis=1)) < RADIUS].astype(np.float32)
-        colours = np.tile(np.array(COLOURS["prediction"], np.uint8), (len(near), 1))
-        drawn["particles"] = Points(near, colours, 0.5 * DOT, "particles")
+        near = places[np.sqrt(np.square(places).sum(axis=1)) < RADIUS]
+        drawn["particles"] = dots(near, COLOURS["prediction"], 0.5 * DOT, "particles")
     if isinstance(target, LinkageTarget):
         drawn["truth"] = _dot((target.r - middle) / half, "truth", 1.2 * DOT)
     if second is not None:
@@ -473,7 +466,7 @@ def _ways() -> NDArray[np.float32]:
 
 def _dot(place: Floats, colour: str, size: float) -> Points:
     near = np.array([place] if np.linalg.norm(place) < RADIUS else [], np.float32).reshape(-1, 3)
-    return Points(near, np.tile(np.array(COLOURS[colour], np.uint8), (len(near), 1)), size, colour)
+    return dots(near, COLOURS[colour], size, colour)
 
 
 def _cross(place: Floats) -> NDArray[np.float32]:

@@ -45,7 +45,7 @@ from pftrack.experiments.linkage.recording import (
 )
 from pftrack.experiments.linkage.scene import NAMES, LinkageSource, LinkageTarget, LinkMeasurements, in_radians
 from pftrack.experiments.linkage.trackers import TRACKERS
-from pftrack.experiments.shared.sketch import SECOND_RUN, error_words
+from pftrack.experiments.shared.sketch import SECOND_RUN, caption, error_words
 from pftrack.experiments.video import PICTURES, Video
 
 FRAMES = 300
@@ -83,7 +83,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
 
 def _caption(step: Step) -> str:
     row, events = step.diagnostics, step.state.events
-    parts = [f"frame {row.frame}", step.tracker_title]
+    parts = [step.tracker_title]
     count = row.number("hypothesis_count")
     if count > 1:
         parts.append(f"{count:g} hypotheses")
@@ -95,7 +95,7 @@ def _caption(step: Step) -> str:
     unseen = _unseen(step.frame)
     if unseen:
         parts.append(f"not seen: {', '.join(unseen)}")
-    return " · ".join(filter(None, [*parts, error_words(row, "°")]))
+    return caption(row, *parts, error_words(row, "°"))
 
 
 def _unseen(frame: Frame) -> list[str]:

@@ -5,12 +5,10 @@ does each vertex's own past; the adaptive sampling distribution learns which of 
 """
 
 from collections.abc import Sequence
-from functools import cache
 from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pftrack.core.arrays import Bools, Floats
 from pftrack.core.geometry.rotation import rotation
@@ -46,7 +44,7 @@ from pftrack.experiments.shared.pose.drawing import (
     true_marks,
 )
 from pftrack.experiments.shared.pose.state import PoseState
-from pftrack.experiments.shared.sketch import SECOND_RUN, at_height, error_words
+from pftrack.experiments.shared.sketch import SECOND_RUN, at_height, caption, error_words, paper
 from pftrack.sources.prism import (
     FACES,
     FRAMES,
@@ -84,7 +82,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     del past
     frame, state, row = step.frame, step.state, step.diagnostics
     width, height = SIZE_PX
-    primitives: dict[str, Primitive] = {"picture": Picture(_paper())}
+    primitives: dict[str, Primitive] = {"picture": Picture(paper(*SIZE_PX))}
     if frame.measurements is not None:
         points = at_height(frame.measurements.points_px, 1.0)
         primitives["measurements"] = Links(points[:, None] + TICK, COLOURS["hidden"], 2.0, "measurements")
@@ -103,8 +101,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
         primitives |= true_marks(target.landmarks, 3.0)
     primitives |= pose_axes(state, np.zeros(3), AXES_MM)
     primitives |= camera(state, SIZE_PX)
-    parts = [f"frame {row.frame}", step.tracker_title, error_words(row, "°")]
-    return Drawing(width, height, primitives, " · ".join(filter(None, parts)))
+    return Drawing(width, height, primitives, caption(row, step.tracker_title, error_words(row, "°")))
 
 
 def _place_solid(state: PoseState, theta: Floats) -> Placed:
@@ -129,13 +126,6 @@ def _edges(name: str, placed: Placed, colour: Colour, width: float, layer: str) 
         f"{name} edges": Links(edges[front], colour, width, layer),
         f"{name} hidden edges": dashes(edges[~front], colour, width, layer),
     }
-
-
-@cache
-def _paper() -> NDArray[np.uint8]:
-    paper = np.full((SIZE_PX[1], SIZE_PX[0], 3), 255, dtype=np.uint8)
-    paper.flags.writeable = False
-    return paper
 
 
 def _is_lost(errors: Floats, sizes: Floats, parameters: TrackedPrismParameters) -> object:

@@ -6,12 +6,10 @@ by frame, plotted, measured where a truth is given, compared with others in step
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.band import Calibration
@@ -30,7 +28,18 @@ from pftrack.core.model.source import Belief, Frame, FrameSequence, Plane, Truth
 from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.experiments.recorded.trackers import TRACKERS, BeliefState, place_of
 from pftrack.experiments.shared.reports import loss_share
-from pftrack.experiments.shared.sketch import SECOND_RUN, at_height, circle, error_words, particle_clouds, uncertainty
+from pftrack.experiments.shared.sketch import (
+    SECOND_RUN,
+    at_height,
+    caption,
+    circle,
+    error_words,
+    paper,
+    particle_clouds,
+    paths,
+    rectangle,
+    uncertainty,
+)
 from pftrack.experiments.video import Video
 from pftrack.sources.beliefs.content import SelectionParameters
 from pftrack.sources.beliefs.recorded import FRAMES, UNITS, ExampleParameters, ExampleSource, RecordedBeliefs, overlap
@@ -129,8 +138,6 @@ READINGS = (
 )
 
 TRAIL_FRAMES = 60
-FRAME_HEIGHT_PX = 3.0
-"""How far one frame of the past is lifted in the space-time view."""
 MOST_OTHERS = 200
 """Other targets that are drawn."""
 MOST_PATHS = 200
@@ -161,7 +168,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     state: BeliefState = step.state
     row, beliefs = step.diagnostics, state.beliefs
     plane = beliefs.plane
-    image = step.frame.image_rgb if step.frame.image_rgb is not None else _paper(*plane.size)
+    image = step.frame.image_rgb if step.frame.image_rgb is not None else paper(*plane.size)
     height, width, _ = image.shape
     dot = max(width, height) / 160
     primitives: dict[str, Primitive] = {"picture": Picture(image)}
@@ -188,9 +195,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     primitives |= _target(beliefs.selected, state, colour, dot, "estimate", named=bool(beliefs.others))
     path = past[max(row.frame - TRAIL_FRAMES, 0) : row.frame + 1]
     places = _finite(_on(plane, np.array([each.estimate for each in path])))
-    primitives["trail"] = Polyline(at_height(places, 1.0), COLOURS["estimate"], 2.0, "trail")
-    heights = FRAME_HEIGHT_PX * (row.frame - np.array([each.frame for each in path]))
-    primitives["space-time"] = Polyline(at_height(places, 1.0 + heights), COLOURS["estimate"], 3.0, "path through time")
+    primitives |= paths(path, places)
     return Drawing(width, height, primitives, _caption(step))
 
 
@@ -205,7 +210,7 @@ def _paths(plane: Plane, paths: Floats) -> Links:
 
 def _caption(step: Step) -> str:
     row, beliefs = step.diagnostics, step.state.beliefs
-    parts = [f"frame {row.frame}"]
+    parts = []
     if beliefs.others:
         parts += [f"target {beliefs.selected.target}", f"{row.number('targets'):g} targets"]
     if not beliefs.present:
@@ -215,7 +220,7 @@ def _caption(step: Step) -> str:
         parts.append(f"overlap {overlap:.2f}")
     if beliefs.switches:
         parts.append("a number changes")
-    return " · ".join(filter(None, [*parts, error_words(row, "")]))
+    return caption(row, *parts, error_words(row, ""))
 
 
 def _target(
@@ -235,7 +240,7 @@ def _target(
 
 
 def _label(name: str, target: int, corner: Floats, colour: Colour, layer: str) -> dict[str, Primitive]:
-    return {f"{name} number": Text(at_height(corner[None], 2.0)[0], str(target), colour, layer)}
+    return {f"{name} number": Text(at_height(corner, 2.0), str(target), colour, layer)}
 
 
 def _truths(step: Step, dot: float) -> dict[str, Primitive]:
@@ -266,15 +271,13 @@ def _names(state: BeliefState) -> dict[str, Primitive]:
         side, scale, shift = plane.size[axis], plane.scale[axis], plane.shift[axis]
         ends = sorted(((0.0 - shift) / scale, (side - shift) / scale)) if scale else (0.0, 0.0)
         words = f"{name}, {ends[0]:.3g} to {ends[1]:.3g}"
-        position = at_height(np.array([place]), 0.0)[0]
+        position = at_height(np.array(place))
         drawn[f"name {axis}"] = Text(position, words, COLOURS["hidden"], "components", "start" if axis else "middle")
     return drawn
 
 
 def _box(box: Floats, colour: Colour, layer: str, height: float) -> Polyline:
-    x, y, w, h = (box - (0.5, 0.5, 0.0, 0.0)).tolist()
-    corners = np.array(((x, y), (x + w, y), (x + w, y + h), (x, y + h), (x, y)))
-    return Polyline(at_height(corners, height), colour, 2.0, layer)
+    return rectangle(box[:2] - 0.5, box[2:], colour, layer, height)
 
 
 def _on(plane: Plane, states: Floats) -> Floats:
@@ -290,13 +293,6 @@ def _finite(places: Floats) -> Floats:
 
 def _hue(target: int) -> Colour:
     return HUES[target % len(HUES)]
-
-
-@lru_cache(maxsize=4)
-def _paper(width: int, height: int) -> NDArray[np.uint8]:
-    white = np.full((height, width, 3), 255, dtype=np.uint8)
-    white.flags.writeable = False
-    return white
 
 
 SCORING = "Scoring"

@@ -1,11 +1,15 @@
 """Pieces of drawings that experiments share, and what is said of a target beside its surroundings."""
 
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.diagnostics import Diagnostics
-from pftrack.core.model.drawing import Ellipse, Key, Layer, Points
+from pftrack.core.model.drawing import Ellipse, Key, Layer, Links, Points, Polyline, Primitive
 from pftrack.core.model.palette import COLOURS, Colour
 from pftrack.core.model.setup import WELL, Suitability
 from pftrack.core.model.source import FrameSequence
@@ -28,11 +32,17 @@ LIGHT, DARK = np.array([198.0, 219.0, 239.0]), np.array([8.0, 48.0, 107.0])
 
 
 def at_height(positions: Floats, heights: Floats | float = 0.0) -> NDArray[np.float32]:
-    """Return positions (n, 2) in px as (n, 3) at the given heights above the picture, px."""
-    raised = np.empty((len(positions), 3), dtype=np.float32)
-    raised[:, :2] = positions
-    raised[:, 2] = heights
+    """Return positions (..., 2) in px as (..., 3) at the given heights (...) above the picture, px."""
+    raised = np.empty((*positions.shape[:-1], 3), dtype=np.float32)
+    raised[..., :2] = positions
+    raised[..., 2] = heights
     return raised
+
+
+def distance(estimates: Floats, truths: Floats) -> Any:  # noqa: ANN401 - one or many
+    """Return how far positions (..., 2) are from others, (...)."""
+    off = estimates - truths
+    return np.hypot(off[..., 0], off[..., 1])
 
 
 def error_words(row: Diagnostics, unit: str, missed: str = "lost") -> str:
@@ -46,6 +56,55 @@ def error_words(row: Diagnostics, unit: str, missed: str = "lost") -> str:
     if row.error is None:
         return ""
     return f"error {row.error:.1f}{unit}" + (f", {missed} (by truth)" if row.lost else "")
+
+
+def caption(row: Diagnostics, *words: str) -> str:
+    """Return the caption of a frame: its number, and what else there is to say of it; empty words are left out."""
+    return " · ".join(filter(None, [f"frame {row.frame}", *words]))
+
+
+@lru_cache(maxsize=4)
+def paper(width: int, height: int) -> NDArray[np.uint8]:
+    """Return a white picture."""
+    white = np.full((height, width, 3), 255, dtype=np.uint8)
+    white.flags.writeable = False
+    return white
+
+
+def colours(count: int, colour: Colour) -> NDArray[np.uint8]:
+    """Return one colour for each of so many places, (n, 3) RGB."""
+    return np.tile(np.array(colour, np.uint8), (count, 1))
+
+
+def dots(places: NDArray[Any], colour: Colour, size: float, layer: str, *, height: float = 2.0) -> Points:
+    """Draw points at places (n, 2), px, or (n, 3)."""
+    placed = at_height(places, height) if places.shape[1] == 2 else places.astype(np.float32)
+    return Points(placed, colours(len(placed), colour), size, layer)
+
+
+def lines(ends: Floats, colour: Colour, width: float, layer: str, *, height: Floats | float = 1.5) -> Links:
+    """Draw segments (n, 2, 2), px."""
+    return Links(at_height(ends, height), colour, width, layer)
+
+
+def rectangle(corner: Floats, size: Floats, colour: Colour, layer: str, height: float) -> Polyline:
+    """Draw a rectangle whose left top corner (2,) and size (2,) are given, px."""
+    ring = np.array(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0)))
+    return Polyline(at_height(corner + ring * size, height), colour, 2.0, layer)
+
+
+FRAME_HEIGHT_PX = 3.0
+"""How far one frame of the past is lifted in the space-time view."""
+
+
+def paths(rows: Sequence[Diagnostics], places: Floats) -> dict[str, Primitive]:
+    """Draw where the estimate was in some frames, (n, 2) px, flat and through time; the last one is now."""
+    ages = FRAME_HEIGHT_PX * (rows[-1].frame - np.array([row.frame for row in rows]))
+    colour = COLOURS["estimate"]
+    return {
+        "trail": Polyline(at_height(places, 1.0), colour, 2.0, "trail"),
+        "space-time": Polyline(at_height(places, 1.0 + ages), colour, 3.0, "path through time"),
+    }
 
 
 def particle_clouds(
@@ -78,7 +137,7 @@ def circle(
 ) -> Ellipse:
     """Draw a circle around a position (2,), px."""
     return Ellipse(
-        at_height(centre[None], height)[0],
+        at_height(centre, height),
         np.eye(2, dtype=np.float32) * np.float32(radius),
         colour,
         2.0,
@@ -91,7 +150,7 @@ def uncertainty(mean: Floats, covariance: Floats, colour: Colour, layer: str, wi
     """Draw the ellipse at two standard deviations of a Gaussian over a position (2,), px."""
     values, vectors = np.linalg.eigh(covariance)
     half_axes = 2.0 * np.sqrt(np.clip(values, 0.0, None))[:, None] * vectors.T
-    return Ellipse(at_height(mean[None], 1.0)[0], half_axes.astype(np.float32), colour, width, layer)
+    return Ellipse(at_height(mean, 1.0), half_axes.astype(np.float32), colour, width, layer)
 
 
 LOOKS = 9

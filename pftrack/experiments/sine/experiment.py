@@ -23,7 +23,7 @@ from pftrack.core.model.palette import COLOURS
 from pftrack.core.model.preset import ExampleSweep, read_presets
 from pftrack.core.model.setup import Setup
 from pftrack.experiments.experiment import Experiment, Quality
-from pftrack.experiments.shared.sketch import BY_SAMPLER, SECOND_RUN, at_height, circle, particle_clouds
+from pftrack.experiments.shared.sketch import BY_SAMPLER, SECOND_RUN, at_height, caption, circle, particle_clouds
 from pftrack.experiments.sine.model import MODEL, TRACKERS, SignalTrackerParameters
 from pftrack.experiments.sine.scene import SignalParameters, SignalSource
 from pftrack.filters import kalman
@@ -124,10 +124,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
 
 def _caption(step: Step) -> str:
     row = step.diagnostics
-    parts = [f"frame {row.frame}", step.tracker_title]
-    if row.error is not None:
-        parts.append(f"error {row.error:.3f}")
-    return " · ".join(parts)
+    return caption(row, step.tracker_title, "" if row.error is None else f"error {row.error:.3f}")
 
 
 def _curve(frames: Floats, values: Floats) -> NDArray[np.float32]:

@@ -7,7 +7,6 @@ camera goes round the body, which is at rest.
 """
 
 from collections.abc import Mapping
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +18,6 @@ from pftrack.core.model.drawing import (
     Ellipsoids,
     Links,
     Mesh,
-    Points,
     Primitive,
     Text,
     Viewpoint,
@@ -31,7 +29,7 @@ from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.matrices import pinhole
 from pftrack.experiments.shared.pose.drawing import dashes
-from pftrack.experiments.shared.sketch import at_height, circle
+from pftrack.experiments.shared.sketch import at_height, circle, colours, dots, lines
 from pftrack.experiments.structure.trackers import MIRROR, StructureState
 from pftrack.sources.tracks.sequence import BodyTarget
 from pftrack.vision.geometry.face import Similarity, fit_similarity
@@ -125,17 +123,8 @@ SIGMAS = 2.0
 FURTHEST = 5.0
 """What is further from the picture's corner than so many of its heights is not drawn."""
 
-SEEN = np.array(COLOURS["observation"], np.uint8)
 WIDEST = 0.15
 """Half axis of an ellipse of uncertainty, as a share of the picture's height: a larger one says no more than a ring."""
-
-
-@lru_cache(maxsize=4)
-def paper(width: int, height: int) -> NDArray[np.uint8]:
-    """Return a white picture."""
-    white = np.full((height, width, 3), 255, dtype=np.uint8)
-    white.flags.writeable = False
-    return white
 
 
 def draw_measurements(state: StructureState, height: float) -> dict[str, Primitive]:
@@ -145,15 +134,14 @@ def draw_measurements(state: StructureState, height: float) -> dict[str, Primiti
     deviations = np.sqrt(seen.variances[-TRAIL_FRAMES:])
     sure = (SIGMAS * deviations.max(axis=2) < WIDEST * height) & _near(positions, height)
     ways = np.stack([positions[:-1], positions[1:]], axis=2)[sure[1:] & sure[:-1]]
-    drawn: dict[str, Primitive] = {"trails": _links(ways, COLOURS["hidden"], 1.0, "trails")}
-    dots = positions[-1][sure[-1]]
-    drawn["points"] = Points(at_height(dots, 2.0), np.tile(SEEN, (len(dots), 1)), DOT_PX, "points")
+    drawn: dict[str, Primitive] = {"trails": lines(ways, COLOURS["hidden"], 1.0, "trails")}
+    drawn["points"] = dots(positions[-1][sure[-1]], COLOURS["observation"], DOT_PX, "points")
     believed = _estimated_points(state)
     shown = sure[-1] | _near(believed, height)
     for number in np.flatnonzero(shown):
         if sure[-1, number]:
             half_axes = (SIGMAS * np.diag(deviations[-1, number])).astype(np.float32)
-            centre = at_height(positions[-1, number][None], 1.0)[0]
+            centre = at_height(positions[-1, number], 1.0)
             drawn[f"noise {names[number]}"] = Ellipse(centre, half_axes, COLOURS["observation"], 1.0, "noise")
         else:
             ring = circle(believed[number], RING_PX, COLOURS["hidden"], "points", height=2.0)
@@ -198,7 +186,7 @@ def true_in_picture(target: BodyTarget, height: float) -> dict[str, Primitive]:
     edges = target.shape.edges
     shown = marks.visible[edges].all(axis=1)
     drawn = _body("true", marks.points_px, edges[shown], COLOURS["truth"], 1.0, "truth", height)
-    ends = at_height(marks.points_px[edges[~shown]].reshape(-1, 2), 1.5).reshape(-1, 2, 3)
+    ends = at_height(marks.points_px[edges[~shown]], 1.5)
     return drawn | {"true hidden edges": dashes(ends, COLOURS["truth"], 1.0, "truth")}
 
 
@@ -213,17 +201,12 @@ def _body(
 ) -> dict[str, Primitive]:
     near = _near(places, height)
     arms = 3.0 * np.array([[[-1.0, 0.0], [1.0, 0.0]], [[0.0, -1.0], [0.0, 1.0]]])
-    crosses = (places[near][:, None, None] + arms).reshape(-1, 2)
+    crosses = (places[near][:, None, None] + arms).reshape(-1, 2, 2)
     kept = edges[near[edges].all(axis=1)]
     return {
-        f"{name} edges": _links(places[kept], colour, width, layer),
-        f"{name} crosses": _links(crosses, colour, min(width, 1.5), layer),
+        f"{name} edges": lines(places[kept], colour, width, layer),
+        f"{name} crosses": lines(crosses, colour, min(width, 1.5), layer),
     }
-
-
-def _links(ends: Floats, colour: Colour, width: float, layer: str) -> Links:
-    """Draw segments (n, 2, 2), px."""
-    return Links(at_height(ends.reshape(-1, 2), 1.5).reshape(-1, 2, 3), colour, width, layer)
 
 
 RADIUS = 2.4
@@ -270,21 +253,22 @@ def shape_world(state: StructureState, target: Target | None, second: Floats | N
     drawn: dict[str, Primitive] = {}
     if true is not None:
         drawn["true edges"] = Links(_segments(true, body.edges), COLOURS["truth"], 1.0, "truth")
-        drawn["true points"] = Points(true.astype(np.float32), _colour(len(true), "truth"), 0.5 * POINT, "truth")
+        drawn["true points"] = dots(true, COLOURS["truth"], 0.5 * POINT, "truth")
     sd = np.sqrt(np.trace(covariances, axis1=1, axis2=2) / 3.0)
     faces = body.triangles[near[body.triangles].all(axis=1)] if len(body.triangles) else body.triangles
     if placed.known:
         sureness = np.clip((UNSURE - sd) / (UNSURE - SURE), 0.0, 1.0)
         opacity = (MOST_OPAQUE * sureness).astype(np.float32)
         held = np.where(near[:, None], points, 0.0).astype(np.float32)
-        drawn["surface"] = Mesh(held, faces.astype(np.int32), _colour(len(points), "estimate"), opacity, "surface")
+        each = colours(len(points), COLOURS["estimate"])
+        drawn["surface"] = Mesh(held, faces.astype(np.int32), each, opacity, "surface")
     drawn["edges"] = Links(_segments(points, body.edges), COLOURS["estimate"], 2.0, "shape")
-    drawn["points"] = Points(points[near].astype(np.float32), _colour(int(near.sum()), "estimate"), POINT, "shape")
+    drawn["points"] = dots(points[near], COLOURS["estimate"], POINT, "shape")
     bounded = near & (sd < LARGEST_SD)
     drawn["uncertainty"] = Ellipsoids(
         points[bounded].astype(np.float32),
         covariances[bounded].astype(np.float32),
-        _colour(int(bounded.sum()), "observation"),
+        colours(int(bounded.sum()), COLOURS["observation"]),
         0.25,
         "uncertainty",
     )
@@ -293,8 +277,8 @@ def shape_world(state: StructureState, target: Target | None, second: Floats | N
     if second is not None:
         other = align_similarity(second, points)(second)
         drawn["second edges"] = Links(_segments(other, body.edges), COLOURS["second"], 1.5, "second run")
-        inside = other[np.linalg.norm(other, axis=1) < RADIUS].astype(np.float32)
-        drawn["second points"] = Points(inside, _colour(len(inside), "second"), 0.7 * POINT, "second run")
+        inside = other[np.linalg.norm(other, axis=1) < RADIUS]
+        drawn["second points"] = dots(inside, COLOURS["second"], 0.7 * POINT, "second run")
     way = -turn[2]
     ends = np.outer((CAMERA_AT, CAMERA_TO), way)[None].astype(np.float32)
     drawn["camera"] = Arrows(ends, COLOURS["camera"], 2.0, "camera")
@@ -319,7 +303,3 @@ def _segments(points: Floats, edges: Ints) -> NDArray[np.float32]:
     ends = points[edges].astype(np.float32).reshape(-1, 2, 3)
     within: NDArray[np.float32] = ends[(np.linalg.norm(ends, axis=2) < RADIUS).all(axis=1)]
     return within
-
-
-def _colour(count: int, colour: str) -> NDArray[np.uint8]:
-    return np.tile(np.array(COLOURS[colour], np.uint8), (count, 1))

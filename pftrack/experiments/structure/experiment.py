@@ -24,14 +24,13 @@ from pftrack.core.model.preset import ExampleSweep, read_presets
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import FrameSequence, Truth
 from pftrack.experiments.experiment import Experiment, Quality
-from pftrack.experiments.shared.sketch import SECOND_RUN
+from pftrack.experiments.shared.sketch import SECOND_RUN, caption, paper
 from pftrack.experiments.structure.draw import (
     SERIES,
     SHAPE_WORLD,
     SHARE,
     draw_measurements,
     measure,
-    paper,
     second_in_picture,
     shape_errors,
     shape_in_picture,
@@ -120,10 +119,8 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
 
 def _caption(step: Step) -> str:
     row, state = step.diagnostics, step.state
-    parts = [f"frame {row.frame}", step.tracker_title]
-    if row.error is not None:
-        parts.append(f"shape error {row.error:.1f} %")
-    return " · ".join([*parts, *_remarks(state, row)])
+    error = "" if row.error is None else f"shape error {row.error:.1f} %"
+    return caption(row, step.tracker_title, error, *_remarks(state, row))
 
 
 def _remarks(state: StructureState, row: Diagnostics) -> list[str]:

@@ -5,7 +5,6 @@ smoothed positions, in the unit of the file that they came from.
 """
 
 from collections.abc import Sequence
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +18,7 @@ from pftrack.core.model.measures import EvaluatedRun, Measure
 from pftrack.core.model.palette import COLOURS, Colour
 from pftrack.core.model.plot import ERROR, INNOVATION, PARTICLES, STEP_TIME, Plot, Reading
 from pftrack.core.model.setup import Export
-from pftrack.experiments.shared.sketch import at_height, circle
+from pftrack.experiments.shared.sketch import at_height, circle, dots, lines
 from pftrack.experiments.trajectories.recording import true_positions
 from pftrack.experiments.trajectories.trackers import TrajectoriesState
 
@@ -39,14 +38,6 @@ FURTHEST = 4.0
 """What is further from the picture's corner than so many of its longer sides is not drawn."""
 
 
-@lru_cache(maxsize=4)
-def paper(width: int, height: int) -> NDArray[np.uint8]:
-    """Return a white picture."""
-    white = np.full((height, width, 3), 255, dtype=np.uint8)
-    white.flags.writeable = False
-    return white
-
-
 def trails(state: TrajectoriesState, longest: float) -> dict[str, Primitive]:
     """Draw the last frames of all tracks, flat and through time, and the measurements that are outliers.
 
@@ -62,17 +53,16 @@ def trails(state: TrajectoriesState, longest: float) -> dict[str, Primitive]:
     ends = np.stack([smoothed, raw], axis=2)
     wrong = state.outliers[:TRAIL_FRAMES] & np.isfinite(ends).all(axis=(2, 3))
     astray = ends[:few][wrong[:few]]
-    levels = 1.0 + FRAME_HEIGHT_PX * np.repeat(np.nonzero(wrong)[0], 2).astype(np.float64)
-    risen = at_height(ends[wrong].reshape(-1, 2), levels).reshape(-1, 2, 3)
+    risen = 1.0 + FRAME_HEIGHT_PX * np.nonzero(wrong)[0][:, None].astype(np.float64)
     drawn: dict[str, Primitive] = {
         "raw": Links(_join(raw[:flat], 1.0), COLOURS["observation"], 1.0, "measurements"),
         "raw points": _dots(raw[0], COLOURS["observation"], DOT_PX, "measurements"),
         "filtered": Links(_join(filtered[:flat], 1.2), COLOURS["prediction"], 1.5, "filtered"),
         "smoothed": Links(_join(smoothed[:flat], 1.4), COLOURS["estimate"], 2.0, "smoothed"),
-        "outliers": Links(_segments(astray, 1.6), COLOURS["lost"], 1.0, "outliers"),
+        "outliers": lines(astray, COLOURS["lost"], 1.0, "outliers", height=1.6),
         "outlier points": _dots(astray[:, 1], COLOURS["lost"], DOT_PX + 1.0, "outliers"),
         "space-time": Links(_join(smoothed, 1.0, FRAME_HEIGHT_PX), COLOURS["estimate"], 2.0, "paths through time"),
-        "outlier space-time": Links(risen, COLOURS["lost"], 1.5, "measured paths through time"),
+        "outlier space-time": lines(ends[wrong], COLOURS["lost"], 1.5, "measured paths through time", height=risen),
         "raw space-time": Links(
             _join(raw, 1.0, FRAME_HEIGHT_PX), COLOURS["observation"], 1.0, "measured paths through time"
         ),
@@ -132,16 +122,11 @@ def _join(rows: Floats, height: float, lift: float = 0.0) -> NDArray[np.float32]
     heights = np.broadcast_to(height + lift * np.arange(len(rows))[:, None], rows.shape[:2])
     known = np.isfinite(ends).all(axis=(2, 3))
     levels = np.stack([heights[:-1], heights[1:]], axis=2)[known]
-    return at_height(ends[known].reshape(-1, 2), levels.ravel()).reshape(-1, 2, 3)
-
-
-def _segments(ends: Floats, height: float) -> NDArray[np.float32]:
-    return at_height(ends.reshape(-1, 2), height).reshape(-1, 2, 3)
+    return at_height(ends[known], levels)
 
 
 def _dots(positions: Floats, colour: Colour, size: float, layer: str, *, height: float = 1.8) -> Points:
-    known = positions[np.isfinite(positions).all(axis=1)]
-    return Points(at_height(known, height), np.tile(np.array(colour, np.uint8), (len(known), 1)), size, layer)
+    return dots(positions[np.isfinite(positions).all(axis=1)], colour, size, layer, height=height)
 
 
 def _errors(course: EvaluatedRun) -> Floats:

@@ -13,9 +13,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
-
-from pftrack.core.arrays import Floats
 from pftrack.core.model.band import Calibration, Miscalibration
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, Layer, Picture, Primitive
@@ -26,7 +23,7 @@ from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import FrameSequence, Source, Truth
 from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.experiments.shared.loss_probability import Scenes, read_declaration
-from pftrack.experiments.shared.sketch import SECOND_RUN, error_words
+from pftrack.experiments.shared.sketch import SECOND_RUN, caption, distance, error_words, paper
 from pftrack.experiments.trajectories import draw as sketch
 from pftrack.experiments.trajectories.corner_scene import CornerSceneParameters, CornerSource
 from pftrack.experiments.trajectories.corners import CornerParameters, begin
@@ -156,7 +153,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     """Draw a frame: the picture, the last frames of all tracks, the truth, and the selected one with its particles."""
     del past
     frame, state = step.frame, step.state
-    image = sketch.paper(*state.paper) if frame.image_rgb is None else frame.image_rgb
+    image = paper(*state.paper) if frame.image_rgb is None else frame.image_rgb
     height, width, _ = image.shape
     longest = float(max(width, height))
     primitives: dict[str, Primitive] = {"picture": Picture(image)}
@@ -176,18 +173,13 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
 def _caption(step: Step) -> str:
     row = step.diagnostics
     count = row.number("tracks")
-    parts = [f"frame {row.frame}", step.tracker_title, f"{count:g} {'track' if count == 1.0 else 'tracks'}"]
+    parts = [step.tracker_title, f"{count:g} {'track' if count == 1.0 else 'tracks'}"]
     outliers = row.number("outlier_share")
     if outliers > 0:
         parts.append(f"{100 * outliers:.0f} % outliers")
     if error := error_words(row, " px"):
         parts.append(f"track {step.state.selected}: {error}")
-    return " · ".join(parts)
-
-
-def _distance(estimates: Floats, truths: Floats) -> Any:  # noqa: ANN401 - one or many
-    off = estimates - truths
-    return np.hypot(off[..., 0], off[..., 1])
+    return caption(row, *parts)
 
 
 def _is_lost(errors: Any, _sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many, on either model
@@ -246,7 +238,7 @@ EXPERIMENT = Experiment(
         truth=None,
     ),
     draw=draw,
-    error=_distance,
+    error=distance,
     lost=_is_lost,
     measures=MEASURES,
     series=SERIES,

@@ -25,7 +25,7 @@ from pftrack.core.model.drawing import Arrows, Links, Mesh, Points, Primitive, T
 from pftrack.core.model.palette import COLOURS, VIRIDIS, Colour
 from pftrack.core.model.series import Reduction, Series, SeriesValue
 from pftrack.core.model.source import Frame
-from pftrack.experiments.shared.sketch import at_height
+from pftrack.experiments.shared.sketch import colours, dots, lines
 from pftrack.experiments.trajectories.corners import CornerParameters, Corners
 from pftrack.experiments.trajectories.scene import TrajectoriesTarget
 from pftrack.experiments.trajectories.trackers import TrajectoriesState, TrajectoriesTrackerParameters
@@ -105,11 +105,10 @@ def in_picture(sought: TemplateSearch) -> dict[str, Primitive]:
     """Draw the window in which the corner was looked for, the template at its match, and what looks alike."""
     half = len(sought.template) / 2.0
     places = sought.around + _peaks(sought.costs)[1:] - sought.reach
-    colours = np.tile(np.array(COLOURS["lost"], np.uint8), (len(places), 1))
     return {
         "window": _square(sought.around, sought.reach + half, COLOURS["observation"], 1.0),
         "template": _square(sought.place, half, COLOURS["prediction"], 2.0),
-        "look-alikes": Points(at_height(places.astype(np.float64), 1.7), colours, 3.0, "search"),
+        "look-alikes": dots(places, COLOURS["lost"], 3.0, "search", height=1.7),
     }
 
 
@@ -126,9 +125,9 @@ def search_world(sought: TemplateSearch) -> WorldDrawing:
         offsets = (peaks - reach) * [1.0, -1.0]
         marks = np.column_stack([offsets, heights[peaks[:, 1], peaks[:, 0]] + 0.4]).astype(np.float32)
         inside = (np.abs(offsets) <= shown).all(axis=1)
-        colours = np.tile(np.array(COLOURS["lost"], np.uint8), (len(marks), 1))
-        colours[0] = COLOURS["prediction"]
-        drawn["peaks"] = Points(marks[inside], colours[inside], MARK, "search")
+        each = colours(len(marks), COLOURS["lost"])
+        each[0] = COLOURS["prediction"]
+        drawn["peaks"] = Points(marks[inside], each[inside], MARK, "search")
     pieces = {"looked for": sought.template, "found": sought.found}
     for side, (name, piece) in zip((-1, 1), pieces.items(), strict=True):
         drawn[name] = _piece(piece, side * BESIDE)
@@ -194,8 +193,7 @@ def _two_triangles(corners: tuple[Ints, ...]) -> NDArray[np.int32]:
 def _square(middle: Ints, half: float, colour: Colour, width: float) -> Links:
     x, y = middle.tolist()
     corners = np.array([[x - half, y - half], [x + half, y - half], [x + half, y + half], [x - half, y + half]])
-    ends = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1).reshape(-1, 2)
-    return Links(at_height(ends, 1.6).reshape(-1, 2, 3), colour, width, "search")
+    return lines(np.stack([corners, np.roll(corners, -1, axis=0)], axis=1), colour, width, "search", height=1.6)
 
 
 MIDDLE, HALF = (0.25, -0.75), (1.25, 1.25)
@@ -250,9 +248,8 @@ def scales_world(state: TrajectoriesState, parameters: TrajectoriesTrackerParame
         order = np.argsort(-shares, kind="stable")[:MOST_POINTS]
         places = _place(logs[order] / (2.0 * np.log(10.0)))
         inside = places[(np.abs(places) <= HALF).all(axis=1)]
-        raised = np.column_stack([inside, np.full(len(inside), SURFACE_HEIGHT + 0.05)]).astype(np.float32)
-        colours = np.tile(np.array(COLOURS["prediction"], np.uint8), (len(raised), 1))
-        drawn["particles of the scales"] = Points(raised, colours, POINT, "scales")
+        raised = SURFACE_HEIGHT + 0.05
+        drawn["particles of the scales"] = dots(inside, COLOURS["prediction"], POINT, "scales", height=raised)
     return WorldDrawing(SCALES_WORLD, drawn)
 
 

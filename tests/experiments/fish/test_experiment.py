@@ -11,8 +11,8 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.model.drawing import Polyline
-from pftrack.core.model.marks import Box, Mark
-from pftrack.core.model.parameters import ParameterError, revise
+from pftrack.core.model.marks import Mark
+from pftrack.core.model.parameters import revise
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, FrameSequence, Target
@@ -97,13 +97,6 @@ def test_a_form_says_whether_the_fish_stands_out(films: dict[str, FrameSequence]
     assert "0 % of the body is told from the water by its colour" in bad.remark
     assert bad.remark.endswith("the outline is partly 63 px or more from any edge")
     assert bad.advice[0].startswith("widen the range of hues")
-
-
-def test_no_other_mark_is_taken(films: dict[str, FrameSequence]) -> None:
-    """A box has neither head nor tail."""
-    for other in (None, Box.of(10, 10, 40, 20)):
-        with pytest.raises(ParameterError, match="mark must be a body: head, root and tip of the tail"):
-            FISH.video.on_video(films["orange"], other)
 
 
 def test_a_fish_of_most_of_the_picture_is_taken(tmp_path: Path) -> None:

@@ -235,20 +235,6 @@ def test_points_that_make_no_face_are_refused(points: dict[str, tuple[float, flo
         Run(HEAD, HEAD.video.on_video(shown, FacePoints.read({"points": points})))
 
 
-def test_a_start_behind_the_end_is_refused() -> None:
-    """A start that is not within the recording is refused with its bounds."""
-    with pytest.raises(ValueError, match="0 to 2, got 3"):
-        HEAD.video.on_video(Pictures(pictures(3, width=320)), None, start=3)
-    with pytest.raises(ValueError, match="within the picture of"):
-        HEAD.video.on_video(Pictures(pictures(3, width=320)), FaceBox.of(300.0, 0.0, 100.0, 50.0))
-
-
-def test_a_ball_is_not_found_by_itself() -> None:
-    """An experiment that cannot find its target says that it needs the box."""
-    with pytest.raises(ValueError, match="mark must be a box around the target"):
-        BALL.video.on_video(Pictures(pictures(3, width=320)), None)
-
-
 def test_the_real_clip_is_followed() -> None:
     """On the sample clip yaw, pitch and roll stay within 5 degrees of the reference, without a loss."""
     if not CLIP.exists():

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.marks import Box
-from pftrack.core.model.parameters import ParameterError
 from pftrack.experiments import find
 from pftrack.runs.many import outcomes
 from pftrack.runs.run import Run
@@ -61,14 +60,6 @@ def test_tiny_and_huge_boxes_run(box: Box) -> None:
     run = Run(HISTOGRAM, HISTOGRAM.video.on_video(film(), box), seed=1)
     run.finish()
     assert all(np.isfinite(row.estimate).all() for row in run.diagnostics)
-
-
-def test_a_box_outside_and_no_box_are_refused() -> None:
-    """The sentence says what a mark must be."""
-    with pytest.raises(ParameterError, match="a box around the target"):
-        HISTOGRAM.video.on_video(film(), None)
-    with pytest.raises(ParameterError, match="within the picture of 90 x 60 px"):
-        HISTOGRAM.video.on_video(film(), Box.of(80, 20, 15, 15))
 
 
 @CLIPS_ARE_HERE

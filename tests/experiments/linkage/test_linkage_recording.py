@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.model.marks import Box
 from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.source import FrameSequence, Measurements
@@ -107,14 +106,10 @@ def test_bad_marks_are_refused(arm: Path, points: NDArray[np.float64], said: str
 
 
 def test_a_mark_needs_all_points(arm: Path) -> None:
-    """A point that is left out is named, and a box is no mark of a chain."""
+    """A point that is left out is named."""
     few = LinkagePoints.read({"points": {name: [10.0 * place, 20.0] for place, name in enumerate(NAMES[:3], 1)}})
     with pytest.raises(ParameterError, match="tip"):
         on_video(opened(arm), few)
-    with pytest.raises(ParameterError, match="points: root"):
-        on_video(opened(arm), Box(x=10, y=10, width=20, height=20))
-    with pytest.raises(ParameterError, match="start"):
-        on_video(opened(arm), marked(joints(0)), start=FRAMES)
 
 
 def table(folder: Path, points: NDArray[np.float64], names: list[str]) -> FrameSequence:

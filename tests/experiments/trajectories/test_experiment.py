@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.drawing import Links, Mesh, Points
-from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.series import Interval
 from pftrack.core.model.source import Frame, Measurements
@@ -221,14 +220,6 @@ def test_a_track_is_the_same_however_many_others_there_are() -> None:
         run.finish()
         estimates.append([row.estimate for row in run.diagnostics])
     assert estimates[0] == estimates[1]
-
-
-def test_what_is_no_table_of_tracks_is_refused(tmp_path: Path) -> None:
-    """A start beyond the end is named with its bounds."""
-    path = tmp_path / "path.csv"
-    path.write_text("x,y\n1,2\n3,5\n9,9\n")
-    with pytest.raises(ParameterError, match="a frame of the recording, 0 to 2, got 3"):
-        EXPERIMENT.video.on_video(open_sequence(path), None, start=3)
 
 
 @pytest.mark.parametrize("name", ["nlng", "lng"])

@@ -9,8 +9,6 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.model.drawing import Drawing, Mesh, Text, WorldDrawing
-from pftrack.core.model.marks import Box
-from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.runs.run import Run
@@ -92,15 +90,6 @@ def test_a_recording_without_corners_is_refused(size: tuple[int, int], tmp_path:
     path = film([np.full(size[::-1], 90, np.uint8)] * 3, tmp_path)
     with pytest.raises(ValueError, match=rf"picture 0, {size[0]} x {size[1]} px, has no corner that can be followed"):
         run_of(path)
-
-
-def test_marks_and_starts_beyond_the_end_are_refused(tmp_path: Path) -> None:
-    """Nothing is to be marked, and a recording begins within itself."""
-    path = film([rectangles()] * 3, tmp_path)
-    with pytest.raises(ParameterError, match="all corners"):
-        EXPERIMENT.video.on_video(open_sequence(path), Box.of(10, 10, 20, 20))
-    with pytest.raises(ParameterError, match="start"):
-        run_of(path, start=3)
 
 
 def test_parameters_that_leave_no_corner_are_refused(tmp_path: Path) -> None:

@@ -24,7 +24,7 @@ from pftrack.core.model.source import Frame, Landmarks
 from pftrack.core.numerics.elementary import wrap
 from pftrack.core.numerics.matrices import NEAREST_MM
 from pftrack.experiments.shared.pose.state import PoseState
-from pftrack.experiments.shared.sketch import at_height, uncertainty
+from pftrack.experiments.shared.sketch import at_height, lines, uncertainty
 from pftrack.vision.geometry.face import gaze
 
 CLEAR_RADII = 1.5
@@ -103,8 +103,8 @@ def feature_names(
         places: (F, 2) of the names, px.
         titles: The names written out, where these are short. They run away from their features.
     """
-    ends = at_height(np.stack([places, state.feature_means], axis=1).reshape(-1, 2), 2.0)
-    drawn: dict[str, Primitive] = {"name lines": Links(ends.reshape(-1, 2, 3), COLOURS["hidden"], 1.0, "names")}
+    ends = np.stack([places, state.feature_means], axis=1)
+    drawn: dict[str, Primitive] = {"name lines": lines(ends, COLOURS["hidden"], 1.0, "names", height=2.0)}
     points, titles = at_height(state.feature_means, 2.0), titles or {}
     for name, place, point, colour in zip(names, at_height(places, 2.0), points, _colours(state), strict=True):
         drawn[f"name {name}"] = Text(
@@ -168,8 +168,7 @@ def true_marks(landmarks: Landmarks, size: float) -> dict[str, Primitive]:
         ("hidden features", ~landmarks.visible, COLOURS["hidden"]),
     ):
         crosses = landmarks.points_px[chosen][:, None, None, :] + arms
-        segments = at_height(crosses.reshape(-1, 2), 2.0).reshape(-1, 2, 3)
-        drawn[name] = Links(segments, colour, 1.0, "truth")
+        drawn[name] = lines(crosses.reshape(-1, 2, 2), colour, 1.0, "truth", height=2.0)
     return drawn
 
 
