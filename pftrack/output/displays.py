@@ -197,45 +197,23 @@ FILLS = "display:block;width:100%;height:100%;max-width:none;max-height:none"
 for: that goes before attributes, but not before this."""
 
 
-def sparkline(
-    rows: Sequence[Diagnostics],
-    colour: str = hexadecimal(COLOURS["estimate"]),
-    most: float = 0.0,
-    lost: Sequence[bool] | None = None,
-) -> str:
-    """Return the errors of frames as SVG.
-
-    Args:
-        rows: Of the frames.
-        colour: Of the line, as CSS writes it.
-        most: The error that reaches the top; the largest if 0.
-        lost: Whether the target is lost in each; as the rows alone say if not given.
-    """
-    return _svg(rows, [row.is_lost for row in rows] if lost is None else lost, colour, most, "")
-
-
 def track(run: Run) -> str:
     """Return the errors of all frames that a run has computed as SVG, with a mark for each change of a parameter."""
-    last = max(1, run.computed)
-    marks = "".join(_mark(run, change, last) for change in run.timeline.changes if 0 < change.frame <= last)
-    return _svg(run.diagnostics, find_lost_frames(run).lost.tolist(), hexadecimal(COLOURS["estimate"]), 0.0, marks)
-
-
-def _svg(rows: Sequence[Diagnostics], lost: Sequence[bool], colour: str, most: float, marks: str) -> str:
-    flags = {"hidden": [row.hidden is True for row in rows], "lost": lost}
+    rows, last = run.diagnostics, max(1, run.computed)
+    flags = {"hidden": [row.hidden is True for row in rows], "lost": find_lost_frames(run).lost.tolist()}
     bands = "".join(band for name, known in flags.items() for band in _bands(name, known))
-    line = _path([row.error for row in rows], most)
+    marks = "".join(_mark(run, change, last) for change in run.timeline.changes if 0 < change.frame <= last)
     return (
-        f'<svg viewBox="0 0 {max(1, len(rows) - 1)} {HEIGHT:g}" preserveAspectRatio="none" style="{FILLS}" '
-        f'aria-hidden="true">{bands}<path d="{line}" fill="none" stroke="{colour}" stroke-width="1.5" '
-        f'vector-effect="non-scaling-stroke"/>{marks}</svg>'
+        f'<svg viewBox="0 0 {last} {HEIGHT:g}" preserveAspectRatio="none" style="{FILLS}" aria-hidden="true">{bands}'
+        f'<path d="{_path([row.error for row in rows])}" fill="none" stroke="{hexadecimal(COLOURS["estimate"])}" '
+        f'stroke-width="1.5" vector-effect="non-scaling-stroke"/>{marks}</svg>'
     )
 
 
-def _path(errors: Sequence[float | None], most: float) -> str:
+def _path(errors: Sequence[float | None]) -> str:
     """Return a line from the bottom up, with gaps where an error is not known; one that is not finite is at the top."""
     known = [error for error in errors if error is not None and math.isfinite(error)]
-    top = most or max(known, default=0.0) or 1.0
+    top = max(known, default=0.0) or 1.0
     steps, command = [], "M"
     for at, error in enumerate(errors):
         if error is not None:
@@ -279,14 +257,9 @@ def comparison_html(comparison: "Comparison") -> str:
 
 def _outcomes(comparison: "Comparison") -> Iterator[tuple[str, Iterable[str]]]:
     unit, outcomes = comparison.unit, comparison.outcomes
-    errors = [row.error for rows in comparison.rows for row in rows if row.error is not None]
-    most = max((error for error in errors if math.isfinite(error)), default=0.0)
     yield f"Mean error, {unit}" if unit else "Mean error", (quantity(each.mean_error, unit) for each in outcomes)
     yield "Kept", (f"{100 * each.kept:.0f} %" if math.isfinite(each.kept) else MISSING for each in outcomes)
     yield "First lost", ("never" if each.first_lost is None else f"frame {each.first_lost}" for each in outcomes)
-    glances = zip(comparison.rows, comparison.colours, comparison.lost, strict=True)
-    room = '<div style="width:180px;height:32px">'
-    yield "Error", (f"{room}{sparkline(rows, colour, most, lost.tolist())}</div>" for rows, colour, lost in glances)
 
 
 def _sentences(comparison: "Comparison") -> Iterator[str]:

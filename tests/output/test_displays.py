@@ -10,7 +10,7 @@ import pytest
 
 import pftrack
 from pftrack.core.model.parameters import ParameterError
-from pftrack.output.displays import run_html, sparkline, summary_lines, track
+from pftrack.output.displays import run_html, summary_lines, track
 from pftrack.runs.comparison import ComparisonError
 from pftrack.runs.record import RecordError
 
@@ -57,9 +57,9 @@ def test_a_run_shows_its_frame_what_came_of_it_and_its_error(run: pftrack.Run) -
     assert "60 of 60 frames computed, at frame 59" in repr(run)
 
 
-def test_a_sparkline_has_a_point_for_each_error_and_a_band_for_each_loss(run: pftrack.Run) -> None:
+def test_a_track_has_a_point_for_each_error_and_a_band_for_each_loss(run: pftrack.Run) -> None:
     """It is SVG with one line through all errors, and as many bands as there are stretches hidden or lost."""
-    drawn = ET.fromstring(sparkline(run.diagnostics))  # noqa: S314 - made here
+    drawn = ET.fromstring(track(run))  # noqa: S314 - made here
     path = next(part for part in drawn if part.tag == "path")
     assert len(path.get("d").split()) == 60
     stretches = 0
