@@ -3,8 +3,8 @@
 A lecturer writes no Python. A file comes from a folder or a package, may come from anybody, and is trusted in nothing:
 
 - `document`: a file as values with their lines, what may stand in its head, and findings of what is wrong;
-- `builder`: whether a document fits an experiment or a figure, and the lesson that it makes;
-- `library`: all files of the project, of packages and of folders, in `read_lessons`.
+- `library`: whether a document fits an experiment or a figure, the lesson that it makes, and all files of the project,
+  of packages and of folders, in `read_lessons`.
 """
 
 from pftrack.teaching.lessons.lecturers.library import Library, Problem, read_lesson, read_lessons

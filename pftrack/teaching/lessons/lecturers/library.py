@@ -4,19 +4,329 @@ Files come from the project itself, from packages that name a package of theirs 
 `pftrack.teaching.lessons`, and from folders, in this order. Whatever is wrong with one harms no other.
 """
 
+import math
+import re
 from collections import ChainMap
-from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping
-from dataclasses import dataclass
-from functools import lru_cache
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, MutableMapping
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Final, TypeAlias, cast
 
+from pftrack.core.model.parameters import ParameterError, Parameters, declarations, revise
+from pftrack.core.model.recipe import Change, Recipe, Timeline
+from pftrack.core.numerics.random import LARGEST_SEED
+from pftrack.experiments import find as find_experiment
+from pftrack.experiments.experiment import Experiment
+from pftrack.runs.record import RecordError
+from pftrack.runs.run import Run
+from pftrack.runs.scoring import summarise
 from pftrack.teaching.lessons import LESSONS
-from pftrack.teaching.lessons.lecturers.builder import lesson_of
-from pftrack.teaching.lessons.lecturers.document import DocumentError, decode, document_of, read_source
-from pftrack.teaching.lessons.lesson import Lesson
+from pftrack.teaching.lessons import find as find_lesson
+from pftrack.teaching.lessons.lecturers.document import (
+    AnswerHead,
+    Document,
+    DocumentError,
+    Findings,
+    Head,
+    Place,
+    ask,
+    decode,
+    document_of,
+    near,
+    read_source,
+)
+from pftrack.teaching.lessons.lesson import (
+    Answer,
+    Check,
+    Demonstration,
+    Lesson,
+    Mistake,
+    Outcome,
+    Question,
+    Scenario,
+    answer_of,
+    judge,
+)
+
+# Making a lesson of a document: does what it says fit an experiment, or a figure of the course?
+#
+# A lecturer's lesson shows a run of an experiment, or a figure of the course with other parameters. Its question is
+# answered by a declared measure of the run, or a number of the figure.
+
+
+BESIDE: Final = ("tracker", "seed")
+"""What can be unlocked beside parameters."""
+VERDICTS: Final = ("mean_error", "lost_frames", "first_lost_frame")
+"""What a question may ask about every run; its experiment declares further measures."""
+
+
+def body_of(head: Head, found: Findings) -> tuple[Scenario | Demonstration | None, tuple[str, ...]]:
+    """Return what a lesson shows, and the names of its measures; None where something is wrong.
+
+    Args:
+        head: What was written.
+        found: Where it is noted what is wrong.
+    """
+    if (head.experiment is None) == (head.figure is None):
+        found.add(("experiment",) if head.experiment else (), "a lesson names either an `experiment` or a `figure`")
+        return None, ()
+    return _demonstration(head, found) if head.figure is not None else _scenario(head, found)
+
+
+def _scenario(head: Head, found: Findings) -> tuple[Scenario | None, tuple[str, ...]]:
+    experiment = found.attempt(("experiment",), lambda: find_experiment(str(head.experiment)))
+    if experiment is None:
+        return None, ()
+    setup = experiment.simulate()
+    tracker = head.tracker or experiment.default_tracker
+    if tracker not in experiment.trackers:
+        found.add(("tracker",), f"{experiment.id} has no tracker {tracker}; {near(tracker, experiment.trackers)}")
+        tracker = experiment.default_tracker
+    seed = head.seed or 0
+    if seed > LARGEST_SEED:
+        found.add(("seed",), f"`seed` must be a whole number between 0 and {LARGEST_SEED}")
+    if head.parameters:
+        found.add(("parameters",), "`parameters` are those of a figure; write those of an experiment in `timeline`")
+    _check_names(head, experiment, type(setup.parameters), found)
+    timeline = Timeline.begin(setup.parameters, tracker, tuple(experiment.trackers))
+    for number, change in enumerate(head.timeline):
+        timeline = _apply_change(timeline, Change(change.frame, change.values), ("timeline", number, "values"), found)
+    at = {name: value for name, value in head.question.at.items() if name != "seed"}
+    _apply_change(timeline, Change(0, at), ("question", "at"), found)
+    if found.problems:
+        return None, ()
+    available = setup.open_source(seed, timeline.parameters_at(0)).frame_count
+    frames = head.frames or available or experiment.frames
+    _check_frames(head, min(frames, available or frames), found)
+    recipe = Recipe(experiment=experiment.id, tracker=tracker, seed=seed, frames=frames, timeline=timeline.changes)
+    measures = (*VERDICTS, *(one.name for one in experiment.run_measures))
+    return Scenario(recipe, head.unlocked, head.frame, head.plots, head.layers), measures
+
+
+def _check_frames(head: Head, frames: int, found: Findings) -> None:
+    if head.frames is not None and head.frames > frames:
+        found.add(("frames",), f"`frames` is {head.frames}, and this scene has {frames}; say fewer, or leave it out")
+    if head.frame >= frames:
+        found.add(("frame",), f"`frame` is {head.frame}, and the last of {frames} frames is {frames - 1}")
+    if head.answer.first_frame >= frames:
+        message = f"`answer.first_frame` is {head.answer.first_frame}, and the last frame is {frames - 1}"
+        found.add(("answer", "first_frame"), message)
+    for number, change in enumerate(head.timeline):
+        if change.frame >= frames:
+            message = f"this change comes in frame {change.frame}, and the last is {frames - 1}"
+            found.add(("timeline", number), message)
+
+
+def _apply_change(timeline: Timeline, change: Change, place: Place, found: Findings) -> Timeline:
+    model: type[Parameters] = type(timeline.parameters_at(0))
+    known = {it.name for it in declarations(model)} | {"tracker"}
+    values = {}
+    for name, value in change.values.items():
+        if name in known:
+            values[name] = value
+        else:
+            found.add((*place, name), f"there is no parameter {name}; {near(name, known)}")
+    changed = found.attempt(place, lambda: timeline.insert(Change(change.frame, values)))
+    return changed or timeline
+
+
+def _check_names(head: Head, experiment: Experiment, model: type[Parameters], found: Findings) -> None:
+    known = [*(it.name for it in declarations(model)), *BESIDE]
+    for number, name in enumerate(head.unlocked):
+        if name not in known:
+            message = f"`unlocked` names {name}, which {experiment.id} does not have; {near(name, known)}"
+            found.add(("unlocked", number), message)
+    shown = {"plots": [plot.id for plot in experiment.plots], "layers": [layer.name for layer in experiment.layers]}
+    for field, names in shown.items():
+        for number, name in enumerate(getattr(head, field)):
+            if name not in names:
+                message = f"`{field}` names {name}, which {experiment.id} does not have; {near(name, names)}"
+                found.add((field, number), message)
+
+
+def _demonstration(head: Head, found: Findings) -> tuple[Demonstration | None, tuple[str, ...]]:
+    lesson: Lesson | None = found.attempt(("figure",), lambda: find_lesson(str(head.figure)))
+    for name in ("tracker", "frames", "timeline", "unlocked", "plots", "layers", "frame"):
+        if name in head.model_fields_set:
+            found.add((name,), f"`{name}` is of an experiment; a figure has `parameters` and `seed`, all unlocked")
+    if lesson is None:
+        return None, ()
+    if not isinstance(lesson.body, Demonstration):
+        experiment = lesson.body.recipe.experiment
+        found.add(("figure",), f"the lesson {lesson.id} shows no figure; name its `experiment`, {experiment}")
+        return None, ()
+    body = lesson.body
+    parameters = found.attempt(("parameters",), lambda: revise(body.parameters, head.parameters))
+    at = found.attempt(("question", "at"), lambda: revise(parameters or body.parameters, head.question.at))
+    if parameters is None or at is None:
+        return None, ()
+    seed = body.seed if head.seed is None else head.seed
+    return replace(body, parameters=parameters, seed=seed), tuple(_figure_numbers(body, at, seed))
+
+
+def _check_answer(head: Head, names: Collection[str], found: Findings) -> None:
+    """Note what is wrong with an answer, given the measures of the run or the numbers of the figure."""
+    asked, answer = head.question, head.answer
+    if answer.measure not in names:
+        found.add(("answer",), f"there is no measure {answer.measure}; {near(answer.measure, names)}")
+    if head.figure is not None and answer.first_frame:
+        found.add(("answer", "first_frame"), "`first_frame` belongs to an experiment; a figure has no frames")
+    if (asked.kind == "choice") != (answer.choices is not None):
+        message = "a question of the kind choice has `answer.choices`, the lowest number of each; no other has"
+        found.add(("answer", "choices"), message)
+    for name in answer.choices or {}:
+        if name not in (asked.choices or {}):
+            message = f"`answer.choices` names {name}, which is not a choice; {near(name, asked.choices or {})}"
+            found.add(("answer", "choices", name), message)
+
+
+def question_of(head: Head, body: Scenario | Demonstration) -> Question:
+    """Return the question of a head in which nothing is wrong."""
+    asked = head.question
+    return Question(
+        text=asked.text,
+        kind=asked.kind,
+        answer=_answer(head.answer, body),
+        words=asked.words,
+        tolerance=asked.tolerance or 0.0,
+        unit=asked.unit,
+        bounds=asked.bounds,
+        choices=asked.choices,
+        panel=asked.panel or "",
+        along=asked.along,
+        at=asked.at or None,
+        mistakes=tuple(Mistake(mistake.given, mistake.words) for mistake in asked.mistakes),
+    )
+
+
+def _answer(head: AnswerHead, body: Scenario | Demonstration) -> Callable[..., Answer]:
+    if isinstance(body, Demonstration):
+        return lambda parameters, seed: _answer_from(head, _figure_numbers(body, parameters, seed))
+    return partial(_answer_of_run, head)
+
+
+def _answer_of_run(head: AnswerHead, run: Run) -> Answer:
+    rows = run.diagnostics[head.first_frame :]
+    summary = summarise(run.experiment, run.setup, run.timeline, run.seed, rows)
+    verdict = summary.verdict
+    numbers = {**summary.measures, "mean_error": verdict.mean_error, "lost_frames": verdict.lost_frames}
+    if verdict.lost_frames is not None:
+        first = verdict.first_lost_frame
+        numbers["first_lost_frame"] = run.frames if first is None else head.first_frame + first
+    return _answer_from(head, numbers)
+
+
+def _figure_numbers(body: Demonstration, parameters: Parameters, seed: int) -> dict[str, float]:
+    return {number.title: number.value for number in body.show(parameters, seed).numbers}
+
+
+def _answer_from(head: AnswerHead, numbers: Mapping[str, float | None]) -> Answer:
+    """Return the answer that a number gives: the number, or the last choice that begins at or below it."""
+    number = numbers.get(head.measure)
+    if number is None or not math.isfinite(number):
+        raise RecordError(f"the run has no {head.measure}; ask for a measure that is known in its frames")
+    if head.choices is None:
+        return Answer(float(number))
+    begun = [name for name, lowest in sorted(head.choices.items(), key=lambda each: each[1]) if lowest <= number]
+    if not begun:
+        raise RecordError(f"{head.measure} is {number:g}, below the lowest number of every choice")
+    return Answer(begun[-1])
+
+
+def check_question(head: Head, body: Scenario | Demonstration | None, found: Findings) -> None:
+    """Note what is wrong with a question."""
+    asked = head.question
+    if not asked.bounds[0] < asked.bounds[1]:
+        found.add(("question", "bounds"), "`question.bounds` must be [lowest, highest]")
+    if asked.kind != "choice" and asked.tolerance is None:
+        found.add(("question",), "`question.tolerance` is missing: say by how much an answer may be off and be right")
+    _check_choices(head, found)
+    if (asked.kind == "point") != (asked.panel is not None) or (asked.kind == "point" and isinstance(body, Scenario)):
+        found.add(("question", "kind"), "a point is placed in a `panel` of a `figure`; a run is asked for a number")
+    if asked.panel is not None and isinstance(body, Demonstration):
+        panels = [panel.id for panel in body.show(body.parameters, body.seed).figure.panels]
+        if asked.panel not in panels:
+            found.add(("question", "panel"), f"the figure has no panel {asked.panel}; {near(asked.panel, panels)}")
+
+
+def _check_choices(head: Head, found: Findings) -> None:
+    asked = head.question
+    choices = asked.choices or {}
+    if (asked.kind == "choice") != bool(choices):
+        found.add(("question", "choices"), "a question of the kind choice has `choices`, and no other has")
+    allowed = f"one of {', '.join(choices)}" if choices else "a number"
+    for number, mistake in enumerate(asked.mistakes):
+        if mistake.given not in choices if choices else isinstance(mistake.given, str):
+            found.add(("question", "mistakes", number, "given"), f"`given` must be {allowed}, got {mistake.given}")
+    if asked.expected is not None and (asked.expected not in choices if choices else isinstance(asked.expected, str)):
+        found.add(("question", "expected"), f"`question.expected` must be {allowed}, got {asked.expected}")
+
+
+MOST_WORDS: Final = 90
+
+
+def lesson_of(document: Document, origin: str) -> Lesson | list[DocumentError]:
+    """Return the lesson of a document, or all that is wrong with it.
+
+    Args:
+        document: The file.
+        origin: What people call it.
+    """
+    head = ask(document, Head, "a lesson", "docs/how-to/lessons.md")
+    if isinstance(head, list):
+        return head
+    found = Findings(document)
+    _check_text(document, found)
+    body, measures = body_of(head, found)
+    check_question(head, body, found)
+    if body is not None:
+        _check_answer(head, measures, found)
+    if found.problems or body is None:
+        return found.problems
+    lesson = Lesson(
+        id=head.id,
+        title=head.title,
+        idea=document.text,
+        body=body,
+        notice=head.notice,
+        tries=head.tries,
+        question=question_of(head, body),
+        origin=origin,
+        source=document.source,
+        declared_minutes=head.minutes,
+    )
+    return replace(lesson, checks=(_check(lesson, head),))
+
+
+def _check_text(document: Document, found: Findings) -> None:
+    words = len(re.sub(r"\$[^$]+\$", "formula", document.text).split())
+    if not words:
+        found.problems.append(DocumentError(document.text_line, "there is no text; write the idea below the head"))
+    if words > MOST_WORDS:
+        message = f"the text has {words} words, and {MOST_WORDS} fit beside the figure; say it in fewer"
+        found.problems.append(DocumentError(document.text_line, message))
+
+
+def _check(lesson: Lesson, head: Head) -> Check:
+    """Return the check that the answer can be computed, is what its author saw, and is judged right."""
+    expected = head.question.expected
+    seen = ", and is what its author saw" if expected is not None else ""
+
+    def run() -> Outcome:
+        try:
+            exact = answer_of(lesson).exact
+            right = judge(lesson.question, Answer(exact), exact).right
+        except (ParameterError, RecordError) as error:
+            return Outcome(math.nan, 1.0, 0.0, str(error))
+        if isinstance(exact, float) and isinstance(expected, float) and right:
+            return Outcome(exact, expected, lesson.question.tolerance)
+        return Outcome(float(right and expected in {None, exact}), 1.0, 0.0)
+
+    return Check("answer", f"The answer can be computed and is judged right{seen}.", run)
+
 
 GROUP: Final = "pftrack.teaching.lessons"
 SHIPPED: Final = Path(__file__).parent / "shipped"
