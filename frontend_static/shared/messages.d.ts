@@ -308,6 +308,7 @@ export interface Declaration {
   minimum: number | null;
   maximum: number | null;
   step: number | null;
+  useful: [number, number] | null;
   choices: string[];
   live: boolean;
   group: string;

@@ -73,14 +73,13 @@ export function rangeOf(declaration, given) {
 }
 
 /**
- * A quarter of the default, or of what is allowed where that is 0, in whole steps of the slider.
+ * A quarter of the default, or of the useful range where that is 0, in whole steps of the slider.
  *
  * @param {Declaration} declaration
  */
-function usualStep({ default: given, minimum, maximum, step }) {
+function usualStep({ default: given, useful, step }) {
   const least = step ?? 1;
-  const allowed = (maximum ?? NaN) - (minimum ?? NaN);
-  const span = Math.abs(Number(given)) || (Number.isFinite(allowed) ? allowed : (STEPS - 1) * least);
+  const span = Math.abs(Number(given)) || (useful ? useful[1] - useful[0] : (STEPS - 1) * least);
   return Number((Math.max(1, Math.round(span / (STEPS - 1) / least)) * least).toPrecision(6));
 }
 

@@ -72,60 +72,55 @@ MOTION = "Motion"
 CAMERA = "Camera"
 
 
-class PrismParameters(Parameters):
-    """The scene: how the prism moves, and how it is measured."""
+class _Motion(Parameters, group=MOTION):
+    """How the prism moves."""
 
     speed: float = parameter(
         1,
         "Speed",
         "How fast the prism moves, as a multiple of Bando's motion.",
-        ge=0,
-        le=10,
-        step=0.1,
-        group=MOTION,
+        within=(0, 10, 0.1),
+        useful=(0, 4),
         role="world",
     )
     pitch_amplitude_deg: float = parameter(
-        20, "Nod", "How far it turns about the horizontal axis.", unit="°", ge=0, le=60, step=1, group=MOTION
+        20, "Nod", "How far it turns about the horizontal axis.", unit="°", within=(0, 60, 1)
     )
     yaw_amplitude_deg: float = parameter(
-        40, "Turn", "How far it turns about the vertical axis.", unit="°", ge=0, le=60, step=1, group=MOTION
+        40, "Turn", "How far it turns about the vertical axis.", unit="°", within=(0, 60, 1)
     )
     roll_amplitude_deg: float = parameter(
-        15, "Roll", "How far it turns about the line of sight.", unit="°", ge=0, le=60, step=1, group=MOTION
+        15, "Roll", "How far it turns about the line of sight.", unit="°", within=(0, 60, 1)
     )
     translation: float = parameter(
         0,
         "Translation",
         "How far it moves to and fro as well; 1 is 20 mm sideways, 15 mm up and down, 15 % of its distance.",
-        ge=0,
-        le=2,
-        step=0.1,
-        group=MOTION,
+        within=(0, 2, 0.1),
     )
+
+
+class _Camera(Parameters, group=CAMERA):
+    """How it is seen."""
+
     distance_mm: float = parameter(
         80,
         "Distance",
         "From the camera to the prism's centre; the nearer it is, the stronger the perspective.",
         unit="mm",
-        ge=60,
-        le=1000,
-        step=5,
+        within=(60, 1000, 5),
+        useful=(60, 300),
         live=False,
-        group=CAMERA,
     )
     focal_length_px: float = parameter(
-        400, "Focal length", "Of the pinhole camera.", unit="px", ge=50, le=2000, step=10, live=False, group=CAMERA
+        400, "Focal length", "Of the pinhole camera.", unit="px", within=(50, 2000, 10), useful=(100, 1000), live=False
     )
     noise_px: float = parameter(
         1,
         "Noise",
         "Standard deviation of the measurement of a visible vertex.",
         unit="px",
-        ge=0.1,
-        le=50,
-        step=0.1,
-        group=CAMERA,
+        within=(0.1, 50, 0.1),
         role="world",
     )
     hidden_noise_px: float = parameter(
@@ -133,12 +128,14 @@ class PrismParameters(Parameters):
         "Noise while hidden",
         "Standard deviation of the measurement of a hidden vertex.",
         unit="px",
-        ge=0.1,
-        le=500,
-        step=1,
-        group=CAMERA,
+        within=(0.1, 500, 1),
+        useful=(1, 200),
         role="world",
     )
+
+
+class PrismParameters(_Camera, _Motion):
+    """The scene: how the prism moves, and how it is measured."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,9 +31,8 @@ def occlusion_width(default: float) -> Any:  # noqa: ANN401 - a field declaratio
         "Occluder width",
         "Width of the vertical strip that hides whatever passes behind it.",
         unit="px",
-        ge=0,
-        le=640,
-        step=1,
+        within=(0, 640, 1),
+        useful=(0, 120),
         group=GROUP,
         role="world",
     )
@@ -46,15 +45,14 @@ def distracter_radius(default: float) -> Any:  # noqa: ANN401 - a field declarat
         "Look-alike radius",
         "Radius of the three discs in the target's colour; 0 shows none.",
         unit="px",
-        ge=0,
-        le=100,
-        step=1,
+        within=(0, 100, 1),
+        useful=(0, 40),
         group=GROUP,
         role="world",
     )
 
 
-class OccluderParameters(Parameters):
+class OccluderParameters(Parameters, group=GROUP):
     """A strip in front of everything; none by default."""
 
     occlusion_width_px: float = occlusion_width(0)
@@ -63,15 +61,13 @@ class OccluderParameters(Parameters):
         "Occluder place",
         "Where the middle of the strip is, to the right of the middle of the picture.",
         unit="px",
-        ge=-960,
-        le=960,
-        step=1,
-        group=GROUP,
+        within=(-960, 960, 1),
+        useful=(-160, 160),
     )
-    occluder_colour: str = parameter("#3c3c3c", "Occluder colour", "Colour of the strip.", colour=True, group=GROUP)
+    occluder_colour: str = parameter("#3c3c3c", "Occluder colour", "Colour of the strip.", colour=True)
 
 
-class OverlayParameters(OccluderParameters):
+class OverlayParameters(OccluderParameters, group=GROUP):
     """What is laid over the picture; nothing by default."""
 
     distracter_radius_px: float = distracter_radius(0)
@@ -79,30 +75,23 @@ class OverlayParameters(OccluderParameters):
         7,
         "Look-alike layout",
         "Which three of the six slots around the middle hold a look-alike.",
-        ge=0,
-        le=len(LAYOUTS) - 1,
-        step=1,
-        group=GROUP,
+        within=(0, len(LAYOUTS) - 1, 1),
     )
     slot_spacing_px: float = parameter(
         60,
         "Slot spacing",
         "Distance between neighbouring columns of slots.",
         unit="px",
-        ge=0,
-        le=640,
-        step=1,
-        group=GROUP,
+        within=(0, 640, 1),
+        useful=(0, 160),
     )
     slot_offset_px: float = parameter(
         50,
         "Slot offset",
         "Distance of the two rows of slots from the middle of the picture.",
         unit="px",
-        ge=0,
-        le=540,
-        step=1,
-        group=GROUP,
+        within=(0, 540, 1),
+        useful=(0, 140),
     )
 
 
@@ -190,15 +179,11 @@ class RecordedBackdrop:
         return (self.sequence.picture(place * count // looked_at) for place in range(looked_at))
 
 
-class RecordingParameters(OverlayParameters):
+class RecordingParameters(OverlayParameters, group=GROUP):
     """What is laid over the recording."""
 
     distracter_colour: str = parameter(
-        "#c83232",
-        "Look-alike colour",
-        "Colour of the look-alikes; the target's own at first.",
-        colour=True,
-        group="Occluder and look-alikes",
+        "#c83232", "Look-alike colour", "Colour of the look-alikes; the target's own at first.", colour=True
     )
 
 

@@ -26,23 +26,18 @@ from pftrack.experiments.sine.scene import SignalParameters, SignalSource
 GAIN = 0.4
 
 
-class BankParameters(SignalParameters):
+class BankParameters(SignalParameters, group="Bank"):
     """The signal, and a limit that is drawn."""
 
     doubt: float = parameter(
         0.3,
         "Doubt",
         "A standard deviation above this is drawn as doubtful.",
-        ge=0.01,
-        le=1,
-        step=0.01,
-        group="Bank",
+        within=(0.01, 1, 0.01),
         role="threshold",
         threshold_of="sigma",
     )
-    shown: int = parameter(
-        1, "Shown possibility", "Which possibility is marked.", ge=1, le=3, step=1, group="Bank", role="drawing"
-    )
+    shown: int = parameter(1, "Shown possibility", "Which possibility is marked.", within=(1, 3, 1), role="drawing")
 
 
 @dataclass(frozen=True)

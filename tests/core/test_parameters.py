@@ -21,12 +21,12 @@ from pftrack.experiments.ball.experiment import RecordedBallParameters
 class Model(Parameters):
     """Parameters of every kind."""
 
-    count: int = parameter(8, "Count", "How many.", ge=1, le=100, step=1)
-    width_px: float = parameter(2.5, "Width", "How wide.", unit="px", ge=0, le=10, step=0.5)
+    count: int = parameter(8, "Count", "How many.", within=(1, 100, 1))
+    width_px: float = parameter(2.5, "Width", "How wide.", unit="px", within=(0, 10, 0.5))
     mode: Literal["a", "b"] = parameter("a", "Mode", "Which way.")
     on: bool = parameter(False, "On", "Whether.")
     colour: str = parameter("#ffffff", "Colour", "Which colour.", colour=True)
-    again: int = parameter(0, "Again", "How often it was begun again.", ge=0, le=9, step=1, action=True)
+    again: int = parameter(0, "Again", "How often it was begun again.", within=(0, 9, 1), action=True)
     text: str = parameter("", "Text", "What a file says.", accept=".txt")
 
 
@@ -144,9 +144,13 @@ def test_only_a_threshold_names_a_series() -> None:
 
 
 class Crowd(Parameters):
-    count: int = parameter(50, "Count", "How many.", ge=1, le=1000, role="particles", sets=11, trackers=("layered",))
-    joint: int = parameter(500, "Joint", "How many at once.", ge=1, le=10_000, role="particles", trackers=("joint",))
-    other: int = parameter(9999, "Other", "A number of something else.", ge=1, le=10_000)
+    count: int = parameter(
+        50, "Count", "How many.", within=(1, 1000, 1), role="particles", sets=11, trackers=("layered",)
+    )
+    joint: int = parameter(
+        500, "Joint", "How many at once.", within=(1, 10_000, 1), role="particles", trackers=("joint",)
+    )
+    other: int = parameter(9999, "Other", "A number of something else.", within=(1, 10_000, 1))
 
 
 def test_roles_find_declarations() -> None:
@@ -175,14 +179,39 @@ def test_particles_are_limited(tracker: str, most: int, refused: str | None) -> 
     assert error.value.field == refused
 
 
-@pytest.mark.parametrize("bounds", [{}, {"ge": 0}, {"le": 9}])
 @pytest.mark.parametrize("default", [2, 2.5])
-def test_a_number_without_bounds_is_no_declaration(default: float, bounds: dict[str, float]) -> None:
-    """It is refused where it is declared, by its title: every slider, message and sweep rests on the bounds."""
-    with pytest.raises(ValueError, match=r"the number 'Width' must be declared with both bounds, got ge = "):
-        parameter(default, "Width", "How wide.", **bounds)
+def test_a_number_needs_bounds(default: float) -> None:
+    """A declaration without them is refused by its title: every slider, message and sweep rests on the bounds."""
+    with pytest.raises(ValueError, match="the number 'Width' must be declared with bounds"):
+        parameter(default, "Width", "How wide.")
     for other in (True, "text"):
         parameter(other, "Width", "How wide.")
+
+
+@pytest.mark.parametrize("useful", [(-1, 5), (0, 10), (3, 5), (0, 1)])
+def test_a_useful_range_lies_within_the_bounds_and_holds_the_default(useful: tuple[float, float]) -> None:
+    """Any other is refused where it is declared."""
+    with pytest.raises(ValueError, match="the useful range of 'Width' must lie within 0 to 9 and hold the default, 2"):
+        parameter(2, "Width", "How wide.", within=(0, 9, 1), useful=useful)
+
+
+def test_a_class_declares_group_and_readers_of_its_fields() -> None:
+    """A field may say otherwise, and an inherited one keeps what its own class says."""
+
+    class Base(Parameters, group="Base", trackers=("kalman",)):
+        one: bool = parameter(False, "One", "One.")
+        other: bool = parameter(False, "Other", "Other.", group="Another", trackers=())
+
+    class Derived(Base, group="Derived"):
+        more: int = parameter(4, "More", "More.", within=(0, 100, 1), useful=(0, 9))
+
+    known = {each.name: each for each in declarations(Derived)}
+    assert {name: (each.group, each.trackers) for name, each in known.items()} == {
+        "one": ("Base", ("kalman",)),
+        "other": ("Another", ()),
+        "more": ("Derived", ()),
+    }
+    assert (known["more"].useful, known["more"].maximum, known["one"].useful) == ((0, 9), 100, None)
 
 
 def test_actions_and_files_have_kinds_of_their_own() -> None:

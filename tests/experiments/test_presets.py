@@ -30,6 +30,21 @@ def test_presets_say_what_to_look_at_and_what_they_are_about(experiment: Experim
         assert set(preset.subjects) <= known, preset.name
 
 
+@pytest.mark.parametrize("experiment", EXPERIMENTS.values(), ids=lambda experiment: experiment.id)
+def test_a_slider_reaches_what_presets_and_failures_set(experiment: Experiment) -> None:
+    """Every value of a preset, a failure, its cure and the example sweep lies within the useful range."""
+    known = {declared.name: declared for declared in declarations(type(experiment.simulate().parameters))}
+    settings = [preset.parameters for preset in experiment.presets]
+    for failure in experiment.failures:
+        settings += [failure.parameters, failure.cure.values, *(change.values for change in failure.timeline)]
+    if experiment.example_sweep is not None:
+        settings += [{name: value} for name, values in experiment.example_sweep.axes.items() for value in values]
+    for name, value in (item for values in settings for item in values.items()):
+        useful = known[name].useful if name in known else None
+        if useful is not None:
+            assert useful[0] <= float(value) <= useful[1], f"{name} = {value}"
+
+
 def test_a_run_that_begins_as_a_preset_is_told_from_others() -> None:
     """Tracker, seed and all parameters have to be the preset's; any other run is about what presets set."""
     defaults = flat(BALL.simulate().parameters)

@@ -102,28 +102,26 @@ def showing(source: Callable[[int, Any], Any]) -> Experiment:
     return replace(SOUND, simulate=lambda: replace(SOUND.simulate(), open_source=source))
 
 
-class NoUnit(SineParameters):
+class NoUnit(SineParameters, group="Signal"):
     """A unit in the name alone."""
 
-    width_px: float = parameter(1.0, "Width", "How wide.", ge=0, le=2, step=1, group="Signal")
+    width_px: float = parameter(1.0, "Width", "How wide.", within=(0, 2, 1))
 
 
-class Smoothed(SineParameters):
+class Smoothed(SineParameters, group="Signal"):
     """Says of a noise that it only smooths."""
 
-    process_noise_sd: float = parameter(
-        0.001, "Process noise", "How free.", ge=1e-6, le=1, step=0.0005, group="Signal", role="smoothing"
-    )
+    process_noise_sd: float = parameter(0.001, "Process noise", "How free.", within=(1e-6, 1, 0.0005), role="smoothing")
 
 
 def refusing(*_: Any, **__: Any) -> Any:
     raise ValueError("too dark")
 
 
-class Forgiving(SineParameters):
+class Forgiving(SineParameters, group="Signal"):
     """Takes what is too large for what is largest."""
 
-    width: float = parameter(1.0, "Width", "How wide.", ge=0, le=2, step=1, group="Signal")
+    width: float = parameter(1.0, "Width", "How wide.", within=(0, 2, 1))
 
     @field_validator("width", mode="before")
     @classmethod

@@ -121,11 +121,11 @@ def test_what_an_experiment_says_of_a_target_is_looked_at(suits: Any, sentence: 
         checks_of(replace(BALL, video=replace(BALL.video, suits=suits)))["a film of its scene is tracked from a mark"]()
 
 
-class Formula(SineParameters):
+class Formula(SineParameters, group="Signal"):
     """A description as one would type it for a printer of formulas."""
 
     observation_noise_sd: float = parameter(
-        0.1, "Observation noise", "Noise sigma_z on what is seen.", ge=0.05, le=0.5, step=0.05, group="Signal"
+        0.1, "Observation noise", "Noise sigma_z on what is seen.", within=(0.05, 0.5, 0.05)
     )
 
 
@@ -135,12 +135,10 @@ def test_what_a_page_would_show_as_underscores_is_found() -> None:
         checks_of(declaring(Formula))["its parameters are declared whole"]()
 
 
-class Coarse(SineParameters):
+class Coarse(SineParameters, group="Signal"):
     """A number that one step takes out of its bounds, whichever way."""
 
-    observation_noise_sd: float = parameter(
-        0.1, "Observation noise", "Noise on what is seen.", ge=0.05, le=0.5, step=1, group="Signal"
-    )
+    observation_noise_sd: float = parameter(0.1, "Observation noise", "Noise on what is seen.", within=(0.05, 0.5, 1))
 
 
 def test_a_coarse_step_is_no_fault() -> None:

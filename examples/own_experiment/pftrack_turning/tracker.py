@@ -29,19 +29,19 @@ SERIES = (
 )
 
 
-class BankParameters(RecordingParameters):
+class BankParameters(RecordingParameters, group="Motion", trackers=("bank",)):
     """What the bank assumes, beside what may be laid over the pictures."""
 
     # fmt: off
     hypothesis_count: int = parameter(
         5, "Hypotheses", "How many rates of turn are followed at once.",
-        ge=1, le=9, step=2, group="Motion", trackers=("bank",))
+        within=(1, 9, 2))
     turn_deg: float = parameter(
         8, "Sharpest turn", "The largest rate of turn to either side, per frame.",
-        unit="deg", ge=0, le=30, step=0.5, group="Motion", trackers=("bank",))
+        unit="deg", within=(0, 30, 0.5))
     persistence: float = parameter(
         0.9, "Persistence", "Probability that the target goes on turning as it did in the frame before.",
-        ge=0, le=1, step=0.01, group="Motion", trackers=("bank",))
+        within=(0, 1, 0.01))
     # fmt: on
 
 

@@ -9,9 +9,10 @@ sweep axes and the documentation are all generated from that one declaration, an
 import math
 from collections.abc import Iterable, Mapping
 from functools import cache
-from typing import Any, Literal, Self, TypeAlias, TypeVar, get_args, get_origin
+from typing import Any, Literal, Self, TypeAlias, TypeVar, Unpack, get_args, get_origin
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, JsonValue, ValidationError
+from pydantic.fields import FieldInfo
 
 Value: TypeAlias = bool | int | float | str
 
@@ -44,7 +45,7 @@ Role: TypeAlias = Literal[
 """
 
 
-DECLARED = "unit", "step", "live", "group", "trackers", "role", "threshold_of", "sets", "accept"
+DECLARED = "unit", "step", "useful", "live", "group", "trackers", "role", "threshold_of", "sets", "accept"
 """What a declaration says beyond what pydantic's field holds."""
 
 
@@ -82,8 +83,15 @@ class ParameterError(ValueError):
         return type(self), (self.field, self.value, self.bound)
 
 
+Within: TypeAlias = tuple[float, float, float]
+"""The smallest and the largest value of a number, and the step of its slider."""
+
+
 class Declaration(BaseModel):
-    """Everything about one parameter that the page, the command line and the documentation need."""
+    """Everything about one parameter that the page, the command line and the documentation need.
+
+    A number may be anything from `minimum` to `maximum`; its sliders cover the `useful` range.
+    """
 
     model_config = ConfigDict(frozen=True)
 
@@ -96,6 +104,7 @@ class Declaration(BaseModel):
     minimum: float | None = None
     maximum: float | None = None
     step: float | None = None
+    useful: tuple[float, float] | None = None
     choices: tuple[str, ...] = ()
     live: bool = True
     group: str = ""
@@ -107,9 +116,29 @@ class Declaration(BaseModel):
 
 
 class Parameters(BaseModel):
-    """Base of all parameter models: immutable, closed to unknown names, finite numbers only."""
+    """Base of all parameter models: immutable, closed to unknown names, finite numbers only.
+
+    A class names what its own fields have in common; a field may say otherwise.
+
+        class MotionParameters(Parameters, group="Motion model", trackers=MODELLED): ...
+
+    Attributes of the class statement:
+        group: The heading under which a panel shows the fields.
+        trackers: The trackers that read them; empty means all.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    def __init_subclass__(
+        cls, *, group: str = "", trackers: tuple[str, ...] = (), **config: Unpack[ConfigDict]
+    ) -> None:
+        """Give the fields of a class what it declares for all of them; inherited ones have that of their own class."""
+        super().__init_subclass__(**config)
+        for field in vars(cls).values():
+            if isinstance(field, FieldInfo) and isinstance(field.json_schema_extra, dict):
+                common: dict[str, JsonValue] = {"group": group, "trackers": list(trackers)}
+                own = {name: said for name, said in field.json_schema_extra.items() if said is not None}
+                field.json_schema_extra |= common | own
 
     def __hash__(self) -> int:
         """Hash once: a run looks its parameters up in caches in every frame."""
@@ -129,13 +158,12 @@ def parameter(
     description: str,
     *,
     unit: str = "",
-    ge: float | None = None,
-    le: float | None = None,
-    step: float | None = None,
+    within: Within | None = None,
+    useful: tuple[float, float] | None = None,
     colour: bool = False,
     live: bool = True,
-    group: str = "",
-    trackers: tuple[str, ...] = (),
+    group: str | None = None,
+    trackers: tuple[str, ...] | None = None,
     role: Role = "",
     threshold_of: str = "",
     sets: int = 1,
@@ -149,13 +177,12 @@ def parameter(
         title: What a slider is called, in sentence case.
         description: One sentence on what it does.
         unit: The unit as printed beside the value; empty for a pure number.
-        ge: Smallest value allowed.
-        le: Largest value allowed.
-        step: The slider's step.
+        within: Of a number, the smallest and the largest value allowed, and the slider's step.
+        useful: Of a number, from where to where its slider goes; all that is allowed if not given.
         colour: Whether the text is a colour, `#rrggbb`.
         live: Whether a change may take effect in the middle of a run.
-        group: The heading under which a panel shows it.
-        trackers: The trackers that read it; empty means all.
+        group: The heading under which a panel shows it, if it is not that of the class.
+        trackers: The trackers that read it, if not those of the class; empty means all.
         role: What general code may do with it.
         threshold_of: Of a "threshold", the name of the series that it limits.
         sets: Of "particles", how many sets of this size a tracker has at most, such as one for each feature.
@@ -164,19 +191,25 @@ def parameter(
         accept: Of a text that is the content of a small file, the suffix of such files, with the dot.
 
     Raises:
-        ValueError: A number has no bounds, a threshold names no series, or another role names one.
+        ValueError: A number has no bounds or a useful range beyond them or without the default, a threshold names no
+            series, or another role names one.
     """
     if (role == "threshold") != bool(threshold_of):
         raise ValueError(f"a threshold and no other role names a series, got role {role!r} of {threshold_of!r}")
-    if isinstance(default, int | float) and not isinstance(default, bool) and None in {ge, le}:
-        raise ValueError(f"the number {title!r} must be declared with both bounds, got ge = {ge} and le = {le}")
+    if isinstance(default, int | float) and not isinstance(default, bool) and within is None:
+        raise ValueError(f"the number {title!r} must be declared with bounds: within=(least, most, step)")
+    low, high, step = within or (None, None, None)
+    useful = useful or (within and within[:2])
+    if within and useful and isinstance(default, int | float):
+        _check_range(title, default, within, useful)
     declared: dict[str, Any] = {
         "unit": unit,
         "step": step,
+        "useful": useful,
         "colour": colour,
         "live": live,
         "group": group,
-        "trackers": list(trackers),
+        "trackers": trackers if trackers is None else list(trackers),
         "role": role,
         "threshold_of": threshold_of,
         "sets": sets,
@@ -187,12 +220,21 @@ def parameter(
         default=default,
         title=title,
         description=description,
-        ge=ge,
-        le=le,
+        ge=low,
+        le=high,
         pattern=r"^#[0-9a-fA-F]{6}$" if colour else None,
         max_length=LONGEST_FILE if accept else None,
         json_schema_extra=declared,
     )
+
+
+def _check_range(title: str, default: float, within: Within, useful: tuple[float, float]) -> None:
+    low, high, _ = within
+    if not low <= useful[0] <= default <= useful[1] <= high:
+        raise ValueError(
+            f"the useful range of {title!r} must lie within {low:g} to {high:g} and hold the default, {default:g}, "
+            f"got {useful[0]:g} to {useful[1]:g}"
+        )
 
 
 @cache
@@ -320,7 +362,7 @@ def _declaration(model: type[Parameters], name: str) -> Declaration:
             "minimum": getattr(bounds.get("Ge"), "ge", None),
             "maximum": getattr(bounds.get("Le"), "le", None),
             "choices": choices,
-            **{key: extra[key] for key in DECLARED},
+            **{key: extra[key] for key in DECLARED if extra[key] is not None},
         }
     )
 

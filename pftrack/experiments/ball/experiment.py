@@ -69,10 +69,10 @@ class SimulatedBallParameters(BallTrackerParameters, BallSceneParameters):
         return kalman.steady_lag(acceleration, self.process_noise_px, self.measurement_noise_px)
 
 
-class RecordedBallParameters(RecordingParameters, BallTrackerParameters):
+class RecordedBallParameters(RecordingParameters, BallTrackerParameters, group=SCORING):
     """A recording with an overlay, and its trackers."""
 
-    lost_share: float = miss_share(0.25, group=SCORING)
+    lost_share: float = miss_share(0.25)
 
 
 def simulate() -> Setup:

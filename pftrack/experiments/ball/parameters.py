@@ -1,4 +1,4 @@
-"""The parameters that all trackers of a ball share; each field names those that read it.
+"""The parameters that all trackers of a ball share; each class names those that read its fields.
 
 They are declared in parts, so that another family of trackers takes those that it shares: one that follows something
 else than a colour, through the same loop, takes `LoopParameters`. A model has the fields of its last base first.
@@ -24,7 +24,6 @@ from pftrack.experiments.shared.sampling.parameters import (
     SamplingParameters,
     SwitchingParameters,
     large_process_noise,
-    resampling,
     velocity_retention,
 )
 from pftrack.filters.learning.charts import Chart
@@ -48,14 +47,14 @@ COLOUR = "Colour model"
 SCORING = "Scoring"
 
 
-class DrawingParameters(SamplingParameters):
+class DrawingParameters(SamplingParameters, group=SAMPLING, trackers=PARTICLE):
     """How particles are drawn, which one of the centroid's trackers has as well."""
 
-    sample_count: int = particle_count(800, group=SAMPLING, trackers=PARTICLE)
-    resampling: Resampling = resampling(PARTICLE)
+    sample_count: int = particle_count(800)
+    resampling: Resampling = parameter("systematic", "Resampling", "How parents are drawn.", role="resampling")
 
 
-class MotionParameters(Parameters):
+class MotionParameters(Parameters, group=MODEL, trackers=MODELLED):
     """How the target is expected to move."""
 
     process_noise_px: float = parameter(
@@ -63,59 +62,44 @@ class MotionParameters(Parameters):
         "Process noise",
         "Standard deviation of what the motion model leaves out, each frame and axis.",
         unit="px",
-        ge=0.01,
-        le=200,
-        step=0.1,
-        group=MODEL,
-        trackers=MODELLED,
+        within=(0.01, 200, 0.1),
+        useful=(0.1, 20),
         role="noise",
     )
-    large_process_noise_px: float = large_process_noise(MODEL)
-    velocity_retention: float = velocity_retention(MODEL, MODELLED)
+    large_process_noise_px: float = large_process_noise()
+    velocity_retention: float = velocity_retention()
     assumed_period_frames: float = parameter(
         0,
         "Assumed period",
         "Period of the swing about the middle of the picture that the motion model assumes; 0 assumes none, which is "
         "Bando's rough model.",
         unit="frames",
-        ge=0,
-        le=10_000,
-        step=1,
-        group=MODEL,
-        trackers=MODELLED,
+        within=(0, 10_000, 1),
+        useful=(0, 120),
     )
     initial_sd_px: float = parameter(
         1,
         "Initial spread",
         "Standard deviation of the particles around the start.",
         unit="px",
-        ge=0,
-        le=200,
-        step=0.5,
+        within=(0, 200, 0.5),
+        useful=(0, 20),
         live=False,
-        group=MODEL,
+        trackers=(),
     )
 
 
-class LearningParameters(Parameters):
+class LearningParameters(Parameters, group="Learning", trackers=MODELLED):
     """How the motion is learned, and the path looked back at."""
 
     learn_dynamics: bool = parameter(
-        False,
-        "Learn the motion",
-        "Estimate the motion model while tracking, by online EM.",
-        group="Learning",
-        trackers=MODELLED,
+        False, "Learn the motion", "Estimate the motion model while tracking, by online EM."
     )
     forgetting: float = parameter(
         0.99,
         "Forgetting",
         "Factor by which learned statistics fade each frame; the memory is about 1 / (1 - factor) frames.",
-        ge=0.5,
-        le=1,
-        step=0.005,
-        group="Learning",
-        trackers=MODELLED,
+        within=(0.5, 1, 0.005),
         role="memory",
     )
     warm_up_frames: int = parameter(
@@ -123,47 +107,28 @@ class LearningParameters(Parameters):
         "Warm-up",
         "Frames to watch before the learned model is used.",
         unit="frames",
-        ge=1,
-        le=1000,
-        step=1,
-        group="Learning",
-        trackers=MODELLED,
+        within=(1, 1000, 1),
+        useful=(1, 100),
     )
     learning_ridge: float = parameter(
-        1e-4,
-        "Ridge",
-        "Pull of the learned model towards the initial one.",
-        ge=0,
-        le=1,
-        step=1e-4,
-        group="Learning",
-        trackers=MODELLED,
+        1e-4, "Ridge", "Pull of the learned model towards the initial one.", within=(0, 1, 1e-4), useful=(0, 0.01)
     )
     largest_spectral_radius: float = parameter(
-        1.02,
-        "Stability guard",
-        "A learned model whose spectral radius is larger is refused.",
-        ge=0.5,
-        le=2,
-        step=0.01,
-        group="Learning",
-        trackers=MODELLED,
+        1.02, "Stability guard", "A learned model whose spectral radius is larger is refused.", within=(0.5, 2, 0.01)
     )
     smoothing_lag_frames: int = parameter(
         0,
         "Smoothing lag",
         "Frames to look back: the path is drawn as it appears given what was seen since; 0 draws none.",
         unit="frames",
-        ge=0,
-        le=60,
-        step=1,
+        within=(0, 60, 1),
         group=SAMPLING,
         trackers=PARTICLE,
         role="smoothing",
     )
 
 
-class ColourParameters(Parameters):
+class ColourParameters(Parameters, group=COLOUR):
     """What the target looks like."""
 
     measurement_noise_px: float = parameter(
@@ -171,9 +136,8 @@ class ColourParameters(Parameters):
         "Measurement noise",
         "Standard deviation attributed to the colour centroid as a measurement of the position.",
         unit="px",
-        ge=0.1,
-        le=1000,
-        step=1,
+        within=(0.1, 1000, 1),
+        useful=(1, 60),
         group=MODEL,
         trackers=MEASURING,
         role="noise",
@@ -190,47 +154,37 @@ class ColourParameters(Parameters):
         0.1,
         "Background level rho",
         "Likelihood of any pixel that is not of the target's colour, relative to one that is.",
-        ge=0,
-        le=1,
-        step=0.01,
-        group=COLOUR,
+        within=(0, 1, 0.01),
         role="sharpness",
     )
     colour_model: Literal["redness", "chromaticity"] = parameter(
-        "redness",
-        "Colour model",
-        "Compare the share of red alone, as Bando does, or the shares of red and green.",
-        group=COLOUR,
+        "redness", "Colour model", "Compare the share of red alone, as Bando does, or the shares of red and green."
     )
     target_red_share: float = parameter(
-        2 / 3, "Share of red", "Mean of R / (R + G + B) on the target.", ge=0, le=1, step=0.005, group=COLOUR
+        2 / 3, "Share of red", "Mean of R / (R + G + B) on the target.", within=(0, 1, 0.005)
     )
     target_green_share: float = parameter(
-        1 / 6, "Share of green", "Mean of G / (R + G + B) on the target.", ge=0, le=1, step=0.005, group=COLOUR
+        1 / 6, "Share of green", "Mean of G / (R + G + B) on the target.", within=(0, 1, 0.005)
     )
     red_spread: float = parameter(
         0.05,
         "Spread of red",
         "Standard deviation of the share of red.",
-        ge=0.001,
-        le=1,
-        step=0.005,
-        group=COLOUR,
+        within=(0.001, 1, 0.005),
+        useful=(0.005, 0.3),
         role="sharpness",
     )
     green_spread: float = parameter(
         0.05,
         "Spread of green",
         "Standard deviation of the share of green.",
-        ge=0.001,
-        le=1,
-        step=0.005,
-        group=COLOUR,
+        within=(0.001, 1, 0.005),
+        useful=(0.005, 0.3),
         role="sharpness",
     )
 
 
-class ScoringParameters(Parameters):
+class ScoringParameters(Parameters, group=SCORING):
     """What counts as success."""
 
     lost_radii: float = parameter(
@@ -238,31 +192,27 @@ class ScoringParameters(Parameters):
         "Success region",
         "The target counts as lost when the estimate is further away than this many target radii.",
         unit="radii",
-        ge=0.1,
-        le=20,
-        step=0.1,
-        group=SCORING,
+        within=(0.1, 20, 0.1),
+        useful=(0.5, 10),
     )
-    lost_share: float = loss_share(0.25, group=SCORING)
+    lost_share: float = loss_share(0.25)
 
 
 class LoopParameters(LearningParameters, MotionParameters, SwitchingParameters, DrawingParameters):
     """What the trackers of the loop need, whatever they weigh particles by."""
 
 
-class GuidedParameters(Parameters):
+class GuidedParameters(Parameters, group=LEARNED_MOTION, trackers=GUIDED):
     """How the motion was learned from recorded runs."""
 
-    learned: str = learned_motion(trackers=GUIDED)
+    learned: str = learned_motion()
     guided_frame: Literal["fixed", "motion"] = parameter(
         "fixed",
         "Frame of the diffusion",
         "Whether accelerations are drawn along the axes of the picture, or along and across the ball's last motion.",
-        group=LEARNED_MOTION,
-        trackers=GUIDED,
     )
-    diffusion_scale: float = diffusion_scale(trackers=GUIDED)
-    correlated_changes: bool = correlated_changes(trackers=GUIDED)
+    diffusion_scale: float = diffusion_scale()
+    correlated_changes: bool = correlated_changes()
 
     @field_validator("learned")
     @classmethod

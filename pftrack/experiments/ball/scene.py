@@ -40,75 +40,61 @@ UPRIGHT_SHARE = 0.618
 """How often a bouncing ball goes up and down in the time to the other side and back: its path does not soon repeat."""
 
 
-class BallSceneParameters(OverlayParameters):
+class BallSceneParameters(OverlayParameters, group=GROUP):
     """The scene: how the ball moves and what it looks like."""
 
     occlusion_width_px: float = occlusion_width(40)
     distracter_radius_px: float = distracter_radius(4)
     ball_radius_px: float = parameter(
-        5, "Ball radius", "Radius of the ball.", unit="px", ge=1, le=60, step=0.5, group=GROUP
+        5, "Ball radius", "Radius of the ball.", unit="px", within=(1, 60, 0.5), useful=(1, 20)
     )
     ball_path: Literal["swings", "bounces"] = parameter(
         "swings",
         "Path",
         "Whether the ball swings from side to side, or flies straight on at an even speed and bounces off four walls.",
-        group=GROUP,
     )
     amplitude_px: float = parameter(
         100,
         "Amplitude",
         "How far the ball goes to either side of the middle; up and down no further than the picture.",
         unit="px",
-        ge=0,
-        le=960,
-        step=1,
-        group=GROUP,
+        within=(0, 960, 1),
+        useful=(0, 160),
     )
     period_s: float = parameter(
-        1, "Period", "Time to the other side and back.", unit="s", ge=0.1, le=60, step=0.1, group=GROUP, role="world"
+        1, "Period", "Time to the other side and back.", unit="s", within=(0.1, 60, 0.1), useful=(0.2, 5), role="world"
     )
     frame_rate_hz: float = parameter(
         30,
         "Frame rate",
         "Frames a second of the simulated camera; fewer make the ball move further between frames.",
         unit="Hz",
-        ge=1,
-        le=240,
-        step=1,
-        group=GROUP,
+        within=(1, 240, 1),
+        useful=(5, 120),
     )
     image_noise_sd: float = parameter(
         0,
         "Pixel noise",
         "Standard deviation of the noise on every pixel and channel.",
         unit="grey levels",
-        ge=0,
-        le=100,
-        step=1,
-        group=GROUP,
+        within=(0, 100, 1),
+        useful=(0, 60),
         role="world",
     )
     clutter_count: int = parameter(
         0,
         "Clutter",
         "How many more things in the ball's colour lie about, above and below its swing; each seed has others.",
-        ge=0,
-        le=MOST_CLUTTER,
-        step=1,
-        group=GROUP,
+        within=(0, MOST_CLUTTER, 1),
         role="world",
     )
-    ball_colour: str = parameter(
-        "#c83232", "Ball colour", "Colour of the ball and of its look-alikes.", colour=True, group=GROUP
-    )
-    background_colour: str = parameter(
-        "#646464", "Background colour", "Colour of everything else.", colour=True, group=GROUP
-    )
+    ball_colour: str = parameter("#c83232", "Ball colour", "Colour of the ball and of its look-alikes.", colour=True)
+    background_colour: str = parameter("#646464", "Background colour", "Colour of everything else.", colour=True)
     image_width_px: int = parameter(
-        320, "Picture width", "Width of the picture.", unit="px", ge=64, le=1920, step=2, live=False, group=GROUP
+        320, "Picture width", "Width of the picture.", unit="px", within=(64, 1920, 2), useful=(64, 640), live=False
     )
     image_height_px: int = parameter(
-        240, "Picture height", "Height of the picture.", unit="px", ge=48, le=1080, step=2, live=False, group=GROUP
+        240, "Picture height", "Height of the picture.", unit="px", within=(48, 1080, 2), useful=(48, 480), live=False
     )
 
 

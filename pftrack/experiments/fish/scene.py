@@ -24,7 +24,7 @@ from pftrack.sources.recording import OverlayParameters, paint, strip
 TANK = "Tank"
 
 
-class FishSceneParameters(OverlayParameters):
+class FishSceneParameters(OverlayParameters, group=TANK):
     """The scene: which clip, how many fish, how they turn, and what is laid over the picture."""
 
     tank_number: int = parameter(
@@ -32,29 +32,19 @@ class FishSceneParameters(OverlayParameters):
         "Clip",
         "Which clip is seen: the seed of the swimming, of the gravel and of the noise. The paper's test is done on "
         "200 to 211, and what the trackers know was learned on 100 to 109.",
-        ge=0,
-        le=9999,
-        step=1,
+        within=(0, 9999, 1),
+        useful=(0, 500),
         live=False,
-        group=TANK,
     )
-    fish_count: int = parameter(2, "Fish", "How many fish swim.", ge=1, le=2, step=1, live=False, group=TANK)
+    fish_count: int = parameter(2, "Fish", "How many fish swim.", within=(1, 2, 1), live=False)
     lively: bool = parameter(
         True,
         "Lively first fish",
         "Whether the first fish turns sharply at least once: by 60 degrees within four frames.",
         live=False,
-        group=TANK,
     )
     followed_fish: int = parameter(
-        1,
-        "Followed fish",
-        "Which of them is tracked; the second is always calm.",
-        ge=1,
-        le=2,
-        step=1,
-        live=False,
-        group=TANK,
+        1, "Followed fish", "Which of them is tracked; the second is always calm.", within=(1, 2, 1), live=False
     )
     tank: TankName = parameter(
         "goldfish",
@@ -62,17 +52,13 @@ class FishSceneParameters(OverlayParameters):
         "How the water answers a bend. With the strong rudder the return stroke turns a fish the same way as the bend, "
         "so that bend and turn are not coupled with one sign.",
         live=False,
-        group=TANK,
     )
     image_noise: int = parameter(
         9,
         "Pixel noise",
         "Largest noise of every pixel and channel; it is uniform.",
         unit="grey levels",
-        ge=0,
-        le=60,
-        step=1,
-        group=TANK,
+        within=(0, 60, 1),
         role="world",
     )
 

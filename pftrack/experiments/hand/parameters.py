@@ -28,44 +28,27 @@ KEPT, CANDIDATES, MOTION, FIT, RANKING = "Beam", "Candidates", "Motion", "Fit", 
 LOSS = "Loss"
 
 
-class _Search(Parameters):
+class _Search(Parameters, group=CANDIDATES, trackers=BEAM):
     """What is tried, and how much of it is kept."""
 
     beam_width: int = parameter(
-        4,
-        "Hands kept",
-        "How many different hands are kept from frame to frame.",
-        ge=1,
-        le=MOST_KEPT,
-        step=1,
-        group=KEPT,
-        trackers=BEAM,
+        4, "Hands kept", "How many different hands are kept from frame to frame.", within=(1, MOST_KEPT, 1), group=KEPT
     )
     palm_count: int = parameter(
-        20,
-        "Palms tried",
-        "For how many of the best palms fingers are looked for.",
-        ge=1,
-        le=100,
-        step=1,
-        group=CANDIDATES,
-        trackers=BEAM,
+        20, "Palms tried", "For how many of the best palms fingers are looked for.", within=(1, 100, 1)
     )
     step_area_px2: float = parameter(
         90,
         "Step area",
         "How much of the silhouette one step of a candidate's angle changes, for a palm axis of 52 px.",
         unit="px²",
-        ge=10,
-        le=1000,
-        step=10,
-        group=CANDIDATES,
-        trackers=BEAM,
+        within=(10, 1000, 10),
+        useful=(10, 300),
     )
-    sample_count: int = particle_count(100, group=CANDIDATES, trackers=PARTICLES)
+    sample_count: int = particle_count(100, trackers=PARTICLES)
 
 
-class _Motion(Parameters):
+class _Motion(Parameters, group=MOTION):
     """How far a hand may be from where it was expected."""
 
     palm_turn_sd_rad: float = parameter(
@@ -73,10 +56,8 @@ class _Motion(Parameters):
         "Palm in the picture",
         "Standard deviation of the palm's angles a and c from the prediction.",
         unit="rad",
-        ge=0.005,
-        le=1,
-        step=0.005,
-        group=MOTION,
+        within=(0.005, 1, 0.005),
+        useful=(0.005, 0.3),
         role="noise",
     )
     palm_tilt_sd_rad: float = parameter(
@@ -84,10 +65,8 @@ class _Motion(Parameters):
         "Palm about the forearm",
         "Standard deviation of the palm's angle b from the prediction.",
         unit="rad",
-        ge=0.005,
-        le=1,
-        step=0.005,
-        group=MOTION,
+        within=(0.005, 1, 0.005),
+        useful=(0.005, 0.3),
         role="noise",
     )
     flexion_sd_rad: float = parameter(
@@ -95,10 +74,8 @@ class _Motion(Parameters):
         "Bending of fingers",
         "Standard deviation of a finger's flexion from the prediction.",
         unit="rad",
-        ge=0.01,
-        le=2,
-        step=0.01,
-        group=MOTION,
+        within=(0.01, 2, 0.01),
+        useful=(0.01, 1),
         role="noise",
     )
     spread_sd_rad: float = parameter(
@@ -106,10 +83,8 @@ class _Motion(Parameters):
         "Spreading of fingers",
         "Standard deviation of a finger's spread from the prediction.",
         unit="rad",
-        ge=0.005,
-        le=1,
-        step=0.005,
-        group=MOTION,
+        within=(0.005, 1, 0.005),
+        useful=(0.005, 0.3),
         role="noise",
     )
     growth_sd: float = parameter(
@@ -117,62 +92,50 @@ class _Motion(Parameters):
         "Change of size",
         "By which share a hand that comes nearer or goes away may grow or shrink from frame to frame; 0 if it stays as "
         "far. It trades off with tilts, and needs the refined ranking.",
-        ge=0,
-        le=0.1,
-        step=0.005,
-        group=MOTION,
+        within=(0, 0.1, 0.005),
         trackers=BEAM,
     )
     still_penalty: float = parameter(
         0.7,
         "Price of standing still",
         "By how much less probable, in natural logarithms, the pose of before is as a prediction than one moved on.",
-        ge=0,
-        le=10,
-        step=0.1,
-        group=MOTION,
+        within=(0, 10, 0.1),
+        useful=(0, 3),
         trackers=BEAM,
     )
     wrist_prior: bool = parameter(
         True,
         "Straight wrist",
         "Whether a bent wrist is less probable. It trades off with bent fingers, and a silhouette shows little of it.",
-        group=MOTION,
     )
     wrist_sd_rad: float = parameter(
         0.15,
         "Bending of the wrist",
         "Standard deviation of the wrist's flexion c from 0.",
         unit="rad",
-        ge=0.01,
-        le=2,
-        step=0.01,
-        group=MOTION,
+        within=(0.01, 2, 0.01),
+        useful=(0.01, 0.6),
         role="noise",
     )
 
 
-class _Fit(Parameters):
+class _Fit(Parameters, group=FIT):
     """How well parts of the hand must fit the silhouette."""
 
     palm_fit_sd: float = parameter(
         2,
         "Palm fit",
         "Standard deviation of a palm's mean protrusion length, in fiftieths of the palm axis.",
-        ge=0.1,
-        le=20,
-        step=0.1,
-        group=FIT,
+        within=(0.1, 20, 0.1),
+        useful=(0.5, 10),
         role="sharpness",
     )
     hidden_fit_sd: float = parameter(
         2.5,
         "Fit of hidden fingers",
         "The same for a finger that no protrusion shows.",
-        ge=0.1,
-        le=20,
-        step=0.1,
-        group=FIT,
+        within=(0.1, 20, 0.1),
+        useful=(0.5, 10),
         role="sharpness",
     )
     tip_sd_px: float = parameter(
@@ -180,10 +143,8 @@ class _Fit(Parameters):
         "Fit of tips",
         "Standard deviation of a finger's tip from that of its protrusion, for a palm axis of 52 px.",
         unit="px",
-        ge=0.1,
-        le=50,
-        step=0.1,
-        group=FIT,
+        within=(0.1, 50, 0.1),
+        useful=(0.5, 15),
         role="sharpness",
     )
     axis_sd_px: float = parameter(
@@ -191,53 +152,43 @@ class _Fit(Parameters):
         "Fit of axes",
         "Standard deviation of a finger's axis from that of its protrusion once the tips coincide, for 52 px.",
         unit="px",
-        ge=0.1,
-        le=50,
-        step=0.1,
-        group=FIT,
+        within=(0.1, 50, 0.1),
+        useful=(0.5, 15),
         role="sharpness",
     )
     hidden_cost: float = parameter(
         2,
         "Price of a hidden finger",
         "By how much less probable, in natural logarithms, it is that no protrusion shows a finger.",
-        ge=0,
-        le=20,
-        step=0.1,
-        group=FIT,
+        within=(0, 20, 0.1),
+        useful=(0, 6),
     )
     joint_cost: float = parameter(
         1.5,
         "Price of a hidden tip",
         "By how much less probable it is that the end of a protrusion is a finger's last joint rather than its tip.",
-        ge=0,
-        le=20,
-        step=0.1,
-        group=FIT,
+        within=(0, 20, 0.1),
+        useful=(0, 6),
     )
 
 
-class _Loss(Parameters):
+class _Loss(Parameters, group=LOSS):
     """When a hand is lost."""
 
     highest_misfit: float = parameter(
         0.35,
         "Highest misfit",
         "Share of the silhouette's area by which the best hand may differ from it; one that differs by more is wrong.",
-        ge=0.05,
-        le=2,
-        step=0.05,
-        group=LOSS,
+        within=(0.05, 2, 0.05),
+        useful=(0.05, 1),
     )
     lost_after_frames: int = parameter(
         3,
         "Lost after",
         "After so many such frames in a row the tracker waits for an open hand.",
         unit="frames",
-        ge=1,
-        le=100,
-        step=1,
-        group=LOSS,
+        within=(1, 100, 1),
+        useful=(1, 20),
         role="memory",
     )
     patience_frames: int = parameter(
@@ -245,15 +196,13 @@ class _Loss(Parameters):
         "Patience",
         "For how many frames without a hand in the picture the last pose is kept to go on from.",
         unit="frames",
-        ge=0,
-        le=100,
-        step=1,
-        group=LOSS,
+        within=(0, 100, 1),
+        useful=(0, 30),
         role="memory",
     )
 
 
-class HandTrackerParameters(_Search, _Motion, _Fit, _Loss, SilhouetteParameters):
+class HandTrackerParameters(_Search, _Motion, _Fit, _Loss, SilhouetteParameters, group=RANKING):
     """Candidates, how they are weighed against the silhouette, and how whole hands are ranked."""
 
     scoring: Literal["points", "cells", "reference"] = parameter(
@@ -262,40 +211,31 @@ class HandTrackerParameters(_Search, _Motion, _Fit, _Loss, SilhouetteParameters)
         "Whether a candidate is judged as a point, by Gaussians of fixed widths, or for its cell of angles, by their "
         "mean over it (Shimada 1997, eq. 2.9). Or as in the reference implementation: as a point, with the prior of "
         "one prediction, not their sum, protrusions that end at tips and last joints only, and no test of reach.",
-        group=RANKING,
     )
     ranking: Literal["refined", "reference"] = parameter(
         "refined",
         "Ranking",
         "Whether the best hands are brought nearer to the silhouette before they are compared with it, or are compared "
         "as the search's steps left them.",
-        group=RANKING,
         trackers=BEAM,
     )
     cover_term: bool = parameter(
-        True,
-        "Whole silhouettes",
-        "Whether the best hands are drawn and compared with the silhouette as wholes.",
-        group=RANKING,
+        True, "Whole silhouettes", "Whether the best hands are drawn and compared with the silhouette as wholes."
     )
     cover_sd: float = parameter(
         0.04,
         "Fit of whole silhouettes",
         "Share of the silhouette's area by which a right hand may differ from it.",
-        ge=0.005,
-        le=1,
-        step=0.005,
-        group=RANKING,
+        within=(0.005, 1, 0.005),
+        useful=(0.005, 0.2),
         role="sharpness",
     )
-    lost_share: float = loss_share(0.3, group=RANKING)
+    lost_share: float = loss_share(0.3)
     shown_hypothesis: int = parameter(
         1,
         "Shown hypothesis",
         "Which of the hands that are kept is drawn, the most probable first.",
-        ge=1,
-        le=MOST_KEPT,
-        step=1,
+        within=(1, MOST_KEPT, 1),
         group="Drawing",
         role="drawing",
     )

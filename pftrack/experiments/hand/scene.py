@@ -83,45 +83,52 @@ def _flex(pose: Floats, fingers: Ints, angle: float) -> None:
 HAND, CAMERA = "Hand", "Camera and light"
 
 
-class HandSceneParameters(OverlayParameters):
-    """The scene: how the hand moves, how it differs from the model, and how well it is seen."""
+class _Hand(OverlayParameters, group=HAND):
+    """The hand and its gestures."""
 
     # fmt: off
     motion: MotionName = parameter(
         "occlusion", "Motion",
         "What the hand does: it turns at the wrist, bends all fingers, or folds two of them within two frames.",
-        live=False, group=HAND)
+        live=False)
     speed: float = parameter(
         1.0, "Speed", "How fast it does that; at 1 a motion takes 24 to 30 frames.",
-        ge=0.25, le=4, step=0.25, live=False, group=HAND, role="world")
+        within=(0.25, 4, 0.25), live=False, role="world")
     passes: int = parameter(
         1, "Passes", "How often the motion is gone through, forwards and backwards in turn.",
-        ge=1, le=40, step=1, live=False, group=HAND)
+        within=(1, 40, 1), useful=(1, 10), live=False)
     hand: Literal["right", "left"] = parameter(
         "right", "Which hand", "Whose palm is seen: a right hand with the thumb on the right, or a left one.",
-        live=False, group=HAND)
+        live=False)
     turn_deg: float = parameter(
         0, "Turn", "By how much hand and arm are turned on the screen, counter-clockwise.",
-        unit="°", ge=-180, le=180, step=5, live=False, group=HAND)
+        unit="°", within=(-180, 180, 5), live=False)
     palm_axis_px: float = parameter(
         52, "Palm axis", "From the wrist to the middle of the knuckles, in a picture with sides of 200 px.",
-        unit="px", ge=20, le=70, step=1, live=False, group=HAND)
+        unit="px", within=(20, 70, 1), live=False)
     proportions: float = parameter(
         0.04, "Other proportions",
         "By which share lengths and widths of a finger differ at most from those that the trackers expect.",
-        ge=0, le=0.2, step=0.01, live=False, group=HAND)
+        within=(0, 0.2, 0.01), live=False)
+    # fmt: on
+
+
+class HandSceneParameters(_Hand, group=CAMERA):
+    """The scene: how the hand moves, how it differs from the model, and how well it is seen."""
+
+    # fmt: off
     edge_noise_px: float = parameter(
         0.6, "Edge noise", "Standard deviation of where the edge of the silhouette is seen.",
-        unit="px", ge=0, le=4, step=0.1, group=CAMERA, role="world")
+        unit="px", within=(0, 4, 0.1), role="world")
     image_noise_sd: float = parameter(
         0, "Pixel noise", "Standard deviation of the noise on every pixel.",
-        unit="grey levels", ge=0, le=60, step=1, group=CAMERA, role="world")
+        unit="grey levels", within=(0, 60, 1), role="world")
     flash_every: int = parameter(
         0, "Flashes", "Every how many frames one is all white, as by a flash of light; 0 for none.",
-        unit="frames", ge=0, le=100, step=1, group=CAMERA)
+        unit="frames", within=(0, 100, 1))
     picture_side_px: int = parameter(
         200, "Picture size", "Width and height of the picture; the hand grows with it.",
-        unit="px", ge=120, le=1000, step=20, live=False, group=CAMERA)
+        unit="px", within=(120, 1000, 20), live=False)
     # fmt: on
 
 

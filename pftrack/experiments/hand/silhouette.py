@@ -169,7 +169,7 @@ class SilhouetteSettings(NamedTuple):
     working_side_px: int
 
 
-class SilhouetteParameters(Parameters):
+class SilhouetteParameters(Parameters, group=GROUP):
     """What is told to be a hand."""
 
     # fmt: off
@@ -177,31 +177,31 @@ class SilhouetteParameters(Parameters):
         "light", "Told by",
         "How the hand is separated from the rest: by being lighter or darker than a level, by differing from the "
         "background, which is the colour along the border, by the colour of skin, or by differing from the backdrop, "
-        "which is what each pixel of a recording by a fixed camera shows without the hand.", group=GROUP)
+        "which is what each pixel of a recording by a fixed camera shows without the hand.")
     brightness_level: int = parameter(
         100, "Brightness level", "Which a light hand exceeds, and a dark one does not.",
-        unit="grey levels", ge=0, le=254, step=1, group=GROUP)
+        unit="grey levels", within=(0, 254, 1))
     background_difference: int = parameter(
         40, "Least difference", "By how much a hand differs from the background in one channel at least.",
-        unit="grey levels", ge=1, le=254, step=1, group=GROUP)
+        unit="grey levels", within=(1, 254, 1))
     backdrop_frames: int = parameter(
         0, "Pictures of the backdrop", "So many of the recording's first pictures show no hand, and so the backdrop; "
         "at 0 it is the median over the whole recording, in which a hand that moves leaves no trace.",
-        unit="frames", ge=0, le=MOST_FIRST, step=1, group=GROUP)
+        unit="frames", within=(0, MOST_FIRST, 1), useful=(0, 100))
     cr_low: int = parameter(
-        135, "Least red", "Lowest Cr of skin: 128 is grey, more is redder.", ge=0, le=255, step=1, group=GROUP)
+        135, "Least red", "Lowest Cr of skin: 128 is grey, more is redder.", within=(0, 255, 1))
     cr_high: int = parameter(
-        180, "Most red", "Highest Cr of skin.", ge=0, le=255, step=1, group=GROUP)
+        180, "Most red", "Highest Cr of skin.", within=(0, 255, 1))
     cb_low: int = parameter(
-        77, "Least blue", "Lowest Cb of skin: 128 is grey, less is yellower.", ge=0, le=255, step=1, group=GROUP)
+        77, "Least blue", "Lowest Cb of skin: 128 is grey, less is yellower.", within=(0, 255, 1))
     cb_high: int = parameter(
-        127, "Most blue", "Highest Cb of skin.", ge=0, le=255, step=1, group=GROUP)
+        127, "Most blue", "Highest Cb of skin.", within=(0, 255, 1))
     smoothing_px: int = parameter(
         1, "Smoothing", "Side of the square whose majority decides about a pixel; 1 for none. It takes away what is "
-        "thinner than half of it.", unit="px", ge=1, le=15, step=2, group=GROUP)
+        "thinner than half of it.", unit="px", within=(1, 15, 2))
     working_side_px: int = parameter(
         256, "Working size", "Larger pictures are made smaller by a whole factor, to about this longer side.",
-        unit="px", ge=128, le=512, step=32, live=False, group=GROUP)
+        unit="px", within=(128, 512, 32), live=False)
     # fmt: on
 
     @property

@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import field_validator
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.parameters import ParameterError, Value, parameter
+from pftrack.core.model.parameters import ParameterError, Parameters, Value, parameter
 from pftrack.core.numerics.elementary import exponential
 from pftrack.experiments.head.appearance import EYE_DISTANCE_PX
 from pftrack.experiments.shared.pose import parameters as pose
@@ -70,39 +70,35 @@ AS_PUBLISHED: dict[str, Value] = {**pose.AS_PUBLISHED, "templates": "flat", "fac
 """What Bando 2007 has and the defaults have not."""
 
 
-class HeadTrackerParameters(PoseTrackerParameters):
-    """The trackers of a solid's points, with templates as what the points look like."""
+class _Face(Parameters, group=UPPER):
+    """Which face is followed, by which camera."""
 
-    guidance = pose_guidance("head")
-
-    sample_count: int = particles_per_feature(len(FEATURE_NAMES))
-    joint_sample_count: int = joint_particles(5000, "; Bando's 25,000 take a tenth of a second a frame")
     face_model: Literal["growing", "mean", "personal"] = parameter(
         "growing",
         "Face model",
         "Whether the face grows from the mean of other people to the person's own while it is tracked, or is assumed "
         "to be that mean, or the person's own (on a recording, the mean face stretched over the points of the first "
         "picture).",
-        group=UPPER,
     )
     focal_widths: float = parameter(
         1.875,
         "Focal length",
         "Of the pinhole, in widths of the picture; a recording does not say it, and 1 is a usual guess.",
         unit="widths",
-        ge=0.3,
-        le=20,
-        step=0.05,
-        group=UPPER,
+        within=(0.3, 20, 0.05),
+        useful=(0.5, 3),
     )
+
+
+class _Look(Parameters, group=LOOK):
+    """What the features look like."""
+
     correlation_spread: float = parameter(
         0.15,
         "Correlation spread",
         "How far a patch's correlation with its template may be from 1; at 0.15 a correlation of 0.5 weighs 0.004.",
-        ge=0.02,
-        le=2,
-        step=0.01,
-        group=LOOK,
+        within=(0.02, 2, 0.01),
+        useful=(0.02, 0.5),
         role="sharpness",
     )
     hidden_weight: float = parameter(
@@ -111,20 +107,14 @@ class HeadTrackerParameters(PoseTrackerParameters):
         "Odds that a feature is hidden which fits as well as the others; they grow as it fits worse. What is hidden is "
         "then where the pose has it, in place of clinging to what looks most like it. A second filter takes all "
         "features for visible, and the one that explains the pictures better is believed. 0 is Bando's: never hidden.",
-        ge=0,
-        le=2,
-        step=0.01,
-        group=LOOK,
+        within=(0, 2, 0.01),
         trackers=LAYERED,
     )
     template_scale: float = parameter(
         1,
         "Template size",
         "Size of the templates, as a multiple of Bando's for a face of this size.",
-        ge=0.3,
-        le=2,
-        step=0.05,
-        group=LOOK,
+        within=(0.3, 2, 0.05),
     )
     templates: Literal["relief", "flat"] = parameter(
         "relief",
@@ -132,34 +122,31 @@ class HeadTrackerParameters(PoseTrackerParameters):
         "Whether features are laid onto the surface of a head and bent with it as it turns, which keeps them through "
         "fast and strong turns, or compared as they were seen at first (flat, Bando 2007). In relief they are neither "
         "renewed nor gathered by pose.",
-        group=LOOK,
     )
     template_renewal: float = parameter(
         0,
         "Template renewal",
         "How fast templates follow what is seen; they then also follow every error, so it is 0 in Bando 2007.",
-        ge=0,
-        le=0.2,
-        step=0.005,
-        group=LOOK,
+        within=(0, 0.2, 0.005),
     )
     templates_by_pose: bool = parameter(
         False,
         "Templates by pose",
         "Whether to gather further templates while the head is turned, and use those of the nearest pose.",
-        group=LOOK,
     )
+
+
+class _Relief(Parameters, group=RELIEF, trackers=LAYERED):
+    """What templates in relief allow."""
+
     slack_px: float = parameter(
         8,
         "Slack of the features",
         "With templates in relief, how far a feature may be from where the head has it: so much wider is the head's "
         "prediction, and features that are further away than that count for less.",
         unit="px",
-        ge=0.5,
-        le=100,
-        step=0.5,
-        group=RELIEF,
-        trackers=LAYERED,
+        within=(0.5, 100, 0.5),
+        useful=(0.5, 30),
     )
     initial_speed_px: float = parameter(
         8,
@@ -167,102 +154,95 @@ class HeadTrackerParameters(PoseTrackerParameters):
         "With templates in relief, how fast a head may already be moving where tracking begins, and where it is found "
         "again: the standard deviation of its features' speed, each frame.",
         unit="px",
-        ge=0,
-        le=100,
-        step=0.5,
-        group=RELIEF,
-        trackers=LAYERED,
+        within=(0, 100, 0.5),
+        useful=(0, 30),
     )
     pose_change_noise: float = parameter(
         1,
         "Change of the turn",
         "With templates in relief and the pinhole, how fast turning and moving may change, in place of the camera "
         "noise: a multiple of 1 degree and 1 mm each frame.",
-        ge=0.05,
-        le=50,
-        step=0.05,
-        group=RELIEF,
-        trackers=LAYERED,
+        within=(0.05, 50, 0.05),
+        useful=(0.05, 5),
         role="noise",
     )
+
+
+class _Loss(Parameters, group=LOSS):
+    """When a face is lost, and found again."""
+
     recognised_correlation: float = parameter(
         0.5,
         "Recognised from",
         "Least correlation with its template at which a feature counts as recognised.",
-        ge=0,
-        le=1,
-        step=0.01,
-        group=LOSS,
+        within=(0, 1, 0.01),
     )
     least_recognised: int = parameter(
         3,
         "Features that make a face",
         "With fewer recognised features for some frames the face is lost.",
-        ge=1,
-        le=11,
-        step=1,
-        group=LOSS,
+        within=(1, 11, 1),
     )
     largest_misfit: float = parameter(
         0.25,
         "Features out of place",
         "With the features further from where the pose has them than this share of the distance between the eyes, by "
         "their median and for some frames, the face is lost.",
-        ge=0.02,
-        le=2,
-        step=0.01,
-        group=LOSS,
+        within=(0.02, 2, 0.01),
+        useful=(0.02, 1),
     )
     patience_frames: int = parameter(
         8,
         "Patience",
         "Frames with too few recognised features, or with features out of place, after which the face is lost.",
         unit="frames",
-        ge=1,
-        le=300,
-        step=1,
-        group=LOSS,
+        within=(1, 300, 1),
+        useful=(1, 60),
         role="memory",
     )
     find_again: bool = parameter(
-        False,
-        "Find again",
-        "Whether a lost face is given up and looked for again; Bando does neither.",
-        group=LOSS,
+        False, "Find again", "Whether a lost face is given up and looked for again; Bando does neither."
     )
+
+
+class _Growth(Parameters, group=GROWTH):
+    """How the face model grows."""
+
     model_frozen: bool = parameter(
         False,
         "Freeze the model",
         "Whether the growing face model learns no more; the frames still decide whether mean or own face is used.",
-        group=GROWTH,
     )
     model_memory: float = parameter(
         1,
         "Memory of the model",
         "What the growing face model keeps of a well-seen point with each frame; 1 forgets nothing.",
-        ge=0.5,
-        le=1,
-        step=0.001,
-        group=GROWTH,
+        within=(0.5, 1, 0.001),
+        useful=(0.9, 1),
         role="memory",
     )
     model_restarts: int = parameter(
         0,
         "Restart model",
         "Forgets what the growing face model has learned, and begins again with the face that it began with.",
-        ge=0,
-        le=1_000_000,
-        step=1,
+        within=(0, 1_000_000, 1),
         action=True,
-        group=GROWTH,
     )
     starting_face: str = parameter(
         "",
         "Begin with a face model",
         "With which face the growing model begins: one that was exported as JSON, or the mean face if there is none.",
         accept=".json",
-        group=GROWTH,
     )
+
+
+class HeadTrackerParameters(_Growth, _Loss, _Relief, _Look, _Face, PoseTrackerParameters, group=pose.FEATURES):
+    """The trackers of a solid's points, with templates as what the points look like."""
+
+    guidance = pose_guidance("head")
+
+    sample_count: int = particles_per_feature(len(FEATURE_NAMES))
+    joint_sample_count: int = joint_particles(5000, "; Bando's 25,000 take a tenth of a second a frame")
 
     @property
     def pose_change(self) -> float:

@@ -36,10 +36,10 @@ class SimulatedHistogramParameters(HistogramTrackerParameters, LawnSceneParamete
     """The simulated lawn and its trackers."""
 
 
-class RecordedHistogramParameters(RecordingParameters, HistogramTrackerParameters):
+class RecordedHistogramParameters(RecordingParameters, HistogramTrackerParameters, group=SCORING):
     """A recording with an overlay, and its trackers."""
 
-    lost_share: float = miss_share(0.25, group=SCORING)
+    lost_share: float = miss_share(0.25)
 
 
 def simulate() -> Setup:

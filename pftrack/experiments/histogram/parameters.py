@@ -1,9 +1,10 @@
-"""The parameters of the trackers by colour histograms; each field names those that read it."""
+"""The parameters of the trackers by colour histograms; each class names those that read its fields."""
 
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.experiments.shared.reports import loss_share, particle_count
 from pftrack.experiments.shared.sampling.parameters import (
     SAMPLING,
+    SWITCHING,
     SamplingParameters,
     SwitchingParameters,
     gamma,
@@ -20,7 +21,7 @@ PARTICLE = ("condensation", "apf", "pc-pf", "h-spf", "s-spf")
 MODEL = "Motion model"
 
 
-class MotionParameters(Parameters):
+class MotionParameters(Parameters, group=MODEL, trackers=PARTICLE):
     """How the target is expected to move."""
 
     process_noise_px: float = parameter(
@@ -28,11 +29,8 @@ class MotionParameters(Parameters):
         "Process noise",
         "Standard deviation of the noise on the position, each frame and axis.",
         unit="px",
-        ge=0.01,
-        le=200,
-        step=0.1,
-        group=MODEL,
-        trackers=PARTICLE,
+        within=(0.01, 200, 0.1),
+        useful=(0.1, 15),
         role="noise",
     )
     velocity_noise_px: float = parameter(
@@ -40,35 +38,25 @@ class MotionParameters(Parameters):
         "Velocity noise",
         "Standard deviation of the noise on the velocity, each frame and axis.",
         unit="px/frame",
-        ge=0,
-        le=100,
-        step=0.05,
-        group=MODEL,
-        trackers=PARTICLE,
+        within=(0, 100, 0.05),
+        useful=(0, 5),
         role="noise",
     )
-    velocity_retention: float = velocity_retention(MODEL, PARTICLE)
-    large_process_noise_px: float = large_process_noise(MODEL)
+    velocity_retention: float = velocity_retention()
+    large_process_noise_px: float = large_process_noise()
     wide_share: float = parameter(
         0,
         "Wide share",
         "Share of the particles that the wide noise moves, for jumps that no velocity foretells.",
-        ge=0,
-        le=0.5,
-        step=0.05,
-        group=MODEL,
-        trackers=PARTICLE,
+        within=(0, 0.5, 0.05),
     )
     wide_noise_px: float = parameter(
         12,
         "Wide noise",
         "Standard deviation of the noise on the position of that share, each frame and axis.",
         unit="px",
-        ge=0.01,
-        le=500,
-        step=0.5,
-        group=MODEL,
-        trackers=PARTICLE,
+        within=(0.01, 500, 0.5),
+        useful=(0.5, 60),
         role="noise",
     )
     follow_camera: bool = parameter(
@@ -76,36 +64,28 @@ class MotionParameters(Parameters):
         "Follow the camera",
         "Move all places as the whole picture has moved since the last frame, by block matching; the target must not "
         "fill it.",
-        group=MODEL,
+        trackers=(),
     )
     initial_velocity_px: float = parameter(
         1,
         "Initial velocity",
         "Standard deviation of the particles' velocities at the start.",
         unit="px/frame",
-        ge=0,
-        le=100,
-        step=0.1,
+        within=(0, 100, 0.1),
+        useful=(0, 10),
         live=False,
-        group=MODEL,
-        trackers=PARTICLE,
     )
     follow_size: bool = parameter(
         False,
         "Follow the size",
         "Let the size of the window be part of the state; switched off, each particle keeps the size it has.",
-        group=MODEL,
-        trackers=PARTICLE,
     )
     size_noise: float = parameter(
         0.02,
         "Size noise",
         "Standard deviation of the noise on the logarithm of the size, each frame, while it is followed.",
-        ge=0,
-        le=1,
-        step=0.005,
-        group=MODEL,
-        trackers=PARTICLE,
+        within=(0, 1, 0.005),
+        useful=(0, 0.1),
         role="noise",
     )
     search_reach_px: int = parameter(
@@ -113,10 +93,8 @@ class MotionParameters(Parameters):
         "Search reach",
         "How far from the last place the greedy search looks, across and down.",
         unit="px",
-        ge=1,
-        le=64,
-        step=1,
-        group=MODEL,
+        within=(1, 64, 1),
+        useful=(1, 32),
         trackers=("greedy",),
     )
 
@@ -126,13 +104,13 @@ LOSS = "Loss and renewal"
 SCORING = "Scoring"
 
 
-class _Sampling(SamplingParameters):
+class _Sampling(SamplingParameters, group=SAMPLING, trackers=PARTICLE):
     """How particles are drawn."""
 
-    sample_count: int = particle_count(300, group=SAMPLING, trackers=PARTICLE)
+    sample_count: int = particle_count(300)
 
 
-class _Switching(SwitchingParameters):
+class _Switching(SwitchingParameters, group=SWITCHING):
     """When another sampler, or another process noise, is used: about where the cloud is once its target is hidden."""
 
     gamma_px: float = gamma(6)
@@ -140,17 +118,15 @@ class _Switching(SwitchingParameters):
     gamma_max_px: float = gamma_max(12)
 
 
-class _Colour(Parameters):
+class _Colour(Parameters, group=COLOUR):
     """What the target looks like, and how sharply particles are weighed by that."""
 
     sharpness: float = parameter(
         20,
         "Sharpness lambda",
         "How much a frame is trusted: the likelihood is exp(-lambda (1 - rho)) of the likeness rho.",
-        ge=0,
-        le=1000,
-        step=1,
-        group=COLOUR,
+        within=(0, 1000, 1),
+        useful=(0, 200),
         trackers=PARTICLE,
         role="sharpness",
     )
@@ -159,72 +135,51 @@ class _Colour(Parameters):
         "Colour space",
         "What the histogram counts: hue and saturation, the a and b of Lab, or the shares of red and green; all count "
         "pixels without a colour by their brightness.",
-        group=COLOUR,
     )
     spatial_kernel: bool = parameter(
         False,
         "Weigh the middle",
         "Count pixels in the middle of the window more than those near its edge, by Epanechnikov's kernel.",
-        group=COLOUR,
     )
     parts_across: int = parameter(
         1,
         "Parts across",
         "Into how many columns of parts the window is divided, each with a histogram of its own.",
-        ge=1,
-        le=4,
-        step=1,
-        group=COLOUR,
+        within=(1, 4, 1),
     )
-    parts_down: int = parameter(
-        1,
-        "Parts down",
-        "Into how many rows of parts the window is divided.",
-        ge=1,
-        le=6,
-        step=1,
-        group=COLOUR,
-    )
+    parts_down: int = parameter(1, "Parts down", "Into how many rows of parts the window is divided.", within=(1, 6, 1))
     weigh_background: bool = parameter(
         False,
         "Weigh against the background",
         "Count colours less that were also around the target in the first picture.",
-        group=COLOUR,
     )
     surround_contrast: float = parameter(
         0,
         "Contrast",
         "How much likeness it costs if a window stands out from its surroundings less than the first one did.",
-        ge=0,
-        le=2,
-        step=0.05,
-        group=COLOUR,
+        within=(0, 2, 0.05),
     )
     window_width_px: float = parameter(
         25,
         "Window width",
         "Width of the window around a particle, rounded to an odd number.",
         unit="px",
-        ge=1,
-        le=1025,
-        step=2,
+        within=(1, 1025, 2),
+        useful=(5, 101),
         live=False,
-        group=COLOUR,
     )
     window_height_px: float = parameter(
         33,
         "Window height",
         "Height of the window around a particle, rounded to an odd number.",
         unit="px",
-        ge=1,
-        le=1025,
-        step=2,
+        within=(1, 1025, 2),
+        useful=(5, 101),
         live=False,
-        group=COLOUR,
     )
 
 
-class _Loss(Parameters):
+class _Loss(Parameters, group=LOSS):
     """When the target counts as lost by the tracker's own account, and when its model is renewed."""
 
     find_again: bool = parameter(
@@ -232,55 +187,44 @@ class _Loss(Parameters):
         "Find again",
         "Take the target for lost when the window at the estimate looks too little like the model for several frames, "
         "and look for it all over the picture.",
-        group=LOSS,
     )
     lost_likeness: float = parameter(
-        0.6, "Lost below", "Likeness rho below which the estimate misses.", ge=0, le=1, step=0.01, group=LOSS
+        0.6, "Lost below", "Likeness rho below which the estimate misses.", within=(0, 1, 0.01)
     )
     lost_after_frames: int = parameter(
         8,
         "Lost after",
         "How many frames in a row have to miss before the target counts as lost.",
         unit="frames",
-        ge=1,
-        le=1000,
-        step=1,
-        group=LOSS,
+        within=(1, 1000, 1),
+        useful=(1, 60),
         role="memory",
     )
     found_likeness: float = parameter(
         0.85,
         "Found above",
         "Likeness rho from which on a place in the picture is taken for the lost target.",
-        ge=0,
-        le=1,
-        step=0.01,
-        group=LOSS,
+        within=(0, 1, 0.01),
     )
     renewal_rate: float = parameter(
         0,
         "Renewal",
         "Share of the model that a frame replaces by what is seen at the estimate; 0 keeps the first look for ever.",
-        ge=0,
-        le=1,
-        step=0.01,
-        group=LOSS,
+        within=(0, 1, 0.01),
+        useful=(0, 0.2),
     )
     renewal_likeness: float = parameter(
-        0.85, "Renew above", "Likeness rho below which a frame renews nothing.", ge=0, le=1, step=0.01, group=LOSS
+        0.85, "Renew above", "Likeness rho below which a frame renews nothing.", within=(0, 1, 0.01)
     )
     renewal_spread: float = parameter(
         0.5,
         "Renew within",
         "A frame renews nothing while a standard deviation of the position is above this share of half the window.",
-        ge=0,
-        le=10,
-        step=0.05,
-        group=LOSS,
+        within=(0, 10, 0.05),
     )
 
 
-class _Scoring(Parameters):
+class _Scoring(Parameters, group=SCORING):
     """What counts as success."""
 
     lost_radii: float = parameter(
@@ -288,12 +232,10 @@ class _Scoring(Parameters):
         "Success region",
         "The target counts as lost when the estimate is this many halves of its longer side away, or further.",
         unit="half sides",
-        ge=0.1,
-        le=20,
-        step=0.025,
-        group=SCORING,
+        within=(0.1, 20, 0.025),
+        useful=(0.25, 3),
     )
-    lost_share: float = loss_share(0, group=SCORING)
+    lost_share: float = loss_share(0)
 
 
 class HistogramTrackerParameters(_Scoring, _Loss, _Colour, MotionParameters, _Switching, _Sampling):

@@ -41,27 +41,22 @@ SPLIT_PX, EDGE_PX = 2.0, 0.5
 LIGHTING_FRAMES = 50.0
 
 
-class LawnSceneParameters(Parameters):
+class LawnSceneParameters(Parameters, group=GROUP):
     """What the scene looks like."""
 
     scene_number: int = parameter(
         0,
         "Scene number",
         "Which lawn it is, with its column and its noise; the seed of a run is that of its tracker alone.",
-        ge=0,
-        le=9999,
-        step=1,
+        within=(0, 9999, 1),
+        useful=(0, 99),
         live=False,
-        group=GROUP,
     )
     look_alike_red: float = parameter(
         0.68,
         "Red of the look-alike",
         "Share of its height that is red; the target's is 0.5.",
-        ge=0,
-        le=1,
-        step=0.01,
-        group=GROUP,
+        within=(0, 1, 0.01),
         role="world",
     )
     occlusion_width_px: float = occlusion_width(46)
@@ -70,25 +65,17 @@ class LawnSceneParameters(Parameters):
         "Occluder place",
         "Where the middle of the column is, to the right of the middle of the picture.",
         unit="px",
-        ge=-160,
-        le=160,
-        step=1,
+        within=(-160, 160, 1),
         group=OCCLUSION,
     )
     column_colours: Literal["lawn", "grey"] = parameter(
-        "lawn",
-        "Colours of the column",
-        "Those of the lawn, or greys, which look like no part of a window.",
-        group=GROUP,
+        "lawn", "Colours of the column", "Those of the lawn, or greys, which look like no part of a window."
     )
     lighting_amplitude: float = parameter(
         0.08,
         "Change of light",
         "Share by which the light grows and falls again, every 50 frames.",
-        ge=0,
-        le=0.9,
-        step=0.01,
-        group=GROUP,
+        within=(0, 0.9, 0.01),
         role="world",
     )
     image_noise_sd: float = parameter(
@@ -96,10 +83,8 @@ class LawnSceneParameters(Parameters):
         "Pixel noise",
         "Standard deviation of the noise on every pixel and channel.",
         unit="grey levels",
-        ge=0,
-        le=100,
-        step=1,
-        group=GROUP,
+        within=(0, 100, 1),
+        useful=(0, 40),
         role="world",
     )
 

@@ -35,19 +35,19 @@ Points: TypeAlias = tuple[Floats, Floats]
 """(4, 2) positions in the picture, px, NaN where they are not known, and (4, 2) standard deviations."""
 
 
-class FollowingParameters(OccluderParameters):
+class FollowingParameters(OccluderParameters, group=MATCHING):
     """How marked points are followed, and what is laid over the recording."""
 
     # fmt: off
     template_px: int = parameter(
         15, "Template", "Side of the square about a point that is looked for in later pictures.",
-        unit="px", ge=5, le=LARGEST_TEMPLATE_PX, step=2, live=False, group=MATCHING)
+        unit="px", within=(5, LARGEST_TEMPLATE_PX, 2), live=False)
     search_reach_px: int = parameter(
         16, "Search to", "How far from its last match a point is looked for, to all four sides.",
-        unit="px", ge=2, le=40, step=1, live=False, group=MATCHING)
+        unit="px", within=(2, 40, 1), live=False)
     largest_cost: float = parameter(
         0.5, "Largest cost", "One minus the correlation beyond which a match is none; 2 takes all.",
-        ge=0, le=2, step=0.05, live=False, group=MATCHING)
+        within=(0, 2, 0.05), live=False)
     # fmt: on
 
 

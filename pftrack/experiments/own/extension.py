@@ -14,7 +14,7 @@ from typing import Any, NoReturn, TypeAlias
 
 from pydantic import create_model
 
-from pftrack.core.model.parameters import Parameters, Value, flat, parameter
+from pftrack.core.model.parameters import Parameters, Value, Within, flat, parameter
 from pftrack.core.model.recipe import Recipe
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.tracker import Tracker
@@ -157,9 +157,7 @@ def _model(base: type[Parameters], filters: Filters) -> type[Parameters]:
                 1,
                 "Version",
                 f"Which of the versions of {group} that were saved is in force.",
-                ge=1,
-                le=len(texts),
-                step=1,
+                within=(1, len(texts), 1),
                 group=group,
                 trackers=(name,),
             ),
@@ -194,15 +192,13 @@ def _joined(versions: Sequence[tuple[Field, ...]], file: str) -> list[Field]:
             each,
             kind=float if kinds == {int, float} else each.kind,
             default=before.default,
-            low=_furthest(min, before.low, each.low),
-            high=_furthest(max, before.high, each.high),
+            within=_joined_range(before.within, each.within),
         )
     return list(joined.values())
 
 
-def _furthest(choose: Any, one: float | None, other: float | None) -> float | None:  # noqa: ANN401 - min or max
-    known = [each for each in (one, other) if each is not None]
-    return choose(known) if known else None
+def _joined_range(one: Within | None, other: Within | None) -> Within | None:
+    return (min(one[0], other[0]), max(one[1], other[1]), other[2]) if one and other else other
 
 
 def _check_kind(base: type[Parameters], each: Field, file: str) -> None:

@@ -18,7 +18,7 @@ import tokenize
 from collections.abc import Mapping
 from typing import Any, Literal, TypeAlias, get_args, get_origin
 
-from pftrack.core.model.parameters import Value, parameter
+from pftrack.core.model.parameters import Value, Within, parameter
 
 
 class FilterFileError(ValueError):
@@ -62,9 +62,7 @@ class Field:
         name: Of the parameter.
         kind: bool, int, float, or a Literal of texts.
         default: What a run starts with.
-        low: Smallest value of a number.
-        high: Largest value of a number.
-        step: Of its slider.
+        within: Of a number, the smallest and the largest value, and the step of its slider.
         title: What it is called.
         unit: As it is printed.
         about: One sentence of help.
@@ -73,9 +71,7 @@ class Field:
     name: str
     kind: Kind
     default: Value
-    low: float | None
-    high: float | None
-    step: float | None
+    within: Within | None
     title: str
     unit: str
     about: str
@@ -87,9 +83,7 @@ class Field:
             self.title,
             self.about,
             unit=self.unit,
-            ge=self.low,
-            le=self.high,
-            step=self.step,
+            within=self.within,
             group=group,
             trackers=(tracker,),
         )
@@ -148,22 +142,20 @@ def _field(each: "dataclasses.Field[Any]", file: str, line: int | None, comments
         what = "needs a default" if default is dataclasses.MISSING else "must be a number, true or false, or a Literal"
         raise FilterFileError(file, line, f"the parameter {each.name} {what}, as in `{each.name}: float = 3.0`")
     said: dict[str, Any] = dict(each.metadata.get(KEY, {}))
-    low, high, step = None, None, None
+    within = None
     if kind in {int, float}:
         if not math.isfinite(default):
             raise FilterFileError(file, line, f"the default of {each.name} must be finite, got {default!r}")
         low, high = (said["low"], said["high"]) if "low" in said else _bounds(default)
         if not low <= default <= high:
             raise FilterFileError(file, line, f"the default of {each.name} must lie between {low:g} and {high:g}")
-        default, step = kind(default), said.get("step") or _step(kind, low, high)
+        default, within = kind(default), (low, high, said.get("step") or _step(kind, low, high))
     title, unit = said.get("title") or _title(each.name), said.get("unit")
     return Field(
         name=each.name,
         kind=kind,
         default=default,
-        low=low,
-        high=high,
-        step=step,
+        within=within,
         title=title,
         unit=UNITS.get(each.name.rpartition("_")[2], "") if unit is None else unit,
         about=said.get("about") or comments.get(line or 0) or f"{title}, of {file}.",

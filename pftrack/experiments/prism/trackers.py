@@ -22,7 +22,12 @@ from pftrack.experiments.shared.pose.beliefs import Solid
 from pftrack.experiments.shared.pose.calibrated import pose_and_band
 from pftrack.experiments.shared.pose.layered import FeatureLikelihood
 from pftrack.experiments.shared.pose.methods import METHODS, Method, measurement, report
-from pftrack.experiments.shared.pose.parameters import PoseTrackerParameters, particles_per_feature, pose_guidance
+from pftrack.experiments.shared.pose.parameters import (
+    FEATURES,
+    PoseTrackerParameters,
+    particles_per_feature,
+    pose_guidance,
+)
 from pftrack.experiments.shared.pose.particles import (
     PoseModel,
     PoseParticles,
@@ -49,7 +54,7 @@ SEEN_FACTOR = 3.0
 """A vertex counts as hidden if its measurement is noisier than the best one by this factor."""
 
 
-class TrackedPrismParameters(PoseTrackerParameters, PrismParameters):
+class TrackedPrismParameters(PoseTrackerParameters, PrismParameters, group=FEATURES):
     """The scene, whose camera is known, and its trackers."""
 
     guidance = pose_guidance("prism")

@@ -299,7 +299,7 @@ SCORING = "Scoring"
 MOST_DISTANCE = 100_000
 
 
-class ScoringParameters(Parameters):
+class ScoringParameters(Parameters, group=SCORING):
     """When a target counts as lost."""
 
     # fmt: off
@@ -307,8 +307,8 @@ class ScoringParameters(Parameters):
         0, "Lost from", "Distance from the truth from which on the target counts as lost, in the unit of the states; 0 "
         "for half the longer side of its true box. Where truths have no box, it begins with how far the true places "
         "lie from the middle of their path, root mean square: one who stays there is wrong by so much.",
-        ge=0, le=MOST_DISTANCE, step=1, group=SCORING)
-    lost_share: float = loss_share(0.25, group=SCORING)
+        within=(0, MOST_DISTANCE, 1))
+    lost_share: float = loss_share(0.25)
     # fmt: on
 
 

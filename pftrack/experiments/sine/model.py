@@ -25,41 +25,35 @@ from pftrack.filters.dynamics import LinearDynamics, autoregression
 GROUP = "Filter"
 
 
-class SignalTrackerParameters(Parameters):
+class SignalTrackerParameters(Parameters, group=GROUP):
     """Everything that can be turned on the trackers of a signal."""
 
-    sample_count: int = particle_count(100, group=GROUP, trackers=("condensation",))
+    sample_count: int = particle_count(100, trackers=("condensation",))
     process_noise_sd: float = parameter(
         0.001,
         "Process noise",
         "Standard deviation of what the motion model leaves out, each frame.",
-        ge=1e-6,
-        le=1,
-        step=0.0005,
-        group=GROUP,
+        within=(1e-6, 1, 0.0005),
+        useful=(0.0005, 0.05),
         role="noise",
     )
     assumed_noise_sd: float = parameter(
         0.1,
         "Assumed observation noise",
         "Standard deviation of the noise as the filter takes it to be.",
-        ge=0.001,
-        le=10,
-        step=0.01,
-        group=GROUP,
+        within=(0.001, 10, 0.01),
+        useful=(0.01, 1),
         role="noise",
     )
     initial_sd: float = parameter(
         0,
         "Initial spread",
         "Standard deviation of both newest values around the true start.",
-        ge=0,
-        le=10,
-        step=0.1,
+        within=(0, 10, 0.1),
+        useful=(0, 2),
         live=False,
-        group=GROUP,
     )
-    resampling_threshold: float = resampling_threshold(group=GROUP, trackers=("condensation",))
+    resampling_threshold: float = resampling_threshold(trackers=("condensation",))
 
 
 class Signal(PointModel):

@@ -16,28 +16,19 @@ from pftrack.core.numerics.random import Purpose, Stream
 GROUP = "Signal"
 
 
-class SignalParameters(Parameters):
+class SignalParameters(Parameters, group=GROUP):
     """The signal and its noise."""
 
-    waveform: Literal["sine", "cosine"] = parameter("cosine", "Waveform", "The true signal.", live=False, group=GROUP)
+    waveform: Literal["sine", "cosine"] = parameter("cosine", "Waveform", "The true signal.", live=False)
     dimension: int = parameter(
-        1,
-        "Dimension",
-        "How many independent copies of the signal are tracked together.",
-        ge=1,
-        le=10,
-        step=1,
-        live=False,
-        group=GROUP,
+        1, "Dimension", "How many independent copies of the signal are tracked together.", within=(1, 10, 1), live=False
     )
     observation_noise_sd: float = parameter(
         0.1,
         "Observation noise",
         "Standard deviation of the noise on what is seen.",
-        ge=0.001,
-        le=10,
-        step=0.01,
-        group=GROUP,
+        within=(0.001, 10, 0.01),
+        useful=(0.01, 1),
         role="world",
     )
 

@@ -42,48 +42,73 @@ BURST_EVERY, BURST_FROM = 120, 60
 BODY, MOTION, CAMERA, SEEN = "Body", "Motion", "Camera", "What is seen"
 
 
-class TracksSceneParameters(Parameters):
-    """The scene: which body, how it turns, and how well its points are seen."""
+class _Body(Parameters, group=BODY):
+    """Which body turns."""
 
     # fmt: off
     tracked_body: Literal["prism", "face", "cloud", "plate"] = parameter(
         "prism", "Body", "A prism of 14 points, a face of 11, or any number of points on an egg or in one plane.",
-        live=False, group=BODY)
+        live=False)
     body_seed: int = parameter(
         99, "Which one", "Number of the face, the egg or the plate: each has another shape.",
-        ge=0, le=999, step=1, live=False, group=BODY)
+        within=(0, 999, 1), useful=(0, 199), live=False)
     body_points: int = parameter(
-        20, "Points", "How many points an egg or a plate has.", ge=4, le=60, step=1, live=False, group=BODY)
+        20, "Points", "How many points an egg or a plate has.", within=(4, 60, 1), live=False)
+    # fmt: on
+
+
+class _Motion(Parameters, group=MOTION):
+    """How fast it turns."""
+
+    # fmt: off
     sideways_deg: float = parameter(
         1, "Turning sideways", "How fast it turns about the vertical axis, each frame.",
-        unit="°", ge=0, le=10, step=0.1, group=MOTION)
+        unit="°", within=(0, 10, 0.1))
     upwards_deg: float = parameter(
         2, "Turning upwards", "How fast it turns about the horizontal axis, each frame.",
-        unit="°", ge=0, le=10, step=0.1, group=MOTION)
+        unit="°", within=(0, 10, 0.1))
     swing_deg: float = parameter(
         180, "Swing", "How far it turns to either side before it turns back; at 180 it goes all the way round.",
-        unit="°", ge=1, le=180, step=1, live=False, group=MOTION)
+        unit="°", within=(1, 180, 1), live=False)
+    # fmt: on
+
+
+class _Camera(Parameters, group=CAMERA):
+    """How far away it is."""
+
+    # fmt: off
     camera_distance: float = parameter(
         9, "Distance", "From the camera to the body, in sizes of the body; far away there is no perspective.",
-        ge=4, le=1000, step=1, live=False, group=CAMERA)
+        within=(4, 1000, 1), useful=(4, 300), live=False)
+    # fmt: on
+
+
+class _Seen(Parameters, group=SEEN):
+    """How well its points are seen."""
+
+    # fmt: off
     seen_noise_px: float = parameter(
         2, "Noise", "Standard deviation of the measurement of a point that is seen well.",
-        unit="px", ge=0.001, le=20, step=0.1, group=SEEN, role="world")
+        unit="px", within=(0.001, 20, 0.1), useful=(0.1, 10), role="world")
     unseen_noise_px: float = parameter(
         100, "Noise while hidden", "Standard deviation of the measurement of a point that is hidden.",
-        unit="px", ge=0.001, le=500, step=1, group=SEEN)
+        unit="px", within=(0.001, 500, 1), useful=(1, 200))
     unseen_missing: bool = parameter(
-        False, "Hidden points missing", "Whether a hidden point is not measured at all.", group=SEEN)
+        False, "Hidden points missing", "Whether a hidden point is not measured at all.")
     missing_share: float = parameter(
         0, "Missing at random", "Share of the points that are not measured in a frame.",
-        ge=0, le=0.9, step=0.05, group=SEEN, role="world")
+        within=(0, 0.9, 0.05), role="world")
     burst_frames: int = parameter(
         0, "Burst", "For how many frames of every 120 the left half of the body is covered.",
-        unit="frames", ge=0, le=120, step=5, group=SEEN)
+        unit="frames", within=(0, 120, 5))
     slip_share: float = parameter(
         0, "Silently wrong", "Share of the measurements that are some 40 px off without their variance saying so.",
-        ge=0, le=0.5, step=0.01, group=SEEN, role="world")
+        within=(0, 0.5, 0.01), role="world")
     # fmt: on
+
+
+class TracksSceneParameters(_Seen, _Camera, _Motion, _Body):
+    """The scene: which body, how it turns, and how well its points are seen."""
 
 
 class TracksSource:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Bools, Floats, Ints
-from pftrack.core.model.parameters import parameter, revise
+from pftrack.core.model.parameters import Parameters, parameter, revise
 from pftrack.core.model.source import Frame, History, Target
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.trajectories.scene import SelectionParameters, TrajectoriesTarget
@@ -190,31 +190,49 @@ GAIN_NOISE, FLICKER, FLICKER_FRAMES = 0.01, 0.03, 17.0
 WALL_GROUP, LIGHT, MOTION = "Wall and book", "Light and noise", "Motion"
 
 
-class CornerSceneParameters(DetectorParameters, SelectionParameters):
-    """The scene: how much alike its corners are, and how the pictures are spoilt."""
+class _Wall(Parameters, group=WALL_GROUP):
+    """How much alike the corners are."""
 
     # fmt: off
     wall_pitch_px: int = parameter(
         11, "Lattice pitch", "From one line of the wall's lattice to the next: so far away is the nearest look-alike.",
-        unit="px", ge=5, le=40, step=1, live=False, group=WALL_GROUP)
+        unit="px", within=(5, 40, 1), live=False)
     wall_contrast: float = parameter(
         75, "Lattice contrast", "How much darker than the wall its lines are, in grey levels.",
-        ge=0, le=150, step=1, group=WALL_GROUP)
+        within=(0, 150, 1))
     false_corners: int = parameter(
         6, "False corners", "How many points of the book's slanted line are followed, where one place is like another.",
-        ge=0, le=12, step=1, live=False, group=WALL_GROUP)
+        within=(0, 12, 1), live=False)
+    # fmt: on
+
+
+class _Light(Parameters, group=LIGHT):
+    """How pictures are spoilt."""
+
+    # fmt: off
     image_noise_sd: float = parameter(
         5, "Picture noise", "Standard deviation of the noise of each pixel, in grey levels.",
-        ge=0, le=40, step=0.5, group=LIGHT, role="world")
+        within=(0, 40, 0.5), role="world")
     gain_jump: float = parameter(
         0.11, "Jump of the light", "By how much of itself the light is now and then stronger or weaker for a frame.",
-        ge=0, le=0.5, step=0.01, group=LIGHT, role="world")
+        within=(0, 0.5, 0.01), role="world")
     gain_jump_share: float = parameter(
-        0.12, "Share of frames with a jump", "How often the light jumps.", ge=0, le=1, step=0.01, group=LIGHT)
+        0.12, "Share of frames with a jump", "How often the light jumps.", within=(0, 1, 0.01))
+    # fmt: on
+
+
+class _Speed(Parameters, group=MOTION):
+    """How fast everything moves."""
+
+    # fmt: off
     scene_speed: float = parameter(
         1, "Speed", "How fast wall, book and box move, relative to the sequence of the study.",
-        ge=0, le=4, step=0.1, group=MOTION, role="world")
+        within=(0, 4, 0.1), role="world")
     # fmt: on
+
+
+class CornerSceneParameters(_Speed, _Light, _Wall, DetectorParameters, SelectionParameters):
+    """The scene: how much alike its corners are, and how the pictures are spoilt."""
 
 
 class CornerSource:

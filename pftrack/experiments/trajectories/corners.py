@@ -22,35 +22,31 @@ from pftrack.vision.likelihoods.template import luma
 MATCHING = "Matching"
 
 
-class CornerParameters(DetectorParameters):
+class CornerParameters(DetectorParameters, group=MATCHING):
     """Everything that following corners through pictures reads."""
 
     # fmt: off
     template_px: int = parameter(
         11, "Template", "Side of the square about a corner that is looked for in later pictures.",
-        unit="px", ge=3, le=LARGEST_TEMPLATE_PX, step=2, live=False, group=MATCHING)
+        unit="px", within=(3, LARGEST_TEMPLATE_PX, 2), live=False)
     search_reach_px: int = parameter(
         13, "Search to", "How far from its last match a corner is looked for, to all four sides.",
-        unit="px", ge=1, le=40, step=1, group=MATCHING)
+        unit="px", within=(1, 40, 1))
     match_cost: Cost = parameter(
         "difference", "Compare by",
-        "The mean difference of grey levels, which light misleads, or normalised correlation, which it does not.",
-        group=MATCHING)
+        "The mean difference of grey levels, which light misleads, or normalised correlation, which it does not.")
     template_renewal: bool = parameter(
-        False, "Renew templates", "Whether a template is cut anew at every match: it adapts, and drifts away.",
-        group=MATCHING)
+        False, "Renew templates", "Whether a template is cut anew at every match: it adapts, and drifts away.")
     between_pixels: bool = parameter(
-        False, "Between pixels", "Whether a match is placed between pixels by the costs of its neighbours.",
-        group=MATCHING)
+        False, "Between pixels", "Whether a match is placed between pixels by the costs of its neighbours.")
     largest_cost: float = parameter(
         255, "Largest cost", "A costlier match is none: in grey levels, in hundredths by correlation; 255 takes all.",
-        ge=0, le=255, step=1, group=MATCHING)
+        within=(0, 255, 1))
     largest_ratio: float = parameter(
         1, "Largest ratio", "A match that costs more of the next best one elsewhere is ambiguous, and is none.",
-        ge=0, le=1, step=0.01, group=MATCHING)
+        within=(0, 1, 0.01))
     new_corners: bool = parameter(
-        False, "New corners", "Whether a corner that has been gone for ten frames is replaced by another.",
-        group=MATCHING)
+        False, "New corners", "Whether a corner that has been gone for ten frames is replaced by another.")
     # fmt: on
 
 

@@ -100,14 +100,14 @@ class RecordedTrajectoriesParameters(TrajectoriesTrackerParameters, CornerParame
 
 
 class SimulatedTrajectoriesParameters(
-    TrajectoriesTrackerParameters, CornerParameters, CornerSceneParameters, TracksSceneParameters
+    TrajectoriesTrackerParameters, CornerParameters, CornerSceneParameters, TracksSceneParameters, group="Scene"
 ):
     """The simulated sequence or the simulated tracks, and their filters."""
 
     # fmt: off
     trajectories_scene: Literal["lattice", "tracks"] = parameter(
         "lattice", "Scene", "Pictures of a wall, a book and a box, whose corners are followed; or nothing but tracks.",
-        live=False, group="Scene")
+        live=False)
     # fmt: on
 
 

@@ -53,13 +53,13 @@ REFERENCE_PX: Floats = np.array([pair.split(",") for pair in TABLE.split()], dty
 REFERENCE_PX.flags.writeable = False
 
 
-class SelectionParameters(Parameters):
+class SelectionParameters(Parameters, group="Selection"):
     """Which track the run's estimate and error are of."""
 
     # fmt: off
     selected_track: int = parameter(
         0, "Selected track", "Number of the track that is looked at closely; its position is the run's estimate.",
-        ge=0, le=399, step=1, group="Selection")
+        within=(0, 399, 1), useful=(0, 60))
     # fmt: on
 
 
@@ -124,31 +124,31 @@ ACROSS, APART_PX, SHIFT_PX = 6, 80.0, 13.0
 MEASUREMENTS = "Measurements"
 
 
-class TracksSceneParameters(SelectionParameters):
+class TracksSceneParameters(SelectionParameters, group=MEASUREMENTS):
     """The simulated tracks and their noise."""
 
     # fmt: off
     track_count: int = parameter(
         6, "Tracks", "How many tracks there are; all move alike and have noise of their own.",
-        ge=1, le=200, step=1, live=False, group=MEASUREMENTS)
+        within=(1, 200, 1), useful=(1, 60), live=False)
     reference_track: bool = parameter(
         True, "Reference track", "Whether the first track is the one whose numbers are the same in every run.",
-        live=False, group=MEASUREMENTS)
+        live=False)
     horizontal_variance_px2: float = parameter(
         2, "Horizontal noise", "Variance of the measurements across.",
-        unit="px²", ge=0, le=50, step=0.5, group=MEASUREMENTS, role="world")
+        unit="px²", within=(0, 50, 0.5), useful=(0, 20), role="world")
     vertical_variance_px2: float = parameter(
         0.5, "Vertical noise", "Variance of the measurements downwards.",
-        unit="px²", ge=0, le=50, step=0.5, group=MEASUREMENTS, role="world")
+        unit="px²", within=(0, 50, 0.5), useful=(0, 20), role="world")
     outlier_every: int = parameter(
         15, "Outlier every", "Every so many frames the horizontal noise is Cauchy; beyond 99 it never is.",
-        unit="frames", ge=1, le=100, step=1, group=MEASUREMENTS)
+        unit="frames", within=(1, 100, 1))
     outlier_frames: int = parameter(
         1, "Outliers last", "For how many frames a track stays where an outlier has taken it.",
-        unit="frames", ge=1, le=50, step=1, group=MEASUREMENTS)
+        unit="frames", within=(1, 50, 1), useful=(1, 20))
     outlier_scale_px2: float = parameter(
         50, "Size of outliers", "Square of the scale of the Cauchy noise.",
-        unit="px²", ge=0, le=2500, step=10, group=MEASUREMENTS, role="world")
+        unit="px²", within=(0, 2500, 10), useful=(0, 500), role="world")
     # fmt: on
 
 

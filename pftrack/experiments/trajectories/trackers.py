@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Bools, Floats, Ints
-from pftrack.core.model.parameters import parameter
+from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.trajectories.corners import Corners
 from pftrack.experiments.trajectories.scene import Origin, SelectionParameters
@@ -30,41 +30,58 @@ CLOUDS = ("lng", "nlng")
 LONGEST_LAG = 50
 
 
-class TrajectoriesTrackerParameters(SelectionParameters):
-    """Everything that trackers of trajectories read."""
+class _Model(Parameters, group=MODEL):
+    """How points move and are measured."""
 
     # fmt: off
     noise_variance_px2: float = parameter(
         3, "Measurement noise σ²", "Square of the scale of a measurement's noise; NLNG begins there and finds its own.",
-        unit="px²", ge=0.01, le=100, step=0.5, group=MODEL, role="noise")
+        unit="px²", within=(0.01, 100, 0.5), useful=(0.1, 30), role="noise")
     drive_variance_px2: float = parameter(
         1, "Freedom of motion τ²", "Variance of the change of velocity in a frame; small is smooth. NLNG begins there.",
-        unit="px²", ge=0.0001, le=100, step=0.1, group=MODEL, role="noise")
+        unit="px²", within=(0.0001, 100, 0.1), useful=(0.01, 10), role="noise")
     lag_frames: int = parameter(
         25, "Smoothing lag", "How many later frames a smoothed position takes into account.",
-        unit="frames", ge=0, le=LONGEST_LAG, step=1, group=MODEL, role="smoothing")
+        unit="frames", within=(0, LONGEST_LAG, 1), role="smoothing")
     start_spread_px: float = parameter(
         1, "Initial spread", "Standard deviation of the two positions with which a track begins.",
-        unit="px", ge=0.1, le=50, step=0.5, live=False, group=MODEL)
+        unit="px", within=(0.1, 50, 0.5), useful=(0.5, 10), live=False)
+    # fmt: on
+
+
+class _Particles(Parameters, group=PARTICLES, trackers=CLOUDS):
+    """Particles, and how noises drift."""
+
+    # fmt: off
     sample_count: int = parameter(
         2000, "Particles", "Number of particles of each track.",
-        ge=10, le=MOST_PARTICLES, step=10, group=PARTICLES, trackers=CLOUDS, role="particles", sets=50)
+        within=(10, MOST_PARTICLES, 10), role="particles", sets=50)
     point_estimate: Literal["mode", "mean"] = parameter(
-        "mode", "Estimate", "The fullest place of a histogram in bins of 1 px, or the mean of the particles.",
-        group=PARTICLES, trackers=CLOUDS)
+        "mode", "Estimate", "The fullest place of a histogram in bins of 1 px, or the mean of the particles.")
     law_drift: float = parameter(
         0, "Drift of σ² and τ²", "What their logarithms may change by in a frame; without, they settle once for all.",
-        ge=0, le=0.5, step=0.01, group=PARTICLES, trackers=("nlng",))
+        within=(0, 0.5, 0.01), trackers=("nlng",))
+    # fmt: on
+
+
+class _Scoring(Parameters, group=SCORING):
+    """When a measurement is an outlier, and a point lost."""
+
+    # fmt: off
     outlier_px: float = parameter(
         5, "Outlier from", "A measurement further from the estimate than this counts as an outlier.",
-        unit="px", ge=0.5, le=100, step=0.5, group=SCORING)
+        unit="px", within=(0.5, 100, 0.5), useful=(0.5, 20))
     lost_px: float = parameter(
         10, "Lost from", "A track further from its true position than this counts as lost.",
-        unit="px", ge=0.5, le=200, step=0.5, group=SCORING)
+        unit="px", within=(0.5, 200, 0.5), useful=(0.5, 40))
     lost_frames_share: float = parameter(
         0.02, "Frames that may be lost", "A run is a success if the selected track is lost in no more of its frames.",
-        ge=0, le=1, step=0.01, group=SCORING, role="loss_share")
+        within=(0, 1, 0.01), role="loss_share")
     # fmt: on
+
+
+class TrajectoriesTrackerParameters(_Scoring, _Particles, _Model, SelectionParameters):
+    """Everything that trackers of trajectories read."""
 
 
 Belief: TypeAlias = Gaussians | Cloud

@@ -398,19 +398,19 @@ def _fits(counts: NDArray[Any]) -> bool:
 GROUP = "Selection"
 
 
-class SelectionParameters(Parameters):
+class SelectionParameters(Parameters, group=GROUP):
     """What the run's estimate and error are of."""
 
     # fmt: off
     selected_target: int = parameter(
         -1, "Selected target", "Number of the target that is looked at, as the file has it; -1 for the one that is "
         "followed longest.",
-        ge=-1, le=1_000_000, step=1, live=False, group=GROUP)
+        within=(-1, 1_000_000, 1), useful=(-1, 60), live=False)
     component_across: int = parameter(
         0, "Component across", "Which component of the state is drawn across, from 0; the first of the estimate.",
-        ge=0, le=399, step=1, live=False, group=GROUP)
+        within=(0, 399, 1), useful=(0, 20), live=False)
     component_down: int = parameter(
         1, "Component down", "Which component of the state is drawn downwards, or upwards where there is no picture; "
         "the second of the estimate.",
-        ge=0, le=399, step=1, live=False, group=GROUP)
+        within=(0, 399, 1), useful=(0, 20), live=False)
     # fmt: on

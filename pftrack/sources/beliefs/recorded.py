@@ -279,19 +279,18 @@ UNITS = ("px", "px", "px/frame", "px/frame")
 VELOCITY_SD_PX = 0.5
 
 
-class ExampleParameters(SelectionParameters):
+class ExampleParameters(SelectionParameters, group=GROUP):
     """The example that is made up."""
 
     # fmt: off
     example_particles: int = parameter(
         300, "Particles", "How many particles there are of each target.",
-        ge=1, le=10_000, step=1, live=False, group=GROUP, role="particles", sets=2)
+        within=(1, 10_000, 1), useful=(10, 1000), live=False, role="particles", sets=2)
     example_error_px: float = parameter(
         4, "Error", "Standard deviation of the estimate's error, and of the particles.",
-        unit="px", ge=0.1, le=50, step=0.1, group=GROUP, role="world")
+        unit="px", within=(0.1, 50, 0.1), useful=(0.5, 20), role="world")
     confuse_numbers: bool = parameter(
-        False, "Confuse numbers", "Whether the two targets have each other's number after they met.",
-        group=GROUP)
+        False, "Confuse numbers", "Whether the two targets have each other's number after they met.")
     # fmt: on
 
 

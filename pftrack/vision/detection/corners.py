@@ -35,29 +35,29 @@ GROUP = "Corners"
 BAND_ROWS = 128
 
 
-class DetectorParameters(Parameters):
+class DetectorParameters(Parameters, group=GROUP):
     """What counts as a corner."""
 
     # fmt: off
     corner_detector: Detector = parameter(
         "eigenvalue", "Detector",
         "By the smaller eigenvalue of the gradients (Shi and Tomasi), or by their lack of a direction (Chabat).",
-        live=False, group=GROUP)
+        live=False)
     corner_count: int = parameter(
         60, "Most corners", "How many corners are followed at most, the strongest first.",
-        ge=1, le=400, step=1, live=False, group=GROUP)
+        within=(1, 400, 1), useful=(1, 200), live=False)
     corner_quality: float = parameter(
         0.05, "Least strength", "How strong a corner must be, as a share of the strongest one of the picture.",
-        ge=0.001, le=1, step=0.001, live=False, group=GROUP)
+        within=(0.001, 1, 0.001), useful=(0.001, 0.3), live=False)
     corner_distance_px: float = parameter(
         9, "Least distance", "How far corners are from each other at least.",
-        unit="px", ge=1, le=100, step=1, live=False, group=GROUP)
+        unit="px", within=(1, 100, 1), useful=(1, 40), live=False)
     corner_window_px: int = parameter(
         5, "Window", "Side of the square over which gradients are summed.",
-        unit="px", ge=3, le=31, step=2, live=False, group=GROUP)
+        unit="px", within=(3, 31, 2), live=False)
     corner_margin_px: int = parameter(
         12, "Margin", "How far corners are from the edge of the picture at least.",
-        unit="px", ge=0, le=200, step=1, live=False, group=GROUP)
+        unit="px", within=(0, 200, 1), useful=(0, 60), live=False)
     # fmt: on
 
 

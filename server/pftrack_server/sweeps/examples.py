@@ -19,7 +19,7 @@ def example(experiment: Experiment) -> SweepCreate:
             frames=known.frames,
         )
     every = declarations(type(experiment.simulate().parameters))
-    numbers = [it for it in every if it.kind in {"integer", "number"} and it.minimum is not None]
+    numbers = [it for it in every if it.kind in {"integer", "number"} and it.useful]
     return SweepCreate(
         experiment=experiment.id,
         axes=[_around(it) for it in numbers[:2]],
@@ -30,9 +30,9 @@ def example(experiment: Experiment) -> SweepCreate:
 
 
 def _around(declaration: Declaration) -> SweepAxis:
-    """Return an axis around a number's default, within its bounds."""
+    """Return an axis around a number's default, within its useful range."""
     step = declaration.step or 1.0
-    low, high = declaration.minimum or 0.0, declaration.maximum or 1.0
+    low, high = declaration.useful or (0.0, 1.0)
     middle = float(declaration.default)
     start = max(low, middle - STEPS // 2 * step)
     return SweepAxis(name=declaration.name, start=start, stop=min(high, start + (STEPS - 1) * step), step=step)

@@ -289,20 +289,25 @@ class TestSliders:
     def test_bounds_unit_and_help_are_read_from_the_line(self) -> None:
         """A number gets bounds around its default, its name tells the unit, and the comment is its help."""
         field = self.declared("    noise_px: float = 3  # how far it moves\n")
-        assert (field.kind, field.default, field.low, field.high, field.step) == (float, 3.0, 0.0, 30.0, 0.1)
+        assert (field.kind, field.default, field.within) == (float, 3.0, (0.0, 30.0, 0.1))
         assert (field.title, field.unit, field.about) == ("Noise", "px", "How far it moves.")
-        assert self.declared("    share: float = 0.2\n").high == 1.0
-        assert (self.declared("    shift: float = -2.0\n").low, self.declared("    shift: float = 0.0\n").low) == (
-            -20,
-            -1,
-        )
-        assert (self.declared("    count: int = 4\n").high, self.declared("    on: bool = True\n").kind) == (40, bool)
+        for line, bounds in (
+            ("share: float = 0.2", (0.0, 1.0)),
+            ("shift: float = -2.0", (-20.0, 20.0)),
+            ("shift: float = 0.0", (-1.0, 1.0)),
+            ("count: int = 4", (0, 40)),
+        ):
+            declared = self.declared(f"    {line}\n").within
+            assert declared is not None
+            assert declared[:2] == bounds
+        on = self.declared("    on: bool = True\n")
+        assert (on.within, on.kind) == (None, bool)
         assert self.declared('    law: Literal["a", "b"] = "a"\n').kind is not str
 
     def test_bounds_of_ones_own(self) -> None:
         """By `slider`."""
         field = self.declared('    k: float = slider(2, 1, 5, step=0.5, unit="m", title="Reach", about="How far.")\n')
-        assert (field.low, field.high, field.step, field.unit, field.title) == (1, 5, 0.5, "m", "Reach")
+        assert (field.within, field.unit, field.title) == ((1, 5, 0.5), "m", "Reach")
 
     @pytest.mark.parametrize("body", ["    a: float\n", "    a: list = None\n", "    a: float = float('inf')\n"])
     def test_what_no_slider_can_have_is_refused(self, body: str) -> None:

@@ -24,10 +24,8 @@ def particles_per_feature(features: int) -> Any:  # noqa: ANN401 - as of `parame
         50,
         "Particles per feature",
         "Number of particles of each feature.",
-        ge=2,
-        le=5000,
-        step=1,
-        group=FEATURES,
+        within=(2, 5000, 1),
+        useful=(2, 500),
         trackers=LAYERED,
         role="particles",
         sets=features,
@@ -40,10 +38,8 @@ def joint_particles(count: int, remark: str = "") -> Any:  # noqa: ANN401 - as o
         count,
         "Joint particles",
         f"Number of particles that carry all features at once{remark}.",
-        ge=10,
-        le=100_000,
-        step=10,
-        group=FEATURES,
+        within=(10, 100_000, 10),
+        useful=(100, 50_000),
         trackers=("rb-pf",),
         role="particles",
     )
@@ -54,14 +50,8 @@ def pose_guidance(experiment: str) -> Guidance:
     return Guidance(experiment, Chart(angles=("theta_x", "theta_y", "theta_z")), "", scale=float(np.rad2deg(1.0)))
 
 
-class PoseTrackerParameters(Parameters):
-    """Everything that trackers of a solid's points have in common.
-
-    Attributes:
-        guidance: How the runs of the experiment are learned from.
-    """
-
-    guidance: ClassVar[Guidance] = pose_guidance("")
+class _Features(Parameters, group=FEATURES, trackers=LAYERED):
+    """Particles of the features, and how surely a feature is placed."""
 
     sample_count: int = particles_per_feature(1)
     feature_noise_px: float = parameter(
@@ -69,11 +59,8 @@ class PoseTrackerParameters(Parameters):
         "Feature noise",
         "Process noise of the features' own dynamics, each frame.",
         unit="px",
-        ge=0.1,
-        le=50,
-        step=0.1,
-        group=FEATURES,
-        trackers=LAYERED,
+        within=(0.1, 50, 0.1),
+        useful=(0.5, 15),
         role="noise",
     )
     sd_floor_px: float = parameter(
@@ -81,75 +68,66 @@ class PoseTrackerParameters(Parameters):
         "Smallest deviation",
         "Standard deviation with which a feature's position is believed at the best.",
         unit="px",
-        ge=0.05,
-        le=20,
-        step=0.05,
-        group=FEATURES,
-        trackers=LAYERED,
+        within=(0.05, 20, 0.05),
+        useful=(0.05, 3),
     )
     initial_sd_px: float = parameter(
         1,
         "Initial spread",
         "Standard deviation of the particles around the features at the start.",
         unit="px",
-        ge=0,
-        le=50,
-        step=0.1,
+        within=(0, 50, 0.1),
+        useful=(0, 10),
         live=False,
-        group=FEATURES,
-        trackers=LAYERED,
     )
+    joint_sample_count: int = joint_particles(25_000)
+
+
+class _Mixture(Parameters, group=MIXTURE, trackers=("pf-asd",)):
+    """How the share of each prediction follows its success."""
+
     forgetting: float = parameter(
         0.5,
         "Forgetting",
         "Weight of the past in adapting alpha; at 0.5 the memory is about two frames, at 1 it is all of the past.",
-        ge=0,
-        le=1,
-        step=0.01,
-        group=MIXTURE,
-        trackers=("pf-asd",),
+        within=(0, 1, 0.01),
         role="memory",
     )
     alpha_clip: float = parameter(
         0.1,
         "Clip of alpha",
         "Least share of a feature's particles that either prediction keeps.",
-        ge=0.01,
-        le=0.5,
-        step=0.01,
-        group=MIXTURE,
-        trackers=("pf-asd",),
+        within=(0.01, 0.5, 0.01),
     )
     lower_density: Literal["gaussian", "kernel"] = parameter(
         "gaussian",
         "Density of the own prediction",
         "How the own prediction is written down in adapting alpha: one Gaussian, or a kernel around each particle.",
-        group=MIXTURE,
-        trackers=("pf-asd",),
     )
+
+
+class _Upper(Parameters, group=UPPER):
+    """Which camera predicts the pose, and how fast the pose may change."""
+
     upper_layer: Literal["perspective", "affine"] = parameter(
         "perspective",
         "Camera of the upper layer",
         "Whether the solid is predicted by pose and place before a pinhole, or by an affine camera (Bando 2007), which "
         "is wrong near the camera.",
-        group=UPPER,
         trackers=LAYERED,
     )
     pose_estimator: Literal["extended", "particle"] = parameter(
         "extended",
         "Pose from the affine camera",
         "Whether the angles are found by an extended Kalman filter or by particles.",
-        group=UPPER,
         trackers=LAYERED,
     )
     pose_sample_count: int = parameter(
         500,
         "Particles of the pose",
         "Number of particles, if the angles are found by particles.",
-        ge=10,
-        le=20_000,
-        step=10,
-        group=UPPER,
+        within=(10, 20_000, 10),
+        useful=(100, 5000),
         trackers=LAYERED,
         role="particles",
     )
@@ -158,10 +136,8 @@ class PoseTrackerParameters(Parameters):
         "Pose noise",
         "How far each angle may turn in a frame, beside the affine camera.",
         unit="°",
-        ge=0.05,
-        le=30,
-        step=0.05,
-        group=UPPER,
+        within=(0.05, 30, 0.05),
+        useful=(0.5, 10),
         role="noise",
     )
     learned: str = parameter(
@@ -170,16 +146,13 @@ class PoseTrackerParameters(Parameters):
         "How far the angles turn in a frame, and which of them together, beside the affine camera: a file that pftrack "
         "learn or the Files menu has written. It takes the place of the pose noise.",
         accept=".json",
-        group=UPPER,
     )
     camera_noise: float = parameter(
         1,
         "Camera noise",
         "How fast the upper layer may change, as a multiple of Bando's noise.",
-        ge=0.05,
-        le=20,
-        step=0.05,
-        group=UPPER,
+        within=(0.05, 20, 0.05),
+        useful=(0.05, 5),
         role="noise",
     )
     pose_band: Literal["calibrated", "document"] = parameter(
@@ -187,20 +160,31 @@ class PoseTrackerParameters(Parameters):
         "Band of the pose",
         "Whether the angles are as sure as the points' misfit shows, or as Bando's filters say, which is far too sure; "
         "the calibrated one takes the affine camera's error off the estimate where solid and camera are known.",
-        group=UPPER,
     )
-    joint_sample_count: int = joint_particles(25_000)
+
+
+class _Scoring(Parameters, group=SCORING):
+    """When a pose counts as lost."""
+
     lost_deg: float = parameter(
         15,
         "Limit of success",
         "The pose counts as lost when it is further off than this, averaged over the axes.",
         unit="°",
-        ge=0.5,
-        le=180,
-        step=0.5,
-        group=SCORING,
+        within=(0.5, 180, 0.5),
+        useful=(1, 45),
     )
-    lost_share: float = loss_share(0.1, group=SCORING)
+    lost_share: float = loss_share(0.1)
+
+
+class PoseTrackerParameters(_Scoring, _Upper, _Mixture, _Features):
+    """Everything that trackers of a solid's points have in common.
+
+    Attributes:
+        guidance: How the runs of the experiment are learned from.
+    """
+
+    guidance: ClassVar[Guidance] = pose_guidance("")
 
     @field_validator("learned")
     @classmethod

@@ -1,4 +1,4 @@
-"""What can be set on trackers that draw by prediction and by observation; each field names those that read it."""
+"""What can be set on trackers that draw by prediction and by observation; each class names its readers."""
 
 from typing import Any, Literal, Self, TypeAlias
 
@@ -18,60 +18,44 @@ SWITCHING = "Switching thresholds"
 Resampling: TypeAlias = Literal["systematic", "stratified", "residual", "multinomial"]
 
 
-def resampling(trackers: tuple[str, ...]) -> Any:  # noqa: ANN401 - a field declaration
-    """Declare how parents are drawn."""
-    return parameter(
-        "systematic", "Resampling", "How parents are drawn.", group=SAMPLING, trackers=trackers, role="resampling"
-    )
-
-
-def velocity_retention(group: str, trackers: tuple[str, ...]) -> Any:  # noqa: ANN401 - a field declaration
+def velocity_retention() -> Any:  # noqa: ANN401 - a field declaration
     """Declare how much of a velocity stays."""
     return parameter(
         1.0,
         "Velocity retention",
         "Share of the velocity kept from frame to frame: 1 is constant velocity, 0 a random walk.",
-        ge=0,
-        le=1,
-        step=0.05,
-        group=group,
-        trackers=trackers,
+        within=(0, 1, 0.05),
         role="memory",
     )
 
 
-def large_process_noise(group: str) -> Any:  # noqa: ANN401 - a field declaration
+def large_process_noise() -> Any:  # noqa: ANN401 - a field declaration
     """Declare the noise on the position of those that switch to a larger one, px."""
     return parameter(
         5,
         "Large process noise",
         "Process noise of the position while the posterior is wider than gamma.",
         unit="px",
-        ge=0.01,
-        le=200,
-        step=0.1,
-        group=group,
+        within=(0.01, 200, 0.1),
+        useful=(0.5, 30),
         trackers=("pc-pf",),
         role="noise",
     )
 
 
-class SamplingParameters(Parameters):
+class SamplingParameters(Parameters, group=SAMPLING, trackers=DRAWING):
     """How particles are drawn."""
 
-    sample_count: int = particle_count(800, group=SAMPLING, trackers=DRAWING)
+    sample_count: int = particle_count(800)
     apf_weights: WeightRule = parameter(
         "sharpened",
         "Observation weights",
         "Weight of a particle whose parent was chosen by the observation: sharpened as in Bando 2007 (not a valid "
         "importance sampler), corrected by Pitt and Shephard's rule, or corrected with the balance heuristic.",
-        group=SAMPLING,
         trackers=OBSERVING,
     )
-    resampling: Resampling = resampling(DRAWING)
-    resampling_threshold: float = resampling_threshold(
-        group=SAMPLING, trackers=("condensation", "pc-pf", "h-spf", "s-spf")
-    )
+    resampling: Resampling = parameter("systematic", "Resampling", "How parents are drawn.", role="resampling")
+    resampling_threshold: float = resampling_threshold(trackers=("condensation", "pc-pf", "h-spf", "s-spf"))
 
 
 TERMS = (
@@ -120,17 +104,15 @@ def _threshold(default: float, title: str, description: str, trackers: tuple[str
         title,
         description,
         unit="px",
-        ge=0,
-        le=1000,
-        step=0.5,
-        group=SWITCHING,
+        within=(0, 1000, 0.5),
+        useful=(0, 40),
         trackers=trackers,
         role="threshold",
         threshold_of="sigma",
     )
 
 
-class SwitchingParameters(Parameters):
+class SwitchingParameters(Parameters, group=SWITCHING):
     """When another sampler, or another process noise, is used."""
 
     gamma_px: float = gamma(5)

@@ -89,14 +89,14 @@ class BayesParameters(Parameters):
         "position", "What is measured",
         "The position itself, z = x + noise, or the distance to a camera at 5 m, z = |x - 5 m| + noise.")
     prior_mean: float = parameter(
-        2, "Prior mean", "Where the position was believed to be.", unit="m", ge=-4, le=14, step=0.1)
+        2, "Prior mean", "Where the position was believed to be.", unit="m", within=(-4, 14, 0.1))
     prior_sd: float = parameter(
         2, "Prior width", "Standard deviation of the prior: how unsure that belief was.",
-        unit="m", ge=0.2, le=20, step=0.1)
+        unit="m", within=(0.2, 20, 0.1))
     noise_sd: float = parameter(
-        1, "Noise", "Standard deviation of the measurement's error.", unit="m", ge=0.2, le=5, step=0.1)
+        1, "Noise", "Standard deviation of the measurement's error.", unit="m", within=(0.2, 5, 0.1))
     measured: float = parameter(
-        5, "Measured z", "The position or distance that was measured.", unit="m", ge=0, le=10, step=0.1)
+        5, "Measured z", "The position or distance that was measured.", unit="m", within=(0, 10, 0.1))
     # fmt: on
 
 

@@ -41,11 +41,11 @@ class EstimateParameters(Parameters):
 
     # fmt: off
     guess: float = parameter(
-        3, "Guess", "The one position that is named.", unit="m", ge=LOW, le=HIGH, step=0.05)
+        3, "Guess", "The one position that is named.", unit="m", within=(LOW, HIGH, 0.05))
     weight: float = parameter(
-        0.3, "Weight of the second bump", "Probability that the target is at the second bump.", ge=0, le=1, step=0.05)
+        0.3, "Weight of the second bump", "Probability that the target is at the second bump.", within=(0, 1, 0.05))
     second: float = parameter(
-        4, "Place of the second bump", "Middle of the second bump.", unit="m", ge=0, le=6, step=0.1)
+        4, "Place of the second bump", "Middle of the second bump.", unit="m", within=(0, 6, 0.1))
     # fmt: on
 
 

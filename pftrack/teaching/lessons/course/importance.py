@@ -53,10 +53,10 @@ class ImportanceParameters(Parameters):
     # fmt: off
     spread: float = parameter(
         1, "Spread s", "Standard deviation of the density q that is sampled; that of p is 0.5.",
-        ge=0.2, le=4, step=0.05)
+        within=(0.2, 4, 0.05))
     centre: float = parameter(
-        0, "Centre c", "Mean of the density q that is sampled; that of p is 1.", ge=-3, le=4, step=0.05)
-    draws: int = parameter(200, "Draws N", "How many draws there are.", ge=10, le=MOST_DRAWS, step=10)
+        0, "Centre c", "Mean of the density q that is sampled; that of p is 1.", within=(-3, 4, 0.05))
+    draws: int = parameter(200, "Draws N", "How many draws there are.", within=(10, MOST_DRAWS, 10))
     # fmt: on
 
 

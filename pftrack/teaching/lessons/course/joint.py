@@ -39,9 +39,9 @@ class JointParameters(Parameters):
     # fmt: off
     correlation: float = parameter(
         0.8, "Correlation r", "How closely x and z go together: 0 is not at all, 1 would be on a line.",
-        ge=-0.95, le=0.95, step=0.05)
+        within=(-0.95, 0.95, 0.05))
     measured: float = parameter(
-        1.2, "Cut at z", "The value of z that was learned, where the density is cut.", ge=-3, le=3, step=0.1)
+        1.2, "Cut at z", "The value of z that was learned, where the density is cut.", within=(-3, 3, 0.1))
     # fmt: on
 
 

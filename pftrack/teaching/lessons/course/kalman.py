@@ -151,13 +151,13 @@ class KalmanParameters(Parameters):
     # fmt: off
     process: float = parameter(
         0.05, "Process noise", "Variance by which the velocity changes in a second.",
-        unit="m²/s³", ge=0.005, le=0.5, step=0.005)
+        unit="m²/s³", within=(0.005, 0.5, 0.005))
     noise: float = parameter(
-        4, "Measurement noise R", "Variance of the error of a measured position.", unit="m²", ge=0.5, le=25, step=0.5)
+        4, "Measurement noise R", "Variance of the error of a measured position.", unit="m²", within=(0.5, 25, 0.5))
     dropped: int = parameter(
-        0, "Dropped frames", f"How many measurements are missing from frame {GAP} on.", ge=0, le=30, step=1)
+        0, "Dropped frames", f"How many measurements are missing from frame {GAP} on.", within=(0, 30, 1))
     frame: int = parameter(
-        39, "Frame", "The frame whose errors are shown.", ge=0, le=FRAMES - 1, step=1)
+        39, "Frame", "The frame whose errors are shown.", within=(0, FRAMES - 1, 1))
     # fmt: on
 
 

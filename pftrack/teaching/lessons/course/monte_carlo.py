@@ -42,9 +42,9 @@ class MonteCarloParameters(Parameters):
 
     # fmt: off
     count: int = parameter(
-        1000, "Samples N", "How many samples the cloud has.", ge=10, le=SIZES[-1], step=10)
+        1000, "Samples N", "How many samples the cloud has.", within=(10, SIZES[-1], 10))
     dimension: int = parameter(
-        1, "Dimension", "How many independent coordinates a sample has, all alike.", ge=1, le=10, step=1)
+        1, "Dimension", "How many independent coordinates a sample has, all alike.", within=(1, 10, 1))
     # fmt: on
 
 

@@ -56,11 +56,11 @@ class OutliersParameters(Parameters):
 
     # fmt: off
     z: float = parameter(
-        5, "Measurement z", "What was measured; the prior expects it near 0.", ge=LEAST_Z, le=MOST_Z, step=0.1)
+        5, "Measurement z", "What was measured; the prior expects it near 0.", within=(LEAST_Z, MOST_Z, 0.1))
     scale: float = parameter(
         1, "Scale of the noise",
         "Standard deviation of the Gaussian noise, and scale of the Cauchy noise; on the track in px.",
-        ge=0.2, le=5, step=0.1)
+        within=(0.2, 5, 0.1))
     # fmt: on
 
 

@@ -34,16 +34,16 @@ class ProbabilityParameters(Parameters):
 
     # fmt: off
     count: int = parameter(
-        500, "Draws N", "How many positions are drawn.", ge=10, le=MOST, step=10)
+        500, "Draws N", "How many positions are drawn.", within=(10, MOST, 10))
     bin_width: float = parameter(
-        0.25, "Bin width", "How wide the bars of the histogram are.", unit="m", ge=0.05, le=2, step=0.05)
+        0.25, "Bin width", "How wide the bars of the histogram are.", unit="m", within=(0.05, 2, 0.05))
     low: float = parameter(
-        -1, "From a", "Where the interval begins.", unit="m", ge=LOW, le=HIGH, step=0.1)
+        -1, "From a", "Where the interval begins.", unit="m", within=(LOW, HIGH, 0.1))
     high: float = parameter(
-        1, "To b", "Where the interval ends.", unit="m", ge=LOW, le=HIGH, step=0.1)
+        1, "To b", "Where the interval ends.", unit="m", within=(LOW, HIGH, 0.1))
     squeeze: float = parameter(
         0.5, "Width of the left bump", "Standard deviation of the left bump: how far it spreads to either side.",
-        unit="m", ge=0.1, le=1, step=0.05)
+        unit="m", within=(0.1, 1, 0.05))
     # fmt: on
 
 

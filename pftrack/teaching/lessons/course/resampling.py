@@ -115,14 +115,14 @@ class ResamplingParameters(Parameters):
     # fmt: off
     particles: int = parameter(
         20, "Particles N", "How many are redrawn: teeth of the comb, or darts; and how many the tree follows.",
-        ge=2, le=60, step=1)
+        within=(2, 60, 1))
     scheme: Scheme = parameter(
         "systematic", "Scheme",
         "Systematic is one comb with equally spaced teeth, stratified a dart in each of N equal pieces, multinomial "
         "darts that may fall anywhere.")
     offset: float = parameter(
         0.3, "Comb offset", "Where the comb's first tooth stands, as a share of the space between two teeth.",
-        ge=0, le=0.99, step=0.01)
+        within=(0, 0.99, 0.01))
     # fmt: on
 
 

@@ -30,15 +30,15 @@ class RecursionParameters(Parameters):
 
     # fmt: off
     rounds: int = parameter(
-        4, "Rounds", "How often a prediction and then a measurement is made, at the beginning.", ge=0, le=30)
+        4, "Rounds", "How often a prediction and then a measurement is made, at the beginning.", within=(0, 30, 1))
     predictions: int = parameter(
-        0, "Predictions after them", "How many predictions follow in a row, without a measurement.", ge=0, le=30)
+        0, "Predictions after them", "How many predictions follow in a row, without a measurement.", within=(0, 30, 1))
     measurements: int = parameter(
-        0, "Measurements after those", "How many measurements follow in a row.", ge=0, le=30)
+        0, "Measurements after those", "How many measurements follow in a row.", within=(0, 30, 1))
     motion: float = parameter(
-        1, "Motion noise q", "Variance of how far the target moves in a step.", unit="m²", ge=0, le=3, step=0.1)
+        1, "Motion noise q", "Variance of how far the target moves in a step.", unit="m²", within=(0, 3, 0.1))
     noise: float = parameter(
-        2, "Measurement noise r", "Variance of the error of a measurement.", unit="m²", ge=0.5, le=9, step=0.1)
+        2, "Measurement noise r", "Variance of the error of a measurement.", unit="m²", within=(0.5, 9, 0.1))
     hidden: bool = parameter(
         False, "No measurement", "Whether the target is hidden, so that measuring brings nothing.")
     # fmt: on

@@ -54,14 +54,14 @@ class SirParameters(Parameters):
 
     # fmt: off
     particles: int = parameter(
-        100, "Particles N", "How many positions the filter follows at once.", ge=10, le=6400, step=10)
+        100, "Particles N", "How many positions the filter follows at once.", within=(10, 6400, 10))
     noise_m: float = parameter(
         0.6, "Motion noise", "Standard deviation of the length of a step, which is 3 m on average.",
-        unit="m", ge=0.1, le=3, step=0.1)
+        unit="m", within=(0.1, 3, 0.1))
     quality: float = parameter(
         0.9, "Sensor quality", "How well the sensor tells a door from a wall: 0 is guessing, 1 is never wrong.",
-        ge=0, le=1, step=0.05)
-    step: int = parameter(STEPS, "Step", "After which step the robot is looked at.", ge=0, le=STEPS, step=1)
+        within=(0, 1, 0.05))
+    step: int = parameter(STEPS, "Step", "After which step the robot is looked at.", within=(0, STEPS, 1))
     # fmt: on
 
 
