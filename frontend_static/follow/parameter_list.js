@@ -15,8 +15,6 @@ import { trackerTitle } from "../session/timeline.js";
  * @property {boolean} isFirst Whether it is among those that count here.
  */
 
-/** Nothing to be read: a button, and what things are drawn in. */
-const UNSAID = new Set(["action", "colour"]);
 
 /**
  * @param {HTMLElement} place
@@ -83,7 +81,7 @@ export function ofLesson({ declarations, controls, asked, random, seed: first },
  * @param {readonly ControlPublic[]} controls
  */
 function turnable(declarations, controls) {
-  return declarations.filter(({ name, kind }) => !UNSAID.has(kind) && controls.some((control) => control.name === name));
+  return declarations.filter(({ name, kind }) => kind !== "colour" && controls.some((control) => control.name === name));
 }
 
 /**

@@ -109,7 +109,7 @@ function parameters(session, values) {
   const made = session.declarations.flatMap((declaration) => {
     const { name, live, kind } = declaration;
     const turning = turnings.get(name);
-    if (turning === undefined || !live || kind === "file" || kind === "action") return [];
+    if (turning === undefined || !live || kind === "file") return [];
     const control = makeControl(declaration, turning, (value) => (values[name] = value));
     control.show(session.parameters[name]);
     return [{ name, element: control.element }];

@@ -31,7 +31,7 @@ export function marks(session) {
 }
 
 /**
- * What was done, where the values say nothing to a person: the number of an action, the text of a file.
+ * What was done, where the value says nothing to a person: the text of a file.
  *
  * @param {SessionPublic} session
  * @param {string} name
@@ -39,7 +39,6 @@ export function marks(session) {
  */
 function done(session, name, value) {
   const declaration = session.declarations.find((candidate) => candidate.name === name);
-  if (declaration?.kind === "action") return declaration.title;
   if (declaration?.kind === "file") return value === "" ? `${declaration.title}: none` : declaration.title;
   return null;
 }

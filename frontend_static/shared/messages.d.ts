@@ -303,7 +303,7 @@ export interface Declaration {
   title: string;
   description: string;
   unit: string;
-  kind: "integer" | "number" | "boolean" | "choice" | "colour" | "action" | "file";
+  kind: "integer" | "number" | "boolean" | "choice" | "colour" | "file";
   default: boolean | number | string;
   minimum: number | null;
   maximum: number | null;

@@ -35,7 +35,7 @@ export function parameterSelect(label, declarations, chosen, choose) {
   const groups = new Map();
   // What is done in the course of a run, files, and what is only drawn are nothing to vary or to fix.
   const values = declarations.filter(
-    ({ kind, role, name }) => kind !== "action" && kind !== "file" && (role !== "drawing" || name === chosen),
+    ({ kind, role, name }) => kind !== "file" && (role !== "drawing" || name === chosen),
   );
   for (const declaration of values) groups.set(declaration.group, [...(groups.get(declaration.group) ?? []), declaration]);
   const option = (/** @type {Declaration} */ { name, title, unit }) =>

@@ -92,7 +92,7 @@ def _declares_parameters(experiment: Experiment) -> None:
         unknown = set(declared.trackers) - set(experiment.trackers)
         demand(not unknown, f"{name} names trackers that the experiment does not have: {', '.join(sorted(unknown))}")
         demand(declared.unit or not name.endswith(UNITS), f"{name} has a unit in its name and declares none")
-        if declared.kind in {*NUMBERS, "action"}:
+        if declared.kind in NUMBERS:
             _demand_bounds(declared)
 
 

@@ -64,21 +64,6 @@ def test_the_mean_head_becomes_the_drivers(watch: Callable[..., SessionPage], se
     drawn = view.trace(name)
     assert drawn is not None
     assert drawn["y"][40] < 0.85 * drawn["y"][0], "the error falls"
-    restart(view)
-
-
-def restart(view: SessionPage) -> None:
-    """Press the button of the scene's panel: it is not cut off, though it stands two folds deep."""
-    frame = view.page.frame_locator("iframe")
-    button = frame.get_by_role("button", name="Restart model")
-    for fold in ("More parameters", "Growing face model"):
-        if not button.is_visible():
-            frame.get_by_text(fold, exact=True).click()
-    button.wait_for()
-    whole = "(b) => [b, ...b.querySelectorAll('*')].every((e) => e.scrollWidth <= e.clientWidth)"
-    assert button.evaluate(whole), "the name of the button is cut off"
-    button.click()
-    view.until(lambda: view.session["parameters"]["model_restarts"] == 1, "the model begins again")
 
 
 def test_the_model_is_taken_away_and_brought_back(

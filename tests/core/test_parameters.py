@@ -26,7 +26,6 @@ class Model(Parameters):
     mode: Literal["a", "b"] = parameter("a", "Mode", "Which way.")
     on: bool = parameter(False, "On", "Whether.")
     colour: str = parameter("#ffffff", "Colour", "Which colour.", colour=True)
-    again: int = parameter(0, "Again", "How often it was begun again.", within=(0, 9, 1), action=True)
     text: str = parameter("", "Text", "What a file says.", accept=".txt")
 
 
@@ -42,14 +41,12 @@ class Model(Parameters):
         ("count", None, "whole number"),
         ("count", True, "whole number"),
         ("width_px", True, "finite number"),
-        ("again", True, "whole number"),
         ("width_px", float("inf"), "finite number between 0 and 10 px"),
         ("width_px", float("nan"), "finite number between 0 and 10 px"),
         ("width_px", -0.1, "between 0 and 10 px"),
         ("mode", "c", "one of a, b"),
         ("on", "maybe", "true or false"),
         ("colour", "red", "#rrggbb"),
-        ("again", 10, "a whole number between 0 and 9"),
         ("text", 5, "the text of a file .txt of at most 100000 characters, or nothing"),
         ("unknown", 1, "known parameter"),
     ],
@@ -214,12 +211,27 @@ def test_a_class_declares_group_and_readers_of_its_fields() -> None:
     assert (known["more"].useful, known["more"].maximum, known["one"].useful) == ((0, 9), 100, None)
 
 
-def test_actions_and_files_have_kinds_of_their_own() -> None:
-    """A count of presses and the text of a file are declared as such, so that a page can tell them from values."""
+def test_a_former_parameter_is_accepted_with_the_value_of_its_constant() -> None:
+    """A recipe of before may name it; any other value is refused in one sentence, and so is an unknown name."""
+
+    class Base(Parameters, constants={"passes": 2}):
+        one: bool = parameter(False, "One", "One.")
+
+    class Derived(Base, constants={"tightened": True}):
+        pass
+
+    assert revise(Derived(), {"passes": 2, "tightened": True, "one": True}) == Derived(one=True)
+    with pytest.raises(ParameterError, match=r"^passes must be 2: it is a constant now, got 3$"):
+        revise(Derived(), {"passes": 3})
+    with pytest.raises(ParameterError, match="tightened must be the value of a known parameter"):
+        revise(Base(), {"tightened": True})
+
+
+def test_a_file_has_a_kind_of_its_own() -> None:
+    """The text of a file is declared as such, so that a page can tell it from a value."""
     known = {declaration.name: declaration for declaration in declarations(Model)}
-    assert (known["again"].kind, known["text"].kind, known["text"].accept) == ("action", "file", ".txt")
+    assert (known["text"].kind, known["text"].accept) == ("file", ".txt")
     assert (known["count"].kind, known["colour"].kind, known["mode"].kind) == ("integer", "colour", "choice")
-    assert parse(Model, "again", "3") == 3
-    assert revise(Model(), {"again": 1, "text": "a"}).text == "a"
+    assert revise(Model(), {"text": "a"}).text == "a"
     with pytest.raises(ParameterError, match="of at most 100000 characters"):
         revise(Model(), {"text": "a" * 100_001})

@@ -34,9 +34,9 @@ describe("what is said of a class", () => {
 describe("the parameters that are in force", () => {
   const declared = (name, more = {}) => ({ name, title: name.toUpperCase(), unit: "px", kind: "number", trackers: [], ...more });
   const session = (more = {}) => ({
-    declarations: [declared("a"), declared("b"), declared("c", { trackers: ["other"] }), declared("go", { kind: "action" })],
-    controls: ["a", "b", "c", "go"].map((name) => ({ name })),
-    parameters: { a: 1, b: 2, c: 3, go: 0 },
+    declarations: [declared("a"), declared("b"), declared("c", { trackers: ["other"] }), declared("ink", { kind: "colour" })],
+    controls: ["a", "b", "c", "ink"].map((name) => ({ name })),
+    parameters: { a: 1, b: 2, c: 3, ink: "#ffffff" },
     timeline: [{ frame: 0, values: { a: 1 }, before: {} }],
     about: [],
     tracker: "mine",

@@ -5,7 +5,7 @@ import { listOf, rangeOf } from "../../frontend_static/sweep/axis_inputs.js";
 import { queryOf, viewOf } from "../../frontend_static/sweep/view.js";
 
 describe("the values of an axis", () => {
-  const declaration = { default: 40, step: 5, minimum: 0, maximum: 50 };
+  const declaration = { default: 40, step: 5, minimum: 0, maximum: 50, useful: [0, 50] };
 
   it("are given, taken from a list, or made up within the bounds", () => {
     assert.deepEqual(rangeOf(declaration, { start: 1, stop: 9, step: 2 }), { start: 1, stop: 9, step: 2 });

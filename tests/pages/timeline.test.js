@@ -21,13 +21,13 @@ describe("the marks of a timeline", () => {
     ]);
   });
 
-  it("say of an action that it was done, and of a file that it was brought in or taken away, not its text", () => {
-    const declarations = [{ name: "restarts", title: "Restart", kind: "action" }, { name: "face", title: "Begin with", kind: "file" }];
+  it("say of a file that it was brought in or taken away, not its text", () => {
+    const declarations = [{ name: "face", title: "Begin with", kind: "file" }];
     const timeline = [
-      { frame: 5, values: { restarts: 1, face: "{}" }, before: { restarts: 0, face: "" } },
+      { frame: 5, values: { face: "{}" }, before: { face: "" } },
       { frame: 6, values: { face: "" }, before: { face: "{}" } },
     ];
-    assert.deepEqual(marks({ ...session, declarations, timeline }).map(({ lines }) => lines), [["Restart", "Begin with"], ["Begin with: none"]]);
+    assert.deepEqual(marks({ ...session, declarations, timeline }).map(({ lines }) => lines), [["Begin with"], ["Begin with: none"]]);
   });
 
   it("leave out what is only drawn, where nothing else changes", () => {

@@ -45,11 +45,30 @@ def declare(name: str, title: str, kind: str, default: Value, **more: Any) -> De
 
 DECLARATIONS = (
     declare(
-        "occlusion_width_px", "Occluder width", "number", 40.0, unit="px", minimum=0, maximum=200, step=1, group="Scene"
+        "occlusion_width_px",
+        "Occluder width",
+        "number",
+        40.0,
+        unit="px",
+        minimum=0,
+        maximum=200,
+        useful=(0, 200),
+        step=1,
+        group="Scene",
     ),
     declare("layout", "Layout", "choice", "pillar", choices=("pillar", "wall"), group="Scene"),
     declare("colour", "Ball colour", "colour", "#d02020", group="Scene"),
-    declare("sample_count", "Particles", "integer", 800, minimum=1, maximum=100_000, step=1, group="Tracker"),
+    declare(
+        "sample_count",
+        "Particles",
+        "integer",
+        800,
+        minimum=1,
+        maximum=100_000,
+        useful=(1, 5000),
+        step=1,
+        group="Tracker",
+    ),
     declare("learn", "Learn", "boolean", default=False, group="Tracker", live=False),
     declare(
         "gamma_px",
@@ -58,6 +77,7 @@ DECLARATIONS = (
         12.0,
         minimum=0,
         maximum=100,
+        useful=(0, 100),
         step=0.5,
         group="Switching",
         trackers=("h-spf",),

@@ -10,7 +10,7 @@ from tests.waiting import wait_for
 
 
 def test_every_parameter_has_a_control_of_its_kind(session: Session, peer: Peer) -> None:
-    """Title with unit, bounds, value and help come from the declaration; very wide ranges are boxes."""
+    """Title with unit, bounds, value and help come from the declaration; without a useful range there is only a box."""
     slider = peer.control("Occluder width (px)")
     assert (slider["kind"], slider["min"], slider["max"], slider["value"]) == ("GuiSliderMessage", 0, 200, 40)
     assert slider["hint"] == "Occluder width. From 0 to 200 px."

@@ -5,7 +5,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pftrack.vision.likelihoods import template
-from pftrack.vision.likelihoods.template import TURN_RAD, TemplateBank
 
 SIZES = np.array([[64, 42], [36, 36], [24, 24], [7, 9]])
 POINTS = np.array([[80.0, 60.0], [40.4, 50.6], [120.0, 90.0], [15.0, 15.0]])
@@ -31,7 +30,6 @@ def test_a_template_is_like_itself_and_less_like_another(grey: np.ndarray) -> No
     assert np.allclose(template.likeness(one, one), 1, atol=1e-5)
     moved = template.correlations(grey, POINTS[:, None] + 3, one)[:, 0]
     assert np.allclose(template.likeness(one, other), moved, atol=1e-4)
-    assert TemplateBank.begin(one).frontal is one
     with pytest.raises(ValueError, match="same sizes"):
         template.likeness(one, template.cut(grey, POINTS[:2], SIZES[:2]))
 
@@ -129,19 +127,3 @@ def test_renewal_follows_the_picture(grey: np.ndarray) -> None:
     kept = template.renew(templates, other, lost, 1.0)
     assert np.array_equal(kept.pixels[: 64 * 42], templates.pixels[: 64 * 42])
     assert np.allclose(template.renew(templates, other, POINTS, 0.0).pixels, templates.pixels, atol=1e-6)
-
-
-def test_bank_gathers_views_and_chooses_the_nearest(grey: np.ndarray) -> None:
-    """A set is cut once, near its pose with features that are surely there, and used whenever the pose is nearest."""
-    frontal = template.cut(grey, POINTS, SIZES)
-    bank = TemplateBank.begin(frontal)
-    turned = np.array([0.0, TURN_RAD[-1], 0.2])
-    assert bank.choose(turned) is frontal
-    other = cv2.flip(grey, 1)
-    assert bank.learn(other, POINTS, turned, 0.3) is bank
-    assert bank.learn(other, POINTS, turned - (0, 0.12, 0), 0.9) is bank
-    assert bank.learn(other, POINTS - 100, turned, 0.9) is bank
-    richer = bank.learn(other, POINTS, turned, 0.9)
-    assert np.array_equal(richer.choose(turned).pixels, template.cut(other, POINTS, SIZES).pixels)
-    assert richer.choose(np.zeros(3)) is frontal
-    assert richer.learn(grey, POINTS, turned, 0.9) is richer

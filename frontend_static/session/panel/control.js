@@ -30,8 +30,6 @@ export function makeControl(declaration, turning, propose) {
       return choice(turning.label, turning.hint, declaration.choices.map((text) => [text, text]), propose);
     case "colour":
       return colour(turning, propose);
-    case "action":
-      return action(turning, propose);
     default:
       return amount(declaration, turning, propose);
   }
@@ -121,20 +119,6 @@ function colour({ label, hint }, propose) {
   /** @type {HTMLInputElement} */
   const box = h("input", { type: "color", on: { input: () => propose(box.value) } });
   return { element: labelled(label, hint, box), show: (value) => (box.value = String(value)) };
-}
-
-/**
- * A button; the number counts how often it was pressed.
- *
- * @param {ControlPublic} turning
- * @param {(value: number) => void} propose
- * @returns {Control}
- */
-function action({ label, hint }, propose) {
-  let count = 0;
-  const button = h("button", { type: "button", on: { click: () => propose(count + 1) } }, label);
-  explainControl(button, hint);
-  return { element: h("div", { class: "control" }, button), show: (value) => (count = Number(value)) };
 }
 
 /**

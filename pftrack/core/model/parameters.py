@@ -9,7 +9,8 @@ sweep axes and the documentation are all generated from that one declaration, an
 import math
 from collections.abc import Iterable, Mapping
 from functools import cache
-from typing import Any, Literal, Self, TypeAlias, TypeVar, Unpack, get_args, get_origin
+from types import MappingProxyType
+from typing import Any, ClassVar, Literal, Self, TypeAlias, TypeVar, Unpack, get_args, get_origin
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, JsonValue, ValidationError
 from pydantic.fields import FieldInfo
@@ -99,7 +100,7 @@ class Declaration(BaseModel):
     title: str
     description: str
     unit: str
-    kind: Literal["integer", "number", "boolean", "choice", "colour", "action", "file"]
+    kind: Literal["integer", "number", "boolean", "choice", "colour", "file"]
     default: Value
     minimum: float | None = None
     maximum: float | None = None
@@ -125,15 +126,26 @@ class Parameters(BaseModel):
     Attributes of the class statement:
         group: The heading under which a panel shows the fields.
         trackers: The trackers that read them; empty means all.
+        constants: Former parameters and the only values that they have now, which old recipes may name.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
+    constants: ClassVar[Mapping[str, Value]] = {}
+
     def __init_subclass__(
-        cls, *, group: str = "", trackers: tuple[str, ...] = (), **config: Unpack[ConfigDict]
+        cls,
+        *,
+        group: str = "",
+        trackers: tuple[str, ...] = (),
+        constants: Mapping[str, Value] = MappingProxyType({}),
+        **config: Unpack[ConfigDict],
     ) -> None:
         """Give the fields of a class what it declares for all of them; inherited ones have that of their own class."""
         super().__init_subclass__(**config)
+        cls.constants = dict(constants)
+        for base in cls.__bases__:
+            cls.constants = {**getattr(base, "constants", {}), **cls.constants}
         for field in vars(cls).values():
             if isinstance(field, FieldInfo) and isinstance(field.json_schema_extra, dict):
                 common: dict[str, JsonValue] = {"group": group, "trackers": list(trackers)}
@@ -167,7 +179,6 @@ def parameter(
     role: Role = "",
     threshold_of: str = "",
     sets: int = 1,
-    action: bool = False,
     accept: str = "",
 ) -> Any:  # noqa: ANN401 - what a pydantic field declaration is to a type checker
     """Declare one field of a `Parameters` model.
@@ -186,8 +197,6 @@ def parameter(
         role: What general code may do with it.
         threshold_of: Of a "threshold", the name of the series that it limits.
         sets: Of "particles", how many sets of this size a tracker has at most, such as one for each feature.
-        action: Whether the number counts how often something was done: a button raises it by one, and what it does
-            happens whenever it is another one. So an action has its place on a run's timeline like any change.
         accept: Of a text that is the content of a small file, the suffix of such files, with the dot.
 
     Raises:
@@ -213,7 +222,6 @@ def parameter(
         "role": role,
         "threshold_of": threshold_of,
         "sets": sets,
-        "action": action,
         "accept": accept,
     }
     return Field(
@@ -286,7 +294,7 @@ def parse(model: type[Parameters], name: str, text: str) -> Value:
             if text.lower() not in truths:
                 raise ParameterError(name, text, "true or false")
             return truths[text.lower()]
-        case "integer" | "number" | "action":
+        case "integer" | "number":
             try:
                 return float(text) if known[name].kind == "number" else int(text)
             except ValueError:
@@ -307,13 +315,19 @@ def revise(current: P, changes: Mapping[str, object]) -> P:
     """
     model = type(current)
     known = {declaration.name: declaration for declaration in declarations(model)}
-    for name in changes:
+    values: dict[str, object] = dict(flat(current))
+    for name, value in changes.items():
+        if name not in known and name in model.constants:
+            if value != model.constants[name]:
+                raise ParameterError(name, value, f"{model.constants[name]}: it is a constant now")
+            continue
         if name not in known:
-            raise ParameterError(name, changes[name], f"the value of a known parameter ({', '.join(sorted(known))})")
-        if isinstance(changes[name], bool) and known[name].kind in {"integer", "number", "action"}:
-            raise ParameterError(name, changes[name], describe_allowed(known[name]))
+            raise ParameterError(name, value, f"the value of a known parameter ({', '.join(sorted(known))})")
+        if isinstance(value, bool) and known[name].kind in {"integer", "number"}:
+            raise ParameterError(name, value, describe_allowed(known[name]))
+        values[name] = value
     try:
-        return model.model_validate({**flat(current), **changes}, strict=False)
+        return model.model_validate(values, strict=False)
     except ValidationError as error:
         first = error.errors()[0]
         cause = first.get("ctx", {}).get("error")
@@ -345,12 +359,7 @@ def _declaration(model: type[Parameters], name: str) -> Declaration:
     bounds = {type(item).__name__: item for item in field.metadata}
     choices = get_args(field.annotation) if get_origin(field.annotation) is Literal else ()
     kinds = {bool: "boolean", int: "integer", float: "number"}
-    special = {
-        "choice": choices,
-        "colour": extra["colour"],
-        "action": extra["action"],
-        "file": extra["accept"],
-    }
+    special = {"choice": choices, "colour": extra["colour"], "file": extra["accept"]}
     kind = next((name for name, holds in special.items() if holds), None) or kinds[field.annotation]  # type: ignore[index]
     return Declaration.model_validate(
         {

@@ -38,7 +38,7 @@ from pftrack.experiments.hand.likelihood import (
     unexplained_cost,
     x_p,
 )
-from pftrack.experiments.hand.parameters import Predictions, Task, log_prior, log_shares, palm_log_shares
+from pftrack.experiments.hand.parameters import STILL_COST, Predictions, Task, log_prior, log_shares, palm_log_shares
 from pftrack.experiments.hand.shape import HIGH, LOW, capsule, joints, palm_points, parts
 from pftrack.filters.beam import Beam, select_best
 from pftrack.filters.particles import normalise
@@ -480,7 +480,6 @@ def predictions(members: Floats, origins: Floats) -> Floats:
 def follow(
     before: Beam[Floats],
     expected: Floats,
-    still_penalty: float,
     seen: PictureTables,
     task: Task,
     width: int,
@@ -489,14 +488,13 @@ def follow(
 
     Args:
         before: The beam of the frame before, K hands.
-        expected: (2 K, 25) its predictions, with the wrists that were seen.
-        still_penalty: Of the second half of them.
+        expected: (2 K, 25) its predictions, with the wrists that were seen; in the second half hands stay still.
         seen: The picture.
         task: The hand, and how it is looked for.
         width: How many hands are kept.
     """
     members = np.array(before.members)
-    log_priors = np.concatenate([before.log_weights, before.log_weights - still_penalty])
+    log_priors = np.concatenate([before.log_weights, before.log_weights - STILL_COST])
     wanted = Predictions(expected, log_priors)
     hands = search(wanted, ideals_of(expected, seen, task), seen, task)
     if not len(hands.scores):

@@ -20,7 +20,14 @@ from pftrack.core.numerics.compiled import compiled, read_only
 from pftrack.core.numerics.elementary import sines_cosines
 from pftrack.experiments.hand.candidates import HIGHEST, LOWEST, MOST_PROTRUSIONS, half_steps
 from pftrack.experiments.hand.fingers import HandFeatures
-from pftrack.experiments.hand.parameters import HandTrackerParameters, Task, settings
+from pftrack.experiments.hand.parameters import (
+    HIDDEN_COST,
+    HIDDEN_FIT_SD,
+    JOINT_COST,
+    HandTrackerParameters,
+    Task,
+    settings,
+)
 from pftrack.experiments.hand.shape import ANGLES, joints, palm_axes, palm_points, parts
 from pftrack.experiments.hand.state import HandState
 from pftrack.filters.particles import normalise
@@ -288,14 +295,14 @@ def finger_fit(
         least: What is not above it is of no interest: then -inf may be returned.
     """
     if not 0 <= protrusion < seen.lengths.shape[0]:
-        if -task.settings.hidden_cost <= least:
+        if least >= -HIDDEN_COST:
             return -np.inf
         misfit = hidden_x_p(places, radii, seen, task.scale)
-        return -task.settings.hidden_cost + cell_log_fit(misfit * misfit, ideals, task.settings.hidden_fit_sd)
+        return -HIDDEN_COST + cell_log_fit(misfit * misfit, ideals, HIDDEN_FIT_SD)
     axis = seen.axes[protrusion, : seen.lengths[protrusion]]
     best = -np.inf
     for end in range(TIP, task.settings.lowest_end - 1, -1):
-        price = task.settings.joint_cost if end < TIP else 0.0
+        price = JOINT_COST if end < TIP else 0.0
         across, down = axis[0, 0] - places[end, 0], axis[0, 1] - places[end, 1]
         square = across * across + down * down
         beyond = max(np.sqrt(square) - farthest(moves, end), 0.0) / task.settings.tip_sd

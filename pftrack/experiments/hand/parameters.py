@@ -28,7 +28,7 @@ KEPT, CANDIDATES, MOTION, FIT, RANKING = "Beam", "Candidates", "Motion", "Fit", 
 LOSS = "Loss"
 
 
-class _Search(Parameters, group=CANDIDATES, trackers=BEAM):
+class _Search(Parameters, constants={"step_area_px2": 90}, group=CANDIDATES, trackers=BEAM):
     """What is tried, and how much of it is kept."""
 
     beam_width: int = parameter(
@@ -37,18 +37,10 @@ class _Search(Parameters, group=CANDIDATES, trackers=BEAM):
     palm_count: int = parameter(
         20, "Palms tried", "For how many of the best palms fingers are looked for.", within=(1, 100, 1)
     )
-    step_area_px2: float = parameter(
-        90,
-        "Step area",
-        "How much of the silhouette one step of a candidate's angle changes, for a palm axis of 52 px.",
-        unit="px²",
-        within=(10, 1000, 10),
-        useful=(10, 300),
-    )
     sample_count: int = particle_count(100, trackers=PARTICLES)
 
 
-class _Motion(Parameters, group=MOTION):
+class _Motion(Parameters, constants={"still_penalty": 0.7}, group=MOTION):
     """How far a hand may be from where it was expected."""
 
     palm_turn_sd_rad: float = parameter(
@@ -95,14 +87,6 @@ class _Motion(Parameters, group=MOTION):
         within=(0, 0.1, 0.005),
         trackers=BEAM,
     )
-    still_penalty: float = parameter(
-        0.7,
-        "Price of standing still",
-        "By how much less probable, in natural logarithms, the pose of before is as a prediction than one moved on.",
-        within=(0, 10, 0.1),
-        useful=(0, 3),
-        trackers=BEAM,
-    )
     wrist_prior: bool = parameter(
         True,
         "Straight wrist",
@@ -119,21 +103,17 @@ class _Motion(Parameters, group=MOTION):
     )
 
 
-class _Fit(Parameters, group=FIT):
+class _Fit(
+    Parameters,
+    constants={"hidden_fit_sd": 2.5, "axis_sd_px": 2.5, "hidden_cost": 2, "joint_cost": 1.5},
+    group=FIT,
+):
     """How well parts of the hand must fit the silhouette."""
 
     palm_fit_sd: float = parameter(
         2,
         "Palm fit",
         "Standard deviation of a palm's mean protrusion length, in fiftieths of the palm axis.",
-        within=(0.1, 20, 0.1),
-        useful=(0.5, 10),
-        role="sharpness",
-    )
-    hidden_fit_sd: float = parameter(
-        2.5,
-        "Fit of hidden fingers",
-        "The same for a finger that no protrusion shows.",
         within=(0.1, 20, 0.1),
         useful=(0.5, 10),
         role="sharpness",
@@ -146,29 +126,6 @@ class _Fit(Parameters, group=FIT):
         within=(0.1, 50, 0.1),
         useful=(0.5, 15),
         role="sharpness",
-    )
-    axis_sd_px: float = parameter(
-        2.5,
-        "Fit of axes",
-        "Standard deviation of a finger's axis from that of its protrusion once the tips coincide, for 52 px.",
-        unit="px",
-        within=(0.1, 50, 0.1),
-        useful=(0.5, 15),
-        role="sharpness",
-    )
-    hidden_cost: float = parameter(
-        2,
-        "Price of a hidden finger",
-        "By how much less probable, in natural logarithms, it is that no protrusion shows a finger.",
-        within=(0, 20, 0.1),
-        useful=(0, 6),
-    )
-    joint_cost: float = parameter(
-        1.5,
-        "Price of a hidden tip",
-        "By how much less probable it is that the end of a protrusion is a finger's last joint rather than its tip.",
-        within=(0, 20, 0.1),
-        useful=(0, 6),
     )
 
 
@@ -247,6 +204,15 @@ MIDDLE_JOINT, LAST_JOINT = 1, 2
 """Of the places along a finger, from the root 0 to the tip 3."""
 WRIST_SD_PX = 2.0
 """Of the wrist from where it was seen, for a palm axis of 52 px."""
+STEP_AREA_PX2 = 90.0
+"""How much of the silhouette one step of a candidate's angle changes, for a palm axis of 52 px."""
+AXIS_SD_PX = 2.5
+"""Of a finger's axis from that of its protrusion once the tips coincide, for a palm axis of 52 px."""
+HIDDEN_FIT_SD = 2.5
+"""Of the mean protrusion length of a finger that no protrusion shows, in fiftieths of the palm axis."""
+STILL_COST, HIDDEN_COST, JOINT_COST = 0.7, 2.0, 1.5
+"""By how much less probable it is, in natural logarithms, that a pose stays as it was, that no protrusion shows a
+finger, and that a protrusion ends at a finger's last joint."""
 
 
 class Settings(NamedTuple):
@@ -262,11 +228,8 @@ class Settings(NamedTuple):
         wrist_sd: Of the wrist from where it was seen.
         palm_count: For how many palms fingers are looked for.
         palm_fit_sd: Of x_p of a palm.
-        hidden_fit_sd: Of x_p of a hidden finger.
         tip_sd: Of the distance of a tip.
         axis_sd: Of the mean distance of axes.
-        hidden_cost: Of a finger that no protrusion shows.
-        joint_cost: Of a protrusion that ends at a finger's last joint.
         unit: Length of the palm axis beside that for which costs of lengths are given.
         cover_sd: Share of the silhouette's area by which a right hand differs; infinite if that does not count.
         cells: Whether likelihoods are means over the cells of candidates.
@@ -286,11 +249,8 @@ class Settings(NamedTuple):
     wrist_sd: float
     palm_count: int
     palm_fit_sd: float
-    hidden_fit_sd: float
     tip_sd: float
     axis_sd: float
-    hidden_cost: float
-    joint_cost: float
     unit: float
     cover_sd: float
     cells: bool
@@ -320,7 +280,7 @@ def settings(parameters: HandTrackerParameters, scale: float) -> Settings:
     """Return the settings for a palm axis of a length, px."""
     unit = scale / NOMINAL_SCALE_PX
     return Settings(
-        step_area=parameters.step_area_px2 * unit * unit,
+        step_area=STEP_AREA_PX2 * unit * unit,
         turn_sd=float(parameters.palm_turn_sd_rad),
         tilt_sd=float(parameters.palm_tilt_sd_rad),
         flexion_sd=float(parameters.flexion_sd_rad),
@@ -329,11 +289,8 @@ def settings(parameters: HandTrackerParameters, scale: float) -> Settings:
         wrist_sd=WRIST_SD_PX * unit,
         palm_count=parameters.palm_count,
         palm_fit_sd=float(parameters.palm_fit_sd),
-        hidden_fit_sd=float(parameters.hidden_fit_sd),
         tip_sd=parameters.tip_sd_px * unit,
-        axis_sd=parameters.axis_sd_px * unit,
-        hidden_cost=float(parameters.hidden_cost),
-        joint_cost=float(parameters.joint_cost),
+        axis_sd=AXIS_SD_PX * unit,
         unit=unit,
         cover_sd=float(parameters.cover_sd) if parameters.cover_term else math.inf,
         cells=parameters.scoring == "cells",

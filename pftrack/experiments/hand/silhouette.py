@@ -130,6 +130,9 @@ DOUBTFUL_SHARE = 0.2
 GAP_PX = 4
 """Gaps along the picture's border that are no end of a contact."""
 
+WORKING_SIDE_PX = 256
+"""Larger pictures are made smaller by a whole factor, to about this longer side."""
+
 GROUP = "Silhouette"
 
 
@@ -166,10 +169,9 @@ class SilhouetteSettings(NamedTuple):
     cr: tuple[int, int]
     cb: tuple[int, int]
     smoothing_px: int
-    working_side_px: int
 
 
-class SilhouetteParameters(Parameters, group=GROUP):
+class SilhouetteParameters(Parameters, group=GROUP, constants={"working_side_px": 256}):
     """What is told to be a hand."""
 
     # fmt: off
@@ -199,9 +201,6 @@ class SilhouetteParameters(Parameters, group=GROUP):
     smoothing_px: int = parameter(
         1, "Smoothing", "Side of the square whose majority decides about a pixel; 1 for none. It takes away what is "
         "thinner than half of it.", unit="px", within=(1, 15, 2))
-    working_side_px: int = parameter(
-        256, "Working size", "Larger pictures are made smaller by a whole factor, to about this longer side.",
-        unit="px", within=(128, 512, 32), live=False)
     # fmt: on
 
     @property
@@ -215,7 +214,6 @@ class SilhouetteParameters(Parameters, group=GROUP):
             (self.cr_low, self.cr_high),
             (self.cb_low, self.cb_high),
             self.smoothing_px,
-            self.working_side_px,
         )
 
 
@@ -264,7 +262,7 @@ def _cached_silhouette(picture: PictureKey, settings: SilhouetteSettings, backdr
 
 
 def _silhouette_of(image_rgb: NDArray[np.uint8], settings: SilhouetteSettings, backdrop: Backdrop | None) -> Silhouette:
-    reduction = max(round(max(image_rgb.shape[:2]) / settings.working_side_px), 1)
+    reduction = max(round(max(image_rgb.shape[:2]) / WORKING_SIDE_PX), 1)
     image = smaller(image_rgb, reduction)
     model: BackdropModel | None = None
     if settings.tells_by == "backdrop" and backdrop is not None:

@@ -27,7 +27,7 @@ from pftrack.experiments.hand.beams import alike, differences, follow, predictio
 from pftrack.experiments.hand.fingers import HandFeatures, features_of
 from pftrack.experiments.hand.first_pose import NoOpenHandError, find_open_hand
 from pftrack.experiments.hand.likelihood import View, fingers, wrist_offset
-from pftrack.experiments.hand.parameters import HandTrackerParameters
+from pftrack.experiments.hand.parameters import STILL_COST, HandTrackerParameters
 from pftrack.experiments.hand.particles import sample
 from pftrack.experiments.hand.scene import HandTarget
 from pftrack.experiments.hand.shape import ANGLES
@@ -139,7 +139,7 @@ def _by_beam(state: HandState, found: HandFeatures, parameters: HandTrackerParam
     view, before = View(state, found, parameters), np.array(state.beam.members)
     members = view.into(before)
     expected = view.with_wrists(predictions(members, view.into(state.origins)))
-    hands = follow(state.beam, expected, parameters.still_penalty, view.seen, view.task, parameters.beam_width)
+    hands = follow(state.beam, expected, view.seen, view.task, parameters.beam_width)
     poses = view.back(np.array(hands.beam.members))
     return replace(
         state,
@@ -167,7 +167,7 @@ def _by_particles(state: HandState, found: HandFeatures, parameters: HandTracker
         particles = ParticleSet(poses, state.beam.log_weights, np.arange(len(poses)))
     members = view.into(particles.states[:, :ANGLES])
     states = np.hstack([members, view.into(particles.states[:, ANGLES:])])
-    still = float(exponential(-parameters.still_penalty))
+    still = float(exponential(-STILL_COST))
     cloud = sample(
         states,
         particles.log_weights,

@@ -23,7 +23,7 @@ from pftrack.vision.detection.face import Box
 from pftrack.vision.geometry.face import FEATURES, FaceModel, HeadSurface
 from pftrack.vision.likelihoods import separation, template
 from pftrack.vision.likelihoods.separation import Part, Reliefs, Views
-from pftrack.vision.likelihoods.template import TemplateBank, Templates, scaled_sizes
+from pftrack.vision.likelihoods.template import Templates, scaled_sizes
 from pftrack.vision.structure.growing import Growing
 
 SIZES_PX: Mapping[str, tuple[int, int]] = {
@@ -74,14 +74,13 @@ class Form(NamedTuple):
     upper_layer: str
     focal_widths: float
     template_scale: float
-    restarts: int = 0
     starting_face: str = ""
     templates: str = "flat"
 
     @property
-    def learned_from(self) -> tuple[str, float, int, str]:
+    def learned_from(self) -> tuple[str, float, str]:
         """By what a growing face was learned; with another of it, it begins again."""
-        return self.face_model, self.focal_widths, self.restarts, self.starting_face
+        return self.face_model, self.focal_widths, self.starting_face
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +117,7 @@ class HeadMemory:
     """Beside the layers, immutable.
 
     Attributes:
-        bank: Templates, by pose if so asked for.
+        templates: Those that flat features are compared with.
         sight: From which they were cut.
         form: By which they, and the solid, were made.
         model: The face that is assumed.
@@ -132,7 +131,7 @@ class HeadMemory:
         reliefs: The templates in relief, if so asked for.
     """
 
-    bank: TemplateBank
+    templates: Templates
     sight: FirstSight
     form: Form
     model: FaceModel
@@ -149,7 +148,7 @@ class HeadMemory:
     def nbytes(self) -> int:
         """About how much memory it takes that other frames do not share, bytes; flat templates may be new in any."""
         grown = 0 if self.growth is None else self.growth.nbytes
-        return grown + sum(templates.pixels.nbytes for templates in self.bank.sets.values())
+        return grown + self.templates.pixels.nbytes
 
     @property
     def lost(self) -> bool:
@@ -158,14 +157,10 @@ class HeadMemory:
 
     @property
     def template_likeness(self) -> Floats:
-        """(11,) NCC of each frontal template with the one that was cut first; those in relief stay what they were."""
+        """(11,) NCC of each template with the one that was cut first; those in relief stay what they were."""
         if self.reliefs is not None:
             return np.ones(len(FEATURES))
-        return template.likeness(self.bank.frontal, self.sight.templates(self.form.template_scale))
-
-    def templates(self, theta_rad: Floats, *, by_pose: bool) -> Templates:
-        """Return the templates to use at a pose (3,)."""
-        return self.bank.choose(theta_rad if by_pose else np.zeros(3))
+        return template.likeness(self.templates, self.sight.templates(self.form.template_scale))
 
     def judge(self, correlations: Floats, means_px: Floats, patience: int, *, doubtful: bool) -> "HeadMemory":
         """Return what is remembered after a frame.

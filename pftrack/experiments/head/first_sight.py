@@ -106,7 +106,6 @@ def form_of(parameters: HeadTrackerParameters) -> Form:
         parameters.upper_layer,
         parameters.focal_widths,
         parameters.template_scale,
-        parameters.model_restarts if grows else 0,
         parameters.starting_face if grows else "",
         parameters.templates,
     )

@@ -90,7 +90,7 @@ class _Face(Parameters, group=UPPER):
     )
 
 
-class _Look(Parameters, group=LOOK):
+class _Look(Parameters, group=LOOK, constants={"templates_by_pose": False}):
     """What the features look like."""
 
     correlation_spread: float = parameter(
@@ -120,19 +120,14 @@ class _Look(Parameters, group=LOOK):
         "relief",
         "Templates",
         "Whether features are laid onto the surface of a head and bent with it as it turns, which keeps them through "
-        "fast and strong turns, or compared as they were seen at first (flat, Bando 2007). In relief they are neither "
-        "renewed nor gathered by pose.",
+        "fast and strong turns, or compared as they were seen at first (flat, Bando 2007). In relief they are not "
+        "renewed.",
     )
     template_renewal: float = parameter(
         0,
         "Template renewal",
         "How fast templates follow what is seen; they then also follow every error, so it is 0 in Bando 2007.",
         within=(0, 0.2, 0.005),
-    )
-    templates_by_pose: bool = parameter(
-        False,
-        "Templates by pose",
-        "Whether to gather further templates while the head is turned, and use those of the nearest pose.",
     )
 
 
@@ -205,7 +200,7 @@ class _Loss(Parameters, group=LOSS):
     )
 
 
-class _Growth(Parameters, group=GROWTH):
+class _Growth(Parameters, group=GROWTH, constants={"model_restarts": 0}):
     """How the face model grows."""
 
     model_frozen: bool = parameter(
@@ -220,13 +215,6 @@ class _Growth(Parameters, group=GROWTH):
         within=(0.5, 1, 0.001),
         useful=(0.9, 1),
         role="memory",
-    )
-    model_restarts: int = parameter(
-        0,
-        "Restart model",
-        "Forgets what the growing face model has learned, and begins again with the face that it began with.",
-        within=(0, 1_000_000, 1),
-        action=True,
     )
     starting_face: str = parameter(
         "",

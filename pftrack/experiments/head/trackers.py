@@ -45,7 +45,7 @@ from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.vision.detection.face import find_again
 from pftrack.vision.geometry.face import FEATURES, FaceModel, fit_similarity
 from pftrack.vision.likelihoods import separation, template
-from pftrack.vision.likelihoods.template import TemplateBank, Templates
+from pftrack.vision.likelihoods.template import Templates
 from pftrack.vision.structure.growing import Growing
 
 CORRELATION = Series(
@@ -149,7 +149,7 @@ def step(method: Method, state: PoseState, frame: Frame, parameters: HeadTracker
     memory = _memory(state)
     if memory.lost:
         return _search(method, state, grey, parameters, rng)
-    templates = memory.templates(state.pose.mean, by_pose=parameters.templates_by_pose)
+    templates = memory.templates
     look = _look(state, grey, templates, parameters)
 
     def likelihood(hypothesis: PoseState) -> FeatureLikelihood:
@@ -192,13 +192,13 @@ def _begin(
 ) -> PoseState:
     """Begin at first sight, with what is known of the person's face from before."""
     form, points_px = form_of(parameters), sight.points_px
-    bank = TemplateBank.begin(sight.templates(form.template_scale))
+    templates = sight.templates(form.template_scale)
     growth = growth or growth_of(sight, form, parameters)
     model = model_of(sight, form, growth)
     solid, turn = solid_of(sight, model, form)
     belief = pose.begin(solid, points_px, parameters, method, rng)
     bent = reliefs_of(sight, model, form)
-    memory = HeadMemory(bank, sight, form, model, turn, around(points_px), growth=growth, reliefs=bent)
+    memory = HeadMemory(templates, sight, form, model, turn, around(points_px), growth=growth, reliefs=bent)
     return PoseState(solid, belief, belief.pose, np.ones(len(points_px), np.bool_), memory=memory)
 
 
@@ -208,9 +208,14 @@ def _form(state: PoseState, parameters: HeadTrackerParameters) -> PoseState:
     if form == memory.form:
         return _grow(state)
     if form.template_scale != memory.form.template_scale:
-        bank = TemplateBank.begin(memory.sight.templates(form.template_scale))
+        templates = memory.sight.templates(form.template_scale)
         resized = memory.form._replace(template_scale=form.template_scale)
-        memory = replace(memory, bank=bank, form=resized, reliefs=reliefs_of(memory.sight, memory.model, resized))
+        memory = replace(
+            memory,
+            templates=templates,
+            form=resized,
+            reliefs=reliefs_of(memory.sight, memory.model, resized),
+        )
     if form == memory.form:
         return replace(state, memory=memory)
     kept = memory.growth is not None and form.learned_from == memory.form.learned_from
@@ -314,15 +319,11 @@ def _learn(
     templates: Templates,
     parameters: HeadTrackerParameters,
 ) -> HeadMemory:
-    """Renew flat templates, or gather those of this pose, if so asked for."""
-    bank = memory.bank
-    if memory.reliefs is not None:
+    """Renew flat templates, if so asked for."""
+    rate = parameters.template_renewal
+    if memory.reliefs is not None or rate == 0.0 or memory.doubtful_frames:
         return memory
-    if parameters.templates_by_pose:
-        bank = bank.learn(grey, state.feature_means, state.pose.mean, float(memory.correlations.mean()))
-    elif parameters.template_renewal > 0.0 and not memory.doubtful_frames:
-        bank = TemplateBank.begin(template.renew(templates, grey, state.feature_means, parameters.template_renewal))
-    return memory if bank is memory.bank else replace(memory, bank=bank)
+    return replace(memory, templates=template.renew(templates, grey, state.feature_means, rate))
 
 
 def _memory(state: PoseState) -> HeadMemory:
@@ -347,8 +348,8 @@ class HeadModel(PoseModel):
 
     @override
     def weigh(self, known: PoseState, frame: Frame, parameters: HeadTrackerParameters) -> FeatureLikelihood:
-        templates = _memory(known).templates(known.pose.mean, by_pose=parameters.templates_by_pose)
-        return partial(_log_likelihood, _look(known, _grey(frame), templates, parameters), parameters)
+        look = _look(known, _grey(frame), _memory(known).templates, parameters)
+        return partial(_log_likelihood, look, parameters)
 
 
 MODEL = HeadModel("templates of the features", FEATURES)

@@ -110,6 +110,9 @@ SAME_ANGLE_RAD, SAME_LENGTH_PX = 0.05, 2.0
 LN_100 = 4.605170185988092
 
 NO_MIRRORS = -1.0
+SCORE_MEMORY = 0.7
+"""What a hypothesis keeps of its score from frame to frame."""
+
 DEVIATIONS_SHOWN = 2.0
 """Half the width of the box of what a Gaussian holds possible."""
 
@@ -208,7 +211,7 @@ def filter_step(
         constrained=method != "ekf",
         mirrors=float(parameters.mirror_tau) if mirrors else NO_MIRRORS,
         rejection=float(parameters.rejection_sd),
-        memory=float(parameters.score_memory),
+        memory=SCORE_MEMORY,
         rounds=int(parameters.linearisations),
     )
     found = candidates(

@@ -132,7 +132,7 @@ class _Start(Parameters, group=START, trackers=SAMPLED):
     # fmt: on
 
 
-class _Mirrors(Parameters, group=MIRRORS, trackers=("ekf-mirrors",)):
+class _Mirrors(Parameters, group=MIRRORS, trackers=("ekf-mirrors",), constants={"score_memory": 0.7}):
     """Hypotheses on both sides of the picture plane."""
 
     # fmt: off
@@ -143,9 +143,6 @@ class _Mirrors(Parameters, group=MIRRORS, trackers=("ekf-mirrors",)):
         0.35, "Almost parallel",
         "A link whose direction has a sine below this is taken on both sides, as it is and mirrored in depth.",
         within=(0, 1, 0.05))
-    score_memory: float = parameter(
-        0.7, "Memory of scores", "What a hypothesis keeps of its score from frame to frame.",
-        within=(0, 1, 0.05), role="memory")
     rejection_sd: float = parameter(
         3, "Far outside", "A hypothesis that lies so far beyond a bound is refuted.",
         unit="sd", within=(0.1, 100, 0.5), useful=(0.5, 10))
@@ -163,7 +160,18 @@ class _Particles(Parameters, group=PARTICLES, trackers=("particles",)):
     # fmt: on
 
 
-class _Sets(Parameters, group=SETS, trackers=SETTED):
+class _Sets(
+    Parameters,
+    group=SETS,
+    trackers=SETTED,
+    constants={
+        "region_passes": 2,
+        "direction_cells": 128,
+        "attitude_cells": 7,
+        "least_ellipsoid": "trace",
+        "tightened": True,
+    },
+):
     """Regions that hold the truth, and how exactly they are computed."""
 
     # fmt: off
@@ -188,23 +196,8 @@ class _Sets(Parameters, group=SETS, trackers=SETTED):
     start_root_bound_px: float = parameter(
         3, "Root within", "How far the root may be off in the first frame, along each axis of the picture, in space.",
         unit="px", within=(0, 2000, 0.5), useful=(0, 30), live=False)
-    region_passes: int = parameter(
-        2, "Passes", "How often observations and bounds are gone through in a frame.",
-        within=(1, 6, 1))
-    direction_cells: int = parameter(
-        128, "Cells", "Into how many cells the range of a link's direction is cut, in the plane.",
-        within=(4, 1024, 4), useful=(16, 256))
-    attitude_cells: int = parameter(
-        7, "Cells in space", "Into how many cells each angle of attitude and direction is cut, in space.",
-        within=(2, 11, 1))
     split_regions: bool = parameter(
         True, "Splitting", "Whether a region is split where a link may lean towards the camera or away from it.")
-    least_ellipsoid: Literal["trace", "volume"] = parameter(
-        "trace", "Least", "Which ellipsoid is taken of all that hold a cut one: that of the least trace or volume.",
-        trackers=ELLIPSOIDS)
-    tightened: bool = parameter(
-        True, "Tightening", "Whether a strip is cut off at the ellipsoid first; it helps where it cuts one side only.",
-        trackers=ELLIPSOIDS)
     angle_scale_px: float = parameter(
         55, "Scale of angles", "By how many px a rad counts in the trace, which adds squares of angles and lengths.",
         unit="px/rad", within=(1, 1000, 5), useful=(5, 200), trackers=ELLIPSOIDS)

@@ -141,15 +141,13 @@ class _Path(_Chain, group=PATH):
     # fmt: on
 
 
-class _Measured(_Path, group=MEASUREMENTS):
+class _Measured(_Path, group=MEASUREMENTS, constants={"bounded_noise": True}):
     """How the chain's points are measured."""
 
     # fmt: off
     measurement_noise_px: float = parameter(
         1, "Noise", "Standard deviation of a measured coordinate.",
         unit="px", within=(0, 10, 0.1), role="world")
-    bounded_noise: bool = parameter(
-        True, "Bounded noise", "Whether noise beyond three standard deviations is drawn again, as bounds of it assume.")
     links_seen_as: Literal["points", "lines", "lines-and-ends"] = parameter(
         "points", "Links seen as",
         "What is measured in space: root, joints and tip; or the line on which each link lies, without its ends; or "
@@ -477,7 +475,7 @@ class LinkageSource:
     ) -> Measurements:
         """Measure points (n, 2); in the plane only across, since the row is the same for all."""
         sd = np.full(true_px.shape, float(parameters.measurement_noise_px))
-        points = true_px + sd * self._noise(index, true_px.shape, bounded=parameters.bounded_noise)
+        points = true_px + sd * self._noise(index, true_px.shape)
         stream = Stream(self._seed, index, Purpose.SCENE)
         chances, ways = stream.random(len(points)), stream.random(points.shape)
         points = points + _outliers(chances, ways, parameters)
@@ -489,12 +487,12 @@ class LinkageSource:
         if parameters.links_seen_as == "lines-and-ends":
             measured[[0, -1]] = visible[[0, -1]]
         seen = _measurements(points, sd, measured)
-        errors = sd[1:] * self._noise(index, (len(points) - 1, 2), LINES_DRAW, bounded=parameters.bounded_noise)
+        errors = sd[1:] * self._noise(index, (len(points) - 1, 2), LINES_DRAW)
         numbers = uniforms(self._seed, index, Purpose.SCENE.value, LINES_DRAW - 1, 3 * len(errors)).reshape(3, -1)
         errors = errors + _outliers(numbers[0], numbers[1:].T, parameters)
         return LinkMeasurements(seen.points_px, seen.sd_px, *observe_lines(true_px, errors, visible))
 
-    def _noise(self, index: int, shape: tuple[int, ...], first: int = 2, *, bounded: bool) -> Floats:
+    def _noise(self, index: int, shape: tuple[int, ...], first: int = 2) -> Floats:
         """Return standard normal numbers, each drawn again as long as it is beyond the bound."""
         count = int(np.prod(shape))
         # Draws 0 and 1 are the stream's, of outliers.
@@ -502,10 +500,10 @@ class LinkageSource:
         numbers = draw(first, count)
         for again in range(first + 1, first + 1 + MOST_DRAWS):
             beyond = np.abs(numbers) > BOUND_SDS
-            if not (bounded and beyond.any()):
+            if not beyond.any():
                 break
             numbers = np.where(beyond, draw(again, count), numbers)
-        return (np.clip(numbers, -BOUND_SDS, BOUND_SDS) if bounded else numbers).reshape(shape)
+        return np.asarray(np.clip(numbers, -BOUND_SDS, BOUND_SDS).reshape(shape))
 
     def _start(self) -> LinkageTarget:
         true, parameters = self.target(0), self._parameters

@@ -26,7 +26,7 @@ from pftrack.experiments.linkage.model import bound_places, link_images, read_ob
 from pftrack.experiments.linkage.parameters import LinkageTrackerParameters
 from pftrack.experiments.linkage.scene import LinkageTarget, in_degrees
 from pftrack.experiments.linkage.sets.merging import Known, Observe, frame_step
-from pftrack.experiments.linkage.sets.plane import SLACK, TRACE, VOLUME
+from pftrack.experiments.linkage.sets.plane import SLACK
 from pftrack.experiments.linkage.sets.regions import (
     CENTRE,
     HIGH,
@@ -311,6 +311,12 @@ FROM_SDS = 3.0
 
 Box = tuple[Floats, Floats]
 
+PASSES = 2
+"""How often a frame goes through observations and bounds."""
+
+DIRECTION_CELLS, ATTITUDE_CELLS = 128, 7
+"""Into how many cells the range of a direction is cut in the plane, and each angle in space."""
+
 
 def start(method: str, target: Target, frame: Frame, parameters: LinkageTrackerParameters, rng: Stream) -> LinkageState:
     """Begin with the box of all that is possible at first; the first observation is that of the next frame."""
@@ -354,7 +360,7 @@ def step(
         observe,
         known,
         known_bounds(parameters.bounds, scale, float(parameters.motion_bound_rad), in_space=state.in_space),
-        parameters.region_passes,
+        PASSES,
         treated,
     )
     members = tuple(_set_ellipsoid(Region(one, scale, True), ellipsoids=treated.ellipsoids) for one in found.regions)
@@ -379,8 +385,6 @@ def ways(method: str, parameters: LinkageTrackerParameters) -> Ways:
     literal = method == "ellipsoids-literal"
     return Ways(
         ellipsoids=method != "box-guides",
-        least=TRACE if parameters.least_ellipsoid == "trace" else VOLUME,
-        tighten=parameters.tightened,
         contraction=not literal,
         sampled=not literal,
         sides=method == "ellipsoids",
@@ -403,9 +407,7 @@ def _observing(
         def in_plane(region: Floats, link: int, most: int) -> Floats:
             # The root is known exactly.
             bound, length = once if link == 0 else 2.0 * once, float(shown[link])
-            return observe_in_plane(
-                region, (link, LINKS + link), scale, length, bound, parameters.direction_cells, most, treated
-            )
+            return observe_in_plane(region, (link, LINKS + link), scale, length, bound, DIRECTION_CELLS, most, treated)
 
         return np.flatnonzero(~np.isnan(shown)).tolist(), in_plane
     images = link_images(seen, once)
@@ -420,8 +422,7 @@ def _observing(
         place, image = places[link], images[link]
         if place is None or image is None:
             raise RuntimeError("a link of which nothing was seen is not observed")
-        cells = parameters.attitude_cells
-        return observe_in_space(region, place, image.middle, image.bound, cells, most, treated)
+        return observe_in_space(region, place, image.middle, image.bound, ATTITUDE_CELLS, most, treated)
 
     return [link for link, image in enumerate(images) if image is not None], in_space
 

@@ -102,7 +102,7 @@ METHOD, CAMERA, SCORING = "Method", "Assumed camera", "Scoring"
 WINDOWED = ("online", "informed")
 
 
-class StructureTrackerParameters(Parameters, group=METHOD):
+class StructureTrackerParameters(Parameters, group=METHOD, constants={"kept_precision": 1}):
     """Everything that trackers of a shape read."""
 
     # fmt: off
@@ -115,9 +115,6 @@ class StructureTrackerParameters(Parameters, group=METHOD):
     first_frames: int = parameter(
         20, "First frames", "From how many frames at least the first shape is made where nothing is known of the body.",
         unit="frames", within=(3, 90, 1), trackers=("growing",))
-    kept_precision: float = parameter(
-        1, "Memory of a point", "What is kept with each frame of what is known of a point that is well seen.",
-        within=(0.8, 1, 0.005), trackers=("growing",))
     frozen: bool = parameter(
         False, "Freeze", "Learn nothing more: the shape stays, and only the pose is followed.", trackers=("growing",))
     trust_px: float = parameter(
@@ -362,7 +359,7 @@ def grow(belief: Belief, seen: Observed, prior: Prior, parameters: StructureTrac
         # The body has not turned, or its points lie in one plane.
         return Grown(strength=strength)
     try:
-        shape = from_window(tracks, recursive.Settings(prior.focal_px, parameters.kept_precision), fit)
+        shape = from_window(tracks, recursive.Settings(prior.focal_px), fit)
     except ValueError:
         # The cameras determine no metric shape yet.
         return Grown(strength=strength)
@@ -370,7 +367,7 @@ def grow(belief: Belief, seen: Observed, prior: Prior, parameters: StructureTrac
 
 
 def _settings(prior: Prior, parameters: StructureTrackerParameters) -> growing.Settings:
-    return growing.Settings(prior.focal_px, parameters.kept_precision, frozen=parameters.frozen)
+    return growing.Settings(prior.focal_px, frozen=parameters.frozen)
 
 
 def _after(
@@ -381,7 +378,7 @@ def _after(
         if isinstance(known, Growing):
             known = growing.step(replace(known, settings=_settings(prior, parameters)), positions, variances)
         elif not parameters.frozen:
-            settings = replace(known.settings, focal_px=prior.focal_px, memory=parameters.kept_precision)
+            settings = replace(known.settings, focal_px=prior.focal_px)
             known = recursive.step(replace(known, settings=settings), positions, variances)
     return known
 

@@ -22,7 +22,7 @@ from pftrack.vision.likelihoods.template import luma
 MATCHING = "Matching"
 
 
-class CornerParameters(DetectorParameters, group=MATCHING):
+class CornerParameters(DetectorParameters, group=MATCHING, constants={"between_pixels": False}):
     """Everything that following corners through pictures reads."""
 
     # fmt: off
@@ -37,8 +37,6 @@ class CornerParameters(DetectorParameters, group=MATCHING):
         "The mean difference of grey levels, which light misleads, or normalised correlation, which it does not.")
     template_renewal: bool = parameter(
         False, "Renew templates", "Whether a template is cut anew at every match: it adapts, and drifts away.")
-    between_pixels: bool = parameter(
-        False, "Between pixels", "Whether a match is placed between pixels by the costs of its neighbours.")
     largest_cost: float = parameter(
         255, "Largest cost", "A costlier match is none: in grey levels, in hundredths by correlation; 255 takes all.",
         within=(0, 255, 1))
@@ -155,8 +153,7 @@ def follow(
         allowed = (matches.costs <= largest) & ~(ratios > parameters.largest_ratio)
     good = np.isfinite(matches.costs) & inside & allowed
     places = np.where(good[:, None], matches.places, corners.places)
-    positions = places + (matches.offsets if parameters.between_pixels else 0.0)
-    positions = np.where(good[:, None], positions, np.nan)
+    positions = np.where(good[:, None], places, np.nan)
     templates = corners.templates
     if parameters.template_renewal:
         templates = np.where(good[:, None, None], cut(grey, places, templates.shape[1]), templates)

@@ -7,7 +7,7 @@ constant that is the same for all states. Likelihoods know no filters.
 - `histogram`: the colours of the window around it, compared with those of a model and of what is around; `counting`:
   how many windows are counted at once;
 - `points`: measured positions of several features, each with its own noise;
-- `template`: patches of the first frame by normalised correlation, and a bank of them by pose;
+- `template`: patches of the first frame by normalised correlation;
 - `separation`: whether a likelihood tells a target from what is around it, and templates in relief;
 - `hidden`: features that may be hidden; `camera`: how far a picture has moved.
 """

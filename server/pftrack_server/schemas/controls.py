@@ -61,7 +61,7 @@ def _slider(declaration: Declaration, value: Value) -> tuple[float, float] | Non
 def _hint(declaration: Declaration) -> str:
     unit = f" {declaration.unit}" if declaration.unit else ""
     sentences = [declaration.description]
-    if declaration.kind != "action" and declaration.minimum is not None and declaration.maximum is not None:
+    if declaration.minimum is not None and declaration.maximum is not None:
         sentences.append(f"From {declaration.minimum:g} to {declaration.maximum:g}{unit}.")
     if not declaration.live:
         sentences.append("A change restarts the run.")

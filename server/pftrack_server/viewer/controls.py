@@ -30,7 +30,6 @@ class Control:
         self, server: viser.ViserServer, declaration: Declaration, value: Value, on_move: Callable[[str, Value], None]
     ) -> None:
         self.declaration = declaration
-        self._value = value
         self._handles: tuple[Handle, ...] = _make(server, declaration, value)
         self._shown = True
 
@@ -38,15 +37,8 @@ class Control:
             if event.client_id is not None:
                 on_move(declaration.name, _from_handle(declaration, event.target.value))
 
-        async def on_press(event: viser.GuiEvent[Any]) -> None:
-            if event.client_id is not None:
-                on_move(declaration.name, int(self._value) + 1)
-
         for handle in self._handles:
-            if isinstance(handle, viser.GuiButtonHandle):
-                handle.on_click(on_press)
-            else:
-                handle.on_update(on_change)
+            handle.on_update(on_change)
 
     def show(self, value: Value, *, insist: bool = False) -> None:
         """Show a value.
@@ -56,10 +48,7 @@ class Control:
             insist: Send it even if the server believes that it is shown already. A browser may have lost it: all of
                 viser's controls share one throttle, which can drop the middle one of three quick changes.
         """
-        self._value = value
         for handle in self._handles:
-            if isinstance(handle, viser.GuiButtonHandle):
-                continue
             wanted = _to_handle(self.declaration, value)
             if isinstance(handle, viser.GuiSliderHandle):
                 wanted = min(max(wanted, handle.min), handle.max)
@@ -93,10 +82,8 @@ def _make_one(gui: viser.GuiApi, declaration: Declaration, control: ControlPubli
             return gui.add_checkbox(label, shown, hint=hint)
         case "choice":
             return gui.add_dropdown(label, declaration.choices, initial_value=shown, hint=hint)
-        case "colour":
+        case _:
             return gui.add_rgb(label, shown, hint=hint)
-        case _:  # an action
-            return gui.add_button(label, hint=hint)
 
 
 def _make_number(

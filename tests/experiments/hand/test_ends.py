@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from pftrack.experiments.hand.fingers import features_in
 from pftrack.experiments.hand.likelihood import PictureTables, finger_fit, tables_of
-from pftrack.experiments.hand.parameters import HandTrackerParameters, Task, settings
+from pftrack.experiments.hand.parameters import JOINT_COST, HandTrackerParameters, Task, settings
 from pftrack.experiments.hand.shape import MODEL, joints, open_pose, silhouette
 from pftrack.experiments.hand.silhouette import Finding, Silhouette
 
@@ -50,8 +50,7 @@ def test_a_finger_of_which_the_middle_joint_is_seen_fits_its_protrusion() -> Non
         )
         for lowest in (1, 2, TIP)
     }
-    price = task.settings.joint_cost
-    assert fits[1] == pytest.approx(-price, abs=0.8)
+    assert fits[1] == pytest.approx(-JOINT_COST, abs=0.8)
     assert fits[1] > fits[2] + 1.0 > fits[TIP]
 
 

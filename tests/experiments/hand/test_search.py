@@ -76,7 +76,7 @@ def test_a_score_of_the_search_is_that_of_the_whole_hand_without_its_silhouette(
 def test_where_no_palm_fits_the_best_prediction_stays_at_a_price() -> None:
     """So a beam never runs dry."""
     nothing = tables_of(np.zeros((SIDE, SIDE), bool), [])
-    found = follow(Beam.of(POSE), predictions(POSE[None], POSE[None]), 0.7, nothing, REFERENCE, 4)
+    found = follow(Beam.of(POSE), predictions(POSE[None], POSE[None]), nothing, REFERENCE, 4)
     assert len(found.beam) == 1
     assert (found.beam.members[0] == POSE).all()
     assert found.log_evidence < -NO_PALM_COST
@@ -85,7 +85,7 @@ def test_where_no_palm_fits_the_best_prediction_stays_at_a_price() -> None:
 def test_hands_of_a_frame_are_ranked_with_their_silhouettes() -> None:
     """What is kept differs, the best differs least, and each says by how much."""
     seen = sight(POSE)
-    found = follow(Beam.of(POSE), predictions(POSE[None], POSE[None]), 0.7, seen, REFERENCE, 4)
+    found = follow(Beam.of(POSE), predictions(POSE[None], POSE[None]), seen, REFERENCE, 4)
     members = np.array(found.beam.members)
     assert len(members) == 4
     assert (found.fit == differences(members, seen, REFERENCE) / seen.area).all()

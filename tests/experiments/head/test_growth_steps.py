@@ -303,21 +303,6 @@ def test_the_deviations_hold_over_people() -> None:
     assert np.mean(off) == pytest.approx(np.trace(said, axis1=1, axis2=2).sum(), rel=1 / 3)
 
 
-def test_the_model_begins_again_on_demand(grown: Run) -> None:
-    """Whenever the action is done once more, what was learned is gone; before and after it learns as usual."""
-    again = grown.branch(40, {"model_restarts": 1})
-    again.seek(44)
-    assert growth_of(again).own.frames == 4
-    assert growth_of(again).weight < 0.2
-    again.change({"model_restarts": 2})
-    again.seek(46)
-    assert growth_of(again).own.frames == 2
-    mean = Change(0, {**SMALL, "face_model": "mean"})
-    usual = Run(HEAD, HEAD.simulate(), seed=1, frames=4, timeline=(mean, Change(2, {"model_restarts": 1})))
-    without = Run(HEAD, HEAD.simulate(), seed=1, frames=4, timeline=(mean,))
-    assert usual.finish().diagnostics.estimate == without.finish().diagnostics.estimate
-
-
 def test_it_may_begin_with_a_face_that_was_learned(grown: Run) -> None:
     """With what was exported it begins where that ended: nearer to the driver's face than the mean, from frame 0 on."""
     grown.finish()

@@ -115,7 +115,7 @@ def test_a_face_of_much_the_same_size_is_found_again(
     state = run.step(grey_at(points), method)
     found = memory(state)
     assert (found.lost, found.doubtful_frames, state.switched) == (False, 0, True)
-    assert found.bank is memory(before).bank
+    assert found.templates is memory(before).templates
     assert found.sight is memory(before).sight
     assert found.enlarged == pytest.approx(scale)
     assert found.box == pytest.approx(around(points))
@@ -145,7 +145,7 @@ def test_a_face_of_another_size_begins_again(scale: float, monkeypatch: pytest.M
     state = run.step(picture)
     found = memory(state)
     assert not found.lost
-    assert found.bank is not memory(before).bank
+    assert found.templates is not memory(before).templates
     assert np.array_equal(found.sight.points_px, points)
     assert np.array_equal(found.sight.grey, picture)
     assert found.sight.own == memory(before).sight.own

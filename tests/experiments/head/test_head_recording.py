@@ -135,7 +135,7 @@ def test_who_comes_back_much_further_away_is_looked_at_anew() -> None:
     first, last = (run.seek(frame).state.memory for frame in (11, 43))
     assert not last.lost
     assert last.enlarged == 1.0
-    sizes = [memory.templates(np.zeros(3), by_pose=False).sizes for memory in (first, last)]
+    sizes = [memory.templates.sizes for memory in (first, last)]
     assert np.median(sizes[1] / sizes[0]) == pytest.approx(0.65, abs=0.06)
 
 

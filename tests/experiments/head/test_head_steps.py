@@ -99,7 +99,7 @@ def test_what_is_reported_is_of_this_frame() -> None:
     for index in range(1, 4):
         state = stepped(state, "alpha-0", given, index, grey(3 * index, 0))
     after = stepped(state, "alpha-0", given, 4, grey(12, 0))
-    templates = memory(state).templates(np.zeros(3), by_pose=False)
+    templates = memory(state).templates
     there = template.correlations(grey(12, 0), after.feature_means[:, None], templates)[:, 0]
     assert memory(after).correlations == pytest.approx(there, abs=1e-12)
     misfit = memory(after).misfit(after.project(after.solid.points_mm), after.feature_means)
@@ -134,7 +134,7 @@ def test_covered_features_are_not_recognised() -> None:
 def test_a_wider_spread_is_less_sure() -> None:
     """With twice the spread of correlations a log likelihood is a quarter."""
     picture, points = grey(), POINTS[:, None] + np.array([[0.0, 0.0], [9.0, -7.0], [900.0, 0.0]])
-    templates = memory(begun("pf-asd", parameters())).templates(np.zeros(3), by_pose=False)
+    templates = memory(begun("pf-asd", parameters())).templates
     look = partial(template.correlations, picture, templates=templates)
     plain = head._log_likelihood(look, parameters(), points)
     assert plain[:, 0] == pytest.approx(np.zeros(11), abs=1e-6)
@@ -172,35 +172,9 @@ def test_templates_are_renewed_only_while_nothing_is_doubtful() -> None:
     given = parameters(template_renewal=0.1)
     state = begun("pf-asd", given)
     good = stepped(state, "pf-asd", given, 1, grey())
-    assert memory(good).bank is not memory(state).bank
+    assert memory(good).templates is not memory(state).templates
     bad = stepped(good, "pf-asd", given, 2, NOTHING)
-    assert memory(bad).bank is memory(good).bank
-
-
-def test_a_bank_learns_only_from_what_correlates() -> None:
-    """A set of another pose is gathered where the features correlate by their mean, and not where they do not."""
-    given = parameters(templates_by_pose=True)
-    state = begun("pf-asd", given)
-    turned = replace(state, pose=replace(state.pose, mean=np.array([0.0, 0.25, 0.0])))
-    for most, one, gathered in ((0.9, 0.9, 2), (0.5, 0.5, 1), (0.5, 0.95, 1), (0.65, 0.1, 2)):
-        known = replace(memory(turned), correlations=np.array([one] + [most] * 10))
-        templates = known.templates(turned.pose.mean, by_pose=True)
-        learned = head._learn(known, grey(), turned, templates, given)
-        assert len(learned.bank.sets) == gathered
-        assert (learned is known) == (gathered == 1)
-
-
-def test_the_templates_in_use_are_those_of_the_pose() -> None:
-    """By pose, the set that was gathered nearest; otherwise the frontal one, wherever the head looks."""
-    given = parameters(templates_by_pose=True)
-    state = begun("pf-asd", given)
-    turned = replace(state, pose=replace(state.pose, mean=np.array([0.0, 0.25, 0.0])))
-    frontal = memory(state).templates(np.zeros(3), by_pose=True)
-    learned = head._learn(memory(turned), grey(3, 0), turned, frontal, given)
-    assert learned.templates(np.zeros(3), by_pose=True) is frontal
-    assert learned.templates(np.array([0.0, 0.3, 0.0]), by_pose=True) is not frontal
-    assert learned.templates(np.array([0.0, 0.3, 0.0]), by_pose=False) is frontal
-    assert learned.nbytes == 2 * memory(state).nbytes
+    assert memory(bad).templates is memory(good).templates
 
 
 SIDES = {"l": "r", "r": "l"}
@@ -239,7 +213,7 @@ def test_a_step_leaves_its_state_alone(method: Method) -> None:
     """A step taken twice gives the same; templates, first sight and particles of the state before are unchanged."""
     given = parameters(template_renewal=0.05, joint_sample_count=150)
     state = stepped(begun(method, given), method, given, 1, grey(1, 0))
-    frontal = memory(state).templates(np.zeros(3), by_pose=False)
+    frontal = memory(state).templates
     held = {**state.arrays(), "templates": frontal.pixels, "sight": memory(state).sight.grey}
     held |= {"correlations": memory(state).correlations, "turn": memory(state).turn, "pose": state.pose.mean}
     before = {name: np.array(array) for name, array in held.items()}
@@ -258,7 +232,7 @@ def test_a_method_takes_over_templates_and_doubt(before: Method, after: Method) 
     for index in range(1, 4):
         state = stepped(state, before, given, index, grey(index, 0))
     taken = stepped(state, after, given, 4, grey(4, 0))
-    assert memory(taken).bank is memory(state).bank
+    assert memory(taken).templates is memory(state).templates
     assert memory(taken).sight is memory(state).sight
     assert np.abs(taken.feature_means - POINTS - [4, 0]).max() < 4
     assert np.rad2deg(np.abs(taken.estimate)).max() < 6

@@ -26,9 +26,9 @@ def memory_after(frames: int, **values: Value) -> tuple[HeadMemory, HeadMemory]:
 
 
 def test_templates_stay_what_they_were() -> None:
-    """Without renewal and a bank the templates of frame 0 are used throughout: the very same."""
+    """Without renewal the templates of frame 0 are used throughout: the very same."""
     first, last = memory_after(20)
-    assert last.bank is first.bank
+    assert last.templates is first.templates
     assert last.lost is False
     assert last.template_likeness.tolist() == [1.0] * 11
 
@@ -36,18 +36,11 @@ def test_templates_stay_what_they_were() -> None:
 def test_templates_can_follow_what_is_seen() -> None:
     """With renewal they change a little in every frame, and still have unit norm."""
     first, last = memory_after(20, **AS_PUBLISHED, template_renewal=0.05)
-    old, new = (memory.templates(np.zeros(3), by_pose=False) for memory in (first, last))
+    old, new = (memory.templates for memory in (first, last))
     assert not np.array_equal(old.pixels, new.pixels)
     assert float(old.pixels @ new.pixels) > 0.8 * 11
     assert float(new.pixels @ new.pixels) == pytest.approx(11, abs=1e-3)
     assert last.template_likeness.sum() == pytest.approx(float(old.pixels @ new.pixels), abs=1e-3)
-
-
-def test_templates_can_be_gathered_by_pose() -> None:
-    """While the head turns, sets of other poses come to the frontal one."""
-    first, last = memory_after(90, **AS_PUBLISHED, templates_by_pose=True)
-    assert len(first.bank.sets) == 1
-    assert len(last.bank.sets) > 1
 
 
 def test_doubt_needs_patience() -> None:
@@ -123,7 +116,7 @@ def test_what_was_made_at_first_sight_can_be_chosen_anew(tracker: str, name: str
     wanted, got = begun.current.state.solid, after.solid
     for field in ("points_mm", "reference", "focal_px", "principal_px", "translation_mm"):
         np.testing.assert_array_equal(getattr(got, field), getattr(wanted, field))
-    sets = (state.memory.templates(np.zeros(3), by_pose=False) for state in (begun.current.state, after))
+    sets = (state.memory.templates for state in (begun.current.state, after))
     np.testing.assert_array_equal(*(templates.pixels for templates in sets))
     # Five hundred joint particles of 22 numbers are few: they jump by some degrees from frame to frame.
     assert np.rad2deg(np.abs(after.estimate - before.estimate)).max() < (4.0 if tracker == "pf-asd" else 8.0)

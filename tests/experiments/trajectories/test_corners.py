@@ -123,19 +123,6 @@ def test_renewed_templates_adapt() -> None:
     assert costs[True] < 0.3 * costs[False]
 
 
-def test_places_between_pixels_are_an_option() -> None:
-    """Without it observations are whole pixels; with it they come nearer to a shift by a part of one."""
-    smooth = cv2.GaussianBlur(seen(60), (0, 0), 1.5)
-    moved = cv2.warpAffine(smooth, np.array([[1.0, 0.0, 0.4], [0.0, 1.0, 0.0]]), SIZE, flags=cv2.INTER_CUBIC)
-    off = {}
-    for between in (False, True):
-        corners, first = begin(smooth, with_values(between_pixels=between))
-        _, positions = follow(corners, moved, with_values(between_pixels=between), 1)
-        off[between] = float(np.nanmedian(np.abs(positions[:, 0] - first[:, 0] - 0.4)))
-        assert between == bool((positions % 1.0 != 0.0).any())
-    assert off[True] < 0.5 * off[False]
-
-
 def test_points_that_are_given_are_followed() -> None:
     """What is to be followed may be said, and need not lie on whole pixels."""
     given = np.array([[40.4, 50.0], [90.0, 70.6]])

@@ -88,10 +88,8 @@ def cut_along(
     axis: int,
     low: float,
     high: float,
-    least: int,
-    tighten: bool,
 ) -> bool:
-    """Do as `cut` does for the strip low <= x_axis <= high; one that leaves all of the ellipsoid costs nothing."""
+    """Cut to the least trace, tightened, by low <= x_axis <= high; a strip that leaves all of it costs nothing."""
     half = np.sqrt(max(shape[axis, axis], 0.0))
     if centre[axis] - half >= low and centre[axis] + half <= high:
         return True
@@ -101,7 +99,7 @@ def cut_along(
         across[i] = shape[axis, i]
         square += across[i] * across[i]
     gap = 0.5 * (low + high) - centre[axis]
-    return _cut(centre, shape, across, gap, 0.5 * (high - low), shape[axis, axis], square, 1.0, least, tighten)
+    return _cut(centre, shape, across, gap, 0.5 * (high - low), shape[axis, axis], square, 1.0, TRACE, True)
 
 
 @compiled

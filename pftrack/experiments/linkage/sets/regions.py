@@ -12,7 +12,7 @@ import numpy as np
 from pftrack.core.arrays import Floats, Ints
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import orthogonalise, solve_system
-from pftrack.experiments.linkage.sets.plane import SLACK, cut, cut_along, label_components, link_cells
+from pftrack.experiments.linkage.sets.plane import SLACK, TRACE, cut, cut_along, label_components, link_cells
 
 CENTRE, LOW, HIGH, SHAPE = 0, 1, 2, 3
 """Rows of a region; the shape has all from its first."""
@@ -23,8 +23,6 @@ class Ways(NamedTuple):
 
     Attributes:
         ellipsoids: Whether there are ellipsoids at all, or boxes alone.
-        least: `plane.TRACE` or `plane.VOLUME`.
-        tighten: Whether a strip is cut off at the ellipsoid first, see `plane.cut`.
         contraction: Whether every strip shrinks the guides by interval arithmetic.
         sampled: Whether guides shrink to the cells that fit the observation.
         sides: Whether the guides are strips for the ellipsoid.
@@ -33,8 +31,6 @@ class Ways(NamedTuple):
     """
 
     ellipsoids: bool
-    least: int
-    tighten: bool
     contraction: bool
     sampled: bool
     sides: bool
@@ -197,18 +193,11 @@ def shrink_to_extent(low: Floats, high: Floats, centre: Floats, shape: Floats) -
 
 
 @compiled
-def cut_by_guides(
-    low: Floats,
-    high: Floats,
-    centre: Floats,
-    shape: Floats,
-    least: int,
-    tighten: bool,
-) -> bool:
+def cut_by_guides(low: Floats, high: Floats, centre: Floats, shape: Floats) -> bool:
     """Cut the ellipsoid, in place, by each pair of the box's sides; return whether they have a point in common."""
     left = True
     for j in range(low.shape[0]):
-        left = left and cut_along(centre, shape, j, low[j], high[j], least, tighten)
+        left = left and cut_along(centre, shape, j, low[j], high[j])
     return left
 
 
@@ -237,8 +226,8 @@ def apply_strip(region: Floats, normal: Floats, least: float, most: float, ways:
         normal,
         0.5 * (least + most),
         0.5 * (most - least),
-        ways.least,
-        ways.tighten,
+        TRACE,
+        True,
     )
 
 
@@ -252,9 +241,7 @@ def settle(region: Floats, ways: Ways) -> bool:
         return False
     if not ways.sides:
         return True
-    return cut_by_guides(low, high, centre, shape, ways.least, ways.tighten) and shrink_to_extent(
-        low, high, centre, shape
-    )
+    return cut_by_guides(low, high, centre, shape) and shrink_to_extent(low, high, centre, shape)
 
 
 @compiled

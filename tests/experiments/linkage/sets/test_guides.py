@@ -1,6 +1,5 @@
 import numpy as np
 
-from pftrack.experiments.linkage.sets.plane import TRACE
 from pftrack.experiments.linkage.sets.regions import circumscribe, contract, cut_by_guides, shrink_to_extent
 from pftrack.reproduce.linkage.regions import random_shape, values
 
@@ -68,10 +67,10 @@ def test_the_ellipsoid_bounds_the_box_and_the_box_the_ellipsoid() -> None:
         assert shrink_to_extent(low, high, centre, shape)
         assert np.all(points >= low)
         assert np.all(points <= high)
-        assert cut_by_guides(low, high, centre, shape, TRACE, True)
+        assert cut_by_guides(low, high, centre, shape)
         assert np.all(values(points, centre, shape) <= 1 + 1e-7)
     assert not shrink_to_extent(np.full(4, 1e3), np.full(4, 1e4), centre, shape)
-    assert not cut_by_guides(np.full(4, 1e3), np.full(4, 1e4), centre, shape, TRACE, True)
+    assert not cut_by_guides(np.full(4, 1e3), np.full(4, 1e4), centre, shape)
 
 
 def test_the_ellipsoid_around_a_box_has_its_corners_on_it() -> None:

@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 
-from pftrack.experiments.linkage.sets.plane import TRACE, VOLUME
 from pftrack.experiments.linkage.sets.regions import (
     HIGH,
     LOW,
@@ -14,10 +13,9 @@ from pftrack.experiments.linkage.sets.regions import (
 )
 from tests.experiments.linkage.sets.ellipsoids import lost, within
 
-FULL = Ways(True, TRACE, True, True, True, True, True, OUTER)
+FULL = Ways(True, True, True, True, True, OUTER)
 TREATMENTS = {
     "full": FULL,
-    "volume": FULL._replace(least=VOLUME, tighten=False),
     "literal": FULL._replace(contraction=False, sampled=False, sides=False),
     "boxes": FULL._replace(ellipsoids=False, sides=False),
     "unsplit": FULL._replace(splitting=False),

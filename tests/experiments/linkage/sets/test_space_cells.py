@@ -2,12 +2,11 @@ import numpy as np
 import pytest
 
 from pftrack.core.geometry.rotation import matrix
-from pftrack.experiments.linkage.sets.plane import TRACE
 from pftrack.experiments.linkage.sets.regions import CENTRE, OUTER, SHAPE, Ways, region_of
 from pftrack.experiments.linkage.sets.space import Link, image, observe_in_space, rotate, space_cells
 from tests.experiments.linkage.sets.ellipsoids import lost, within
 
-FULL = Ways(True, TRACE, True, True, True, True, True, OUTER)
+FULL = Ways(True, True, True, True, True, OUTER)
 BOXES = FULL._replace(ellipsoids=False, sides=False)
 REFERENCE = matrix(np.array([0.5, -0.4, 0.2]))
 SCALE = 55.0
