@@ -12,7 +12,7 @@ from functools import cache
 from types import MappingProxyType
 from typing import Any, ClassVar, Literal, Self, TypeAlias, TypeVar, Unpack, get_args, get_origin
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, JsonValue, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 
 Value: TypeAlias = bool | int | float | str
@@ -44,10 +44,6 @@ Role: TypeAlias = Literal[
 - "loss_share": the share of a run's frames that may be lost in a success.
 - "drawing": what is drawn and nothing else; a change of it shows at once, also of a frame that is computed already.
 """
-
-
-DECLARED = "unit", "step", "useful", "live", "group", "trackers", "role", "threshold_of", "sets", "accept"
-"""What a declaration says beyond what pydantic's field holds."""
 
 
 LONGEST_FILE = 100_000
@@ -147,10 +143,10 @@ class Parameters(BaseModel):
         for base in cls.__bases__:
             cls.constants = {**getattr(base, "constants", {}), **cls.constants}
         for field in vars(cls).values():
-            if isinstance(field, FieldInfo) and isinstance(field.json_schema_extra, dict):
-                common: dict[str, JsonValue] = {"group": group, "trackers": list(trackers)}
-                own = {name: said for name, said in field.json_schema_extra.items() if said is not None}
-                field.json_schema_extra |= common | own
+            said = field.json_schema_extra if isinstance(field, FieldInfo) else None
+            if isinstance(said, dict):
+                said.setdefault("group", group)
+                said.setdefault("trackers", list(trackers))
 
     def __hash__(self) -> int:
         """Hash once: a run looks its parameters up in caches in every frame."""
@@ -209,40 +205,32 @@ def parameter(
         raise ValueError(f"the number {title!r} must be declared with bounds: within=(least, most, step)")
     low, high, step = within or (None, None, None)
     useful = useful or (within and within[:2])
-    if within and useful and isinstance(default, int | float):
-        _check_range(title, default, within, useful)
+    if within and useful and not within[0] <= useful[0] <= float(default) <= useful[1] <= within[1]:
+        raise ValueError(
+            f"the useful range of {title!r} must lie within {low:g} to {high:g} and hold the default, {default}, "
+            f"got {useful[0]:g} to {useful[1]:g}"
+        )
     declared: dict[str, Any] = {
+        "title": title,
+        "description": description,
+        "default": default,
         "unit": unit,
+        "minimum": low,
+        "maximum": high,
         "step": step,
         "useful": useful,
         "colour": colour,
         "live": live,
         "group": group,
-        "trackers": trackers if trackers is None else list(trackers),
+        "trackers": trackers,
         "role": role,
         "threshold_of": threshold_of,
         "sets": sets,
         "accept": accept,
     }
-    return Field(
-        default=default,
-        title=title,
-        description=description,
-        ge=low,
-        le=high,
-        pattern=r"^#[0-9a-fA-F]{6}$" if colour else None,
-        max_length=LONGEST_FILE if accept else None,
-        json_schema_extra=declared,
-    )
-
-
-def _check_range(title: str, default: float, within: Within, useful: tuple[float, float]) -> None:
-    low, high, _ = within
-    if not low <= useful[0] <= default <= useful[1] <= high:
-        raise ValueError(
-            f"the useful range of {title!r} must lie within {low:g} to {high:g} and hold the default, {default:g}, "
-            f"got {useful[0]:g} to {useful[1]:g}"
-        )
+    pattern, longest = r"^#[0-9a-fA-F]{6}$" if colour else None, LONGEST_FILE if accept else None
+    said = {name: value for name, value in declared.items() if value is not None}
+    return Field(default, ge=low, le=high, pattern=pattern, max_length=longest, json_schema_extra=said)
 
 
 @cache
@@ -288,19 +276,11 @@ def parse(model: type[Parameters], name: str, text: str) -> Value:
     known = {declaration.name: declaration for declaration in declarations(model)}
     if name not in known:
         raise ParameterError(name, text, f"one of {', '.join(sorted(known))}")
-    match known[name].kind:
-        case "boolean":
-            truths = {"true": True, "1": True, "yes": True, "false": False, "0": False, "no": False}
-            if text.lower() not in truths:
-                raise ParameterError(name, text, "true or false")
-            return truths[text.lower()]
-        case "integer" | "number":
-            try:
-                return float(text) if known[name].kind == "number" else int(text)
-            except ValueError:
-                raise ParameterError(name, text, describe_allowed(known[name])) from None
-        case _:
-            return text
+    kind: Any = model.model_fields[name].annotation
+    try:
+        return TypeAdapter[Value](kind).validate_python(text)
+    except ValidationError:
+        raise ParameterError(name, text, describe_allowed(known[name])) from None
 
 
 def revise(current: P, changes: Mapping[str, object]) -> P:
@@ -315,17 +295,15 @@ def revise(current: P, changes: Mapping[str, object]) -> P:
     """
     model = type(current)
     known = {declaration.name: declaration for declaration in declarations(model)}
-    values: dict[str, object] = dict(flat(current))
+    constants = model.constants
     for name, value in changes.items():
-        if name not in known and name in model.constants:
-            if value != model.constants[name]:
-                raise ParameterError(name, value, f"{model.constants[name]}: it is a constant now")
-            continue
-        if name not in known:
-            raise ParameterError(name, value, f"the value of a known parameter ({', '.join(sorted(known))})")
-        if isinstance(value, bool) and known[name].kind in {"integer", "number"}:
+        if name in known and isinstance(value, bool) and known[name].kind in {"integer", "number"}:
             raise ParameterError(name, value, describe_allowed(known[name]))
-        values[name] = value
+        if name not in {*known, *constants}:
+            raise ParameterError(name, value, f"the value of a known parameter ({', '.join(sorted(known))})")
+        if name not in known and value != constants[name]:
+            raise ParameterError(name, value, f"{constants[name]}: it is a constant now")
+    values = {**flat(current), **{name: value for name, value in changes.items() if name in known}}
     try:
         return model.model_validate(values, strict=False)
     except ValidationError as error:
@@ -353,27 +331,14 @@ def flat(parameters: Parameters) -> dict[str, Value]:
 
 def _declaration(model: type[Parameters], name: str) -> Declaration:
     field = model.model_fields[name]
-    extra = field.json_schema_extra
-    if not isinstance(extra, dict) or field.title is None or field.description is None:
+    said = field.json_schema_extra
+    if not isinstance(said, dict):
         raise TypeError(f"{model.__name__}.{name} must be declared with parameter()")
-    bounds = {type(item).__name__: item for item in field.metadata}
     choices = get_args(field.annotation) if get_origin(field.annotation) is Literal else ()
     kinds = {bool: "boolean", int: "integer", float: "number"}
-    special = {"choice": choices, "colour": extra["colour"], "file": extra["accept"]}
+    special = {"choice": choices, "colour": said["colour"], "file": said["accept"]}
     kind = next((name for name, holds in special.items() if holds), None) or kinds[field.annotation]  # type: ignore[index]
-    return Declaration.model_validate(
-        {
-            "name": name,
-            "title": field.title,
-            "description": field.description,
-            "kind": kind,
-            "default": field.default,
-            "minimum": getattr(bounds.get("Ge"), "ge", None),
-            "maximum": getattr(bounds.get("Le"), "le", None),
-            "choices": choices,
-            **{key: extra[key] for key in DECLARED if extra[key] is not None},
-        }
-    )
+    return Declaration.model_validate({**said, "name": name, "kind": kind, "choices": choices})
 
 
 def describe_allowed(declaration: Declaration) -> str:
@@ -396,12 +361,11 @@ def describe_allowed(declaration: Declaration) -> str:
 def _nearest(declared: Declaration, value: object) -> object:
     if declared.kind not in {"integer", "number"} or isinstance(value, bool) or not isinstance(value, int | float):
         return value
-    low, high = declared.minimum, declared.maximum
-    if low is None or high is None or not math.isfinite(value):
+    low, high, step = declared.minimum, declared.maximum, declared.step
+    if low is None or high is None or step is None or not math.isfinite(value):
         return value
-    step = declared.step or (1.0 if declared.kind == "integer" else 0.0)
     # A step such as 0.1 is none in binary: twelve digits leave 0.3 and not 0.30000000000000004.
-    on_step = float(f"{low + step * round((value - low) / step):.12g}") if step else float(value)
+    on_step = float(f"{low + step * round((value - low) / step):.12g}")
     within = min(max(on_step, low), high)
     return round(within) if declared.kind == "integer" else within
 
