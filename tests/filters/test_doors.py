@@ -268,14 +268,6 @@ DOORS: dict[str, Door] = {
     "template.renew": (lambda places: template.renew(TEMPLATES, GREY, places, 0.5), {"places": "5 2"}),
     "template.correlations": (lambda places: template.correlations(GREY, places, TEMPLATES), {"places": "5 N 2"}),
     "template.log_likelihood": (lambda places: template.log_likelihood(GREY, places, TEMPLATES), {"places": "5 N 2"}),
-    "template.TemplateBank.choose": (
-        lambda pose: template.TemplateBank.begin(TEMPLATES).choose(pose),
-        {"pose": "3"},
-    ),
-    "template.TemplateBank.learn": (
-        lambda places, pose: template.TemplateBank.begin(TEMPLATES).learn(GREY, places, pose, 0.9),
-        {"places": "5 2", "pose": "3"},
-    ),
 }
 """Public functions for the interpreter, with the sides of their arrays; numbers for which they get are drawn."""
 

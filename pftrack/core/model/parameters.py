@@ -259,12 +259,10 @@ def limit_particles(declared: Iterable[Declaration], values: Mapping[str, Any], 
     Raises:
         ParameterError: A number of particles is too large.
     """
-    for declaration in declared:
-        if declaration.role != "particles":
-            continue
-        count = values[declaration.name]
-        if (not declaration.trackers or tracker in declaration.trackers) and count * declaration.sets > most:
-            raise ParameterError(declaration.name, count, f"at most {most // declaration.sets} on this server")
+    for each in declared:
+        is_read = not each.trackers or tracker in each.trackers
+        if each.role == "particles" and is_read and values[each.name] * each.sets > most:
+            raise ParameterError(each.name, values[each.name], f"at most {most // each.sets} on this server")
 
 
 def parse(model: type[Parameters], name: str, text: str) -> Value:
