@@ -62,3 +62,29 @@ def test_every_command_takes_it(place: Path, tmp_path: Path) -> None:
     assert run["mean_error"] < 3
     assert replayed["estimates_sha256"] == run["estimates_sha256"]
     assert sweep
+
+
+def test_a_new_experiment_runs_shows_and_sweeps(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """What `pftrack new experiment` writes is found once it is installed, and passes the checks of every experiment."""
+    made, place = tmp_path_factory.mktemp("made"), tmp_path_factory.mktemp("installed")
+    command = [sys.executable, "-m", "pftrack", "new", "experiment", "dots", "--folder", str(made)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    written = (made / "dots" / "pftrack_dots" / "__init__.py").read_text()
+    assert sum(bool(line.strip()) for line in written.splitlines()) <= 70
+    install_project(place, made / "dots")
+    swept = str(made / "sweep.parquet")
+    axis = ["--axis", "hidden_frames=0,40", "--trials", "1", "--frames", "80"]
+    told = commands(
+        place,
+        ["show", "dots", "--json"],
+        ["run", "dots", "--frames", "50", "--json"],
+        ["sweep", "dots", *axis, "--jobs", "1", "--out", swept, "--json"],
+    )
+    assert [one.err for one in told if one.status] == []
+    shown, run, _ = (json.loads(one.out) for one in told)
+    assert [entry["name"] for entry in shown["declarations"]] == ["sample_count", "step_px", "hidden_frames"]
+    assert run["mean_error"] < 5
+    again = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert again.returncode == 1
+    assert "is there already" in again.stderr

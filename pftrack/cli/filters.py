@@ -1,4 +1,4 @@
-"""Filters in files: `new filter` writes one to begin with, and wherever a tracker is named a file may be."""
+"""Filters and experiments of your own: `new` writes a first version, and a file may stand where a tracker is named."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -24,6 +24,7 @@ def register(app: typer.Typer) -> None:
     new = typer.Typer(add_completion=False, help="Write a file to begin with.")
     new.callback()(lambda: None)
     new.command("filter")(filter_)
+    new.command("experiment")(experiment_)
     app.add_typer(new, name="new")
 
 
@@ -50,6 +51,33 @@ def filter_(
     note(
         f"pftrack: wrote {file}; see it at work with: pftrack serve {file}, or: pftrack run {found.id} --tracker {file}"
     )
+
+
+def experiment_(
+    name: Annotated[str, typer.Argument(help="Name of the experiment: small letters, digits and hyphens.")],
+    folder: Annotated[Path, typer.Option(help="Where to make its folder NAME.")] = Path(),
+) -> None:
+    """Write an experiment that works, to be changed: a package of one file, which pip installs."""
+    from pftrack.experiments import EXPERIMENTS
+    from pftrack.experiments.own.extension import package_of
+
+    if name in EXPERIMENTS:
+        raise wrong_use(f"there is an experiment {name} already; name another one")
+    try:
+        files = package_of(name)
+    except ValueError as error:
+        raise wrong_use(str(error)) from None
+    place = folder / name
+    try:
+        place.mkdir()
+        for path, text in files.items():
+            (place / path).parent.mkdir(exist_ok=True)
+            (place / path).write_text(text, encoding="utf-8")
+    except FileExistsError:
+        raise CommandError(f"{place} is there already; name another folder") from None
+    except OSError as error:
+        raise CommandError(f"{place} cannot be written: {error.strerror}") from None
+    note(f"pftrack: wrote {place}; install it with: pip install -e {place}, then: pftrack run {name}")
 
 
 def read_filters(named: Sequence[str]) -> tuple[tuple[str, ...], dict[str, tuple[str, ...]]]:

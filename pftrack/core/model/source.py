@@ -172,6 +172,17 @@ class Frame:
     backdrop: Backdrop | None = None
     beliefs: Beliefs | None = None
 
+    @property
+    def picture(self) -> NDArray[np.uint8]:
+        """The picture (height, width, 3), where one is needed.
+
+        Raises:
+            ValueError: The frame has none.
+        """
+        if self.image_rgb is None:
+            raise ValueError("a picture is needed, got a frame without one")
+        return self.image_rgb
+
 
 P_co = TypeVar("P_co", bound=Parameters, covariant=True)
 P_contra = TypeVar("P_contra", bound=Parameters, contravariant=True)

@@ -12,13 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from pftrack.core.arrays import Floats
 from pftrack.core.model.diagnostics import Diagnostics, Step
-from pftrack.core.model.drawing import Drawing, Key, Layer, Links, Picture, Polyline, Primitive
+from pftrack.core.model.drawing import Drawing, Key, Layer, Polyline
 from pftrack.core.model.glossary import BANDO, BANDO_2006, Citation
 from pftrack.core.model.marks import Box
 from pftrack.core.model.measures import PICTURE_MEASURES
-from pftrack.core.model.palette import COLOURS, Colour
+from pftrack.core.model.palette import COLOURS
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.preset import ExampleSweep, read_presets
 from pftrack.core.model.setup import BESIDE, Setup
@@ -39,10 +38,9 @@ from pftrack.experiments.shared.sketch import (
     caption,
     circle,
     distance,
+    draw_point,
     error_words,
-    particle_clouds,
     paths,
-    uncertainty,
 )
 from pftrack.experiments.video import Video
 from pftrack.filters import kalman
@@ -133,30 +131,14 @@ def wire(sequence: FrameSequence, mark: Box, start: int, truth: Truth | None) ->
 
 
 def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
-    """Draw a frame: picture, particles, estimate, truth, uncertainty, the region of success and the path so far."""
-    image, state, row = step.frame.image_rgb, step.state, step.diagnostics
-    if image is None:
-        raise ValueError("a ball is drawn on a picture, got a signal")
-    height, width, _ = image.shape
-    target = step.frame.target
-    radius = target.size / 2 if target else step.parameters.gamma_px
+    """Draw a point that is followed, the region of success, and the path so far, true, estimated and smoothed."""
+    state, row, target = step.state, step.diagnostics, step.frame.target
     path = past[max(row.frame - TRAIL_FRAMES, 0) : row.frame + 1]
-    primitives: dict[str, Primitive] = {"picture": Picture(image)}
-    if state.particles is not None:
-        positions = state.particles.states[:, :2]
-        primitives |= particle_clouds(positions, state.particles, state.observation_count, max(width, height) / 160)
+    primitives = draw_point(step, other, step.parameters.gamma_px)
     if target is not None:
-        primitives["truth"] = circle(target.position, radius, COLOURS["truth"], "truth")
-        gate = step.parameters.lost_radii * radius
+        gate = step.parameters.lost_radii * target.size / 2
         primitives["gate"] = circle(target.position, gate, COLOURS["lost"], "region of success", dashed=True)
-    primitives["covariance"] = uncertainty(
-        state.estimate, state.posterior.covariance[:2, :2], COLOURS["estimate"], "uncertainty"
-    )
-    if other is not None:
-        # Longer, so that it is seen behind the estimate of this run.
-        primitives["second"] = _cross(np.array(other.estimate), 1.6 * radius, COLOURS["second"], "second run")
-    primitives["estimate"] = _cross(state.estimate, radius, COLOURS["estimate"], "estimate")
-    primitives |= paths(path, _estimates(path))
+    primitives |= paths(path, np.array([past_row.estimate for past_row in path]))
     known = [past_row for past_row in path if past_row.truth]
     if known:
         ages = FRAME_HEIGHT_PX * (row.frame - np.array([past_row.frame for past_row in known]))
@@ -166,6 +148,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
         lineage, last = state.lineage, len(state.lineage.paths)
         recalled = np.array([smooth(lineage, state.particles, age) for age in range(last)])
         primitives["smoothed"] = Polyline(at_height(recalled, 2.0), COLOURS["second"], 2.0, "smoothed path")
+    height, width, _ = step.frame.picture.shape
     return Drawing(width, height, primitives, _caption(step))
 
 
@@ -175,18 +158,6 @@ def _caption(step: Step) -> str:
     samples = row.vector("samples")
     drawn = "{:g} by prediction, {:g} by observation".format(*samples) if samples is not None else ""
     return caption(row, step.tracker_title, learned or "", drawn, error_words(row, " px"))
-
-
-def _estimates(rows: Sequence[Diagnostics]) -> Floats:
-    return np.array([row.estimate for row in rows])
-
-
-def _cross(position: Floats, radius: float, colour: Colour, layer: str) -> Links:
-    arm = max(radius, 4.0)
-    offsets = np.array([[[-arm, 0.0], [arm, 0.0]], [[0.0, -arm], [0.0, arm]]])
-    segments = np.full((2, 2, 3), 2.0, dtype=np.float32)
-    segments[:, :, :2] = position + offsets
-    return Links(segments, colour, 3.0, layer)
 
 
 def _is_lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many, on either model above

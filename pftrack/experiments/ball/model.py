@@ -28,7 +28,6 @@ from pftrack.experiments.shared.reports import PointState
 from pftrack.experiments.shared.sampling.samplers import (
     Likelihood,
     crop,
-    picture_of,
     size_of,
 )
 from pftrack.filters import fixed_lag, unscented_particle
@@ -101,20 +100,20 @@ class Coloured(PointModel):
     def propagate(
         self, states: Floats, frame: Frame, parameters: LoopParameters, rng: Generator, known: PointState
     ) -> Floats:
-        dynamics = dynamics_of(known, parameters, size_of(picture_of(frame)))
+        dynamics = dynamics_of(known, parameters, size_of(frame.picture))
         return dynamics.diffuse(rng, dynamics.predict(states), np.arange(len(states)))
 
     @override
     def log_likelihood(self, states: Floats, frame: Frame, parameters: ColourParameters, known: State) -> Floats:
         weighed: Floats = CHROMATICITY.log_likelihood(
-            read_only(picture_of(frame)), np.ascontiguousarray(states.T).T, CHROMATICITY.packed(parameters)
+            read_only(frame.picture), np.ascontiguousarray(states.T).T, CHROMATICITY.packed(parameters)
         )
         return weighed
 
     @override
     def parts(self, one: Floats, frame: Frame, parameters: ColourParameters, known: State) -> tuple[Part, ...]:
         """Return the colour of the pixel beside the target's, in the shares that are compared."""
-        image, model = picture_of(frame), colour_model(parameters)
+        image, model = frame.picture, colour_model(parameters)
         around = crop(image, one[:2], (SHOWN_PX, SHOWN_PX))
         shares = np.full(2, np.nan)
         pixel = crop(image, one[:2], (0, 0)).reshape(-1).astype(np.float64)
@@ -212,7 +211,7 @@ def start(target: Target, frame: Frame, parameters: LoopParameters, rng: Generat
     positions = target.position + deviations
     particles = ParticleSet.uniform(np.hstack([positions, positions]))
     known = Gaussian(target.position, parameters.initial_sd_px**2 * np.eye(TRACKED))
-    learner = begin_learning(known, size_of(picture_of(frame)), parameters) if parameters.learn_dynamics else None
+    learner = begin_learning(known, size_of(frame.picture), parameters) if parameters.learn_dynamics else None
     return PointState(fixed_lag.augment(known, 1), TRACKED, particles, learner=learner)
 
 
@@ -235,7 +234,7 @@ def lineage_of(
 
 def step_unscented(state: PointState, frame: Frame, parameters: BallTrackerParameters, rng: Stream) -> PointState:
     """Draw every particle towards the colour centroid of the picture."""
-    image, model = picture_of(frame), colour_model(parameters)
+    image, model = frame.picture, colour_model(parameters)
     size = size_of(image)
     state = with_learner(state, size, parameters)
     particles = MODEL.particles(state, parameters, rng)
@@ -277,11 +276,11 @@ class Centroid(Coloured):
 
     @override
     def prepare(self, state: PointState, frame: Frame, parameters: BallTrackerParameters) -> PointState:
-        return with_learner(state, size_of(picture_of(frame)), parameters)
+        return with_learner(state, size_of(frame.picture), parameters)
 
     @override
     def linear(self, frame: Frame, parameters: BallTrackerParameters, known: PointState) -> LinearStep:
-        image = picture_of(frame)
+        image = frame.picture
         return LinearStep(
             dynamics_of(known, parameters, size_of(image)),
             chromaticity.centroid(image, colour_model(parameters)),
@@ -292,7 +291,7 @@ class Centroid(Coloured):
     @override
     def log_likelihood(self, states: Floats, frame: Frame, parameters: Values, known: State) -> Floats:
         """Return the log density of the centroid (N,), 0 where there is none."""
-        measurement = chromaticity.centroid(picture_of(frame), colour_model(parameters))
+        measurement = chromaticity.centroid(frame.picture, colour_model(parameters))
         if measurement is None:
             return np.zeros(len(states))
         off = (states[:, :TRACKED] - measurement) / parameters.measurement_noise_px
@@ -304,7 +303,7 @@ class Centroid(Coloured):
 
     @override
     def learn(self, state: PointState, frame: Frame, parameters: BallTrackerParameters) -> PointState:
-        return learn_motion(state, parameters, size_of(picture_of(frame)))
+        return learn_motion(state, parameters, size_of(frame.picture))
 
     @override
     def chains(

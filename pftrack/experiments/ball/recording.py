@@ -60,9 +60,7 @@ def look_beside(frame: Frame, state: PointState, parameters: Any, size_px: tuple
         parameters: In force.
         size_px: Width and height of the target as it was marked.
     """
-    if frame.image_rgb is None:
-        raise ValueError("a colour is seen in a picture, got a frame without one")
-    picture, (width, height) = frame.image_rgb, size_px
+    picture, (width, height) = frame.picture, size_px
     x, y = state.estimate[:2] - np.array(size_px) / 2
     box = float(x), float(y), width, height
     rows, columns = surroundings(picture.shape, box)

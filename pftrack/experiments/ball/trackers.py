@@ -40,7 +40,6 @@ from pftrack.experiments.shared.sampling.samplers import (
     Likelihood,
     advance,
     fold,
-    picture_of,
     scheme,
     size_of,
 )
@@ -57,7 +56,7 @@ from pftrack.vision.likelihoods import chromaticity
 
 def step_guided(state: PointState, frame: Frame, parameters: BallTrackerParameters, rng: Stream) -> PointState:
     """Draw every particle by the learned diffusion."""
-    image, model = picture_of(frame), colour_model(parameters)
+    image, model = frame.picture, colour_model(parameters)
     particles = MODEL.particles(state, parameters, rng)
     diffusion = GUIDANCE.parse(parameters.learned).diffusion(
         parameters.guided_frame, scale=parameters.diffusion_scale, correlated=parameters.correlated_changes
@@ -107,7 +106,7 @@ def step_loop(
     rng: Stream,
 ) -> PointState:
     """Take one frame by prediction, by observation, or by what the rule makes of the last posterior."""
-    image = picture_of(frame)
+    image = frame.picture
     size = size_of(image)
     state = with_learner(state, size, parameters)
     particles = MODEL.particles(state, parameters, rng)

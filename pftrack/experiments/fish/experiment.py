@@ -141,9 +141,7 @@ def is_missed(state: FishState, target: Target) -> bool:
 
 def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
     """Draw a frame, the learned modes, and the changes that particles draw."""
-    image, state, row, parameters = step.frame.image_rgb, step.state, step.diagnostics, step.parameters
-    if image is None:
-        raise ValueError("a fish is drawn on a picture, got a signal")
+    image, state, row, parameters = step.frame.picture, step.state, step.diagnostics, step.parameters
     height, width, _ = image.shape
     body = shape(parameters)
     primitives: dict[str, Primitive] = {"picture": Picture(image)}

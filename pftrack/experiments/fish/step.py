@@ -136,9 +136,7 @@ def find_edges(frame: Frame, parameters: FishTrackerParameters) -> Edges:
     Raises:
         ValueError: The frame has no picture.
     """
-    if frame.image_rgb is None:
-        raise ValueError("a tracker of fish needs pictures, got a signal")
-    return edges_of(frame.image_rgb, foreground(parameters))
+    return edges_of(frame.picture, foreground(parameters))
 
 
 def step_frame(

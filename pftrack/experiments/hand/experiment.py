@@ -72,9 +72,7 @@ def simulate() -> Setup:
 def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
     """Draw a frame: what is seen, the hand that is chosen, the others as ghosts; the hand in space beside it."""
     del past
-    image, state = step.frame.image_rgb, step.state
-    if image is None:
-        raise ValueError("a hand is drawn on a picture, got a frame without one")
+    image, state = step.frame.picture, step.state
     height, width, _ = image.shape
     shown = min(step.parameters.shown_hypothesis, len(state.beam)) - 1
     primitives: dict[str, Primitive] = {"picture": Picture(image)}

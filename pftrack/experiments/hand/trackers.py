@@ -98,9 +98,7 @@ def features(frame: Frame, parameters: HandTrackerParameters) -> HandFeatures:
     Raises:
         ValueError: The frame has no picture.
     """
-    if frame.image_rgb is None:
-        raise ValueError("a tracker of hands needs pictures, got a signal")
-    return features_of(frame.image_rgb, parameters.silhouette, frame.backdrop)
+    return features_of(frame.picture, parameters.silhouette, frame.backdrop)
 
 
 def start(target: Target, frame: Frame, parameters: HandTrackerParameters, rng: Stream) -> HandState:

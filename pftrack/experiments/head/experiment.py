@@ -271,10 +271,8 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
 
     The head of a second run is drawn in its pose, but where this one is: a row holds only the pose.
     """
-    image, state = step.frame.image_rgb, step.state
+    image, state = step.frame.picture, step.state
     memory: HeadMemory = state.memory
-    if image is None:
-        raise ValueError("a head is drawn on a picture, got a frame without one")
     height, width, _ = image.shape
     mark = max(width, height) / 250.0
     primitives: dict[str, Primitive] = {"picture": Picture(image)}

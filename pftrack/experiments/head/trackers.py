@@ -334,9 +334,7 @@ def _memory(state: PoseState) -> HeadMemory:
 
 
 def _grey(frame: Frame) -> NDArray[np.uint8]:
-    if frame.image_rgb is None:
-        raise ValueError("a head is tracked in pictures, got a frame without one")
-    return template.luma(frame.image_rgb)
+    return template.luma(frame.picture)
 
 
 class HeadModel(PoseModel):

@@ -155,9 +155,7 @@ LAYERS = (
 
 def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
     """Draw a frame: picture, map of the likeness, particles, boxes, uncertainty, histograms and the path so far."""
-    image, state, row = step.frame.image_rgb, step.state, step.diagnostics
-    if image is None:
-        raise ValueError("a window is drawn on a picture, got a signal")
+    image, state, row = step.frame.picture, step.state, step.diagnostics
     height, width, _ = image.shape
     target = step.frame.target
     path = past[max(row.frame - TRAIL_FRAMES, 0) : row.frame + 1]

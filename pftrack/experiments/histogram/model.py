@@ -27,7 +27,7 @@ from pftrack.experiments.shared import reports
 from pftrack.experiments.shared.filtered import PointModel, Update
 from pftrack.experiments.shared.reports import PointState
 from pftrack.experiments.shared.sampling.loop import Motion
-from pftrack.experiments.shared.sampling.samplers import Likelihood, crop, picture_of
+from pftrack.experiments.shared.sampling.samplers import Likelihood, crop
 from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.vision.likelihoods.camera import camera_shift, small_grey
 from pftrack.vision.likelihoods.counting import BINS, Space, bin_colours, bin_table
@@ -401,7 +401,7 @@ class ColouredWindow(PointModel):
 
     @override
     def prepare(self, state: HistogramState, frame: Frame, parameters: HistogramTrackerParameters) -> HistogramState:
-        return follow_camera(with_model(state, parameters), picture_of(frame), parameters)
+        return follow_camera(with_model(state, parameters), frame.picture, parameters)
 
     @override
     def propagate(
@@ -417,7 +417,7 @@ class ColouredWindow(PointModel):
         self, states: Floats, frame: Frame, parameters: HistogramTrackerParameters, known: HistogramState
     ) -> Floats:
         weighed: Floats = HISTOGRAM.log_likelihood(
-            read_only(picture_of(frame)), np.ascontiguousarray(states.T).T, pack(known, parameters.sharpness)
+            read_only(frame.picture), np.ascontiguousarray(states.T).T, pack(known, parameters.sharpness)
         )
         return weighed
 
@@ -426,7 +426,7 @@ class ColouredWindow(PointModel):
         self, one: Floats, frame: Frame, parameters: HistogramTrackerParameters, known: HistogramState
     ) -> tuple[Part, ...]:
         """Return the colours of the window beside the model's, and the window beside the first look."""
-        image, first, look = picture_of(frame), known.first_window, known.first_look
+        image, first, look = frame.picture, known.first_window, known.first_look
         factor = float(exponential(np.clip(one[SIZE], -LARGEST, LARGEST)))
         across, down = (int(np.floor(factor * reach + 0.5)) for reach in (first.reach_across_px, first.reach_down_px))
         window = Window(across, down, known.kernel, known.parts)
@@ -450,7 +450,7 @@ class ColouredWindow(PointModel):
         self, target: Target, frame: Frame, parameters: HistogramTrackerParameters, rng: Stream
     ) -> HistogramState:
         """Begin at a known place: particles around it, weighed by the first picture."""
-        image = picture_of(frame)
+        image = frame.picture
         look = first_look(image, target.position, parameters)
         normals = rng.standard_normal((4, parameters.sample_count))
         coordinates = np.zeros((DIMENSION, parameters.sample_count))
@@ -483,7 +483,7 @@ class ColouredWindow(PointModel):
             repeatable=update.repeatable,
             samplers=(),
         )
-        return replace(judge(believed, picture_of(frame), parameters), searching=None)
+        return replace(judge(believed, frame.picture, parameters), searching=None)
 
     @property
     @override

@@ -62,9 +62,7 @@ def look_beside(frame: Frame, state: HistogramState, parameters: Any) -> float: 
         parameters: In force.
     """
     del parameters  # what counts of them is in the state
-    if frame.image_rgb is None:
-        raise ValueError("colours are seen in a picture, got a frame without one")
-    picture, window = frame.image_rgb, state.window
+    picture, window = frame.picture, state.window
     width, height = state.box_px
     x, y = state.estimate[:2] - np.array([width, height]) / 2
     box = float(x), float(y), width, height

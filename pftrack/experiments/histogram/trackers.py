@@ -39,7 +39,7 @@ from pftrack.experiments.histogram.model import (
 )
 from pftrack.experiments.histogram.parameters import HistogramTrackerParameters
 from pftrack.experiments.shared.sampling.loop import Loop, Rule
-from pftrack.experiments.shared.sampling.samplers import SAMPLERS, advance, fold, picture_of, scheme
+from pftrack.experiments.shared.sampling.samplers import SAMPLERS, advance, fold, scheme
 from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.filters.resampling import systematic
 from pftrack.vision.likelihoods.counting import bin_table
@@ -67,7 +67,7 @@ ROUNDING = 1.0 / 12.0
 def start(target: Target, frame: Frame, parameters: HistogramTrackerParameters, rng: Stream) -> HistogramState:
     """Begin at a known place."""
     del rng
-    image = picture_of(frame)
+    image = frame.picture
     look = first_look(image, target.position, parameters)
     state = HistogramState(
         _belief_at_rest(target.position[0], target.position[1], 0.0),
@@ -82,7 +82,7 @@ def start(target: Target, frame: Frame, parameters: HistogramTrackerParameters, 
 def step(state: HistogramState, frame: Frame, parameters: HistogramTrackerParameters, rng: Stream) -> HistogramState:
     """Go to the place within reach whose window is most like the model; the nearest among equals."""
     del rng
-    image = picture_of(frame)
+    image = frame.picture
     state = follow_camera(with_model(state, parameters), image, parameters)
     reach = np.arange(-parameters.search_reach_px, parameters.search_reach_px + 1.0)
     across, down = (axis.ravel() for axis in np.meshgrid(reach, reach))
@@ -181,7 +181,7 @@ def step_window(
     rule: Rule, state: HistogramState, frame: Frame, parameters: HistogramTrackerParameters, rng: Stream
 ) -> HistogramState:
     """Take one frame by prediction, by observation, or by what the rule makes of the last posterior."""
-    image = picture_of(frame)
+    image = frame.picture
     state = follow_camera(with_model(state, parameters), image, parameters)
     if state.searching and parameters.find_again:
         return search(state, image, parameters, rng)

@@ -61,11 +61,9 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     """Draw a frame: the chain in the picture, in depth, and what is known of its lengths."""
     del past
     frame, state, parameters = step.frame, step.state, step.parameters
-    if frame.image_rgb is None:
-        raise ValueError("a chain is drawn on a picture, got a frame without one")
-    height, width, _ = frame.image_rgb.shape
+    height, width, _ = frame.picture.shape
     longest = float(max(width, height))
-    primitives: dict[str, Primitive] = {"picture": Picture(frame.image_rgb), **draw_measurements(frame, state)}
+    primitives: dict[str, Primitive] = {"picture": Picture(frame.picture), **draw_measurements(frame, state)}
     if isinstance(frame.target, LinkageTarget):
         primitives |= truth(frame.target, state, longest)
     second = None

@@ -5,6 +5,7 @@ of a plan, titles, measures and parameters of the experiment, needs no text: the
 that are named and not executed, and does not know the parameters of their files.
 """
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache, partial
@@ -218,6 +219,42 @@ def example_of(experiment: Experiment) -> str:
         raise ValueError(f"{experiment.id} takes no filters from files")
     package, _, module = experiment.model.example.rpartition(".")
     return (files(package) / f"{module}.py").read_text(encoding="utf-8")
+
+
+PROJECT = """[build-system]
+requires = ["hatchling"]
+build-backend = "hatchling.build"
+
+[project]
+name = "{package}"
+version = "0.1.0"
+dependencies = ["pftrack"]
+
+[project.entry-points."pftrack.experiments"]
+{name} = "{package}:EXPERIMENT"
+"""
+"""Of a package with an experiment: the entry point is how pftrack finds it."""
+
+
+def package_of(name: str) -> dict[str, str]:
+    """Return the files of a package with a first version of an experiment, by their paths.
+
+    Args:
+        name: Of the experiment.
+
+    Raises:
+        ValueError: It cannot be a name.
+    """
+    if not re.fullmatch(r"[a-z][a-z0-9-]{0,39}", name):
+        raise ValueError(
+            f"an experiment is named by at most 40 small letters, digits and hyphens, a letter first; got {name!r}"
+        )
+    package = "pftrack_" + name.replace("-", "_")
+    text = (files(__package__) / "first_experiment.py").read_text(encoding="utf-8")
+    return {
+        "pyproject.toml": PROJECT.format(package=package, name=name),
+        f"{package}/__init__.py": text.replace("NAME", name),
+    }
 
 
 def outline(experiment_id: str, names: Iterable[str]) -> Experiment:

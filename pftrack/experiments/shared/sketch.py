@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.diagnostics import Diagnostics
-from pftrack.core.model.drawing import Ellipse, Key, Layer, Links, Points, Polyline, Primitive
+from pftrack.core.model.diagnostics import Diagnostics, Step
+from pftrack.core.model.drawing import Drawing, Ellipse, Key, Layer, Links, Picture, Points, Polyline, Primitive
 from pftrack.core.model.palette import COLOURS, Colour
 from pftrack.core.model.setup import WELL, Suitability
 from pftrack.core.model.source import FrameSequence
@@ -144,6 +144,58 @@ def circle(
         layer,
         dashed,
     )
+
+
+def cross(position: Floats, radius: float, colour: Colour, layer: str) -> Links:
+    """Draw a cross at a position (2,), px."""
+    arm = max(radius, 4.0)
+    offsets = np.array([[[-arm, 0.0], [arm, 0.0]], [[0.0, -arm], [0.0, arm]]])
+    return lines(position + offsets, colour, 3.0, layer, height=2.0)
+
+
+def draw_point(step: Step, other: Diagnostics | None = None, radius_px: float = 5.0) -> dict[str, Primitive]:
+    """Draw a point that is followed: picture, particles, truth, uncertainty, estimate, and a second run's.
+
+    Args:
+        step: Of a tracker whose states are `PointState`, in a picture.
+        other: The same frame of a run with which this one is compared.
+        radius_px: Of the target where its size is not known.
+    """
+    state, image, target = step.state, step.frame.picture, step.frame.target
+    radius = target.size / 2 if target else radius_px
+    primitives: dict[str, Primitive] = {"picture": Picture(image)}
+    if state.particles is not None:
+        positions = state.particles.states[:, :2]
+        primitives |= particle_clouds(positions, state.particles, state.observation_count, max(image.shape) / 160)
+    if target is not None:
+        primitives["truth"] = circle(target.position, radius, COLOURS["truth"], "truth")
+    spread = state.posterior.covariance[:2, :2]
+    primitives["covariance"] = uncertainty(state.estimate, spread, COLOURS["estimate"], "uncertainty")
+    if other is not None:
+        # Longer, so that it is seen behind the estimate of this run.
+        primitives["second"] = cross(np.array(other.estimate), 1.6 * radius, COLOURS["second"], "second run")
+    primitives["estimate"] = cross(state.estimate, radius, COLOURS["estimate"], "estimate")
+    return primitives
+
+
+def draw_point_frame(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
+    """Draw what `draw_point` draws, with a caption: a whole drawing for an experiment with one point."""
+    del past
+    height, width, _ = step.frame.picture.shape
+    words = caption(step.diagnostics, step.tracker_title, error_words(step.diagnostics, " px"))
+    return Drawing(width, height, draw_point(step, other), words)
+
+
+POINT_LAYERS = (
+    Layer("picture"),
+    Layer("particles by sampler", legend=BY_SAMPLER),
+    Layer("particles by weight", shown=False),
+    Layer("estimate", legend=(Key("estimate", "estimate"),)),
+    Layer("truth", legend=(Key("truth", "truth"),)),
+    Layer("uncertainty"),
+    SECOND_RUN,
+)
+"""Of what `draw_point` draws."""
 
 
 def uncertainty(mean: Floats, covariance: Floats, colour: Colour, layer: str, width: float = 2.0) -> Ellipse:

@@ -364,7 +364,7 @@ def test_trackers_of_colour_need_pictures() -> None:
     """A signal is refused in a sentence."""
     given, rng = parameters(), Stream(1, 1, Purpose.TRACK)
     for member in TRACKERS.values():
-        with pytest.raises(ValueError, match="needs pictures, got a signal"):
+        with pytest.raises(ValueError, match="a picture is needed, got a frame without one"):
             member.step(begun(given), Frame(1, 0.0, signal=np.zeros(1)), given, rng)
 
 

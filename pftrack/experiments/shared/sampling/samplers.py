@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 from pftrack.core.arrays import Floats
 from pftrack.core.model.model import Model, nothing
 from pftrack.core.model.series import Series, SeriesValue
-from pftrack.core.model.source import Frame
 from pftrack.core.model.tracker import Fold, Tracker
 from pftrack.core.numerics.random import Gaussian
 from pftrack.experiments.shared import reports
@@ -31,17 +30,6 @@ from pftrack.experiments.shared.reports import PointState
 from pftrack.experiments.shared.sampling.loop import LogLikelihood, Loop, Rule, Scheme, loop_with
 from pftrack.filters.particles import ParticleSet
 from pftrack.filters.resampling import RESAMPLERS
-
-
-def picture_of(frame: Frame) -> NDArray[np.uint8]:
-    """Return the picture (height, width, 3) of a frame.
-
-    Raises:
-        ValueError: It is a signal.
-    """
-    if frame.image_rgb is None:
-        raise ValueError("a tracker of colour needs pictures, got a signal")
-    return frame.image_rgb
 
 
 def size_of(image_rgb: NDArray[np.uint8]) -> tuple[int, int]:

@@ -1,0 +1,89 @@
+"""A dot on a noisy path, followed by a particle filter: a first version of NAME, to be changed."""
+
+import numpy as np
+
+from pftrack.core.model.band import Calibration, Miscalibration
+from pftrack.core.model.glossary import BANDO, Citation
+from pftrack.core.model.likelihood import Component
+from pftrack.core.model.parameters import Parameters, parameter
+from pftrack.core.model.preset import Preset
+from pftrack.core.model.setup import Setup
+from pftrack.core.model.source import Frame, Target
+from pftrack.core.numerics.random import Gaussian, Purpose, Stream
+from pftrack.experiments.experiment import INTERFACE, Experiment, Quality
+from pftrack.experiments.shared.filtered import Bootstrap, PointModel, filtered
+from pftrack.experiments.shared.reports import particle_count
+from pftrack.experiments.shared.sketch import POINT_LAYERS, distance, draw_point_frame
+
+
+class DotParameters(Parameters, group="Dot"):  # each is a slider, and may be an axis of a sweep
+    sample_count: int = particle_count(300)
+    step_px: float = parameter(6.0, "Step", "How far the dot may move in a frame.", unit="px", within=(0.1, 60, 0.1))
+    hidden_frames: int = parameter(10, "Hidden", "Frames without the dot.", unit="frames", within=(0, 60, 1))
+
+
+class DotScene:  # what is simulated, with its truth
+    size, frame_rate_hz, frame_count, noisy = (320, 240), 30.0, None, True
+
+    def __init__(self, seed: int, _parameters: DotParameters) -> None:
+        self.phase = 6.28 * Stream(seed, 0, Purpose.SCENE).random()
+        self.start = self.target(0)
+
+    def target(self, index: int) -> Target:
+        angle = self.phase + index / 20
+        return Target(np.array([160 + 110 * np.sin(angle), 120 + 70 * np.sin(2 * angle)]), 10.0)
+
+    def frame(self, index: int, history) -> Frame:
+        image, target = np.full((240, 320, 3), 40, np.uint8), self.target(index)
+        if index % 60 < 60 - history.at(index).hidden_frames:
+            rows, columns = np.indices((240, 320))
+            off = np.hypot(columns - target.position[0], rows - target.position[1])
+            image[off < target.size / 2] = 220
+        return Frame(index, index / 30, image_rgb=image, target=target)
+
+
+class Dot(PointModel):  # what is believed: begin, move, weigh
+    title = "brightness of the pixel"
+
+    def components(self, parameters):
+        return Component("u", "px"), Component("v", "px")
+
+    def prior(self, target, parameters):
+        return Gaussian(target.position, np.eye(2))
+
+    def begin(self, target, frame, parameters, rng, count):
+        return target.position + rng.standard_normal((count, 2))
+
+    def propagate(self, states, frame, parameters, rng, known):
+        return states + parameters.step_px * rng.standard_normal(states.shape)
+
+    def log_likelihood(self, states, frame, parameters, known):
+        columns, rows = np.rint(states).astype(int).T
+        inside = (columns >= 0) & (columns < 320) & (rows >= 0) & (rows < 240)
+        grey = frame.picture[rows.clip(0, 239), columns.clip(0, 319), 0]
+        return np.where(inside & (grey > 128), 0.0, -4.0)
+
+
+EXPERIMENT = Experiment(
+    id="NAME",
+    title="A dot",
+    question="How long may the dot be hidden?",
+    references=(Citation(BANDO, "chapter 2: particle filters"),),
+    description="A dot runs along a path and is hidden from time to time.",
+    unit="px",
+    trackers=filtered(Dot(), Bootstrap("bootstrap", "Particle filter", "Moves at random and weighs by brightness.")),
+    default_tracker="bootstrap",
+    frames=240,
+    presets=(
+        Preset("works", "works", "bootstrap"),
+        Preset("hidden", "hidden for long", "bootstrap", {"hidden_frames": 40}),
+    ),
+    layers=POINT_LAYERS,
+    simulate=lambda: Setup(DotScene, DotParameters()),
+    draw=draw_point_frame,
+    error=distance,
+    lost=lambda errors, sizes, parameters: errors > 2 * sizes,
+    quality=Quality(Calibration(faults=(Miscalibration(("bootstrap",), direction="underconfident"),))),
+    model=Dot(),
+    interface=INTERFACE,
+)
