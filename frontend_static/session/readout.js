@@ -1,6 +1,7 @@
 /** The "this frame" box: the numbers behind the picture, as the experiment declares them. */
 
 import { fill, h, setText } from "../shared/dom.js";
+import { isParticipant } from "../shared/participant.js";
 import { explain } from "../shared/terms.js";
 import { coalesce } from "../shared/timing.js";
 import { measures } from "./measures.js";
@@ -50,8 +51,7 @@ export function readout(root, view, ask = null) {
     look.hidden = session.look === "";
     if (session.doubts !== said) {
       said = session.doubts;
-      fill(doubts, Object.values(said).map((sentence) => h("p", {}, sentence)));
-      explain(doubts, { experiment: session.recipe.experiment });
+      fill(doubts, Object.values(said).map((why) => [`${why} `, !isParticipant && h("a", { href: "help/explanation/calibration.html" }, "About bands"), " "]));
     }
   }, signal);
   store.on(["position", "branch", "history", "doubts", "look"], draw);
