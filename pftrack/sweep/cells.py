@@ -10,27 +10,18 @@ down is the same wherever a sweep is looked at: on its page, in its report, and 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
-from itertools import chain, pairwise
+from itertools import pairwise
 from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.arrays import Bools, Floats, Ints
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.numerics.statistics import chi_square, fisher_exact, holm, wilson
 from pftrack.sweep import arrow
 from pftrack.sweep.axis import Axis, SweepError
 from pftrack.sweep.plan import Plan
 from pftrack.sweep.result import Result
-
-SUMS = ("runs", "judged", "successes", "measured", "error", "lost", "counted", "problems")
-"""What is added up: runs; runs with a verdict and those that succeeded; runs whose error counts and their errors; lost
-frames and the runs that know them; runs with a problem."""
-
-COLUMNS = ("tracker", "success", "mean_error", "lost_frames", "problem")
-
-OF_MEASURE = 2
-"""After those, for each measure of the experiment: the sum over the runs that have it, and how many these are."""
 
 
 @dataclass(frozen=True)
@@ -41,16 +32,17 @@ class Counts:
         plan: Of the sweep.
         x: Axis across, or None for a single column.
         y: Axis down, or None for a single row.
-        sums: (sums, trackers, values of y, values of x), in the order of `SUMS`, then those of the measures.
+        sums: (trackers, values of y, values of x) each, by name: `runs` counts all; `NAME_count` and `NAME_sum` are
+            of those that have a value in a column.
     """
 
     plan: Plan
     x: Axis | None
     y: Axis | None
-    sums: Floats
+    sums: Mapping[str, Floats]
 
     def __add__(self, other: "Counts") -> "Counts":
-        return Counts(self.plan, self.x, self.y, self.sums + other.sums)
+        return Counts(self.plan, self.x, self.y, {name: it + other.sums[name] for name, it in self.sums.items()})
 
 
 def count(plan: Plan, table: arrow.Table | None, x: str | None, y: str | None = None) -> Counts:
@@ -69,38 +61,37 @@ def count(plan: Plan, table: arrow.Table | None, x: str | None, y: str | None = 
         raise SweepError(f"a map needs two different axes, got {x} twice")
     across, down = (None if name is None else plan.axis(name) for name in (x, y))
     shape = len(plan.trackers), len(down.values) if down else 1, len(across.values) if across else 1
-    measures = plan.measures
-    sums = np.zeros((len(SUMS) + OF_MEASURE * len(measures), *shape))
+    summed = ("success", "mean_error", "lost_frames", *(measure.name for measure in plan.measures))
+    names = ("runs", "problem_count", *(f"{name}_{how}" for name in summed for how in ("count", "sum")))
+    sums = {name: np.zeros(int(np.prod(shape))) for name in names}
     if table is not None and len(table):
-        place = row_places(plan, table, across, down)
-        success = table["success"]
-        judged, succeeded = (
-            (~nulls(table, "success")).astype(float),
-            floats(arrow.compute.cast(success, arrow.float64())),
-        )
-        error = floats(table["mean_error"])
-        matters = ~nulls(table, "mean_error") & ((succeeded > 0) | (judged == 0))
-        weights = (
-            np.ones(len(table)),
-            judged,
-            succeeded,
-            matters.astype(float),
-            np.where(matters, error, 0.0),
-            floats(arrow.compute.cast(table["lost_frames"], arrow.float64())),
-            (~nulls(table, "lost_frames")).astype(float),
-            (~nulls(table, "problem")).astype(float),
-            *chain.from_iterable(_weights(table, measure.name) for measure in measures),
-        )
-        size = int(np.prod(shape))
-        for index, weight in enumerate(weights):
-            sums[index] = np.bincount(place, weight, size).reshape(shape)
-    return Counts(plan, across, down, sums)
+        known = [name for name in summed if name in table.column_names]  # an earlier version lacks some measures
+        how = [(name, each) for name in known for each in ("count", "sum")]
+        # One whole number a cell groups seven times faster than a text and two numbers.
+        placed = _of_successes(table).append_column("place", arrow.array(row_places(plan, table, across, down)))
+        found = placed.group_by("place", use_threads=False).aggregate([*how, ("problem", "count"), ([], "count_all")])
+        places = found["place"].to_numpy()
+        for name, each in sums.items():
+            column = "count_all" if name == "runs" else name
+            if column in found.column_names:
+                each[places] = floats(found[column])
+    return Counts(plan, across, down, {name: it.reshape(shape) for name, it in sums.items()})
 
 
 def columns(plan: Plan, x: str | None, y: str | None) -> list[str]:
     """Return the columns that `count` reads; a result of an earlier version lacks some of the measures'."""
     measures = (measure.name for measure in plan.measures)
     return [*COLUMNS, *(name for name in (x, y) if name is not None), *measures]
+
+
+COLUMNS = ("tracker", "success", "mean_error", "lost_frames", "problem")
+
+
+def _of_successes(table: arrow.Table) -> arrow.Table:
+    """Return a table in which runs that failed have no error."""
+    counts = arrow.compute.fill_null(table["success"], True)
+    errors = arrow.compute.if_else(counts, table["mean_error"], arrow.scalar(None, table["mean_error"].type))
+    return table.set_column(table.column_names.index("mean_error"), "mean_error", errors)
 
 
 def row_places(plan: Plan, table: arrow.Table, x: Axis | None, y: Axis | None) -> Ints:
@@ -118,22 +109,9 @@ def _index(column: arrow.Array, values: arrow.Array) -> Ints:
     return found
 
 
-def _weights(table: arrow.Table, measure: str) -> tuple[Floats, Floats]:
-    """Return for each row its value of a measure, 0 where there is none, and 1 where there is one."""
-    if measure not in table.column_names:  # a table of an earlier version
-        return np.zeros(len(table)), np.zeros(len(table))
-    return floats(table[measure]), (~nulls(table, measure)).astype(float)
-
-
-def nulls(table: arrow.Table, name: str) -> Bools:
-    """Return which rows have no value in a column."""
-    missing: Bools = arrow.compute.is_null(table[name]).to_numpy()
-    return missing
-
-
 def floats(column: arrow.Array) -> Floats:
     """Return a column as numbers, 0 where there is none."""
-    numbers: Floats = arrow.compute.fill_null(column, 0.0).to_numpy()
+    numbers: Floats = arrow.compute.fill_null(arrow.compute.cast(column, arrow.float64()), 0.0).to_numpy()
     return numbers
 
 
@@ -261,21 +239,16 @@ def _count(result: Result, x: str | None, y: str | None) -> Counts:
 
 
 def _map(counts: Counts, tracker: int) -> CellMap:
-    of_tracker = counts.sums[:, tracker]
-    sums: Mapping[str, Floats] = dict(zip(SUMS, of_tracker, strict=False))
-    names = [measure.name for measure in counts.plan.measures]
-    low, high = wilson(sums["successes"], sums["judged"], CONFIDENCE)
+    sums = {name: it[tracker] for name, it in counts.sums.items()}
+    low, high = wilson(sums["success_sum"], sums["success_count"], CONFIDENCE)
+    names = ("success", "mean_error", "lost_frames", *(measure.name for measure in counts.plan.measures))
     with np.errstate(invalid="ignore", divide="ignore"):
-        rate = sums["successes"] / sums["judged"]
-        mean_error, mean_lost = sums["error"] / sums["measured"], sums["lost"] / sums["counted"]
-        means = of_tracker[len(SUMS) :: OF_MEASURE] / of_tracker[len(SUMS) + 1 :: OF_MEASURE]
-    measures = dict(zip(names, means, strict=True))
+        means = {name: sums[f"{name}_sum"] / sums[f"{name}_count"] for name in names}
     runs, judged, successes, problems = (
-        sums[name].astype(np.int64) for name in ("runs", "judged", "successes", "problems")
+        sums[name].astype(np.int64) for name in ("runs", "success_count", "success_sum", "problem_count")
     )
-    return CellMap(
-        counts.x, counts.y, runs, judged, successes, rate, low, high, mean_error, mean_lost, problems, measures
-    )
+    rate, error, lost = (means.pop(name) for name in names[:3])
+    return CellMap(counts.x, counts.y, runs, judged, successes, rate, low, high, error, lost, problems, means)
 
 
 COMMON = SUCCESS, ERROR = "success", "error"
@@ -393,20 +366,18 @@ def samples(result: Result, quantity: Quantity, x: str | None, y: str | None = N
     """
     plan, column = result.plan, quantity.column
     empty = count(plan, None, x, y)
-    shape = empty.sums.shape[2:]
+    shape = empty.sums["runs"].shape[1:]
     wanted = ["run", "tracker", "success", column, *(name for name in (x, y) if name is not None)]
-    places, scenes, values = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)], [np.zeros(0)]
+    parts = [(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))]
     for piece in result.pieces(list(dict.fromkeys(wanted))):
         if column not in piece.column_names:
             continue
-        matters = ~nulls(piece, column)
-        if quantity.successful:
-            matters &= nulls(piece, "success") | (floats(arrow.compute.cast(piece["success"], arrow.float64())) > 0)
-        places.append(row_places(plan, piece, empty.x, empty.y)[matters])
+        known = _of_successes(piece) if quantity.successful else piece
+        known = known.filter(arrow.compute.is_valid(known[column]))
         # Runs are numbered by condition, trial and tracker, in this order.
-        scenes.append(piece["run"].to_numpy()[matters] // len(plan.trackers))
-        values.append(floats(arrow.compute.cast(piece[column], arrow.float64()))[matters])
-    place, scene, value = np.concatenate(places), np.concatenate(scenes), np.concatenate(values)
+        scenes = known["run"].to_numpy() // len(plan.trackers)
+        parts.append((row_places(plan, known, empty.x, empty.y), scenes, floats(known[column])))
+    place, scene, value = (np.concatenate(each) for each in zip(*parts, strict=True))
     order = np.argsort(place, kind="stable")
     width = int(np.prod(shape))
     edges = np.searchsorted(place[order], np.arange(width * len(plan.trackers) + 1))

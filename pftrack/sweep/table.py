@@ -16,7 +16,7 @@
 | `problem` | why the run was not computed; then the columns of its outcome are null |
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 
@@ -150,8 +150,6 @@ FIXED = ("run", TIMING, *(name for name, _ in (*WHICH, *OUTCOME)), *WITNESS)
 
 REDUCED = {"mean": "float64", "share": "float64", "count": "int32"}
 
-Results = Sequence[Outcome | None]
-
 
 def schema(plan: Plan) -> arrow.Schema:
     """Return the columns of a plan's rows."""
@@ -182,113 +180,64 @@ def compute(plan: Plan, chunk: Chunk, setup: Setup) -> arrow.Table:
     A combination of values that the parameters refuse gives rows with the refusal as their problem, and so does a run
     that fails; the others of its condition are computed all the same.
     """
-    seeds: list[int] = []
-    results: list[Outcome | None] = []
-    problems: list[str | None] = []
+    rows: list[dict[str, object]] = []
     for piece in chunk.pieces:
         condition = plan.condition(piece.condition)
-        of_trials = plan.seeds(condition, piece.start, piece.stop)
-        seeds += of_trials
-        found, wrong = _carry_out(plan, setup, {**plan.values, **condition}, of_trials)
-        results += found
-        problems += wrong
-    return _table(plan, chunk, np.repeat(np.array(seeds, dtype=np.int64), len(plan.trackers)), results, problems)
+        seeds = plan.seeds(condition, piece.start, piece.stop)
+        found = iter(_carry_out(plan, setup, {**plan.values, **condition}, seeds))
+        for trial, seed in enumerate(seeds, piece.start):
+            for tracker in plan.trackers:
+                which = {"run": chunk.first + len(rows), **condition, "tracker": tracker, "trial": trial, "seed": seed}
+                rows.append({**which, **_values(next(found))})
+    return arrow.as_table(arrow.RecordBatch.from_pylist(rows, schema=schema(plan)))
 
 
-def _carry_out(
-    plan: Plan, setup: Setup, values: dict[str, Value], seeds: list[int]
-) -> tuple[Results, list[str | None]]:
-    """Return outcome or problem of all runs of a condition, trial by trial."""
-    width = len(plan.trackers)
-    try:
-        found = _outcomes(plan, setup, values, plan.trackers, seeds)
-    except ParameterError as error:
-        return [None] * (len(seeds) * width), [str(error)] * (len(seeds) * width)
-    except MemoryError:
-        raise
-    except Exception as error:  # noqa: BLE001 - whatever it is belongs into the row of the run that it ended
-        if len(seeds) * width == 1:
-            return [None], [f"failed: {type(error).__name__}: {error}"]
-        return _one_by_one(plan, setup, values, seeds)
-    return list(chain.from_iterable(found)), [None] * (len(seeds) * width)
+def _values(found: Outcome | str) -> dict[str, object]:
+    """Return what the row of a run has of its outcome, or of its problem."""
+    if isinstance(found, str):
+        return {"problem": found}
+    names = (name for name, _ in (*OUTCOME, (TIMING, "")))
+    values = {name: getattr(found, name) for name in names}
+    witness = bytes.fromhex(found.estimates_sha256)
+    return {**values, **found.measures, **found.reductions, "estimates_sha256": witness}
 
 
-def _outcomes(
-    plan: Plan, setup: Setup, values: dict[str, Value], trackers: Sequence[str], seeds: list[int]
-) -> list[list[Outcome]]:
-    """Return what came of some runs of a condition."""
-    return outcomes(
+def carry_out_trials(
+    plan: Plan, setup: Setup, values: Mapping[str, Value], trackers: Sequence[str], seeds: Sequence[int], frames: int
+) -> list[Outcome]:
+    """Return what came of some runs of a condition, trial by trial."""
+    found = outcomes(
         plan.wiring,
         setup,
         values=values,
         trackers=trackers,
         seeds=seeds,
-        frames=plan.frames,
+        frames=frames,
         loss_probability=plan.loss_probability,
     )
+    return list(chain.from_iterable(found))
 
 
-def _one_by_one(
-    plan: Plan, setup: Setup, values: dict[str, Value], seeds: list[int]
-) -> tuple[Results, list[str | None]]:
-    """Find out which runs of a condition fail, and keep the others."""
-    results: list[Outcome | None] = []
-    problems: list[str | None] = []
-    for seed in seeds:
-        for tracker in plan.trackers:
-            try:
-                ((outcome,),) = _outcomes(plan, setup, values, [tracker], [seed])
-            except Exception as error:  # noqa: BLE001 - see above
-                results.append(None)
-                problems.append(f"failed: {type(error).__name__}: {error}")
-            else:
-                results.append(outcome)
-                problems.append(None)
-    return results, problems
+def _carry_out(plan: Plan, setup: Setup, values: Mapping[str, Value], seeds: list[int]) -> Sequence[Outcome | str]:
+    """Return outcome or problem of all runs of a condition, trial by trial."""
+    try:
+        return carry_out_trials(plan, setup, values, plan.trackers, seeds, plan.frames)
+    except ParameterError as error:
+        return [str(error)] * (len(seeds) * len(plan.trackers))
+    except MemoryError:
+        raise
+    except Exception:  # noqa: BLE001 - whatever it is belongs into the row of the run that it ended
+        alone = [(tracker, seed) for seed in seeds for tracker in plan.trackers]
+        return [_carry_out_one(plan, setup, values, *case) for case in alone]
 
 
-def _table(
-    plan: Plan,
-    chunk: Chunk,
-    seeds: np.ndarray[tuple[int], np.dtype[np.int64]],
-    results: Results,
-    problems: list[str | None],
-) -> arrow.Table:
-    """Put rows together column by column."""
-    width, columns = len(plan.trackers), schema(plan)
-    by_piece = np.array([(piece.stop - piece.start) * width for piece in chunk.pieces])
-    trials = np.concatenate([np.arange(piece.start, piece.stop, dtype=np.int32) for piece in chunk.pieces])
-    names = arrow.array(plan.trackers, "string")
-    arrays: dict[str, arrow.Array] = {
-        "run": arrow.array(np.arange(chunk.first, chunk.first + chunk.runs)),
-        "tracker": names.take(arrow.array(np.tile(np.arange(width), chunk.runs // width))),
-        "trial": arrow.array(np.repeat(trials, width)),
-        "seed": arrow.array(seeds),
-        "problem": arrow.array(problems, "string"),
-        "estimates_sha256": arrow.array(
-            [None if it is None else bytes.fromhex(it.estimates_sha256) for it in results], arrow.binary(32)
-        ),
-    }
-    for name, places in _places(plan, chunk.pieces).items():
-        values = arrow.array(plan.axis(name).values, columns.field(name).type)
-        arrays[name] = values.take(arrow.array(np.repeat(places, by_piece)))
-    for name, kind in (*OUTCOME, (TIMING, "float64")):
-        arrays[name] = arrow.array([None if it is None else getattr(it, name) for it in results], kind)
-    for measure in plan.measures:
-        scores = [None if it is None else it.measures.get(measure.name) for it in results]
-        arrays[measure.name] = arrow.array(scores, "float64")
-    for reduction in reductions(plan):
-        kept = [None if it is None else it.reductions.get(reduction.name) for it in results]
-        arrays[reduction.name] = arrow.array(kept, REDUCED[reduction.how])
-    return arrow.table([arrays[name] for name in columns.names], schema=columns)
-
-
-def _places(plan: Plan, pieces: Sequence[Piece]) -> dict[str, np.ndarray[tuple[int], np.dtype[np.intp]]]:
-    """Return for each axis which of its values each piece has."""
-    if not plan.axes:
-        return {}
-    places = np.unravel_index(np.array([piece.condition for piece in pieces]), plan.shape)
-    return {axis.name: place for axis, place in zip(plan.axes, places, strict=True)}
+def _carry_out_one(plan: Plan, setup: Setup, values: Mapping[str, Value], tracker: str, seed: int) -> Outcome | str:
+    """Return outcome or problem of a run by itself."""
+    try:
+        (outcome,) = carry_out_trials(plan, setup, values, [tracker], [seed], plan.frames)
+    except Exception as error:  # noqa: BLE001 - see above
+        return f"failed: {type(error).__name__}: {error}"
+    return outcome
 
 
 def _kind(value: Value) -> str:

@@ -20,13 +20,12 @@ from pftrack.core.model.setup import Setup
 from pftrack.core.version import __version__
 from pftrack.experiments.own.code import trust
 from pftrack.process import UNLIMITED, BlockingPool, CallError, ForkServer, WorkerLostError
-from pftrack.runs.many import outcomes
 from pftrack.sweep import arrow
 from pftrack.sweep.axis import SweepError
 from pftrack.sweep.journal import metadata
 from pftrack.sweep.plan import Plan
 from pftrack.sweep.recording import Packed, Recording, setup_of
-from pftrack.sweep.table import Chunks, compute
+from pftrack.sweep.table import Chunks, carry_out_trials, compute
 
 Given: TypeAlias = "Recording | Packed | None"
 
@@ -69,15 +68,7 @@ def measure(text: str, recording: Given = None) -> float:
         condition = plan.condition(number)
         values, seeds = {**plan.values, **condition}, plan.seeds(condition, 0, trials)
         begun = perf_counter()
-        outcomes(
-            plan.wiring,
-            setup,
-            values=values,
-            trackers=plan.trackers,
-            seeds=seeds,
-            frames=frames,
-            loss_probability=plan.loss_probability,
-        )
+        carry_out_trials(plan, setup, values, plan.trackers, seeds, frames)
         return perf_counter() - begun
 
     seconds, runs, trials = 0.0, 0, 1
