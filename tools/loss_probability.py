@@ -18,7 +18,7 @@ import typer
 from pftrack.cli.output import progress
 from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.shared.loss_probability import FIRST_JUDGED, LossModel, describe_models, write_models
-from pftrack.reproduce.finding import Entry, read_record
+from pftrack.reproduce import Entry, read_record
 from pftrack.reproduce.loss_probability import (
     Judgement,
     cases,
@@ -115,7 +115,7 @@ def write_table() -> None:
     PAGE.write_text(page(PAGE.read_text("utf-8"), read_record(RECORD)), "utf-8")
 
 
-def page(text: str, record: dict[str, Entry]) -> str:
+def page(text: str, record: Mapping[str, Entry]) -> str:
     """Return the text of the page with the tables of a record in it."""
     before, rest = text.split(BEGIN)
     return f"{before}{BEGIN}\n{_tables(record['loss'])}\n{END}{rest.split(END)[1]}"

@@ -7,14 +7,13 @@ docs/explanation/reproduction.json, which `make reproduce` computes. A test comp
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from textwrap import fill
 
 from pftrack.core.model.preset import CAUSES
-from pftrack.reproduce import RESULTS, is_older
-from pftrack.reproduce.diagnosis.confusion import CELL, UNAIDED_CELL
-from pftrack.reproduce.finding import Entry, Finding, not_run, read_record
+from pftrack.reproduce import RESULTS, Entry, Finding, diagnosis, is_older, read_record
+from pftrack.reproduce.finding import not_run
 
 __all__ = [
     "DIAGNOSIS",
@@ -65,7 +64,7 @@ SENTENCE = re.compile(r"[\d,]+\s+of\s+[\d,]+\s+reference\s+figures\s.*?older\s+t
 UNFINISHED = "it had not been computed when this page was written"
 
 
-def findings_of(record: dict[str, Entry], names: Iterable[str] = tuple(RESULTS)) -> list[Finding]:
+def findings_of(record: Mapping[str, Entry], names: Iterable[str] = tuple(RESULTS)) -> list[Finding]:
     """Return the findings of results, in order; one that is not in the record is not run."""
     return [
         finding
@@ -74,7 +73,7 @@ def findings_of(record: dict[str, Entry], names: Iterable[str] = tuple(RESULTS))
     ]
 
 
-def sentence(record: dict[str, Entry]) -> str:
+def sentence(record: Mapping[str, Entry]) -> str:
     """Return the counts in sentences."""
     found = findings_of(record)
     reproduced, better, differ = (_count(found, verdict) for verdict in ("reproduced", "better", "differs"))
@@ -86,7 +85,7 @@ def sentence(record: dict[str, Entry]) -> str:
     )
 
 
-def blocks(record: dict[str, Entry]) -> dict[str, str]:
+def blocks(record: Mapping[str, Entry]) -> dict[str, str]:
     """Return the generated parts of the page by name."""
     found = findings_of(record)
     known = [one for one in found if one.explained]
@@ -117,15 +116,17 @@ def write() -> None:
     README.write_text(SENTENCE.sub(told, readme), encoding="utf-8")
 
 
-def diagnosis_blocks(record: dict[str, Entry]) -> dict[str, str]:
+def diagnosis_blocks(record: Mapping[str, Entry]) -> dict[str, str]:
     """Return the generated parts of the page of the diagnosis by name: with the truth, and without."""
     found = findings_of(record, ["diagnosis"])
-    return {"diagnosis": _confusion(found, CELL), "diagnosis without truth": _confusion(found, UNAIDED_CELL)}
+    names = {"diagnosis": "cell", "diagnosis without truth": "unaided-cell"}
+    stated = diagnosis.REFERENCES.statements
+    return {kind: _confusion(found, stated[name].result) for kind, name in names.items()}
 
 
 def _confusion(found: Sequence[Finding], cell: str) -> str:
     """Return the sentences and the table of one way of telling."""
-    lead, middle, behind = (re.escape(part) for part in cell.split("{}"))
+    lead, middle, behind = (re.escape(part) for part in re.split(r"\{\d\}", cell))
     kind = cell.partition("lost by")[0]
     mine = [one for one in found if one.result.startswith(kind)]
     counts = {
@@ -164,7 +165,7 @@ def _between(name: str) -> re.Pattern[str]:
     return re.compile(rf"(<!-- reproduction {name} -->\n)(.*?)(\n<!-- end -->)", re.DOTALL)
 
 
-def _run(record: dict[str, Entry]) -> str:
+def _run(record: Mapping[str, Entry]) -> str:
     full = [entry for entry in record.values() if entry.form == "full"]
     quick = [entry for entry in record.values() if entry.form == "quick"]
     minutes = sum(entry.seconds for entry in record.values()) / 60.0
@@ -182,7 +183,7 @@ def _run(record: dict[str, Entry]) -> str:
     )
 
 
-def _older(record: dict[str, Entry]) -> list[str]:
+def _older(record: Mapping[str, Entry]) -> list[str]:
     return [name for name, entry in record.items() if is_older(name, entry)]
 
 
@@ -191,7 +192,7 @@ def _grounds(found: Sequence[Finding]) -> str:
     return _table(("ground of a tolerance", "figures"), counts.most_common())
 
 
-def _counts(record: dict[str, Entry]) -> str:
+def _counts(record: Mapping[str, Entry]) -> str:
     rows = [(title, findings_of(record, names)) for title, names in STUDIES.items()]
     rows.append(("all", [one for _, found in rows for one in found]))
     columns = (
@@ -235,7 +236,7 @@ def _reference(one: Finding) -> str:
     return f"{_number(one.reference)} ± {_number(one.tolerance)}"
 
 
-def _results(record: dict[str, Entry]) -> str:
+def _results(record: Mapping[str, Entry]) -> str:
     rows = []
     for name in RESULTS:
         entry = record.get(name)

@@ -1,11 +1,12 @@
 """Reproducing: published results, computed again and compared within stated tolerances.
 
-Each study here reproduces a publication and knows the reference figures. Where the publication has none, and for what
-it leaves open, these were measured on the same protocol by an independent implementation, the *reference
-implementation*, of the readings in docs/methods. A *finding* holds ours and theirs side by side. A published claim that
-could not be confirmed is computed all the same and reported as different, never hidden.
+Each study here reproduces a publication: it runs the product and computes its statistic. The reference figures and the
+sentences of its findings stand in the YAML file beside it. Where the publication has none, and for what it leaves open,
+figures were measured on the same protocol by an independent implementation, the *reference implementation*, of the
+readings in docs/methods. A *finding* holds ours and theirs side by side. A published claim that could not be confirmed
+is computed all the same and reported as different, never hidden.
 
-- `signals`: the Kalman and particle filters of Bando 2007, ch. 2;
+- `signals`: the Kalman and particle filters of Bando 2007, ch. 2, and one step whose exact answer is known;
 - `ball`: occlusion, the number of particles, what the result hangs on, and learned dynamics, ch. 3;
 - `prism`: features in two layers with an adaptive sampling distribution, ch. 4 section 3;
 - `head`: the same on the face of a driver who turns the head, ch. 4 section 4;
@@ -19,81 +20,101 @@ could not be confirmed is computed all the same and reported as different, never
 - `calibration`: how often bands hold the truth;
 - `diagnosis`: why runs were lost, told from their numbers, against what was put there.
 
-Beside them `finding` compares and records, `pool` computes, and `sources` says on which files a result depends.
+Beside them `finding` compares, `record` keeps what was found and knows on which files it depends, and `pool` computes.
 """
 
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from time import process_time
+from typing import NamedTuple
 
-from pftrack.reproduce import calibration, hand, loss_probability, prism, signals, trajectories
-from pftrack.reproduce.ball import motion, occlusion, study
-from pftrack.reproduce.costs import SECONDS
-from pftrack.reproduce.diagnosis import confusion as diagnosis
-from pftrack.reproduce.finding import Entry, Finding, Form, Record, describe_verdicts, not_run, read_record
-from pftrack.reproduce.fish import success as fish
-from pftrack.reproduce.fish import trials as fish_learning
-from pftrack.reproduce.head import pose as head
-from pftrack.reproduce.histogram import table as histogram
-from pftrack.reproduce.linkage import kalman, regions
+from pftrack.reproduce import (
+    ball,
+    ball_learning,
+    calibration,
+    diagnosis,
+    fish,
+    hand,
+    head,
+    histogram,
+    linkage,
+    linkage_regions,
+    loss_probability,
+    prism,
+    signals,
+    structure,
+    trajectories,
+)
+from pftrack.reproduce.finding import Finding, describe_verdicts, not_run
 from pftrack.reproduce.pool import Pool
-from pftrack.reproduce.sources import hash_sources
-from pftrack.reproduce.structure import shape as structure
+from pftrack.reproduce.record import Entry, Form, Record, hash_sources, read_record
 
 __all__ = ["RESULTS", "Entry", "Finding", "Pool", "Record", "describe_verdicts", "is_older", "read_record", "reproduce"]
 
-UNKNOWN = (5.0, 60.0)
-"""What a result is taken to cost of which nothing is known, s."""
 
-RESULTS: dict[str, Callable[[Pool, bool], list[Finding]]] = {
-    "kalman-sine": signals.kalman_sine,
-    "sample-count-signal": signals.sample_count,
-    "dimension": signals.dimension,
-    "one-step": study.one_step,
-    "occlusion": occlusion.coarse_map,
-    "sensitivity": study.variations,
-    "wide-swing": occlusion.wide_swing,
-    "sample-count": study.sample_count,
-    "maps": occlusion.whole_protocol,
-    "learning": motion.unobstructed,
-    "learning-clutter": motion.clutter,
-    "prism": prism.pose,
-    "prism-readings": prism.readings,
-    "prism-perspective": prism.perspective,
-    "pose-filters": prism.pose_filters,
-    "head": head.pose,
-    "calibration": calibration.coverage,
-    "loss": loss_probability.loss_probabilities,
-    "structure": structure.prism,
-    "structure-face": structure.faces,
-    "histogram": histogram.table,
-    "histogram-trackers": histogram.trackers,
-    "trajectories": trajectories.errors,
-    "corners": trajectories.pictures,
-    "fish-offline": fish_learning.offline,
-    "fish": fish.table,
-    "fish-ablations": fish.ablations,
-    "hand": hand.table,
-    "hand-switches": hand.switches,
-    "hand-scoring": hand.scorings,
-    "hand-particles": hand.compare_with_particles,
-    "hand-steps": hand.steps,
-    "linkage-algebra": kalman.algebra,
-    "linkage-cross": kalman.cross,
-    "linkage-static": kalman.static,
-    "linkage-confident": kalman.confident,
-    "linkage-recovery": kalman.recovery,
-    "linkage-space": kalman.space,
-    "linkage-strips": regions.algebra,
-    "linkage-regions": regions.containment,
-    "linkage-ingredients": regions.ingredients,
-    "linkage-regions-space": regions.space,
-    "linkage-variants": regions.variants,
-    "linkage-lines": kalman.lines,
-    "diagnosis": diagnosis.confusion,
+class Result(NamedTuple):
+    """A result.
+
+    Attributes:
+        compute: From a pool, and whether the whole protocol is to be run, to findings.
+        quick_s: Processor time of the quick form, s, as measured on one core; 0 where there is none.
+        full_s: The same of the full one. The cheap ones come first, and a bar says how long is left.
+    """
+
+    compute: Callable[[Pool, bool], list[Finding]]
+    quick_s: float
+    full_s: float
+
+
+RESULTS: dict[str, Result] = {
+    "kalman-sine": Result(signals.kalman_sine, 1.0, 24),
+    "sample-count-signal": Result(signals.sample_count, 1.5, 24),
+    "dimension": Result(signals.dimension, 3.9, 69),
+    "one-step": Result(signals.one_step, 1.6, 3),
+    "occlusion": Result(ball.coarse_map, 3.3, 101),
+    "sensitivity": Result(ball.variations, 2.3, 58),
+    "wide-swing": Result(ball.wide_swing, 1.5, 135),
+    "sample-count": Result(ball.sample_count, 3.2, 56),
+    "maps": Result(ball.whole_protocol, 0.0, 700),
+    "learning": Result(ball_learning.unobstructed, 3.2, 19),
+    "learning-clutter": Result(ball_learning.clutter, 0.0, 346),
+    "prism": Result(prism.pose, 5.4, 30),
+    "prism-readings": Result(prism.readings, 2.5, 5),
+    "prism-perspective": Result(prism.perspective, 1.8, 20),
+    "pose-filters": Result(prism.pose_filters, 0.3, 2),
+    "head": Result(head.pose, 7.4, 1800),
+    "calibration": Result(calibration.coverage, 2.7, 900),
+    "loss": Result(loss_probability.loss_probabilities, 0.0, 427),
+    "structure": Result(structure.prism, 0.9, 21),
+    "structure-face": Result(structure.faces, 2.2, 21),
+    "histogram": Result(histogram.table, 5.0, 77),
+    "histogram-trackers": Result(histogram.trackers, 0.0, 56),
+    "trajectories": Result(trajectories.errors, 8.6, 45),
+    "corners": Result(trajectories.pictures, 4.7, 23),
+    "fish-offline": Result(fish.offline, 0.0, 27),
+    "fish": Result(fish.table, 10.1, 500),
+    "fish-ablations": Result(fish.ablations, 0.0, 900),
+    "hand": Result(hand.table, 3.4, 56),
+    "hand-switches": Result(hand.switches, 3.8, 12),
+    "hand-scoring": Result(hand.scorings, 0.0, 148),
+    "hand-particles": Result(hand.compare_with_particles, 0.0, 33),
+    "hand-steps": Result(hand.steps, 0.0, 0),
+    "linkage-algebra": Result(linkage.algebra, 0.0, 0),
+    "linkage-cross": Result(linkage.cross, 1.4, 111),
+    "linkage-static": Result(linkage.static, 3.1, 7),
+    "linkage-confident": Result(linkage.confident, 1.2, 3),
+    "linkage-recovery": Result(linkage.recovery, 0.3, 1),
+    "linkage-space": Result(linkage.space, 1.4, 29),
+    "linkage-strips": Result(linkage_regions.algebra, 0.1, 0),
+    "linkage-regions": Result(linkage_regions.containment, 3.4, 17),
+    "linkage-ingredients": Result(linkage_regions.ingredients, 5.0, 12),
+    "linkage-regions-space": Result(linkage_regions.space, 1.0, 10),
+    "linkage-variants": Result(linkage_regions.variants, 0.8, 5),
+    "linkage-lines": Result(linkage.lines, 1.9, 57),
+    "diagnosis": Result(diagnosis.confusion, 0.0, 418),
 }
-"""All results by name: functions of a pool and of whether the whole protocol is to be run."""
+"""All results by name."""
 
 
 def reproduce(
@@ -113,7 +134,7 @@ def reproduce(
         full: All trials of the protocol, or fewer, with tolerances that allow for it.
         jobs: Processes that compute.
         cluster: Address of a Dask scheduler whose workers compute in their place.
-        progress: Called with the processor time of what is done and of all, s, as `costs` has it.
+        progress: Called with the processor time of what is done and of all, s, as `Result` has it.
         folder: Where sweeps and figures are kept; what is there already is not computed again.
         record: Where results are kept as they come; what is there in this form, of these sources, is not computed
             again.
@@ -129,18 +150,18 @@ def reproduce(
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
     form: Form = "full" if full else "quick"
-    costs = {name: SECONDS.get(name, UNKNOWN)[full] for name in names or RESULTS}
+    costs = {name: RESULTS[name].full_s if full else RESULTS[name].quick_s for name in names or RESULTS}
     found: dict[str, list[Finding]] = {}
     spent = 0.0
     for name in sorted(costs, key=lambda one: costs[one]):
-        sources = "" if record is None else hash_sources(RESULTS[name].__module__)
+        sources = "" if record is None else hash_sources(RESULTS[name].compute.__module__)
         if record is not None and record.has(name, form, sources):
             found[name] = record.findings(name)
         else:
             tell = partial(_tell, progress, spent, costs[name], sum(costs.values()))
             with Pool(jobs, tell, folder, cluster) as pool:
                 began = process_time()
-                found[name] = RESULTS[name](pool, full)
+                found[name] = RESULTS[name].compute(pool, full)
                 seconds = process_time() - began if jobs == 1 else 0.0
             if record is not None:
                 spent_s = max(seconds, pool.seconds)
@@ -152,7 +173,7 @@ def reproduce(
 
 def is_older(name: str, entry: Entry) -> bool:
     """Return whether a result was computed from other sources than those here, or from sources that are not known."""
-    return entry.sources != hash_sources(RESULTS[name].__module__)
+    return entry.sources != hash_sources(RESULTS[name].compute.__module__)
 
 
 def _tell(

@@ -1,41 +1,63 @@
-"""Findings and records: figures of ours beside their references, what the comparison says, and the file of all."""
+"""Findings: a figure of ours beside what a reference states, and what the comparison says.
 
-import json
+What is stated stands in YAML beside the studies, a statement a name: its sentence, its source, and either figures
+with the tolerance and its ground, or the bounds within which ours must be. A table of figures is a mapping by row and
+column, and the sentence has a place for each of their names:
+
+    pooled:
+      result: "occlusion: {0}, pooled success"
+      source: Bando 2007, ch. 3 sections 3.1 and 3.2; reference implementation
+      reference: {h-spf: 0.407, s-spf: 0.292}
+      tolerance: 0.04
+
+A study computes figures and asks for `judge("pooled", figure, "h-spf")`. A published claim that could not be confirmed
+has a `known` reason, for all of its cells or for some, and is reported as different all the same.
+"""
+
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Annotated, Any, Literal, SupportsFloat, TypeAlias
 
 import numpy as np
+from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, model_validator
 
 from pftrack.core.arrays import Floats
-from pftrack.core.files import write_whole
+from pftrack.core.texts import read_texts
 
 Verdict: TypeAlias = Literal["reproduced", "better", "differs", "our own figure", "not run"]
 VERDICTS: tuple[Verdict, ...] = ("reproduced", "better", "differs", "our own figure", "not run")
 
+Ground: TypeAlias = Literal[
+    "stated", "chosen", "share", "trials", "fewer", "own", "half", "lawns", "eleven", "seeds", "successes", "ends"
+]
 
-class Own(str):
-    """A source that is no reference: a figure of this project, which guards against its own mistakes."""
+GROUNDS: dict[Ground, str] = {
+    "stated": "stated with the reference",
+    "chosen": "chosen by this project: the reference states none",
+    "share": "three standard errors of the runs of both sides, and 0.03",
+    "trials": "three standard errors of the trials of both sides",
+    "fewer": "the reference's, wider by as much as fewer trials scatter more",
+    "own": "this project: far below what the statement is about",
+    "half": "three standard errors of twelve fish, at the reference's rate",
+    "lawns": "this project: where the lawn decides, the means of five differ by chance as well",
+    "eleven": "this project: as far as eleven runs of so few particles scatter",
+    "seeds": "three standard errors of the reference's eighty seeds, which all of its cells share",
+    "successes": "as far as the error of successful runs moves with other seeds",
+    "ends": "as far as it moves with other seeds: a run that is lost in its last frames still counts",
+}
+"""Why a tolerance is what it is."""
 
-    __slots__ = ()
+Key: TypeAlias = str | int | float
+"""Of a row, a column or another part of a table."""
 
+Stated: TypeAlias = Any
+"""A number, several whose mean counts, or a mapping of these by key; of `between` the leaves are two bounds."""
 
-class Unexplained(str):
-    """A reason why a difference was expected that does not tell its cause."""
-
-    __slots__ = ()
-
-
-PROTOCOL = "stated with the reference"
-CHOSEN = "chosen by this project: the reference states none"
-SHARE = "three standard errors of the runs of both sides, and 0.03"
-TRIALS = "three standard errors of the trials of both sides"
-FEWER = "the reference's, wider by as much as fewer trials scatter more"
-OWN = "this project: far below what the statement is about"
-"""Grounds of a tolerance."""
+OfSide: TypeAlias = Annotated[float, BeforeValidator(lambda value: math.nan if value is None else value)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +66,7 @@ class Finding:
 
     Attributes:
         result: Name of the study and the quantity.
-        ours: What we measured.
+        ours: What we measured; NaN if it was not run.
         reference: What it should be, or None for an ordering.
         tolerance: How far ours may be from the reference; None for an ordering.
         verdict: What comes of it. "reproduced" is within the tolerance, or holds; "better" is outside of it on the good
@@ -52,14 +74,14 @@ class Finding:
             has no reference and is as it was.
         source: Where the reference comes from.
         known: Whether a difference was expected. One that was not is a mistake somewhere.
-        explained: Whether it differs and the cause is known.
         reason: Why it is better, why it was expected to differ, or why it was not run.
         ground: Why the tolerance is what it is.
         timed: Whether it is a time, which no second run repeats.
+        explained: Whether it differs and the cause is known.
     """
 
     result: str
-    ours: float
+    ours: OfSide
     reference: float | None
     tolerance: float | None
     verdict: Verdict
@@ -77,75 +99,227 @@ class Finding:
 
     def as_dict(self) -> dict[str, object]:
         """Return the values by name, ready for JSON."""
-        return {
-            name: None if isinstance(value, float) and not math.isfinite(value) else value
-            for name, value in asdict(self).items()
-        }
+        return asdict(self) | {"ours": self.ours if math.isfinite(self.ours) else None}
 
 
-def compare(
-    result: str,
-    ours: float,
-    reference: float,
-    tolerance: float,
-    source: str,
-    *,
-    ground: str,
-    known: str = "",
-    better: Literal["higher", "lower"] | None = None,
-    reason: str = "",
-) -> Finding:
-    """Judge a figure by its distance from the reference; NaN differs.
+class Exemption(BaseModel):
+    """Why some cells of a table, or all, may differ.
 
-    Args:
-        result: What it is.
-        ours: What we measured.
-        reference: What it should be.
-        tolerance: How far ours may be from that.
-        source: Where the reference comes from.
+    Attributes:
+        reason: In words.
+        of: Keys of the cells, as many of each as tell it from the others; all cells if empty.
+        explained: Whether the reason tells the cause.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    reason: str
+    of: tuple[tuple[Key, ...], ...] = ()
+    explained: bool = True
+
+
+class Statement(BaseModel):
+    """What is stated of a figure, or of a table of figures, and where.
+
+    Attributes:
+        result: The sentence, with places for keys and words.
+        source: Where it is stated; with places, too.
+        own: Whether that is this project, so that the figure has no reference and guards against mistakes.
+        reference: Figures.
+        between: Lowest and highest figure, in place of a reference.
+        tolerance: How far ours may be from these.
+        relative: The same, as a share of the reference.
+        runs: Of the reference, whose figures are shares of them; the tolerance follows from both numbers of runs.
         ground: Why the tolerance is what it is.
-        known: Why it may differ; without a reason it must not.
-        better: Which side is the good one, if a figure that is outside of the tolerance there is better.
-        reason: Why it is.
-
-    Raises:
-        ValueError: It may be better and there is no reason.
+        above, below, least, most: Bounds, in place of a reference.
+        known: Why figures may differ.
+        better: Which side of the tolerance is the good one.
+        reason: Why ours may be there; or why the figure is not computed.
+        timed: Whether it is a time.
+        origin: File and line.
     """
-    if better is not None and not reason:
-        raise ValueError(f"{result} may be better than its reference, for which a reason must be stated")
-    ours, tolerance = float(ours), float(tolerance)
-    if abs(ours - reference) <= tolerance:
-        verdict = _held(source)
-    elif (better == "higher" and ours > reference) or (better == "lower" and ours < reference):
-        verdict = "better"
-    else:
-        verdict = "differs"
-    said = reason if verdict == "better" else known if verdict == "differs" else ""
-    explained = verdict == "differs" and _explains(known)
-    return Finding(
-        result, ours, reference, tolerance, verdict, source, bool(known), str(said), ground, explained=explained
-    )
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    result: str
+    source: str = ""
+    own: bool = False
+    reference: Stated = None
+    between: Stated = None
+    tolerance: Stated = 0.0
+    relative: Stated = 0.0
+    runs: Stated = None
+    ground: Ground | None = None
+    above: float | None = None
+    below: float | None = None
+    least: float | None = None
+    most: float | None = None
+    known: tuple[Exemption, ...] = ()
+    better: Literal["higher", "lower"] | None = None
+    reason: str = ""
+    timed: bool = False
+    origin: str = ""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _in_short(cls, given: Any) -> Any:  # noqa: ANN401 - what a file says
+        """Take a sentence, or a single exemption, for a list of one."""
+        known = given.get("known", ())
+        said = [known] if isinstance(known, str | Mapping) else known
+        return {**given, "known": [{"reason": one} if isinstance(one, str) else one for one in said]}
+
+    @model_validator(mode="after")
+    def _whole(self) -> "Statement":
+        for name in ("reference", "between", "tolerance", "relative", "runs"):
+            _check_numbers(name, getattr(self, name))
+        compared = self.reference is not None or self.between is not None or self.tolerance or self.relative
+        if compared and self.runs is None and self.ground is None:
+            raise ValueError(f"lacks the ground of its tolerance, one of {', '.join(GROUNDS)}")
+        if self.better is not None and not self.reason:
+            raise ValueError("may be better than its reference, for which a reason must be stated")
+        return self
+
+    def judge(
+        self,
+        ours: SupportsFloat,
+        *keys: Key,
+        holds: bool | None = None,
+        runs: int = 0,
+        wider: float = 1.0,
+        more: float = 0.0,
+        reference: float | None = None,
+        tolerance: float | None = None,
+        ground: Ground | None = None,
+        **words: object,
+    ) -> Finding:
+        """Judge a figure by its distance from the reference, or by the bounds; NaN differs.
+
+        Args:
+            ours: What we measured.
+            *keys: Of the cell.
+            holds: Whether the statement holds, where neither figures nor bounds are stated.
+            runs: Ours, of which it is a share.
+            wider: By how much the tolerance is wider for fewer trials, as a factor.
+            more: The same, as a summand.
+            reference: In place of the one that is stated.
+            tolerance: In place of the one that is stated.
+            ground: Of the tolerance, if another.
+            **words: For places of the sentence that are not keys.
+
+        Raises:
+            LookupError: There is no such cell; it names file and line.
+        """
+        found, why = float(ours), ground
+        stated, allowed = self._figures(keys)
+        reference = stated if reference is None else float(reference)
+        if reference is not None:
+            if runs:
+                both = 1 / runs + 1 / self._number("runs", keys)
+                allowed, ground = 3 * math.sqrt(reference * (1 - reference) * both) + 0.03, "share"
+            allowed = wider * allowed + more if tolerance is None else float(tolerance)
+            holds = abs(found - reference) <= allowed
+            why = ground or ("fewer" if wider != 1.0 or more else self.ground)
+        elif holds is None:
+            holds = self._bounded(found)
+        good = found > (reference or 0.0) if self.better == "higher" else found < (reference or 0.0)
+        verdict: Verdict = "our own figure" if self.own else "reproduced"
+        if not holds:
+            verdict = "better" if self.better and good else "differs"
+        exempt = next((one for one in self.known if not one.of or any(set(cell) <= set(keys) for cell in one.of)), None)
+        differs = verdict == "differs" and exempt is not None
+        return Finding(
+            self.result.format(*keys, **words),
+            found,
+            reference,
+            None if reference is None else allowed,
+            verdict,
+            self.source.format(*keys, **words),
+            exempt is not None,
+            self.reason if verdict == "better" else exempt.reason if differs and exempt else "",
+            GROUNDS[why] if reference is not None and why is not None else "",
+            self.timed,
+            bool(differs and exempt and exempt.explained),
+        )
+
+    def _figures(self, keys: tuple[Key, ...]) -> tuple[float | None, float]:
+        """Return reference and tolerance of a cell; no reference if bounds are stated."""
+        if self.between is not None:
+            low, high = _leaf(self.between, keys, self.origin)
+            return 0.5 * (low + high), 0.5 * (high - low) + self._number("tolerance", keys)
+        if self.reference is None:
+            return None, self._number("tolerance", keys)
+        reference = self._number("reference", keys)
+        return reference, self._number("tolerance", keys) + self._number("relative", keys) * reference
+
+    def _number(self, name: str, keys: tuple[Key, ...]) -> float:
+        found = _leaf(getattr(self, name), keys, self.origin)
+        return float(np.mean(found)) if isinstance(found, list) else float(found)
+
+    def _bounded(self, ours: float) -> bool:
+        bounds = (
+            self.above is None or ours > self.above,
+            self.below is None or ours < self.below,
+            self.least is None or ours >= self.least,
+            self.most is None or ours <= self.most,
+        )
+        return all(bounds) and not math.isnan(ours)
 
 
-def share(
-    result: str,
-    successes: int,
-    runs: int,
-    reference: float,
-    reference_runs: int,
-    source: str,
-    *,
-    known: str = "",
-) -> Finding:
-    """Judge a success rate by the reference's: within three standard errors of the difference, and 0.03.
+class References:
+    """The statements of a study, by name; the file is read when the first of them is asked for."""
 
-    The allowance is that of a cell of a map; it grows as either side has fewer runs.
-    """
-    spread = math.sqrt(reference * (1 - reference) * (1 / runs + 1 / reference_runs))
-    return compare(result, successes / runs, reference, 3 * spread + 0.03, source, known=known, ground=SHARE)
+    def __init__(self, study: str) -> None:
+        """Know the file.
+
+        Args:
+            study: Path of the study's module; the file beside it has the same name.
+        """
+        self.path = Path(study).with_suffix(".yaml")
+
+    @cached_property
+    def statements(self) -> Mapping[str, Statement]:
+        """All of them.
+
+        Raises:
+            ValueError: The file is not YAML, or a statement is not one; it names file and line.
+        """
+        declared, places = read_texts(self.path)
+        return {name: _read(name, fields, places[name]) for name, fields in declared.items()}
+
+    def judge(self, name: str, ours: SupportsFloat, *keys: Key, **more: Any) -> Finding:  # noqa: ANN401 - see `Statement`
+        """Judge a figure by a statement; see `Statement.judge`."""
+        return self.statements[name].judge(ours, *keys, **more)
+
+    def judge_all(self, name: str, ours: Mapping[Any, SupportsFloat], *keys: Key, **more: Any) -> list[Finding]:  # noqa: ANN401
+        """Judge figures by key, or by several, beyond those that they have in common."""
+        return [
+            self.judge(name, figure, *keys, *(key if isinstance(key, tuple) else (key,)), **more)
+            for key, figure in ours.items()
+        ]
+
+    def table(self, name: str) -> Any:  # noqa: ANN401 - a mapping of what the file has
+        """Return the figures of a table, by key."""
+        stated = self.statements[name]
+        return stated.between if stated.reference is None else stated.reference
+
+    def not_run(self, name: str, *keys: Key, **words: object) -> Finding:
+        """Return what is said of a result that is not computed in this form, with the reason that is stated."""
+        stated = self.statements[name]
+        return not_run(stated.result.format(*keys, **words), stated.reason.format(*keys, **words))
 
 
-def three_errors(values: Sequence[float] | Floats, reference_trials: int) -> float:
+def _read(name: str, fields: object, place: str) -> Statement:
+    if not isinstance(fields, Mapping):
+        raise ValueError(f"{place}: {name} must map fields to values, got {fields!r}")  # noqa: TRY004 - of a file
+    try:
+        return Statement.model_validate({**fields, "origin": f"{place}: {name}"})
+    except ValidationError as error:
+        said = error.errors()[0]
+        where = " ".join(map(str, (f"{place}:", name, *said["loc"])))
+        raise ValueError(f"{where}: {said['msg']}") from None
+
+
+def three_errors(values: Iterable[float] | Floats, reference_trials: int) -> float:
     """Return three standard errors of the difference of two means of trials, ours and as many of the reference.
 
     The trials of the reference are taken to scatter as ours do.
@@ -154,26 +328,8 @@ def three_errors(values: Sequence[float] | Floats, reference_trials: int) -> flo
         values: Of our trials.
         reference_trials: How many the reference has.
     """
-    return 3.0 * float(np.std(values, ddof=1)) * math.sqrt(1 / len(values) + 1 / reference_trials)
-
-
-def claim(result: str, ours: float, *, holds: bool, source: str, known: str = "", timed: bool = False) -> Finding:
-    """Judge a statement: an ordering, or a count that has to be reached.
-
-    Args:
-        result: The statement.
-        ours: The figure that it is judged by.
-        holds: Whether it holds for us.
-        source: Where it is made.
-        known: Why it may not hold; without a reason it must.
-        timed: Whether it is a time, which no second run repeats.
-    """
-    verdict: Verdict = _held(source) if holds else "differs"
-    said = "" if holds else str(known)
-    explained = not holds and _explains(known)
-    return Finding(
-        result, float(ours), None, None, verdict, source, bool(known), said, timed=timed, explained=explained
-    )
+    known = np.asarray(values)
+    return 3.0 * float(np.std(known, ddof=1)) * math.sqrt(1 / len(known) + 1 / reference_trials)
 
 
 def not_run(result: str, reason: str = "") -> Finding:
@@ -191,110 +347,24 @@ def describe_verdicts(findings: Iterable[Finding]) -> str:
     return f"{words}; differences: {explained} with a known cause, {other} without, {failed} not expected"
 
 
-def _explains(known: str) -> bool:
-    return bool(known) and not isinstance(known, Unexplained)
+def _check_numbers(name: str, stated: Stated) -> None:
+    """Refuse a leaf that is not a number or a list of numbers."""
+    if isinstance(stated, Mapping):
+        for key, value in stated.items():
+            _check_numbers(f"{name} of {key}", value)
+    elif stated is not None:
+        for value in stated if isinstance(stated, list) else [stated]:
+            if isinstance(value, bool) or not isinstance(value, int | float):
+                raise ValueError(f"the {name} must be a number, got {value!r}")  # noqa: TRY004 - of a file
 
 
-def _held(source: str) -> Verdict:
-    return "our own figure" if isinstance(source, Own) else "reproduced"
-
-
-# A record keeps findings as they come, so that a second call goes on with what is left. The file is JSON: by the name
-# of a result the form in which it was computed, the revision of pftrack, the hash of the sources that it depends
-# on, how many pieces of work it was, what they took, and the findings. A result whose sources have changed is computed
-# again. docs/explanation/reproduction.md is written from it.
-
-Form: TypeAlias = Literal["full", "quick"]
-
-
-@dataclass(frozen=True, slots=True)
-class Entry:
-    """A result that was computed.
-
-    Attributes:
-        form: All trials of the protocol, or few.
-        revision: Of pftrack.
-        pieces: How many pieces of work it was; of most studies they are trials, of those of the ball 120 runs each.
-        seconds: Processor time of these.
-        findings: What came of it.
-        sources: SHA-256 of the sources that it depends on (`hash_sources`); empty if that was not kept.
-    """
-
-    form: Form
-    revision: str
-    pieces: int
-    seconds: float
-    findings: tuple[Finding, ...]
-    sources: str = ""
-
-
-class Record:
-    """The results in a file; one that is kept is on disk before the next one begins."""
-
-    def __init__(self, path: Path, revision: str) -> None:
-        """Begin a record, or go on with the one in the file.
-
-        Args:
-            path: The file; it need not be there.
-            revision: What the results are of that are kept from now on.
-
-        Raises:
-            ValueError: The file holds something else.
-            OSError: It cannot be read.
-        """
-        self.path, self.revision = path, revision
-        self._entries = dict(read_record(path)) if path.exists() else {}
-
-    def has(self, name: str, form: Form, sources: str) -> bool:
-        """Return whether a result of these sources is there in this form, or for a quick one the full one of any."""
-        entry = self._entries.get(name)
-        return entry is not None and (
-            (entry.form, entry.sources) == (form, sources) or (entry.form, form) == ("full", "quick")
-        )
-
-    def findings(self, name: str) -> list[Finding]:
-        """Return the findings of a result that is there."""
-        return list(self._entries[name].findings)
-
-    def keep(
-        self, name: str, form: Form, findings: Sequence[Finding], *, sources: str, pieces: int, seconds: float
-    ) -> None:
-        """Write a result into the file."""
-        self._entries[name] = Entry(form, self.revision, pieces, round(seconds, 2), tuple(findings), sources)
-        text = json.dumps({"results": _plain(self._entries)}, indent=1, ensure_ascii=False, allow_nan=False)
-        write_whole(self.path, f"{text}\n".encode())
-
-
-def read_record(path: Path) -> dict[str, Entry]:
-    """Return the results in a file by name.
-
-    Raises:
-        ValueError: The file holds something else.
-        OSError: It cannot be read.
-    """
-    try:
-        kept: Mapping[str, Mapping[str, Any]] = json.loads(path.read_text(encoding="utf-8"))["results"]
-        return {
-            name: Entry(**{**entry, "findings": tuple(_finding(one) for one in entry["findings"])})
-            for name, entry in kept.items()
-        }
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise ValueError(f"{path} is no record of reproduced results ({type(error).__name__})") from None
-
-
-def _plain(entries: Mapping[str, Entry]) -> dict[str, object]:
-    return {
-        name: {
-            "form": entry.form,
-            "revision": entry.revision,
-            "sources": entry.sources,
-            "pieces": entry.pieces,
-            "seconds": entry.seconds,
-            "findings": [one.as_dict() for one in entry.findings],
-        }
-        for name, entry in sorted(entries.items())
-    }
-
-
-def _finding(values: Mapping[str, Any]) -> Finding:
-    return Finding(**{**values, "ours": float("nan") if values["ours"] is None else values["ours"]})
+def _leaf(stated: Stated, keys: tuple[Key, ...], origin: str) -> Any:  # noqa: ANN401 - a number or some
+    """Return what a mapping has for keys, in which those are passed over that it does not tell apart."""
+    rest = list(keys)
+    while isinstance(stated, Mapping):
+        key = next((one for one in rest if one in stated), None)
+        if key is None:
+            raise LookupError(f"{origin} states nothing for {', '.join(map(str, keys))}")
+        stated = stated[key]
+        rest.remove(key)
+    return stated

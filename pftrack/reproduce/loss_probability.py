@@ -14,14 +14,12 @@ The figures are a small panel a tracker:
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 
 from pftrack.core.arrays import Bools, Floats
 from pftrack.core.model.parameters import revise
-from pftrack.core.model.recipe import Change
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.shared import loss_probability
@@ -41,9 +39,8 @@ from pftrack.experiments.shared.loss_probability import (
 from pftrack.experiments.shared.signals import signal_names
 from pftrack.output.figures.picture import save
 from pftrack.output.figures.style import CURVE_COLOURS, INK, LETTERS_PT, TWO_COLUMNS_IN, new_figure
-from pftrack.reproduce.finding import Finding, Own, claim, not_run
-from pftrack.reproduce.pool import Pool
-from pftrack.runs.run import Run
+from pftrack.reproduce.finding import Finding, References
+from pftrack.reproduce.pool import Pool, begin, recipe
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -112,16 +109,12 @@ def _draw_delays(panel: "Axes", scores: Scores, colour: str) -> None:
     panel.text(LAST_FRAME, 0.04, f"{delays.losses} losses", fontsize=LETTERS_PT, ha="right")
 
 
-OURS = Own("this project, docs/explanation/loss.md")
+REFERENCES = References(__file__)
 RIDGE = 10.0
-CHANCE = 0.5
-REFUSED = "none is declared: its calibration error was {:.3f} in scenes that were not fitted"
 FEWEST_LOSSES = 5
-SELDOM = "none is declared: it was lost too seldom in the scenes to tell whether it would be true"
 
 
-@dataclass(frozen=True, slots=True)
-class Case:
+class Case(NamedTuple):
     """One run in a scene that was drawn, by its number, and the signals that are read of it."""
 
     experiment: str
@@ -192,14 +185,8 @@ def witness(case: Case) -> Witnessed:
     scenes, setup = scenes_of(experiment), experiment.simulate()
     drawn = scenes.draw(case.number)
     longest = setup.open_source(case.number, revise(setup.parameters, drawn)).frame_count or scenes.frames
-    run = Run(
-        experiment,
-        setup,
-        tracker=case.tracker,
-        seed=case.number,
-        frames=min(scenes.frames, longest),
-        timeline=(Change(0, drawn),),
-    )
+    frames = min(scenes.frames, longest)
+    run = begin(recipe(case.experiment, case.tracker, drawn, seed=case.number, frames=frames))
     run.finish()
     series = {one.name: one for one in experiment.trackers[case.tracker].series}
     _, features = follow_features(case.signals, series, Past(), run.diagnostics)
@@ -233,40 +220,33 @@ def judge(regression: Logistic, seen: Sequence[Witnessed]) -> Judgement:
 def loss_probabilities(pool: Pool, full: bool) -> list[Finding]:
     """Judge what every tracker declares in the scenes that are there for it."""
     if not full:
-        return [not_run("loss", "a dozen scenes do not tell whether a probability is true")]
+        return [REFERENCES.not_run("too-few")]
     findings, scored = [], {}
     for name in EXPERIMENTS.own:
         declared = EXPERIMENTS[name].quality.loss_probability
         for tracker, model in declared.models.items():
             numbers = range(FIRST_JUDGED, FIRST_JUDGED + scenes_of(EXPERIMENTS[name]).judged)
             judged = judge(model.regression, pool.map(witness, cases(name, tracker, numbers, model.signals)))
-            findings += _findings(f"loss: {name}, {tracker}", judged)
+            findings += _findings(judged, name, tracker)
             scored[name, tracker] = judged.bins, judged.roc, judged.delays
-        findings += [not_run(f"loss: {name}, {tracker}", _reason(error)) for tracker, error in declared.refused.items()]
+        for tracker, error in declared.refused.items():
+            why = "refused" if error > MOST_ERROR else "seldom"
+            findings.append(REFERENCES.not_run(why, name, tracker, error=error))
     if pool.folder is not None:
         for title, figure in draw_scores(scored).items():
             save(figure, pool.folder / f"{title}.png", title)
     return findings
 
 
-def _reason(error: float) -> str:
-    return REFUSED.format(error) if error > MOST_ERROR else SELDOM
-
-
-def _findings(name: str, found: Judgement) -> list[Finding]:
-    """Return what is said of a probability, under the name of a result."""
-    say = partial(claim, source=OURS)
+def _findings(found: Judgement, *keys: str) -> list[Finding]:
+    """Return what is said of the probability of an experiment's tracker."""
     return [
-        say(f"{name}: calibration error (at most {MOST_ERROR:.2f})", found.error, holds=found.error <= MOST_ERROR),
-        say(f"{name}: Brier score (below the next)", found.brier, holds=found.brier < found.base),
-        say(f"{name}: Brier score of who knows but the share of lost frames", found.base, holds=True),
-        say(f"{name}: area under the ROC curve (above 0.5)", found.roc.area, holds=found.roc.area > CHANCE),
-        say(
-            f"{name}: share of the losses that are told (above 0.5)",
-            found.delays.share,
-            holds=found.delays.share > CHANCE,
-        ),
-        say(f"{name}: frames until half of the losses are told", found.delays.median, holds=True),
+        REFERENCES.judge("error", found.error, *keys),
+        REFERENCES.judge("brier", found.brier, *keys, holds=found.brier < found.base),
+        REFERENCES.judge("base", found.base, *keys),
+        REFERENCES.judge("roc", found.roc.area, *keys),
+        REFERENCES.judge("told", found.delays.share, *keys),
+        REFERENCES.judge("delay", found.delays.median, *keys, holds=True),
     ]
 
 

@@ -1,15 +1,24 @@
 """Where the work of reproducing is done: in this process, spread over several, or over a cluster.
 
-Several processes and a cluster are the workers of the sweeps: both are handed pieces of work by number.
+A study runs the product: it hands over recipes and what is to be measured of each run. Several processes and a cluster
+are the workers of the sweeps: both are handed pieces of work by number.
 """
 
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from time import monotonic, process_time
 from types import TracebackType
-from typing import Self, TypeVar
+from typing import Any, Self, TypeAlias, TypeVar
 
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.parameters import Value
+from pftrack.core.model.recipe import Change, Recipe
+from pftrack.core.model.source import Source
+from pftrack.experiments import find
+from pftrack.runs.run import Run
 from pftrack.sweep import Plan, Progress, Result, carry_out, partial_of, read_result
 from pftrack.sweep.axis import SweepError
 from pftrack.sweep.driver import open_workers
@@ -17,6 +26,9 @@ from pftrack.sweep.work import Workers
 
 Item = TypeVar("Item")
 Outcome = TypeVar("Outcome")
+
+OpenSource: TypeAlias = Callable[[int, Any], Source[Any]]
+"""From seed and parameters to a source of the study's own, in place of the experiment's scene."""
 
 RUNS_A_PIECE = 120
 """How many runs of a sweep count as one piece of work."""
@@ -92,6 +104,21 @@ class Pool:
         size = max(1, min(16, len(work) // 16))
         return self._spread(function, [work[start : start + size] for start in range(0, len(work), size)])
 
+    def runs(
+        self, measure: Callable[[Run], Outcome], recipes: Iterable[Recipe], source: OpenSource | None = None
+    ) -> list[Outcome]:
+        """Return what is measured of the run of each recipe, in order.
+
+        Args:
+            measure: Called with a run at its frame 0, which it carries out; picklable, as are the sources.
+            recipes: Of simulated scenes.
+            source: Of the frames, in place of the experiment's own.
+
+        Raises:
+            SweepError: A run failed in another process, or ended it.
+        """
+        return self.map(partial(_measured, measure, source), recipes)
+
     def _spread(self, function: Callable[[Item], Outcome], pieces: list[list[Item]]) -> list[Outcome]:
         """Return the outcomes of all pieces in order, each computed by the next worker that is free."""
         if self._workers is None:
@@ -149,3 +176,39 @@ def _transform(function: Callable[[Item], Outcome], items: list[Item]) -> tuple[
     """Return the outcomes of a piece of work, and the processor time that it took, s."""
     began = process_time()
     return [function(item) for item in items], process_time() - began
+
+
+def _measured(measure: Callable[[Run], Outcome], source: OpenSource | None, recipe: Recipe) -> Outcome:
+    return measure(begin(recipe, source))
+
+
+def recipe(
+    experiment: str,
+    tracker: str,
+    values: Mapping[str, Value] | None = None,
+    *,
+    seed: int = 0,
+    frames: int | None = None,
+) -> Recipe:
+    """Return the recipe of a run of a simulated scene with these values from the first frame on."""
+    timeline = (Change(0, dict(values)),) if values else ()
+    return Recipe(experiment=experiment, tracker=tracker, seed=seed, frames=frames, timeline=timeline)
+
+
+def preset_recipe(experiment: str, preset: str, tracker: str = "", **values: Value) -> Recipe:
+    """Return the recipe of a preset, with another tracker or other values if they are given."""
+    chosen = next(one for one in find(experiment).presets if one.name == preset)
+    return recipe(experiment, tracker or chosen.tracker, {**chosen.parameters, **values}, seed=chosen.seed)
+
+
+def begin(recipe: Recipe, source: OpenSource | None = None) -> Run:
+    """Return the run of a recipe of a simulated scene at its frame 0, or of another source that is followed alike."""
+    experiment = find(recipe.experiment)
+    setup = experiment.simulate()
+    return Run.from_recipe(recipe, experiment, setup if source is None else replace(setup, open_source=source))
+
+
+def rows_of(run: Run) -> list[Diagnostics]:
+    """Carry a run out and return the numbers of all frames but the first."""
+    run.finish()
+    return run.diagnostics[1:]

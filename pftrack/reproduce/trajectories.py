@@ -9,26 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats, Ints
-from pftrack.core.model.recipe import Change
-from pftrack.core.model.source import History
-from pftrack.experiments import find
-from pftrack.experiments.trajectories import corners
-from pftrack.experiments.trajectories.corner_scene import FRAMES, CornerSceneParameters, CornerSource
-from pftrack.experiments.trajectories.corners import CornerParameters
+from pftrack.experiments.trajectories.corner_scene import FRAMES, CornerSource
 from pftrack.experiments.trajectories.scene import REFERENCE_PX, TRUE_PATH, TracksSceneParameters, simulate
 from pftrack.filters.trajectories.cloud import Cloud
 from pftrack.filters.trajectories.gaussian import logs_mode
 from pftrack.filters.trajectories.whole import GRID, Method, Settings, Smoothed, follow, likelihood_surface, track_error
 from pftrack.output.figures.picture import save
 from pftrack.output.figures.style import CURVE_COLOURS, INK, draw_scale, explain_below, new_figure, viridis, write_title
-from pftrack.reproduce.finding import CHOSEN, FEWER, PROTOCOL, TRIALS, Finding, Unexplained, claim, compare, not_run
-from pftrack.reproduce.pool import Pool
+from pftrack.reproduce.finding import Finding, References
+from pftrack.reproduce.pool import Pool, begin, preset_recipe, recipe
 from pftrack.runs.run import Run
 from pftrack.vision.rendering import png, render_beside
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+REFERENCES = References(__file__)
 TITLES = {"lg": "Gaussian noise (LG)", "lng": "Cauchy noise (LNG)", "nlng": "Self-organising (NLNG)"}
 DEEPEST = 100.0
 """Further below the maximum the likelihood is shown as this."""
@@ -89,39 +85,14 @@ def _likelihood(surfaces: Mapping[str, Floats]) -> "Figure":
 #
 # A track is *mixed* if it is mismatched, more than 5 px off, in some but fewer than 30 % of the frames.
 
-SOURCE = "Ichimura and Ikoma 2000, section 5.2; reference implementation"
 FEW, MANY = 4, 16
-JUMP = 27
-"""A frame in which the light of the preset jumps."""
-QUARTER = 0.25
-FAR_PX, MIXED_BELOW = 5.0, 0.3
-
 QUICK_WIDER = 2.0
 """Of four scenes of sixteen."""
-HARD = "our scenes are harder: after two jumps of the light in a row a match does not come back"
 
-NO_RECORDING = (
-    "the recording is not part of pftrack; docs/experiments/trajectories.md tells what was measured: none is better, "
-    "since what covers a corner stays for longer than the lag, and a mismatch that lasts is a consistent track"
-)
-
+JUMP = 27
+"""A frame in which the light of the preset jumps."""
+FAR_PX, MIXED_BELOW = 5.0, 0.3
 METHODS: tuple[Method, ...] = ("lg", "lng", "nlng")
-POINTS = 59.75
-MIXED = 38.75
-MISMATCHED = 0.19
-TABLE = {
-    "raw": (4.03, 14.18, 0.40),
-    "lg": (2.43, 5.78, 0.86),
-    "lng": (1.81, 2.55, 0.54),
-    "nlng": (1.32, 1.58, 0.36),
-}
-"""Means over the reference's four scenes: error of mixed tracks, and of their mismatched and clean frames, px."""
-
-MISMATCHES = "mean error at mismatched frames"
-WHAT = "rms error of mixed tracks", MISMATCHES, "mean error at clean frames"
-
-HARDER = "lng", "nlng"
-"""Methods whose error is hardly but that of tracks that are lost for long."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +103,8 @@ class Scene:
         points: Corners that were followed.
         mixed: How many of them are mismatched now and then.
         mismatched: Share of all measurements that are mismatched.
-        errors: By method, "raw" for the measurements: as in `TABLE`; all methods are smoothed.
+        errors: By method, "raw" for the measurements: error of mixed tracks, and of their mismatched and clean frames,
+            px; all methods are smoothed.
     """
 
     points: int
@@ -143,51 +115,36 @@ class Scene:
 
 def pictures(pool: Pool, full: bool) -> list[Finding]:
     """Errors of corners on the simulated sequence, measured and smoothed by each filter."""
-    scenes = pool.map(scene, range(MANY if full else FEW))
+    seeds = range(MANY if full else FEW)
+    scenes = pool.runs(measure, [recipe("trajectories", "lg", seed=seed, frames=FRAMES) for seed in seeds])
     wider = 1.0 if full else QUICK_WIDER
-    findings = [
-        _compare(what, float(np.mean([getattr(one, name) for one in scenes])), reference, wider)
-        for what, name, reference in (
-            ("followed", "points", POINTS),
-            ("mixed tracks", "mixed", MIXED),
-            ("share of mismatches", "mismatched", MISMATCHED),
-        )
-    ]
-    for name, references in TABLE.items():
-        means = np.mean([one.errors[name] for one in scenes], axis=0)
+    counts = {
+        "followed": np.mean([one.points for one in scenes]),
+        "mixed tracks": np.mean([one.mixed for one in scenes]),
+        "share of mismatches": np.mean([one.mismatched for one in scenes]),
+    }
+    findings = REFERENCES.judge_all("scene", counts, wider=wider)
+    for name, stated in REFERENCES.table("corner-error").items():
+        means = dict(zip(stated, np.mean([one.errors[name] for one in scenes], axis=0), strict=True))
         title = "measured" if name == "raw" else f"{name} smoothed"
-        findings += [
-            _compare(
-                f"{title}, {what}, px",
-                float(mean),
-                reference,
-                wider,
-                known=HARD if name in HARDER and what == MISMATCHES else "",
-            )
-            for what, mean, reference in zip(WHAT, means, references, strict=True)
-        ]
-    orders = [tuple(one.errors[name][0] for name in TABLE) for one in scenes]
-    ordered = float(np.mean([sorted(order, reverse=True) == list(order) for order in orders]))
+        findings += REFERENCES.judge_all("corner-error", means, name, wider=wider, title=title)
+    orders = [[one.errors[name][0] for name in ("raw", *METHODS)] for one in scenes]
+    ordered = np.mean([sorted(order, reverse=True) == order for order in orders])
     if pool.folder is not None:
         (pool.folder / "trajectories-search.png").write_bytes(png(search_figure()))
-    statement = "corners: scenes in which each of measured, lg, lng and nlng is better than the one before (share)"
-    return [
-        *findings,
-        claim(statement, ordered, holds=ordered >= 0.75, source=SOURCE),
-        not_run("corners: on a recording, each filter is better than the measured track", NO_RECORDING),
-    ]
+    return [*findings, REFERENCES.judge("corner-order", ordered), REFERENCES.not_run("recording")]
 
 
-def _compare(what: str, ours: float, reference: float, wider: float, *, known: str = "") -> Finding:
-    ground = PROTOCOL if wider == 1.0 else FEWER
-    allowed = QUARTER * wider * reference
-    return compare(f"corners: {what}", ours, reference, allowed, SOURCE, known=known, ground=ground)
-
-
-def scene(seed: int) -> Scene:
-    """Follow the corners of a scene by block matching, filter and smooth them, and compare with the truth."""
-    measured, truth = _follow(seed)
-    settings = Settings(noise=3.0, drive=1.0, lag=25, count=2000, seed=seed)
+def measure(run: Run) -> Scene:
+    """Compare the matches of a run, and what each filter smooths of them, with the truth."""
+    if not isinstance(run.source, CornerSource):
+        raise TypeError("corners are followed on the scene of pictures")
+    points, first, matches, paths = run.source.points_px, np.zeros(len(run.source.points_px), np.int64), [], []
+    for step in run:
+        matches.append(step.state.raw[0])
+        paths.append(step.frame.target.motion.path(points, step.frame.index, first))  # type: ignore[union-attr]
+    measured, truth = np.array(matches), np.array(paths)
+    settings = Settings(noise=3.0, drive=1.0, lag=25, count=2000, seed=run.seed)
     found = {"raw": measured} | {method: follow(method, measured, settings).smoothed for method in METHODS}
     far = _distances(measured, truth) > FAR_PX
     shares = far.mean(axis=0)
@@ -200,41 +157,16 @@ def scene(seed: int) -> Scene:
     return Scene(measured.shape[1], int(mixed.sum()), float(far.mean()), errors)
 
 
-def _follow(seed: int) -> tuple[Floats, Floats]:
-    """Return measured and true positions (frames, K, 2), px."""
-    parameters, matching = CornerSceneParameters(), CornerParameters()
-    source, history = CornerSource(seed, parameters), History(((0, parameters),))
-    first = np.zeros(len(source.points_px), np.int64)
-    state, positions = None, source.points_px
-    measured, truths = [], []
-    for index in range(FRAMES):
-        frame = source.frame(index, history)
-        if frame.image_rgb is None:
-            raise RuntimeError("the scene is made of pictures")
-        if state is None:
-            state, positions = corners.begin(frame.image_rgb, matching, source.points_px)
-        else:
-            state, positions = corners.follow(state, frame.image_rgb, matching, index)
-        measured.append(positions)
-        truths.append(source.motion(index, history).path(source.points_px, index, first))
-    return np.array(measured), np.array(truths)
+def _distances(one: Floats, other: Floats) -> Floats:
+    return np.asarray(np.hypot(*np.moveaxis(one - other, -1, 0)))
 
 
 def search_figure() -> NDArray[np.uint8]:
     """Draw the preset's frame in which the light jumps, beside how its selected corner is looked for."""
-    experiment = find("trajectories")
-    (preset,) = (each for each in experiment.presets if each.name == "lattice")
-    timeline = (Change(0, dict(preset.parameters)),)
-    run = Run(experiment, experiment.simulate(), tracker=preset.tracker, frames=JUMP + 1, timeline=timeline)
-    for step in run:
-        if step.frame.index == JUMP:
-            drawing = experiment.draw(step, run.diagnostics)
+    run = begin(preset_recipe("trajectories", "lattice").model_copy(update={"seed": 0}))
+    drawing = run.experiment.draw(run.seek(JUMP), run.diagnostics)
     worlds = tuple(each for each in drawing.worlds if each.world.name == "search")
     return render_beside(replace(drawing, worlds=worlds), scale=1.5)
-
-
-def _distances(one: Floats, other: Floats) -> Floats:
-    return np.asarray(np.hypot(*np.moveaxis(one - other, -1, 0)))
 
 
 # Section 5.1: errors on the simulated track, and the likelihood of the scales of the noise. What they say: where
@@ -244,74 +176,35 @@ def _distances(one: Floats, other: Floats) -> Floats:
 # "mean squared errors" are sqrt(sum |e|^2) / N. One figure, the smoothed error of the Kalman filter, agrees with no
 # reading; an exact smoother is better than that.
 
-TRACKS_SOURCE = "Ichimura and Ikoma 2000, table 1; reference implementation"
-LIKELIHOOD = "Ichimura and Ikoma 2000, section 5.1; reference implementation"
-READING = "reference implementation"
-CHECK = "reference implementation: particles under Gaussian noise"
-
-LEARNED_LATE = (
-    "scales have no noise and begin too wide, so that a smoother of 25 frames cannot undo what the first "
-    "frames cost; the reference is behind by as much, 0.021"
-)
-
 TRACKS_METHODS: tuple[tuple[Method, float], ...] = (("lg", 10.0), ("lng", 1.0), ("nlng", 3.0))
 """With the sigma^2 that is given to each in section 5.1; tau^2 is 1."""
 
 RUNS = 101
-TRACKS_TABLE: dict[str, tuple[float, float, float, float]] = {
-    "lg": (0.338, 0.224, 0.0005, 0.0005),
-    "lng": (0.134, 0.108, 0.02, 0.008),
-    "nlng": (0.158, 0.129, 0.025, 0.015),
-}
-"""Errors filtered and smoothed, medians over the runs, and how far they may be from that."""
-
-ENSEMBLE: dict[str, tuple[float, float]] = {"lg": (0.321, 0.192), "lng": (0.164, 0.122), "nlng": (0.188, 0.140)}
-"""Medians over data sets whose likelihood has its maximum where Ichimura and Ikoma report it."""
-SCATTER = 0.025
-"""Of a median of 60 data sets, three standard deviations of that of the self-organising filter."""
-
 OUTLIERS: Ints = np.arange(15, 100, 15)
-AT_OUTLIERS = {
-    "lg": (6.7, 0.5, 21.7, 2.1, 1.4, 12.3),
-    "lng": (1.6, 0.6, 1.5, 2.3, 2.4, 1.5),
-    "nlng": (1.5, 0.6, 1.5, 2.4, 1.9, 1.4),
-}
-"""Median errors at the six frames with outliers, px."""
-ROUNDED = 0.05 + 1e-9
-
-LAWS = (0.62, 0.54)
-"""sigma^2 and tau^2 that the self-organising filter ends with, px^2, medians."""
-
-EXACT_DIFFERENCES = {500: (0.21, 0.58), 2000: (0.09, 0.31), 8000: (0.05, 0.17)}
-"""Of particles and the Kalman filter, filtered and smoothed, px, by the number of particles."""
-ELEVEN = "this project: as far as eleven runs of so few particles scatter"
+SIDES = "filtered", "smoothed"
 
 
 def errors(pool: Pool, full: bool) -> list[Finding]:
     """Table 1 on the reference track, the likelihood, and the particles beside the exact filter."""
-    found = dict(zip(TRACKS_TABLE, pool.map(_runs, TRACKS_METHODS), strict=True))
-    table = {name: _medians(one) for name, one in found.items()}
-    findings = [finding for name in TRACKS_TABLE for finding in _compare_tracks(name, table[name])]
+    outcomes = pool.map(_runs, TRACKS_METHODS)
+    found: dict[str, Smoothed] = {name: one for (name, _), one in zip(TRACKS_METHODS, outcomes, strict=True)}
+    table = {name: dict(zip(SIDES, _medians(one), strict=True)) for name, one in found.items()}
+    findings = [one for name, medians in table.items() for one in REFERENCES.judge_all("error", medians, name)]
     findings += _orderings(table)
     for name, one in found.items():
         off = np.linalg.norm(one.filtered - TRUE_PATH[:, None], axis=2)[OUTLIERS]
-        for frame, errors_px, reference in zip(OUTLIERS, off, AT_OUTLIERS[name], strict=True):
-            row = f"trajectories: {name}, error at the outlier in frame {frame}, px"
-            allowed = ROUNDED if name == "lg" else ROUNDED + _three_errors_of_median(errors_px)
-            findings.append(compare(row, float(np.median(errors_px)), reference, allowed, TRACKS_SOURCE, ground=TRIALS))
+        for frame, errors_px in zip(OUTLIERS.tolist(), off, strict=True):
+            more = 0.0 if name == "lg" else _three_errors_of_median(errors_px)
+            findings.append(REFERENCES.judge("outlier", np.median(errors_px), name, frame, more=more, ground="trials"))
     findings += _laws(found["nlng"])
-    methods: tuple[Method, ...] = ("lg", "lng")
-    surfaces = pool.map(_surface, methods)
-    findings += [
-        _maximum("lg", surfaces[0], (10.0, 1.0), LIKELIHOOD),
-        _maximum("lng", surfaces[1], (1.0, 1.0), LIKELIHOOD),
-        *_beside_the_exact(pool, full),
-    ]
+    surfaces: dict[str, Floats] = dict(zip(METHODS[:2], pool.map(_surface, METHODS[:2]), strict=True))
+    findings += [_maximum("lg", surfaces["lg"], (10.0, 1.0)), _maximum("lng", surfaces["lng"], (1.0, 1.0))]
+    findings += _beside_the_exact(pool, full)
     if full:
         findings += [*_readings(pool), *_ensemble(pool)]
     if pool.folder is not None:
-        for name, figure in draw(found, dict(zip(("lg", "lng"), surfaces, strict=True))).items():
-            save(figure, pool.folder / f"{name}.png", name)
+        for title, figure in draw(found, surfaces).items():
+            save(figure, pool.folder / f"{title}.png", title)
     return findings
 
 
@@ -331,48 +224,24 @@ def _runs(item: tuple[Method, float]) -> Smoothed:
     return follow(method, np.repeat(REFERENCE_PX[:, None], 1 if method == "lg" else RUNS, axis=1), Settings(noise, 1.0))
 
 
-def _medians(found: Smoothed, truth: Floats = TRUE_PATH) -> tuple[float, float]:
-    filtered, smoothed = (track_error(one, truth[:, None]) for one in (found.filtered, found.smoothed))
+def _medians(found: Smoothed) -> tuple[float, float]:
+    filtered, smoothed = (track_error(one, TRUE_PATH[:, None]) for one in (found.filtered, found.smoothed))
     return float(np.median(filtered)), float(np.median(smoothed))
 
 
-def _compare_tracks(name: str, ours: tuple[float, float]) -> list[Finding]:
-    *references, of_filtered, of_smoothed = TRACKS_TABLE[name]
+def _orderings(table: Mapping[str, Mapping[str, float]]) -> list[Finding]:
+    lg, lng, nlng = (table[name] for name in METHODS)
+    gains = {
+        "Cauchy noise beats Gaussian, filtered": lg["filtered"] - lng["filtered"],
+        "Cauchy noise beats Gaussian, smoothed": lg["smoothed"] - lng["smoothed"],
+        "self-organising beats Gaussian, filtered": lg["filtered"] - nlng["filtered"],
+        "self-organising beats Gaussian, smoothed": lg["smoothed"] - nlng["smoothed"],
+        "the best scales beat learned ones, filtered": nlng["filtered"] - lng["filtered"],
+    }
     return [
-        compare(f"trajectories: {name}, {what}, error E", value, reference, tolerance, TRACKS_SOURCE, ground=PROTOCOL)
-        for what, value, reference, tolerance in zip(
-            ("filtered", "smoothed"), ours, references, (of_filtered, of_smoothed), strict=True
-        )
-    ]
-
-
-def _orderings(table: dict[str, tuple[float, float]]) -> list[Finding]:
-    (lg, lng, nlng) = (table[name] for name in TRACKS_TABLE)
-    gains = [
-        ("Cauchy noise beats Gaussian, filtered (gain)", lg[0] - lng[0]),
-        ("Cauchy noise beats Gaussian, smoothed (gain)", lg[1] - lng[1]),
-        ("self-organising beats Gaussian, filtered (gain)", lg[0] - nlng[0]),
-        ("self-organising beats Gaussian, smoothed (gain)", lg[1] - nlng[1]),
-        ("the best scales beat learned ones, filtered (gain)", nlng[0] - lng[0]),
-    ]
-    rows = [claim(f"trajectories: {text}", gain, holds=gain > 0.0, source=TRACKS_SOURCE) for text, gain in gains]
-    behind = nlng[1] - lng[1]
-    statement = "trajectories: learned scales are as good as the best ones, smoothed (behind by at most 0.008)"
-    rows.append(
-        claim(statement, behind, holds=behind <= TRACKS_TABLE["lng"][3], source=TRACKS_SOURCE, known=LEARNED_LATE)
-    )
-    statement = "trajectories: lg, smoothed, error E as published"
-    return [
-        *rows,
-        compare(
-            statement,
-            lg[1],
-            0.277,
-            0.02,
-            TRACKS_SOURCE,
-            ground=CHOSEN,
-            known=Unexplained("no reading of the paper gives it; an exact smoother is better"),
-        ),
+        *REFERENCES.judge_all("gain", gains),
+        REFERENCES.judge("learned-late", nlng["smoothed"] - lng["smoothed"]),
+        REFERENCES.judge("as-published", lg["smoothed"]),
     ]
 
 
@@ -383,27 +252,17 @@ def _laws(found: Smoothed) -> list[Finding]:
         raise TypeError("a filter that learns has particles")
     laws = [belief.laws(track) for track in range(RUNS)]
     ends = np.exp([[logs_mode(logs, shares) for logs in values.T] for values, shares in filter(None, laws)])
-    return [
-        compare(
-            f"trajectories: nlng, {name} at the end, px²",
-            float(np.median(ends[:, place])),
-            reference,
-            0.2,
-            TRACKS_SOURCE,
-            ground=CHOSEN,
-        )
-        for place, (name, reference) in enumerate(zip(("σ²", "τ²"), LAWS, strict=True))
-    ]
+    return REFERENCES.judge_all("law", dict(zip(("σ²", "τ²"), np.median(ends, axis=0)[:2], strict=True)))
 
 
 def _surface(method: Method) -> Floats:
     return likelihood_surface(method, REFERENCE_PX, Settings())
 
 
-def _maximum(name: str, surface: Floats, best: tuple[float, float], source: str) -> Finding:
+def _maximum(name: str, surface: Floats, best: tuple[float, float]) -> Finding:
     noise, drive = (1.0 + float(place) for place in np.unravel_index(surface.argmax(), surface.shape))
-    statement = f"trajectories: {name}, most likely at σ² = {best[0]:g}, τ² = {best[1]:g} (ours: σ², at τ² = {drive:g})"
-    return claim(statement, noise, holds=(noise, drive) == best, source=source)
+    holds, words = (noise, drive) == best, {"noise": best[0], "drive": best[1], "ours_drive": drive}
+    return REFERENCES.judge("likely", noise, name, holds=holds, **words)
 
 
 def _clean() -> Floats:
@@ -413,15 +272,12 @@ def _clean() -> Floats:
 
 
 def _beside_the_exact(pool: Pool, full: bool) -> list[Finding]:
-    counts = tuple(EXACT_DIFFERENCES) if full else (500, 2000)
+    counts = (500, 2000, 8000) if full else (500, 2000)
     findings = []
-    for count, ours in zip(counts, pool.map(_difference, counts), strict=True):
-        for what, value, reference in zip(("filtered", "smoothed"), ours, EXACT_DIFFERENCES[count], strict=False):
-            row = f"trajectories: Gaussian noise, {what} from the exact, {count} particles, px"
-            findings.append(compare(row, value, reference, 0.3 * reference, CHECK, ground=ELEVEN))
-        allowed, ground = (0.2, PROTOCOL) if count == 8000 else (1.0, ELEVEN)
-        row = f"trajectories: Gaussian noise, log likelihood less the exact, {count} particles"
-        findings.append(compare(row, ours[2], 0.0, allowed, CHECK, ground=ground))
+    for count, (filtered, smoothed, likelihood) in zip(counts, pool.map(_difference, counts), strict=True):
+        findings += REFERENCES.judge_all("exact", {"filtered": filtered, "smoothed": smoothed}, count)
+        ground = "stated" if count == 8000 else "eleven"
+        findings.append(REFERENCES.judge("exact-likelihood", likelihood, count, ground=ground))
     return findings
 
 
@@ -463,32 +319,14 @@ def _best_pair(trial: Trial) -> tuple[int, int]:
 
 def _readings(pool: Pool) -> list[Finding]:
     """By which reading of "scale 50" the likelihood has its maximum where it was reported."""
-    count = 1000
-    shares = []
-    for scale, corner in ((2500.0, True), (50.0, False)):
-        pairs = pool.map(_best_pair, [Trial(seed, scale) for seed in range(count)])
-        if corner:
-            shares.append(np.mean([pair == (20, 20) for pair in pairs]))
-        else:
-            shares.append(np.mean([abs(noise - 10) <= 2 and drive == 1 for noise, drive in pairs]))
-    literal, root = (float(share) for share in shares)
+    literal, root = (
+        np.array(pool.map(_best_pair, [Trial(seed, scale) for seed in range(1000)])) for scale in (2500.0, 50.0)
+    )
+    corner = (literal == 20).all(axis=1).mean()
+    near = ((np.abs(root[:, 0] - 10) <= 2) & (root[:, 1] == 1)).mean()
     return [
-        compare(
-            "trajectories: scale 50 px, data sets with the best pair in the corner",
-            literal,
-            0.93,
-            0.08,
-            READING,
-            ground=CHOSEN,
-        ),
-        compare(
-            "trajectories: scale √50 px, data sets with the best pair near (10, 1)",
-            root,
-            0.11,
-            0.1,
-            READING,
-            ground=CHOSEN,
-        ),
+        REFERENCES.judge("reading", corner, "50", "in the corner"),
+        REFERENCES.judge("reading", near, "√50", "near (10, 1)"),
     ]
 
 
@@ -503,11 +341,8 @@ def _ensemble(pool: Pool) -> list[Finding]:
         first += size
     findings = []
     for method, noise in TRACKS_METHODS:
-        outcomes = np.array(pool.map(partial(_trial_errors, method, noise), chosen[:60]))
-        medians = np.median(outcomes, axis=0)
-        for what, value, reference in zip(("filtered", "smoothed"), medians, ENSEMBLE[method], strict=True):
-            row = f"trajectories: {method}, {what}, error E, median of 60 data sets"
-            findings.append(compare(row, float(value), reference, SCATTER, TRACKS_SOURCE, ground=CHOSEN))
+        medians = np.median(pool.map(partial(_trial_errors, method, noise), chosen[:60]), axis=0)
+        findings += REFERENCES.judge_all("ensemble", dict(zip(SIDES, medians, strict=True)), method)
     return findings
 
 

@@ -16,11 +16,10 @@ from pftrack.core.model.preset import CAUSES, CauseId
 from pftrack.core.model.recipe import Recipe
 from pftrack.core.model.series import Series
 from pftrack.experiments import find
-from pftrack.reproduce.diagnosis.conditions import CONDITIONS
-from pftrack.reproduce.diagnosis.confusion import without_truth
+from pftrack.reproduce.diagnosis import conditions, without_truth
 from pftrack.runs.run import Run
 
-LINKAGE = {condition.name: condition for condition in CONDITIONS if condition.experiment == "linkage"}
+LINKAGE = {condition.name: condition for condition in conditions() if condition.experiment == "linkage"}
 CALM: dict[str, Value] = {"occlusion_width_px": 0, "distracter_radius_px": 0, "process_noise_px": 6}
 
 
@@ -220,7 +219,7 @@ def test_a_cloud_that_grows_to_what_is_usual_follows_nothing_else() -> None:
 
 def test_an_estimate_comes_to_the_edge_a_little_later_than_the_target() -> None:
     """Without the truth, what is no longer seen just before the estimate leaves the picture has left it as well."""
-    (edge,) = (one for one in CONDITIONS if one.name == "beyond the edge")
+    (edge,) = (one for one in conditions() if one.name == "beyond the edge")
     found = unaided(finished(edge.draw(7)[0]))
     assert [sign.cause for sign in found.signs][:1] == ["target-not-in-the-picture"]
     assert found.signs[0].since == 35

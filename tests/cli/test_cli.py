@@ -76,17 +76,18 @@ def test_reproduce_sets_ours_beside_the_reference(
 ) -> None:
     """`reproduce --json` gives one list of findings, people get a table, and one that is off ends with status 1."""
     from pftrack import reproduce
-    from pftrack.reproduce.finding import PROTOCOL, compare
+    from pftrack.reproduce.finding import GROUNDS, Statement
 
+    stated = Statement(result="mean", source="made up", reference=2.0, tolerance=0.1, ground="stated")
     monkeypatch.setitem(
         reproduce.RESULTS,
         "one-step",
-        lambda _pool, _full: [compare("mean", ours, 2.0, 0.1, "made up", ground=PROTOCOL)],
+        reproduce.Result(lambda _pool, _full: [stated.judge(ours)], 0.0, 0.0),
     )
     ended, out, err = call("reproduce", "one-step", "--json")
     first, *others = json.loads(out)
     expected = {"result": "mean", "ours": ours, "reference": 2.0, "tolerance": 0.1, "source": "made up", "reason": ""}
-    expected |= {"ground": PROTOCOL, "timed": False, "explained": False}
+    expected |= {"ground": GROUNDS["stated"], "timed": False, "explained": False}
     assert (ended, first) == (code, expected | {"verdict": verdict, "known": False})
     assert {other["verdict"] for other in others} == {"not run"}
     assert err.startswith(f"pftrack: 1 {verdict}, ")

@@ -5,10 +5,9 @@ import pytest
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.recipe import Recipe
 from pftrack.experiments import find
-from pftrack.reproduce.diagnosis.conditions import CONDITIONS
-from pftrack.reproduce.diagnosis.confusion import CELL, UNAIDED_CELL, Judgement, findings_of, judge_draw
+from pftrack.reproduce.diagnosis import REFERENCES, Judgement, conditions, findings_of, judge_draw
 
-BY_NAME = {condition.name: place for place, condition in enumerate(CONDITIONS) if condition.experiment == "ball"}
+BY_NAME = {condition.name: place for place, condition in enumerate(conditions()) if condition.experiment == "ball"}
 
 
 def check(recipe: Recipe) -> None:
@@ -22,7 +21,7 @@ def check(recipe: Recipe) -> None:
 
 def test_all_that_is_drawn_can_be_run_and_is_drawn_alike_again() -> None:
     """Every condition's values are parameters within their bounds; both runs have one seed, and differ in the flaw."""
-    for condition in CONDITIONS:
+    for condition in conditions():
         for number in (0, 1, condition.numbers[-1]):
             flawed, base = condition.draw(number)
             assert (flawed, base) == condition.draw(number)
@@ -34,7 +33,7 @@ def test_all_that_is_drawn_can_be_run_and_is_drawn_alike_again() -> None:
 
 def test_half_of_the_draws_are_kept_aside() -> None:
     """As many have odd numbers as even ones, and none of these has been counted under an earlier form of the study."""
-    for condition in CONDITIONS:
+    for condition in conditions():
         odd = [number for number in condition.numbers if number % 2]
         assert len(condition.numbers) == len(set(condition.numbers)) == condition.draws == 2 * len(odd)
         assert min(odd) > 2000
@@ -43,7 +42,7 @@ def test_half_of_the_draws_are_kept_aside() -> None:
 @pytest.mark.parametrize("name", ["wide pillar", "few particles", "things of its colour", "beyond the edge"])
 def test_what_was_put_there_is_told(name: str) -> None:
     """One draw of each: it is lost with the flaw, held without it, and the diagnosis names the flaw, truth or none."""
-    cause = CONDITIONS[BY_NAME[name]].cause
+    cause = conditions()[BY_NAME[name]].cause
     said = judge_draw((BY_NAME[name], 2))
     assert said is not None
     assert said[:2] == (cause, cause)
@@ -58,7 +57,7 @@ def test_a_run_that_the_flaw_does_not_lose_does_not_count() -> None:
 def test_runs_kept_aside_are_counted_apart() -> None:
     """Shares and cells are of the draws with odd numbers, with the truth and without it; one that holds counts not."""
     place = BY_NAME["wide pillar"]
-    cause, other = CONDITIONS[place].cause, "look-alike-capture"
+    cause, other = conditions()[place].cause, "look-alike-capture"
     said = [
         Judgement(cause, cause, calm_aided=False, calm_unaided=False),
         Judgement(cause, other, calm_aided=True, calm_unaided=False),
@@ -72,5 +71,6 @@ def test_runs_kept_aside_are_counted_apart() -> None:
     assert found["diagnosis without truth: runs kept aside that are told right (share)"] == 0
     assert found["diagnosis: runs kept aside that hold, and of which nothing is said (share)"] == 1
     assert found["diagnosis without truth: runs kept aside that hold, and of which nothing is said (share)"] == 0
-    assert found[CELL.format("occlusion longer than memory", "look-alike capture")] == 1
-    assert found[UNAIDED_CELL.format("occlusion longer than memory", "unclear")] == 1
+    cell, unaided = (REFERENCES.statements[name].result for name in ("cell", "unaided-cell"))
+    assert found[cell.format("occlusion longer than memory", "look-alike capture")] == 1
+    assert found[unaided.format("occlusion longer than memory", "unclear")] == 1

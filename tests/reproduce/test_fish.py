@@ -4,23 +4,28 @@ import numpy as np
 import pytest
 
 from pftrack.experiments.fish.trackers import GUIDANCE
-from pftrack.reproduce.fish import trials
-from pftrack.reproduce.fish.success import COUNTS, TABLE, VARIANTS, VARIED, draw
-from pftrack.reproduce.fish.trials import (
+from pftrack.reproduce.fish import (
+    COUNTS,
+    REFERENCES,
+    VARIANTS,
+    VARIED,
     Clip,
     Condition,
     Successes,
+    draw,
     follow,
     learn_from_tracks,
     learn_from_truth,
     track_training_clip,
 )
 
+TRACKERS = "ordinary", "guided"
+
 
 @pytest.mark.slow
 def test_more_particles_follow_more_fish_and_guided_ones_need_fewer() -> None:
     """On one lively clip, two runs: guided with 500 holds both fish, ordinary with 100 does not."""
-    few, guided = (Condition(name, (("sample_count", count),)) for name, count in (("ordinary", 100), ("guided", 500)))
+    few, guided = Condition("ordinary", 100), Condition("guided", 500)
     outcomes = follow((Clip(204, True), (few, guided), 2))
     assert outcomes[1].successes.all()
     assert outcomes[0].successes.sum() < outcomes[1].successes.sum()
@@ -45,14 +50,15 @@ def test_the_true_motion_is_narrower_than_what_is_learned() -> None:
 
 
 def test_references_are_whole() -> None:
-    """Each column of the reference has a figure for each number of particles."""
-    assert all(len(column) == len(COUNTS) for columns in TABLE.values() for column in columns)
-    assert all(len(column) == len(VARIED) for variant in VARIANTS.values() for column in variant.references)
-    assert trials.LIVELY_TESTS == 9
+    """There is a figure of both sets of clips for each number of particles."""
+    for name, rows, counts in (("successes", TRACKERS, COUNTS), ("variant", tuple(VARIANTS), VARIED)):
+        stated = REFERENCES.table(name)
+        assert (tuple(stated), {tuple(row) for row in stated.values()}) == (rows, {counts})
+        assert {len(columns) for row in stated.values() for columns in row.values()} == {2}
 
 
 def test_the_figure_has_both_methods() -> None:
     """Figures 6 and 7 of Mitsugami et al. 2009: all fish, and the sharp turns."""
-    found = {(tracker, count): Successes(20.0, 5.0, 0.1) for tracker in TABLE for count in COUNTS}
+    found = {(tracker, count): Successes(20.0, 5.0, 0.1) for tracker in TRACKERS for count in COUNTS}
     (figure,) = draw(found).values()
     assert [len(panel.lines) for panel in figure.axes] == [2, 2]

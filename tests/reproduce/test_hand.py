@@ -7,7 +7,7 @@ import pytest
 from pftrack.core.model.preset import Preset
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
-from pftrack.reproduce.hand import RANKINGS, REFERENCE, Outcome, mean, right_figure, steps
+from pftrack.reproduce.hand import MOTIONS, RANKINGS, WIDTHS, Outcome, mean, right_figure, steps
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.run import Run
 
@@ -25,7 +25,7 @@ def test_a_step_changes_as_much_of_the_silhouette_as_is_predicted() -> None:
 def test_the_figure_has_a_panel_for_each_motion_and_bars_for_both_rankings() -> None:
     """Best and any, of one hand kept and of four; the reference's figures are marks."""
     one = Outcome(0.1, 0.1, 0.1, 0.5, 0.75, 0.5, 20.0)
-    figure = right_figure({(*key, ranking): one for key, ranking in product(REFERENCE, RANKINGS)}, REFERENCE)
+    figure = right_figure(dict.fromkeys(product(MOTIONS, WIDTHS, RANKINGS), one))
     assert [panel.get_title() for panel in figure.axes] == ["wrist", "bend", "occlusion"]
     heights = [bar.get_height() for bar in figure.axes[0].patches]
     assert heights == [0.75, 0.75, 0.5, 0.5] * 2

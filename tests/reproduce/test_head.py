@@ -5,15 +5,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pftrack.core.model.parameters import Value, revise
-from pftrack.core.model.recipe import Change
-from pftrack.experiments import find
-from pftrack.experiments.head.appearance import EYE_DISTANCE_PX, eye_distance
-from pftrack.experiments.head.parameters import AS_PUBLISHED
-from pftrack.reproduce.head import pose as head_curves
-from pftrack.reproduce.head.pose import draw
-from pftrack.reproduce.head.trials import Model, Trial, TrialResult, VideoTrials, distance_mm, run_trials
-from pftrack.runs.run import Run
+from pftrack.reproduce.head import (
+    Model,
+    Trial,
+    TrialResult,
+    VideoTrials,
+    curves,
+    distance_mm,
+    draw,
+    run_trials,
+    success_rates,
+)
 
 FAST = 225
 """Frames of the shortest video that the scene can show."""
@@ -40,20 +42,6 @@ def test_trials_do_not_hang_on_what_else_sees_the_video(together: list[TrialResu
     assert (alone.ratios == 1.0).all()
 
 
-def test_a_trial_is_a_run_of_the_experiment(together: list[TrialResult]) -> None:
-    """The trial with the video's own seed is a run of the experiment with templates of Bando's sizes."""
-    head = find("head")
-    scene: dict[str, Value] = {"person": 99, "speed": 4.0}
-    setup = head.simulate()
-    landmarks = setup.open_source(0, revise(setup.parameters, scene)).start.landmarks
-    assert landmarks is not None
-    values = scene | AS_PUBLISHED | {"template_scale": EYE_DISTANCE_PX / eye_distance(landmarks.points_px)}
-    run = Run(head, setup, tracker="pf-asd", timeline=(Change(0, values),), frames=FAST)
-    run.finish()
-    error = np.mean([row.error for row in run.diagnostics[1:]])
-    assert together[0].error_deg == pytest.approx(error, abs=1e-9)
-
-
 def test_the_script_is_seen_whole(together: list[TrialResult]) -> None:
     """The head is turned in 330 of 900 frames, and in a quarter of them four times as fast."""
     assert together[0].turned.sum() == pytest.approx(330 / 4, abs=3)
@@ -68,7 +56,7 @@ def test_drivers_are_as_far_from_the_mean_face_as_the_reference_has_them() -> No
 def test_success_is_counted_below_the_threshold() -> None:
     """A rate is the share of trials whose error on the axis is smaller."""
     courses = [made_up(pitch) for pitch in (1.0, 1.5, 2.0, 2.5)]
-    rates = head_curves.success_rates(courses, 0, np.array([0.5, 1.5, 2.2, 3.0]))
+    rates = success_rates(courses, 0, np.array([0.5, 1.5, 2.2, 3.0]))
     assert rates.tolist() == [0.0, 0.25, 0.75, 1.0]
 
 
@@ -80,7 +68,7 @@ def test_a_curve_is_compared_by_its_place() -> None:
     }
     moved = {model: [made_up(float(one.errors_deg[0]) - 0.5) for one in all_] for model, all_ in as_reference.items()}
     for given, wanted in ((as_reference, 0.0), (moved, 0.25)):
-        findings = {finding.result: finding for finding in head_curves.curves(given)}
+        findings = {finding.result: finding for finding in curves(given)}
         pitch = findings["head: success curve of pitch, mean model, by how much it lies elsewhere, degrees"]
         assert pitch.ours == pytest.approx(wanted, abs=0.02)
         assert pitch.verdict == "reproduced"
@@ -88,7 +76,7 @@ def test_a_curve_is_compared_by_its_place() -> None:
 
 def test_a_curve_that_is_far_off_fails() -> None:
     """Errors of five degrees are no success within three."""
-    findings = head_curves.curves({"mean": [made_up(5.0)] * 20, "individual": [made_up(1.45)] * 20})
+    findings = curves({"mean": [made_up(5.0)] * 20, "individual": [made_up(1.45)] * 20})
     assert any(finding.fails for finding in findings if "pitch, mean" in finding.result)
 
 

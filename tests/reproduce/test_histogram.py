@@ -1,7 +1,6 @@
 """What is claimed for a window by its colours, on few runs, and its figures."""
 
-from pftrack.reproduce.histogram.table import draw
-from pftrack.reproduce.histogram.trials import Case, Outcome, runs
+from pftrack.reproduce.histogram import Case, Outcome, draw, runs
 
 
 def test_lambda_and_velocity_decide() -> None:
@@ -14,5 +13,5 @@ def test_lambda_and_velocity_decide() -> None:
 def test_figures_are_drawn() -> None:
     """Success over particles and over lambda, of the rows that were computed."""
     rows = {"N = 25": [Outcome(0.5, 2.0)], "N = 300": [Outcome(1.0, 2.0)], "lambda = 200": [Outcome(0.0, 9.0)]}
-    found = draw(rows, dict.fromkeys(rows, (1.0,)), (0,))
+    found = draw(rows, (0,))
     assert list(found) == ["histogram-success-by-particles", "histogram-success-by-lambda"]

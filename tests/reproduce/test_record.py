@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from pftrack.reproduce import RESULTS, is_older, reproduce
-from pftrack.reproduce.finding import PROTOCOL, Finding, Form, Record, claim, compare, read_record
-from pftrack.reproduce.pool import Pool
+from pftrack.reproduce import RESULTS, Finding, Pool, Record, Result, is_older, read_record, record, reproduce
+from pftrack.reproduce.finding import Statement
+from pftrack.reproduce.record import Form
 
 NAMES = ("one-step", "hand-steps")
 
@@ -22,10 +22,11 @@ def computed(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, bool]]:
             told.append((name, full))
             return [found]
 
-        monkeypatch.setitem(RESULTS, name, compute)
+        monkeypatch.setitem(RESULTS, name, Result(compute, 0.0, 0.0))
 
-    made_up(NAMES[0], compare("a", float("nan"), 1.0, 0.1, "here", ground=PROTOCOL, known="why"))
-    made_up(NAMES[1], claim("b", 1.0, holds=True, source="here"))
+    unknown = Statement(result="a", source="here", reference=1.0, tolerance=0.1, ground="stated", known="why")  # type: ignore[arg-type]
+    made_up(NAMES[0], unknown.judge(float("nan")))
+    made_up(NAMES[1], Statement(result="b", source="here", least=1.0).judge(1.0))
     return told
 
 
@@ -64,12 +65,12 @@ def test_a_result_of_older_sources_is_computed_again(
     before: Form, asked: bool, again: bool, computed: list[tuple[str, bool]], tmp_path: Path
 ) -> None:
     """It is older than the code until then; a full one stays where a quick one is asked for."""
-    record, (name, _) = Record(tmp_path / "record.json", "one"), NAMES
-    record.keep(name, before, [], sources="of another day", pieces=1, seconds=0.0)
-    assert is_older(name, read_record(record.path)[name])
-    reproduce([name], full=asked, record=record)
+    kept, (name, _) = Record(tmp_path / "record.json", "one"), NAMES
+    kept.keep(name, before, [], sources="of another day", pieces=1, seconds=0.0)
+    assert is_older(name, read_record(kept.path)[name])
+    reproduce([name], full=asked, record=kept)
     assert computed == [(name, asked)] * again
-    assert is_older(name, read_record(record.path)[name]) is not again
+    assert is_older(name, read_record(kept.path)[name]) is not again
 
 
 @pytest.mark.parametrize("text", ["", "[]", '{"results": {"a": {}}}', json.dumps({"results": {"a": {"form": 1}}})])
@@ -77,6 +78,55 @@ def test_another_file_is_refused(text: str, tmp_path: Path) -> None:
     """A file that is no record is not written over."""
     path = tmp_path / "record.json"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(ValueError, match="no record of reproduced results"):
+    with pytest.raises(ValueError, match="is not a record of reproduced results"):
         Record(path, "one")
     assert path.read_text(encoding="utf-8") == text
+
+
+def names_of(result: str) -> set[str]:
+    found = record.list_sources(RESULTS[result].compute.__module__)
+    return {path.relative_to(record.ROOT).as_posix() for path in found}
+
+
+@pytest.mark.parametrize(
+    ("result", "inside", "outside"),
+    [
+        (
+            "occlusion",
+            ("reproduce/ball", "experiments/ball/model", "experiments/ball/experiment"),
+            "experiments/hand",
+        ),
+        ("hand", ("reproduce/hand", "experiments/hand/likelihood", "experiments/hand/experiment"), "experiments/ball"),
+        ("diagnosis", ("analysis/diagnosis/weights", "experiments/ball/experiment"), "teaching"),
+    ],
+)
+def test_a_result_depends_on_what_it_imports(result: str, inside: tuple[str, ...], outside: str) -> None:
+    """Its tracker and its experiment are among its sources, those of other studies are not."""
+    found = names_of(result)
+    assert {f"pftrack/{name}.py" for name in inside} <= found
+    assert [name for name in found if name.startswith(f"pftrack/{outside}/")] == []
+
+
+def test_data_beside_the_code_count() -> None:
+    """What a tracker has learned is among the sources, and so is what is stated of the study, but not of others."""
+    found = names_of("fish")
+    assert {"pftrack/experiments/fish/learned.json", "pftrack/reproduce/fish.yaml"} <= found
+    assert "pftrack/reproduce/diagnosis_conditions.yaml" in names_of("diagnosis")
+    assert "pftrack/reproduce/hand.yaml" not in found
+
+
+def test_a_change_anywhere_below_changes_the_hash(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A study has another hash when a module that it imports by way of another does; one beside them does not count."""
+    monkeypatch.setattr(record, "ROOT", tmp_path)
+    folder = tmp_path / "pftrack"
+    folder.mkdir()
+    texts = {"study": "from pftrack import middle", "middle": "import pftrack.below", "below": "", "beside": ""}
+    for name, text in texts.items():
+        (folder / f"{name}.py").write_text(text, encoding="utf-8")
+    hashes = []
+    for changed in ("", "beside", "below"):
+        if changed:
+            (folder / f"{changed}.py").write_text("ANYTHING = 1", encoding="utf-8")
+        record.hash_sources.cache_clear()
+        hashes.append(record.hash_sources("pftrack.study"))
+    assert hashes[0] == hashes[1] != hashes[2]

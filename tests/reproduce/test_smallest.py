@@ -7,9 +7,7 @@ from typing import TypeVar
 
 import pytest
 
-from pftrack.reproduce import RESULTS, trajectories
-from pftrack.reproduce.ball import occlusion, study
-from pftrack.reproduce.head import pose
+from pftrack.reproduce import RESULTS, ball, head, trajectories
 from pftrack.reproduce.pool import Pool
 from pftrack.sweep import Plan, Result
 from pftrack.sweep.work import compute_chunk
@@ -49,10 +47,10 @@ class FirstPieces(Pool):
 @pytest.fixture(autouse=True)
 def short(monkeypatch: pytest.MonkeyPatch) -> None:
     """A run of the ball has two frames, the head is as fast as may be, and the maps have few cells."""
-    plans = occlusion.plans
-    monkeypatch.setattr(study, "FRAMES", 2)
-    monkeypatch.setattr(pose, "VideoTrials", partial(pose.VideoTrials, frames=225))
-    monkeypatch.setattr(occlusion, "plans", lambda _full: plans(full=False))
+    plans = ball.plans
+    monkeypatch.setattr(ball, "FRAMES", 2)
+    monkeypatch.setattr(head, "VideoTrials", partial(head.VideoTrials, frames=225))
+    monkeypatch.setattr(ball, "plans", lambda _full: plans(full=False))
     monkeypatch.setattr(
         trajectories, "TRACKS_METHODS", trajectories.TRACKS_METHODS[::-1]
     )  # one that is run more than once comes first
@@ -60,14 +58,11 @@ def short(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize("name", RESULTS)
 def test_every_result_runs_in_two_processes(name: str) -> None:
-    """What is computed goes to other processes and comes back, in the full form where there is no quick one.
-
-    On clips there is nothing to compute: nobody has brought any.
-    """
+    """What is computed goes to other processes and comes back, in the full form where there is no quick one."""
     with FirstPieces(2) as pool:
-        findings = RESULTS[name](pool, False)
-        if [one.verdict for one in findings] == ["not run"] and name != "loss-clips":
+        findings = RESULTS[name].compute(pool, False)
+        if [one.verdict for one in findings] == ["not run"]:
             pool.once = True
             with pytest.raises(EnoughError):
-                RESULTS[name](pool, True)
+                RESULTS[name].compute(pool, True)
     assert findings

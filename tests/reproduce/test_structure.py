@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from pftrack.reproduce.structure.shape import draw
-from pftrack.reproduce.structure.trials import Trial, grow, online, run_trial
+from pftrack.reproduce.structure import Trial, draw, grow, online, run_trial
 
 PRISM = [Trial("prism", seed) for seed in range(2)]
 

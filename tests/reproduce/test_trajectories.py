@@ -6,7 +6,8 @@ import pytest
 from pftrack.experiments.trajectories.scene import REFERENCE_PX
 from pftrack.filters.trajectories.whole import Method, Settings, follow, likelihood_surface
 from pftrack.reproduce import trajectories
-from pftrack.reproduce.trajectories import draw
+from pftrack.reproduce.pool import begin, recipe
+from pftrack.reproduce.trajectories import FRAMES, draw
 
 
 def test_the_table_within_the_tolerances_for_few_runs() -> None:
@@ -17,16 +18,15 @@ def test_the_table_within_the_tolerances_for_few_runs() -> None:
         found[method] = follow(
             method, np.repeat(REFERENCE_PX[:, None], count, axis=1), Settings(noise, 1.0, count=1000)
         )
-    table = {name: trajectories._medians(one) for name, one in found.items()}
-    assert [finding.verdict for finding in trajectories._compare_tracks("lg", table["lg"])] == [
-        "reproduced",
-        "reproduced",
-    ]
+    sides = "filtered", "smoothed"
+    table = {name: dict(zip(sides, trajectories._medians(one), strict=True)) for name, one in found.items()}
+    compared = trajectories.REFERENCES.judge_all("error", table["lg"], "lg")
+    assert [finding.verdict for finding in compared] == ["reproduced"] * 2
     # Ichimura and Ikoma's own figure for the smoothed linear filter comes out by no reading.
     assert [finding.verdict for finding in trajectories._orderings(table)][:4] == ["reproduced"] * 4
     assert trajectories._orderings(table)[-1].verdict == "differs"
     surface = likelihood_surface("lg", REFERENCE_PX, Settings())
-    assert trajectories._maximum("lg", surface, (10.0, 1.0), "").verdict == "reproduced"
+    assert trajectories._maximum("lg", surface, (10.0, 1.0)).verdict == "reproduced"
     assert set(draw(found, {"lg": surface})) == {"trajectories-track", "trajectories-likelihood"}
 
 
@@ -39,7 +39,7 @@ def test_the_scale_of_outliers_is_read_as_its_root() -> None:
 
 def test_corners_are_smoothed_in_the_order_of_the_laws() -> None:
     """In a scene of pictures each law of the noise does better than the one before, and than the measurements."""
-    found = trajectories.scene(9)
+    found = trajectories.measure(begin(recipe("trajectories", "lg", seed=9, frames=FRAMES)))
     errors = [found.errors[name][0] for name in ("raw", "lg", "lng", "nlng")]
     assert errors == sorted(errors, reverse=True)
     assert found.points == 60

@@ -12,7 +12,7 @@ from pftrack.experiments.head import trackers as head
 from pftrack.experiments.head.parameters import AS_PUBLISHED
 from pftrack.experiments.head.recording import defaults
 from pftrack.experiments.shared.pose.methods import METHODS, Method
-from pftrack.reproduce.head.turns import Clip, film, watch
+from pftrack.reproduce.head_turns import Clip, film, watch
 from pftrack.vision.likelihoods import separation
 from tests.experiments.head.moving_face import POINTS, begun, frame, grey, memory, parameters, stepped, target
 

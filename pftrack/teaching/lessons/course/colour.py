@@ -11,7 +11,7 @@ from pftrack.runs.run import Run
 from pftrack.teaching.lessons.lesson import Answer, Check, Lesson, Mistake, Outcome, Question, Scenario
 
 if TYPE_CHECKING:
-    from pftrack.reproduce.histogram.likeness import Likenesses
+    from pftrack.reproduce.histogram import Likenesses
 
 
 SCENE, RUNS, LAWNS = 0, 30, 12
@@ -87,7 +87,7 @@ QUESTION = Question(
 
 @cache
 def _likenesses() -> "Likenesses":
-    from pftrack.reproduce.histogram.likeness import likenesses  # noqa: PLC0415 - whoever only reads needs no studies
+    from pftrack.reproduce.histogram import likenesses  # noqa: PLC0415 - whoever only reads needs no studies
 
     return likenesses(SCENE)
 
@@ -97,7 +97,7 @@ def _like(of: "Callable[[Likenesses], float]", exact: float, tolerance: float) -
 
 
 def _success(tracker: str, values: Mapping[str, Value], count: int, exact: float, tolerance: float) -> Outcome:
-    from pftrack.reproduce.histogram.trials import Case, runs  # noqa: PLC0415 - see above
+    from pftrack.reproduce.histogram import Case, runs  # noqa: PLC0415 - see above
 
     return Outcome(runs(Case(SCENE, tracker, values, count)).success, exact, tolerance)
 
@@ -109,7 +109,7 @@ def _walk_wide() -> Outcome:
     four; theirs cannot be drawn again. From lawn to lawn it is anything between none and all, so what can be compared
     is the mean, .39 over their five.
     """
-    from pftrack.reproduce.histogram.trials import Case, runs  # noqa: PLC0415 - see above
+    from pftrack.reproduce.histogram import Case, runs  # noqa: PLC0415 - see above
 
     walk = {**OFF, "process_noise_px": 3}
     return Outcome(fmean(runs(Case(lawn, SIR, walk, 2)).success for lawn in range(LAWNS)), 0.39, 0.25)

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiments.linkage.sets.regions import CENTRE, HIGH, LOW, SHAPE
-from pftrack.reproduce.linkage.regions import values
+from pftrack.reproduce.linkage_regions import values
 
 Array = NDArray[np.float64]
 

@@ -1,7 +1,7 @@
 import numpy as np
 
 from pftrack.experiments.linkage.sets.regions import circumscribe, contract, cut_by_guides, shrink_to_extent
-from pftrack.reproduce.linkage.regions import random_shape, values
+from pftrack.reproduce.linkage_regions import random_shape, values
 
 
 def test_contraction_keeps_every_point_and_is_tight() -> None:

@@ -2,7 +2,7 @@ import numpy as np
 
 from pftrack.experiments.linkage.sets.merging import box_in_ellipsoid, ellipsoid_in_ellipsoid, lies_in
 from pftrack.experiments.linkage.sets.regions import contains, region_of
-from pftrack.reproduce.linkage.regions import random_shape, values
+from pftrack.reproduce.linkage_regions import random_shape, values
 
 
 def test_an_ellipsoid_lies_in_another_if_all_its_points_do() -> None:

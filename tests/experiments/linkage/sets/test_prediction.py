@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from pftrack.experiments.linkage.sets.regions import OUTER, predict
-from pftrack.reproduce.linkage.regions import random_shape, sticks_out
+from pftrack.reproduce.linkage_regions import random_shape, sticks_out
 
 
 def test_the_bound_holds_where_some_coordinates_stay() -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pftrack.experiments.linkage.sets.plane import TRACE, VOLUME, cut, cut_along, volume_ratio
-from pftrack.reproduce.linkage.regions import (
+from pftrack.reproduce.linkage_regions import (
     algebra,
     count_lost_points,
     points_of_both,

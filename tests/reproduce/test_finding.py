@@ -1,0 +1,123 @@
+"""Findings are judged honestly, by statements that are checked when they are read."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pftrack.reproduce import finding
+from pftrack.reproduce.finding import References, Statement, describe_verdicts, not_run
+
+STUDIES = sorted(path for path in Path(finding.__file__).parent.glob("*.yaml") if "conditions" not in path.stem)
+AGAIN = {"known": {"reason": "so it is", "explained": False}}
+
+
+def near(**more: Any) -> Statement:
+    """A reference of 1, with a tolerance of 0.05."""
+    return Statement(result="x", source="here", reference=1.0, tolerance=0.05, ground="stated", **more)
+
+
+def at_least(**more: Any) -> Statement:
+    return Statement(result="x", source="here", least=1.0, **more)
+
+
+def test_findings_are_judged_honestly() -> None:
+    """Outside the tolerance fails, no number fails, and an unconfirmed claim that does not hold differs as is known."""
+    assert near().judge(1.04).verdict == "reproduced"
+    assert near().judge(1.06).fails
+    assert near().judge(math.nan).fails
+    assert near().judge(math.nan).as_dict()["ours"] is None
+    expected = near(known="another scene").judge(1.06)
+    assert (expected.verdict, expected.fails, expected.reason) == ("differs", False, "another scene")
+    assert near(known="another scene").judge(1.04).verdict == "reproduced"
+    assert at_least().judge(0.9).fails
+    assert at_least().judge(math.nan).fails
+    assert not at_least(known="why").judge(0.9).fails
+    assert at_least(known="why").judge(1.0).verdict == "reproduced"
+
+
+def test_better_needs_a_reason_and_a_side() -> None:
+    """A figure on the good side of its tolerance is better, for a stated reason; on the bad side it fails as ever."""
+    higher = near(better="higher", reason="an easier scene")
+    assert (higher.judge(1.2).verdict, higher.judge(1.2).reason) == ("better", "an easier scene")
+    assert higher.judge(0.8).fails
+    assert near(better="lower", reason="an easier scene").judge(0.8).verdict == "better"
+    with pytest.raises(ValueError, match="a reason must be stated"):
+        near(better="higher")
+
+
+def test_an_own_figure_is_not_a_reference() -> None:
+    """It guards against mistakes: as it was it is counted apart, and otherwise it fails."""
+    assert near(own=True).judge(1.0).verdict == "our own figure"
+    assert at_least(own=True).judge(1.0).verdict == "our own figure"
+    assert near(own=True).judge(2.0).fails
+
+
+def test_verdicts_are_counted_apart() -> None:
+    """Each has its number, in one line, and so have differences with a known cause, without one, and unexpected."""
+    found = [at_least().judge(1), at_least(own=True).judge(1), not_run("c")]
+    counted = "1 reproduced, 1 our own figure, 1 not run; differences: 0 with a known cause, 0 without, 0 not expected"
+    assert describe_verdicts(found) == counted
+    found += [at_least(**known).judge(0) for known in ({"known": "another face"}, AGAIN, {})]
+    assert describe_verdicts([*found, near().judge(2)]).endswith(
+        "; differences: 1 with a known cause, 1 without, 2 not expected"
+    )
+
+
+def test_a_cell_of_a_table_has_its_figures_and_its_exemption() -> None:
+    """Keys find the reference, its tolerance and the reason why this cell alone may differ, and fill the sentence."""
+    table = Statement(
+        result="{0}, N = {1}",
+        source="here",
+        reference={"guided": {100: 18.0, 500: [23.0, 24.0]}},
+        tolerance={100: 2.0, 500: 0.5},
+        ground="chosen",
+        known={"reason": "few particles", "of": [["guided", 100]]},  # type: ignore[arg-type]
+    )
+    many, few = table.judge(23.4, "guided", 500), table.judge(10.0, "guided", 100)
+    assert (many.result, many.reference, many.tolerance, many.verdict) == ("guided, N = 500", 23.5, 0.5, "reproduced")
+    assert (few.verdict, few.reason, few.fails, few.tolerance) == ("differs", "few particles", False, 2.0)
+    assert table.judge(10.0, "guided", 500).fails
+    assert table.judge(24.3, "guided", 500, wider=2.0).ground == finding.GROUNDS["fewer"]
+    with pytest.raises(LookupError, match="states nothing for ordinary, 100"):
+        table.judge(1.0, "ordinary", 100)
+
+
+def test_a_share_is_compared_by_the_runs_of_both_sides() -> None:
+    """Three standard errors of the difference, and 0.03."""
+    found = Statement(result="x", reference=0.5, runs=100).judge(0.5, runs=50)
+    assert found.tolerance == pytest.approx(3 * math.sqrt(0.25 * (1 / 50 + 1 / 100)) + 0.03)
+    assert found.ground == finding.GROUNDS["share"]
+
+
+def test_a_range_is_its_middle_and_half_its_width() -> None:
+    """A figure between two others, or as far beside them as is allowed."""
+    stated = Statement(result="x", between=[62.0, 64.0], tolerance=1.5, ground="chosen")
+    assert (stated.judge(65.5).tolerance, stated.judge(65.5).verdict) == (2.5, "reproduced")
+    assert stated.judge(65.6).fails
+
+
+@pytest.mark.parametrize("path", STUDIES, ids=lambda path: path.stem)
+def test_what_is_stated_can_be_read(path: Path) -> None:
+    """Every statement of every study is whole."""
+    assert References(str(path)).statements
+
+
+@pytest.mark.parametrize(
+    ("fields", "told"),
+    [
+        ("result: x\n  reference: 1\n  tolerance: 0.1", "lacks the ground of its tolerance"),
+        ("result: x\n  reference: {a: many}\n  ground: stated", "the reference of a must be a number, got 'many'"),
+        ("result: x\n  ground: guessed", "ground"),
+        ("result: x\n  source_of: y", "source_of"),
+        ("source: y", "result"),
+        ("1", "must map fields to values"),
+    ],
+)
+def test_a_wrong_statement_is_refused_with_its_line(fields: str, told: str, tmp_path: Path) -> None:
+    """The sentence names the file and the line, the statement and what is wrong."""
+    text = f"right:\n  result: fine\nwrong:\n  {fields}\n"
+    (tmp_path / "made.yaml").write_text(text, encoding="utf-8")
+    with pytest.raises(ValueError, match=rf"made.yaml, line 3: wrong.*{told}"):
+        _ = References(str(tmp_path / "made.py")).statements
