@@ -4,7 +4,6 @@ A study runs the product: it hands over recipes and what is to be measured of ea
 are the workers of the sweeps: both are handed pieces of work by number.
 """
 
-from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
@@ -21,7 +20,7 @@ from pftrack.experiments import find
 from pftrack.runs.run import Run
 from pftrack.sweep import Plan, Progress, Result, carry_out, partial_of, read_result
 from pftrack.sweep.axis import SweepError
-from pftrack.sweep.driver import open_workers
+from pftrack.sweep.driver import hand_out, open_workers
 from pftrack.sweep.work import Workers
 
 Item = TypeVar("Item")
@@ -32,10 +31,6 @@ OpenSource: TypeAlias = Callable[[int, Any], Source[Any]]
 
 RUNS_A_PIECE = 120
 """How many runs of a sweep count as one piece of work."""
-
-POLL_S = 1.0
-MOST_ATTEMPTS = 3
-"""How often a piece of work may lose its worker."""
 
 
 class Pool:
@@ -123,21 +118,11 @@ class Pool:
         """Return the outcomes of all pieces in order, each computed by the next worker that is free."""
         if self._workers is None:
             self._workers = open_workers(self._jobs, self._cluster)
-        waiting, attempts = deque(range(len(pieces))), [0] * len(pieces)
         outcomes: dict[int, list[Outcome]] = {}
-        while len(outcomes) < len(pieces):
-            while waiting and self._workers.free() > 0:
-                number = waiting.popleft()
-                attempts[number] += 1
-                self._workers.start(number, _transform, function, pieces[number])
-            for done in self._workers.collect(POLL_S):
-                if not done.lost:
-                    outcomes[done.number], seconds = done.value
-                    self._advance(len(pieces[done.number]), seconds)
-                elif attempts[done.number] == MOST_ATTEMPTS:
-                    raise SweepError(f"the study failed: a process of the pool was lost again and again ({done.lost})")
-                else:
-                    waiting.appendleft(done.number)
+        for done in hand_out(self._workers, range(len(pieces)), lambda it: (_transform, function, pieces[it]), _lose):
+            for number, (found, seconds) in done:
+                outcomes[number] = found
+                self._advance(len(found), seconds)
         return [outcome for number in range(len(pieces)) for outcome in outcomes[number]]
 
     def _advance(self, count: int, seconds: float) -> None:
@@ -170,6 +155,11 @@ class Pool:
         self._done = known + pieces
         self._seconds += self._jobs * (monotonic() - began)
         return result
+
+
+def _lose(_number: int, how: str, too_often: bool) -> None:
+    if too_often:
+        raise SweepError(f"the study failed: it lost a process of the pool again and again ({how})")
 
 
 def _transform(function: Callable[[Item], Outcome], items: list[Item]) -> tuple[list[Outcome], float]:

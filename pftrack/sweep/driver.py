@@ -5,11 +5,15 @@ the past, so going on with a sweep is the same as beginning it, with fewer chunk
 """
 
 from collections import Counter, deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
+from itertools import chain
+from math import inf
 from pathlib import Path
 from time import monotonic
+from typing import Any
 
 from pftrack.sweep.axis import SweepError, SweepStopped
 from pftrack.sweep.journal import Journal, begin, resume
@@ -27,15 +31,14 @@ CHUNKS_A_WORKER = 8
 """A short sweep is cut finer, so that all workers end together."""
 
 MOST_ATTEMPTS = 3
+"""How often a task may lose its worker."""
+
 POLL_S = 0.2
 PATIENCE_S = 2.0
-"""How long running chunks are waited for when the sweep is asked to stop."""
+"""How long running tasks are waited for when somebody asks to stop."""
 
 RATE_S = 20.0
 """Over how long the rate is taken."""
-
-MEASURING = -1
-"""In the place of a chunk's number: the task that measures."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,6 +143,49 @@ def open_workers(jobs: int, cluster: str | None) -> Workers:
     return ClusterWorkers(cluster)
 
 
+def hand_out(
+    workers: Workers,
+    numbers: Iterable[int],
+    task: Callable[[int], tuple[Any, ...]],
+    lose: Callable[[int, str, bool], None],
+    stop: Callable[[], bool] = lambda: False,
+) -> Iterator[list[tuple[int, Any]]]:
+    """Have tasks done and yield, several times a second, numbers and values of those that were done meanwhile.
+
+    Args:
+        workers: Who take them.
+        numbers: Of the tasks, in order; one whose worker is lost is given out again, first of all.
+        task: From a number to a function and its arguments.
+        lose: Called with number, how its worker was lost, and whether too often; it then raises a SweepError.
+        stop: Asked whether to stop; what is running is waited for a little.
+
+    Raises:
+        SweepStopped: It was asked to stop before all were done.
+        SweepError: A task failed, or all workers are gone.
+    """
+    waiting, running, attempts = deque(numbers), set[int](), Counter[int]()
+    end = inf
+    while waiting or running:
+        if end == inf and stop():
+            end = monotonic() + PATIENCE_S
+        if end < inf and (not running or monotonic() > end):
+            raise SweepStopped
+        while end == inf and waiting and workers.free() > 0:
+            number = waiting.popleft()
+            workers.start(number, *task(number))
+            running.add(number)
+        found = []
+        for done in workers.collect(POLL_S):
+            running.discard(done.number)
+            if done.lost:
+                attempts[done.number] += 1
+                lose(done.number, done.lost, attempts[done.number] >= MOST_ATTEMPTS)
+                waiting.appendleft(done.number)
+            else:
+                found.append((done.number, done.value))
+        yield found
+
+
 class _Drive:
     """One session of computing."""
 
@@ -156,9 +202,8 @@ class _Drive:
         self._text = as_text(journal.plan)
         self._recording = workers.share(recording)
         self._progress, self._stop = progress or (lambda _: None), stop or (lambda: False)
-        self._lost = 0
-        self._attempts: Counter[int] = Counter()
         self._done = 0
+        self._lost = 0
         self._history: deque[tuple[float, int]] = deque()
 
     def finish(self) -> None:
@@ -166,68 +211,41 @@ class _Drive:
         chunks = self._journal.chunks() or self._cut()
         kept = self._journal.complete_chunks(chunks)
         self._done = sum(chunks[number].runs for number in kept)
-        waiting = deque(int(number) for number in chunks.spread() if int(number) not in kept)
-        running: set[int] = set()
         self._history.clear()
+        left = [int(number) for number in chunks.spread() if int(number) not in kept]
+
+        def task(number: int) -> tuple[Any, ...]:
+            return compute_chunk, self._text, chunks.conditions, chunks.trials, number, self._recording
+
+        def name(number: int) -> str:
+            chunk = chunks[number]
+            return f"the chunk of the runs {chunk.first} to {chunk.first + chunk.runs - 1}"
+
         self._tell()
-        while waiting or running:
-            while waiting and self._workers.free() > 0:
-                number = waiting.popleft()
-                task = self._text, chunks.conditions, chunks.trials, number, self._recording
-                self._workers.start(number, compute_chunk, *task)
-                running.add(number)
-            self._collect(chunks, waiting, running, POLL_S)
-            if self._stop():
-                self._wind_up(chunks, waiting, running)
+        for done in hand_out(self._workers, left, task, partial(self._lose, name), self._stop):
+            for number, rows in done:
+                self._journal.keep(chunks[number], rows)
+                self._done += chunks[number].runs
+            self._tell()
         self._journal.finish()
 
     def _cut(self) -> Chunks:
         """Measure the plan and cut it into chunks of about a second."""
         self._tell()
-        self._workers.start(MEASURING, measure, self._text, self._recording)
-        while True:
-            for done in self._workers.collect(POLL_S):
-                if not done.lost:
-                    run_s = max(float(done.value), 1e-7)
-                    share = self._plan.runs * run_s / (CHUNKS_A_WORKER * self._jobs)
-                    chunks = Chunks.of(self._plan, min(CHUNK_S, max(SMALLEST_CHUNK_S, share)) / run_s)
-                    self._journal.cut(chunks)
-                    return chunks
-                self._lose(MEASURING, done.lost, "the first run")
-                self._workers.start(MEASURING, measure, self._text, self._recording)
-            if self._stop():
-                raise SweepStopped
+        task, lose = (measure, self._text, self._recording), partial(self._lose, lambda _: "the first run")
+        (found,) = chain(*hand_out(self._workers, [0], lambda _: task, lose, self._stop))
+        run_s = max(float(found[1]), 1e-7)
+        share = self._plan.runs * run_s / (CHUNKS_A_WORKER * self._jobs)
+        chunks = Chunks.of(self._plan, min(CHUNK_S, max(SMALLEST_CHUNK_S, share)) / run_s)
+        self._journal.cut(chunks)
+        return chunks
 
-    def _collect(self, chunks: Chunks, waiting: deque[int], running: set[int], timeout_s: float) -> None:
-        """Keep what is done; put back what was lost."""
-        for done in self._workers.collect(timeout_s):
-            running.discard(done.number)
-            chunk = chunks[done.number]
-            if done.lost:
-                self._lose(
-                    done.number, done.lost, f"the chunk of the runs {chunk.first} to {chunk.first + chunk.runs - 1}"
-                )
-                waiting.appendleft(done.number)
-            else:
-                self._journal.keep(chunk, done.value)
-                self._done += chunk.runs
-        self._tell()
-
-    def _wind_up(self, chunks: Chunks, waiting: deque[int], running: set[int]) -> None:
-        """Wait a little for what is running, then stop."""
-        end = monotonic() + PATIENCE_S
-        while running and monotonic() < end:
-            self._collect(chunks, waiting, running, POLL_S)
-        if waiting or running:
-            raise SweepStopped
-
-    def _lose(self, number: int, how: str, what: str) -> None:
+    def _lose(self, name: Callable[[int], str], number: int, how: str, too_often: bool) -> None:
         self._lost += 1
-        self._attempts[number] += 1
-        if self._attempts[number] >= MOST_ATTEMPTS:
+        if too_often:
             raise SweepError(
-                f"{what} ended its worker {MOST_ATTEMPTS} times ({how}), so the sweep ends; the {self._done:,} runs "
-                f"computed are kept"
+                f"{name(number)} ended its worker {MOST_ATTEMPTS} times ({how}), so the sweep ends; the {self._done:,} "
+                f"runs computed are kept"
             )
 
     def _tell(self) -> None:
