@@ -42,10 +42,10 @@ def test_presets_are_read_in_their_order(tmp_path: Path) -> None:
         (
             "title: works",
             "titel: works",
-            r"presets.yaml, line 2: first has an unknown field 'titel'; the fields are name",
+            r"presets.yaml, line 2: first has an unknown field 'titel'",
         ),
         ("  tracker: apf\n", "", r"presets.yaml, line 7: second lacks 'tracker'"),
-        ("plot: ess, ", "", r"presets.yaml, line 7: the tour of second lacks 'plot'"),
+        ("plot: ess, ", "", r"presets.yaml, line 7: second lacks 'tour.plot'"),
         ("[gamma_px]", "[gamma_px", r"presets.yaml is not YAML"),
     ],
 )
@@ -56,18 +56,27 @@ def test_what_is_wrong_is_named_with_its_line(tmp_path: Path, old: str, new: str
         read_presets(written(tmp_path, TEXT.replace(old, new)))
 
 
+FAILURE = """
+a: {title: A, kind: weights, diagnosis: D., tracker: apf, frame: 3, cause: unclear, cure: {text: It., values: {n: 1}},
+    timeline: [{frame: 3, values: {}}]}
+"""
+
+
 @pytest.mark.parametrize(
-    ("text", "message"),
+    ("old", "new", "message"),
     [
-        ("a: {cure: {text: It.}}", "line 1: the cure of a lacks 'values'"),
-        ("a: {cure: {text: It., values: {}}, tracker: apf}", "line 1: a lacks 'cause'"),
-        ("\na: {cure: {text: It., values: {}}, timeline: [{frames: 3}]}", "line 2: a change of a has an unknown field"),
+        (", values: {n: 1}", "", "line 2: a lacks 'cure.values'"),
+        ("cause: unclear, ", "", "line 2: a lacks 'cause'"),
+        ("{frame: 3, v", "{frame: 3, frames: 3, v", "line 2: a has an unknown field 'timeline.0.frames'"),
+        ("kind: weights", "kind: weight", "line 2: a has a wrong 'kind': Input should be 'weights', 'dynamics'"),
+        ("tracker: apf", "tracker: [apf]", "line 2: a has a wrong 'tracker': Input should be a valid string"),
     ],
 )
-def test_what_is_wrong_with_a_failure_is_named_with_its_line(tmp_path: Path, text: str, message: str) -> None:
-    """Failures are read in the same way, with their cures and changes."""
+def test_what_is_wrong_with_a_failure_is_named_with_its_line(tmp_path: Path, old: str, new: str, message: str) -> None:
+    """Failures are read in the same way, with their cures and changes; a value of the wrong kind is refused, too."""
+    assert read_failures(written(tmp_path, FAILURE))[0].cure.values == {"n": 1}
     with pytest.raises(ValueError, match=message):
-        read_failures(written(tmp_path, text))
+        read_failures(written(tmp_path, FAILURE.replace(old, new)))
 
 
 @pytest.mark.parametrize(

@@ -5,13 +5,15 @@ mended without Python. `read_presets` reads them, and `Experiment` checks that w
 """
 
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal, TypeAlias, get_args
+from typing import Literal, TypeAlias, get_args
+
+from pydantic import with_config
 
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Change, Recipe
-from pftrack.core.texts import read_texts
+from pftrack.core.texts import CLOSED, read_as
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +33,7 @@ class Tour:
     frame: int
 
 
+@with_config(CLOSED)
 @dataclass(frozen=True)
 class Preset:
     """A named starting point that shows something.
@@ -72,27 +75,7 @@ def read_presets(path: Path) -> tuple[Preset, ...]:
     Raises:
         ValueError: The file is not YAML, or a preset lacks a field or has an unknown one; it names the file and line.
     """
-    declared, places = read_texts(path)
-    return tuple(_read_preset(name, values, places[name]) for name, values in declared.items())
-
-
-def _read_preset(name: str, values: Mapping[str, Any], origin: str) -> Preset:
-    tour = values.get("tour")
-    given = {**values, "tour": tour and Tour(**_fields(Tour, tour, f"{origin}: the tour of {name}"))}
-    for listed in ("about", "scene"):
-        given[listed] = tuple(given.get(listed, ()))
-    return Preset(**_fields(Preset, {"name": name, **given, "origin": origin}, f"{origin}: {name}"))
-
-
-def _fields(kind: type, given: Mapping[str, Any], what: str) -> Mapping[str, Any]:
-    known = {each.name: each for each in fields(kind)}
-    unknown = sorted(given.keys() - known)
-    needed = {name for name, each in known.items() if each.default is MISSING and each.default_factory is MISSING}
-    missing = sorted(needed - given.keys())
-    if unknown or missing:
-        problem = f"has an unknown field {unknown[0]!r}" if unknown else f"lacks {missing[0]!r}"
-        raise ValueError(f"{what} {problem}; the fields are {', '.join(known)}")
-    return given
+    return read_as(Preset, path, "name")
 
 
 @dataclass(frozen=True)
@@ -176,6 +159,7 @@ class Cure:
     values: Mapping[str, Value]
 
 
+@with_config(CLOSED)
 @dataclass(frozen=True)
 class Failure:
     """A named failure of an experiment's trackers on its simulated scene.
@@ -235,14 +219,4 @@ def read_failures(path: Path) -> tuple[Failure, ...]:
     Raises:
         ValueError: The file is not YAML, or a failure lacks a field or has an unknown one; it names the file and line.
     """
-    declared, places = read_texts(path)
-    return tuple(_read_failure(name, values, places[name]) for name, values in declared.items())
-
-
-def _read_failure(name: str, values: Mapping[str, Any], origin: str) -> Failure:
-    cure = Cure(**_fields(Cure, values.get("cure", {}), f"{origin}: the cure of {name}"))
-    changes = tuple(
-        Change(**_fields(Change, change, f"{origin}: a change of {name}")) for change in values.get("timeline", ())
-    )
-    given = {**values, "id": name, "cure": cure, "timeline": changes, "origin": origin}
-    return Failure(**_fields(Failure, given, f"{origin}: {name}"))
+    return read_as(Failure, path, "id")
