@@ -303,6 +303,16 @@ def test_the_deviations_hold_over_people() -> None:
     assert np.mean(off) == pytest.approx(np.trace(said, axis1=1, axis2=2).sum(), rel=1 / 3)
 
 
+def test_a_model_that_was_left_for_the_mean_begins_again(grown: Run) -> None:
+    """With the mean face for a frame, and growing again, what was learned is gone; then it learns as usual."""
+    again = grown.branch(40, {"face_model": "mean"})
+    again.seek(41)
+    again.change({"face_model": "growing"})
+    again.seek(44)
+    assert growth_of(again).own.frames == 3
+    assert growth_of(again).weight < 0.2
+
+
 def test_it_may_begin_with_a_face_that_was_learned(grown: Run) -> None:
     """With what was exported it begins where that ended: nearer to the driver's face than the mean, from frame 0 on."""
     grown.finish()
