@@ -19,8 +19,8 @@ import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
 from pftrack.core.model.parameters import revise  # noqa: E402
-from pftrack.vision.detection.corners import DetectorParameters, find_corners  # noqa: E402
-from pftrack.vision.detection.matching import cut, match  # noqa: E402
+from pftrack.experiments.trajectories.corners import DetectorParameters, find_corners  # noqa: E402
+from pftrack.vision.matching import cut, match  # noqa: E402
 
 TEMPLATE_PX, REACH_PX = 11, 13
 MOVE = (5, -4)

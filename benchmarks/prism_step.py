@@ -22,11 +22,11 @@ from numpy.typing import NDArray  # noqa: E402
 from pftrack.core.geometry.rotation import angles  # noqa: E402
 from pftrack.core.numerics.elementary import wrap  # noqa: E402
 from pftrack.core.numerics.random import Purpose, Stream  # noqa: E402
+from pftrack.experiments.prism.scene import VERTICES_MM, PrismParameters, Sight, sight  # noqa: E402
 from pftrack.experiments.shared.pose import layered  # noqa: E402
 from pftrack.filters import rao_blackwell  # noqa: E402
 from pftrack.filters.affine import AffineLayer  # noqa: E402
 from pftrack.filters.perspective import PerspectiveLayer  # noqa: E402
-from pftrack.sources.prism import VERTICES_MM, PrismParameters, Sight, sight  # noqa: E402
 from pftrack.vision.likelihoods import points  # noqa: E402
 
 SCENE = PrismParameters()

@@ -21,14 +21,6 @@ HOMES = {
     "pftrack/experiments/": "the experiments themselves, a folder each",
     "pftrack/teaching/lessons/course/": "lessons that show where in an experiment their idea is used",
     "pftrack/reproduce/": "the published results of single experiments",
-    "pftrack/sources/beliefs/": "a scene, and recordings of beliefs",
-    "pftrack/sources/recording.py": "a recording, and what is painted over it",
-    "pftrack/sources/prism.py": "a scene",
-    "pftrack/sources/tracks/": "tracks of scenes, and of files",
-    "pftrack/vision/structure/": "mathematics in its own terms, and tracks of scenes",
-    "pftrack/vision/detection/": "finding faces",
-    "pftrack/vision/geometry/": "the model of a face",
-    "pftrack/filters/learning/": "mathematics in its own terms, after which parameters are named",
 }
 """Rooms in which names and words of an experiment may stand, and why."""
 
@@ -36,6 +28,10 @@ HOMONYMS = {
     "learned": "what was learned, of any filter, and what guidance calls its file",
     "speed": "how fast a session plays, too",
     "frame_rate_hz": "every sequence of pictures has one",
+    "dimension": "how many numbers a state has",
+    "motion": "how a camera or a feature moves, in structure from motion and in charts of poses",
+    "forgetting": "how fast an estimate that is made online forgets",
+    "translation": "a part of a similarity",
 }
 """Names of parameters that are names of something general as well."""
 
@@ -53,6 +49,10 @@ PLACES = {
     ("pftrack/teaching/lessons/traces.py", "histogram"): "the same kind of trace",
     ("pftrack/core/model/measures.py", "face"): "the title of a publication",
     ("pftrack/core/model/faults.py", "faces"): "the triangles of a mesh",
+    ("pftrack/sources/beliefs/recorder.py", "recorded"): "what a loop has recorded",
+    ("pftrack/vision/structure/growing.py", "frozen"): "what a growing shape keeps",
+    ("pftrack/filters/learning/mixture_em.py", "lower_density"): "mathematics, after which a parameter is named",
+    ("pftrack/filters/learning/online_em.py", "largest_spectral_radius"): "the same",
     ("pftrack/vision/model_files.py", "faces"): "the triangles of a mesh",
     ("server/pftrack_server/viewer/standalone/packing.py", "faces"): "what viser calls the triangles of a mesh",
     ("server/pftrack_server/store/migrations/__init__.py", "head"): "Alembic's word for the newest migration",

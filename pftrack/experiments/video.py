@@ -13,7 +13,6 @@ from pftrack.core.model.parameters import ParameterError, Parameters
 from pftrack.core.model.recipe import Footage
 from pftrack.core.model.setup import Finder, Setup, Suits
 from pftrack.core.model.source import FrameSequence, Kind, Truth
-from pftrack.sources.recording import check_start
 from pftrack.sources.truth import BOXES, TruthKind
 
 PICTURES: tuple[Kind, ...] = ("video", "gif", "images")
@@ -78,7 +77,8 @@ class Video:
         """
         if not isinstance(mark, self.marks) and (mark is not None or self.needs_mark(sequence.index.kind)):
             raise ParameterError("mark", mark and mark.kind, self.wanted)
-        check_start(start, sequence)
+        if not 0 <= start < sequence.frame_count:
+            raise ParameterError("start", start, f"a frame of the recording, 0 to {sequence.frame_count - 1}")
         if mark is not None and sequence.index.kind in PICTURES:
             mark.check(sequence.size)
         setup = self.wire(sequence, mark, start, truth)

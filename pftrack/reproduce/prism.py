@@ -37,7 +37,7 @@ from pftrack.filters import affine_pose
 from pftrack.reproduce.finding import Finding, References
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.run import Run
-from pftrack.sources.prism import FRAMES, REAR, VERTICES_MM, PrismParameters, PrismTarget, sight
+from pftrack.experiments.prism.scene import FRAMES, REAR, VERTICES_MM, PrismParameters, PrismTarget, sight
 from pftrack.vision.likelihoods import points
 
 Reading: TypeAlias = Literal["chosen", "kernel", "sharp", "underflow"]

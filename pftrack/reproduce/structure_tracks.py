@@ -15,7 +15,7 @@ from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.head.appearance import EYE_DISTANCE_PX, template_sizes
 from pftrack.experiments.head.scene import HeadSource, HeadTarget
 from pftrack.experiments.head.scene_parameters import HeadSceneParameters
-from pftrack.sources.prism import FACES, NAMES, VERTICES_MM, visible_faces
+from pftrack.experiments.prism.scene import FACES, NAMES, VERTICES_MM, visible_faces
 from pftrack.vision.geometry.face import FEATURES
 from pftrack.vision.likelihoods import template
 from pftrack.vision.structure.tracks import Tracks

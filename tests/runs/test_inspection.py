@@ -7,9 +7,9 @@ import pytest
 
 from pftrack.core.model.parameters import ParameterError
 from pftrack.experiments import find
+from pftrack.experiments.prism.scene import NAMES
 from pftrack.runs.inspection import GENERATIONS, Inspection
 from pftrack.runs.run import Run
-from pftrack.sources.prism import NAMES
 
 BALL, PRISM = find("ball"), find("prism")
 

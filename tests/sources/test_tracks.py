@@ -8,10 +8,11 @@ import pytest
 
 from pftrack.core.model.parameters import Parameters
 from pftrack.core.model.source import History
+from pftrack.experiments.structure.scene import named_body, named_shape, normalise
 from pftrack.sources.limits import Limits, SourceError
 from pftrack.sources.sequence import open_sequence
-from pftrack.sources.tracks.sequence import RecordedTracks, TrackSequence, body_of
-from pftrack.sources.tracks.table import MOST_POINTS, TrackTable, named_shape, normalise, read_tracks, write
+from pftrack.sources.tracks.sequence import RecordedTracks, TrackSequence
+from pftrack.sources.tracks.table import MOST_POINTS, TrackTable, read_tracks, write
 from pftrack.vision.geometry.face import FEATURES, LINKS, mean_model
 
 SQUARE = {"a": (10.0, 10.0), "b": (300.0, 12.0), "c": (305.5, 200.0), "d": (11.0, 210.25)}
@@ -231,7 +232,7 @@ def test_recorded_tracks_begin_at_the_chosen_frame(tmp_path: Path) -> None:
     path.write_text(LONG)
     sequence = open_sequence(path)
     assert isinstance(sequence, TrackSequence)
-    source = RecordedTracks(sequence, body_of(sequence), 1)
+    source = RecordedTracks(sequence, named_body(sequence), 1)
     measured = source.frame(0, History(((0, Parameters()),))).measurements
     assert measured is not None
     assert source.frame_count == 3

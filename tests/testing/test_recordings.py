@@ -13,7 +13,7 @@ from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.recipe import Footage
 from pftrack.experiments import find
 from pftrack.experiments.experiment import Experiment
-from pftrack.sources.recording import RecordingSource
+from pftrack.experiments.shared.recording import RecordingSource
 from pftrack.testing import CheckError, recordings
 from tests.testing.test_marks import Disc
 

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.vision.detection.matching import LARGEST_TEMPLATE_PX, Cost, cost_map, cut, match
+from pftrack.vision.matching import LARGEST_TEMPLATE_PX, Cost, cost_map, cut, match
 
 REACH = 6
 COSTS: list[Cost] = ["difference", "correlation"]

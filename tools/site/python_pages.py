@@ -44,7 +44,6 @@ ROOMS = (
     "pftrack.filters.learning",
     "pftrack.sources",
     "pftrack.vision.geometry",
-    "pftrack.vision.detection",
     "pftrack.vision.rendering",
     "pftrack.core.numerics",
     "pftrack.vision.structure",

@@ -15,9 +15,9 @@ from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import FrameSequence, Truth
 from pftrack.core.model.tracker import Tracker
 from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.shared.recording import RecordingSource
 from pftrack.experiments.shared.sketch import SECOND_RUN, at_height, circle
 from pftrack.experiments.video import Video
-from pftrack.sources.recording import RecordingSource
 from pftrack_turning.mark import Circle
 from pftrack_turning.scene import Scene
 from pftrack_turning.tracker import SERIES, Bank, BankParameters, measure, start, step

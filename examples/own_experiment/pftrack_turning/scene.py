@@ -4,7 +4,7 @@ import numpy as np
 
 from pftrack.core.model.source import Frame, History, Target
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.sources.recording import OverlayParameters, paint, paint_disc
+from pftrack.experiments.shared.recording import OverlayParameters, paint, paint_disc
 
 RADIUS_PX, SPEED_PX, NOISE_SD, GREY, BRIGHT = 8.0, 4.7, 4.0, 120, (230, 230, 230)
 LEFT_PX, RIGHT_PX, MIDDLE_PX, BEND_PX = 90.0, 230.0, 120.3, 40.0

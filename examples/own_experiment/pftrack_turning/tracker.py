@@ -15,9 +15,9 @@ from pftrack.core.model.parameters import parameter
 from pftrack.core.model.series import Hypotheses, Interval, Series, SeriesValue
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Gaussian, Stream
+from pftrack.experiments.shared.recording import RecordingParameters
 from pftrack.filters import kalman
 from pftrack.filters.dynamics import LinearDynamics
-from pftrack.sources.recording import RecordingParameters
 
 Array = NDArray[np.float64]
 GATE_RADII, ACCELERATION_SD_PX = 3.0, 0.5

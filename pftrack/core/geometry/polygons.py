@@ -162,3 +162,14 @@ def _before(points: Floats, first: int, second: int) -> bool:
 def _turn(first: Floats, second: Floats, x: float, y: float) -> float:
     """Return twice the area of a triangle, positive if it turns one way and negative if the other."""
     return float((second[0] - first[0]) * (y - first[1]) - (second[1] - first[1]) * (x - first[0]))
+
+
+@compiled
+def paint_disc(image_rgb: NDArray[np.uint8], u: float, v: float, radius: float, colour: tuple[int, int, int]) -> None:
+    """Fill the pixels whose centres are within `radius` px of (u, v), in place."""
+    height, width, _ = image_rgb.shape
+    for row in range(max(int(np.ceil(v - radius)), 0), min(int(np.floor(v + radius)), height - 1) + 1):
+        for column in range(max(int(np.ceil(u - radius)), 0), min(int(np.floor(u + radius)), width - 1) + 1):
+            if (column - u) ** 2 + (row - v) ** 2 <= radius * radius:
+                for channel in range(3):
+                    image_rgb[row, column, channel] = colour[channel]

@@ -29,6 +29,7 @@ from pftrack.experiments.ball.recording import look_beside, suits
 from pftrack.experiments.ball.scene import BallSceneParameters, BallSource
 from pftrack.experiments.ball.trackers import GUIDED, TRACKERS
 from pftrack.experiments.experiment import Experiment, Quality
+from pftrack.experiments.shared.recording import RecordingParameters, RecordingSource
 from pftrack.experiments.shared.reports import miss_share
 from pftrack.experiments.shared.sampling.parameters import TERMS
 from pftrack.experiments.shared.sketch import (
@@ -45,7 +46,6 @@ from pftrack.experiments.shared.sketch import (
 from pftrack.experiments.video import Video
 from pftrack.filters import kalman
 from pftrack.filters.fixed_lag import smooth
-from pftrack.sources.recording import RecordingParameters, RecordingSource
 from pftrack.vision.likelihoods import chromaticity
 
 TRAIL_FRAMES = 60

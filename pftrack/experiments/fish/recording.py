@@ -22,7 +22,7 @@ from pftrack.experiments.fish.parameters import FishTrackerParameters
 from pftrack.experiments.fish.scene import FishTarget
 from pftrack.experiments.fish.step import foreground, shape
 from pftrack.experiments.fish.trackers import LEARNED_HALF_LENGTH_PX
-from pftrack.sources.recording import RecordingParameters, RecordingSource
+from pftrack.experiments.shared.recording import RecordingParameters, RecordingSource
 
 LEAST_SIGMA_D_PX2, LARGEST_SIGMA_D_PX2 = 1.0, 400.0
 """Edges are a pixel wide, however small the fish; a fish of more than 320 px has the largest that can be set."""

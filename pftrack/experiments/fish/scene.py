@@ -19,7 +19,7 @@ from pftrack.core.numerics.compiled import compiled, read_only
 from pftrack.core.numerics.random import Purpose, Stream, uniforms
 from pftrack.experiments.fish.model import GOLDFISH, FishShape, body_points, inside, model_points, tail_corners
 from pftrack.experiments.fish.swimming import FRAME_RATE_HZ, FRAMES, HEIGHT, WIDTH, TankName, clip
-from pftrack.sources.recording import OverlayParameters, paint, strip
+from pftrack.experiments.shared.recording import OverlayParameters, paint, strip
 
 TANK = "Tank"
 

@@ -30,8 +30,8 @@ from pftrack.experiments.hand.scene import HandTarget
 from pftrack.experiments.hand.shape import FINGERS, finger_slice
 from pftrack.experiments.hand.silhouette import Finding, suggest_parameters
 from pftrack.experiments.hand.state import HandState
+from pftrack.experiments.shared.recording import RecordedBackdrop, RecordingParameters, RecordingSource
 from pftrack.filters.beam import backtrack
-from pftrack.sources.recording import RecordedBackdrop, RecordingParameters, RecordingSource
 
 TIPS = {
     "thumb": "Thumb",

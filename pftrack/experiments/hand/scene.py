@@ -26,7 +26,7 @@ from pftrack.core.numerics.compiled import read_only
 from pftrack.core.numerics.elementary import exponential, sines_cosines
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.hand.shape import ANGLES, MODEL, HandShape, joints, open_pose, silhouette
-from pftrack.sources.recording import OverlayParameters, paint, strip
+from pftrack.experiments.shared.recording import OverlayParameters, paint, strip
 
 MotionName: TypeAlias = Literal["wrist", "bend", "occlusion"]
 

@@ -24,11 +24,11 @@ from pftrack.core.model.setup import WELL, Finder, Setup, Sighting, Suitability,
 from pftrack.core.model.source import FrameSequence, Landmarks, Target, Truth
 from pftrack.core.numerics.elementary import wrap
 from pftrack.experiments.head.appearance import EYE_DISTANCE_PX, around, eye_distance
+from pftrack.experiments.head.detection import DetectedFace, FaceError, by_proportion, detect, in_box, spot
 from pftrack.experiments.head.first_sight import camera_of
 from pftrack.experiments.head.parameters import HeadTrackerParameters
-from pftrack.sources.recording import RecordingParameters, RecordingSource
+from pftrack.experiments.shared.recording import RecordingParameters, RecordingSource
 from pftrack.sources.truth import Form, TruthKind, read_table
-from pftrack.vision.detection.face import DetectedFace, FaceError, by_proportion, detect, in_box, spot
 from pftrack.vision.geometry.face import FEATURES, LINKS, TITLES, FaceModel, fit_similarity, mean_model, place, theta_of
 from pftrack.vision.likelihoods.template import luma
 

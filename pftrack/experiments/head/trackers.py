@@ -23,6 +23,7 @@ from pftrack.core.numerics.random import Gaussian, Stream
 from pftrack.experiments.head import appearance
 from pftrack.experiments.head import parameters as face_growth
 from pftrack.experiments.head.appearance import SEARCH_EVERY, FirstSight, HeadMemory, around, widen
+from pftrack.experiments.head.detection import find_again
 from pftrack.experiments.head.first_sight import (
     EYES,
     Found,
@@ -42,7 +43,6 @@ from pftrack.experiments.shared.pose.layered import FeatureLikelihood
 from pftrack.experiments.shared.pose.methods import METHODS, Method, measurement, report
 from pftrack.experiments.shared.pose.particles import PoseModel
 from pftrack.experiments.shared.pose.state import PoseState
-from pftrack.vision.detection.face import find_again
 from pftrack.vision.geometry.face import FEATURES, FaceModel, fit_similarity
 from pftrack.vision.likelihoods import separation, template
 from pftrack.vision.likelihoods.template import Templates

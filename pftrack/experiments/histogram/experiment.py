@@ -24,11 +24,11 @@ from pftrack.experiments.histogram.quality import CALIBRATION, HELD_AT_END, LOSS
 from pftrack.experiments.histogram.recording import PICTURES, look_beside, suits
 from pftrack.experiments.histogram.scene import LawnSceneParameters, LawnSource
 from pftrack.experiments.histogram.trackers import TRACKERS
+from pftrack.experiments.shared.recording import RecordingParameters, RecordingSource
 from pftrack.experiments.shared.reports import miss_share
 from pftrack.experiments.shared.sampling.parameters import TERMS
 from pftrack.experiments.shared.sketch import distance
 from pftrack.experiments.video import Video
-from pftrack.sources.recording import RecordingParameters, RecordingSource
 from pftrack.vision.likelihoods import chromaticity
 
 

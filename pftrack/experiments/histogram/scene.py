@@ -17,8 +17,8 @@ from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.source import Frame, History, Target
 from pftrack.core.numerics.elementary import exponential
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.sources.recording import GROUP as OCCLUSION
-from pftrack.sources.recording import occlusion_width
+from pftrack.experiments.shared.recording import GROUP as OCCLUSION
+from pftrack.experiments.shared.recording import occlusion_width
 
 GROUP = "Scene"
 SIZE = 320, 240

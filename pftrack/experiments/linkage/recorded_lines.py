@@ -18,9 +18,9 @@ from pftrack.core.model.source import Frame, FrameSequence, History, Measurement
 from pftrack.core.numerics.elementary import direction
 from pftrack.core.numerics.matrices import product
 from pftrack.experiments.linkage.scene import LinkageTarget, in_degrees
-from pftrack.sources.recording import OccluderParameters, check_start, paint_strip, strip
+from pftrack.experiments.shared.recording import OccluderParameters, paint_strip, strip
 from pftrack.sources.tracks.sequence import TrackSequence
-from pftrack.vision.detection.matching import LARGEST_TEMPLATE_PX, cut, match
+from pftrack.vision.matching import LARGEST_TEMPLATE_PX, cut, match
 
 MATCHING = "Following"
 POINTS = 4
@@ -118,11 +118,7 @@ class RecordedLinkage:
             first: Number of the first picture used.
             start: What is guessed of the chain there.
             at: Number of the frame -> the points.
-
-        Raises:
-            ParameterError: The first picture is not within the recording.
         """
-        check_start(first, sequence)
         self._sequence, self._first, self._at = sequence, first, at
         self._times_s = sequence.times_s[first:] - sequence.times_s[first]
         self.size, self.frame_rate_hz = sequence.size, sequence.frame_rate_hz

@@ -20,7 +20,7 @@ from pftrack.core.model.source import Frame, History, Landmarks, Measurements, T
 from pftrack.core.numerics.elementary import sines_cosines
 from pftrack.core.numerics.matrices import product
 from pftrack.core.numerics.random import Purpose, Stream, standard_normals, uniforms
-from pftrack.sources.recording import OccluderParameters, paint_strip, strip
+from pftrack.experiments.shared.recording import OccluderParameters, paint_strip, strip
 
 PathName: TypeAlias = Literal["cross", "static", "mirror3", "mirror2", "two", "3d", "own"]
 

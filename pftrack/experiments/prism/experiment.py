@@ -22,6 +22,17 @@ from pftrack.core.model.setup import Setup
 from pftrack.core.numerics.matrices import pinhole
 from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.experiments.prism.quality import CALIBRATION, LOSS_DECLARATION
+from pftrack.experiments.prism.scene import (
+    FACES,
+    FRAMES,
+    NAMES,
+    PRINCIPAL_PX,
+    SIZE_PX,
+    VERTICES_MM,
+    PrismSource,
+    PrismTarget,
+    visible_faces,
+)
 from pftrack.experiments.prism.trackers import MODEL, TRACKERS, TrackedPrismParameters
 from pftrack.experiments.shared.pose.drawing import (
     BY_PREDICTION,
@@ -45,17 +56,6 @@ from pftrack.experiments.shared.pose.drawing import (
 )
 from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.experiments.shared.sketch import SECOND_RUN, at_height, caption, error_words, paper
-from pftrack.sources.prism import (
-    FACES,
-    FRAMES,
-    NAMES,
-    PRINCIPAL_PX,
-    SIZE_PX,
-    VERTICES_MM,
-    PrismSource,
-    PrismTarget,
-    visible_faces,
-)
 
 Placed: TypeAlias = tuple[Floats, Bools]
 """Corners (8, 3) px, and which faces (6,) are seen."""

@@ -16,6 +16,7 @@ from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.source import Frame, Measurements, Target
 from pftrack.core.model.tracker import Tracker
 from pftrack.core.numerics.random import Gaussian, Generator, Stream
+from pftrack.experiments.prism.scene import NAMES, PRINCIPAL_PX, VERTICES_MM, PrismParameters
 from pftrack.experiments.shared.filtered import Update
 from pftrack.experiments.shared.pose import methods as pose
 from pftrack.experiments.shared.pose.beliefs import Solid
@@ -35,7 +36,6 @@ from pftrack.experiments.shared.pose.particles import (
 )
 from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.filters.particles import ParticleSet
-from pftrack.sources.prism import NAMES, PRINCIPAL_PX, VERTICES_MM, PrismParameters
 from pftrack.vision.likelihoods import points
 
 

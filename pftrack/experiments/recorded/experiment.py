@@ -26,6 +26,7 @@ from pftrack.core.model.series import Reduction, Series, SeriesValue
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Belief, Frame, FrameSequence, Plane, Truth
 from pftrack.experiments.experiment import Experiment, Quality
+from pftrack.experiments.recorded.scene import FRAMES, UNITS, ExampleParameters, ExampleSource, RecordedBeliefs, overlap
 from pftrack.experiments.recorded.trackers import TRACKERS, BeliefState, place_of
 from pftrack.experiments.shared.reports import loss_share
 from pftrack.experiments.shared.sketch import (
@@ -42,7 +43,6 @@ from pftrack.experiments.shared.sketch import (
 )
 from pftrack.experiments.video import Video
 from pftrack.sources.beliefs.content import SelectionParameters
-from pftrack.sources.beliefs.recorded import FRAMES, UNITS, ExampleParameters, ExampleSource, RecordedBeliefs, overlap
 from pftrack.sources.beliefs.sequence import BeliefSequence
 from pftrack.sources.results.table import Box
 

@@ -30,8 +30,8 @@ from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.matrices import pinhole
 from pftrack.experiments.shared.pose.drawing import dashes
 from pftrack.experiments.shared.sketch import at_height, circle, colours, dots, lines
+from pftrack.experiments.structure.scene import BodyTarget
 from pftrack.experiments.structure.trackers import MIRROR, StructureState
-from pftrack.sources.tracks.sequence import BodyTarget
 from pftrack.vision.geometry.face import Similarity, fit_similarity
 
 SHARE = 100.0

@@ -38,10 +38,10 @@ from pftrack.experiments.structure.draw import (
     true_in_picture,
 )
 from pftrack.experiments.structure.methods import StructureTrackerParameters
-from pftrack.experiments.structure.scene import FRAMES, TracksSceneParameters, TracksSource
+from pftrack.experiments.structure.scene import FRAMES, BodyTarget, TracksSceneParameters, TracksSource, named_body
 from pftrack.experiments.structure.trackers import TRACKERS, StructureState
 from pftrack.experiments.video import Video
-from pftrack.sources.tracks.sequence import BodyTarget, RecordedTracks, TrackSequence, body_of
+from pftrack.sources.tracks.sequence import RecordedTracks, TrackSequence
 from pftrack.vision.structure.tracks import FEWEST_POINTS
 
 FAULTS = (
@@ -93,7 +93,7 @@ def wire(sequence: FrameSequence, _mark: None, start: int, _truth: Truth | None)
     if not FEWEST_POINTS <= len(sequence.names) <= MOST_POINTS:
         bound = f"the tracks of {FEWEST_POINTS} to {MOST_POINTS} points, of which a shape can be made"
         raise ParameterError("footage", len(sequence.names), bound)
-    source = RecordedTracks(sequence, body_of(sequence), start)
+    source = RecordedTracks(sequence, named_body(sequence), start)
     return Setup(lambda _seed, _parameters: source, StructureTrackerParameters(), success=WITHIN.name)
 
 

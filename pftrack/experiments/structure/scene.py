@@ -6,19 +6,24 @@ noise. Beyond that, points may be missing altogether, for a while or at random, 
 variance saying so, as where a tracker holds on to the wrong thing.
 """
 
-from typing import Literal
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Literal, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pftrack.core.arrays import Bools, Floats
+from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.geometry.rotation import rotation
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.source import Frame, History, Landmarks, Measurements, Target
 from pftrack.core.numerics.elementary import exponential
 from pftrack.core.numerics.matrices import pinhole, product
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.sources.tracks.sequence import BodyTarget
-from pftrack.sources.tracks.table import Body, body_of
+from pftrack.experiments.prism.scene import FACES, NAMES, NORMALS, OFFSETS, TOUCHING, VERTICES_MM
+from pftrack.sources.tracks.sequence import TrackSequence
+from pftrack.vision.geometry.face import FEATURES, LINKS, mean_model, person
 
 FRAMES = 360
 SIZE_PX = (640, 480)
@@ -40,6 +45,186 @@ BURST_EVERY, BURST_FROM = 120, 60
 """Frames from one burst to the next, and the first one."""
 
 BODY, MOTION, CAMERA, SEEN = "Body", "Motion", "Camera", "What is seen"
+
+# A body says what is between its points, from where each is seen, and what others of the kind look like.
+
+Kind: TypeAlias = Literal["prism", "face", "cloud", "plate"]
+
+HEAD_CENTRE_MM = np.array([0.0, 0.0, 90.0])
+"""From the face's origin, about the middle of the head: a feature looks away from there."""
+
+GOLDEN_RAD = np.pi * (3.0 - 5.0**0.5)
+CLOUD_AXES = np.array([1.0, 0.7, 0.8])
+PRIOR_SD = 0.06
+"""Of a face's coordinates about the mean face, relative to its size: 3 mm."""
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """What a body has between its points.
+
+    Attributes:
+        names: (n,) of the points.
+        edges: (m, 2) numbers of points that belong together.
+        triangles: (k, 3) numbers of points, clockwise seen from outside.
+        mean: (n, 3) mean of other bodies of the kind, about its centre and of unit size; None where none are known.
+        prior_sd: Standard deviation of a coordinate about the mean, of unit size.
+    """
+
+    names: tuple[str, ...]
+    edges: Ints = field(default_factory=lambda: np.zeros((0, 2), np.int64))
+    triangles: NDArray[np.int32] = field(default_factory=lambda: np.zeros((0, 3), np.int32))
+    mean: Floats | None = None
+    prior_sd: float = PRIOR_SD
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A body that can be simulated.
+
+    Attributes:
+        shape: What is between its points.
+        points: (n, 3) about the centre, of unit size: their root mean square distance from it is 1.
+        normals: (n, m, 3) in which directions each point looks: it is seen if one of its planes is.
+        offsets: (n, m) of these planes from the centre; infinite for a plane that there is not.
+        graded: Whether a point is seen the worse the more it turns away, rather than well or not at all.
+    """
+
+    shape: Shape
+    points: Floats
+    normals: Floats
+    offsets: Floats
+    graded: bool = False
+
+
+def unnamed_shape(count: int) -> Shape:
+    """Return what is known of a body of so many points: nothing else."""
+    return Shape(tuple(map(str, range(1, count + 1))))
+
+
+def named_shape(points: Sequence[str]) -> Shape:
+    """Return what is known of a body by the names of its points: other faces, if all are features of one."""
+    if not set(points) <= set(FEATURES):
+        return Shape(tuple(points))
+    mean = mean_model().points_mm[[FEATURES.index(point) for point in points]]
+    return Shape(tuple(points), _links(points), mean=normalise(mean))
+
+
+def _links(points: Sequence[str]) -> Ints:
+    both = [(points.index(one), points.index(other)) for one, other in LINKS if {one, other} <= set(points)]
+    return np.array(both, np.int64).reshape(-1, 2)
+
+
+def normalise(points: Floats) -> Floats:
+    """Return points (n, 3) about their centre, their root mean square distance from it 1; all zero if they are one."""
+    centred = points - points.mean(axis=0)
+    size = float(np.sqrt(np.square(centred).sum() / len(centred)))
+    return np.asarray(centred / size if size > 0.0 else centred)
+
+
+@lru_cache(maxsize=16)
+def body_of(kind: Kind, seed: int, count: int) -> Body:
+    """Return a body.
+
+    Args:
+        kind: Which.
+        seed: Of a face or a cloud, which one.
+        count: Of a cloud or a plate, how many points.
+    """
+    match kind:
+        case "prism":
+            return _prism()
+        case "face":
+            return _face(seed)
+        case "cloud":
+            return _cloud(seed, count)
+        case "plate":
+            return _plate(seed, count)
+
+
+def _prism() -> Body:
+    corners = np.array(FACES)
+    points = np.concatenate([VERTICES_MM, VERTICES_MM[corners].mean(axis=1)])
+    names = (*NAMES, "front", "rear", "left", "right", "top", "bottom")
+    edges = sorted({tuple(sorted(pair)) for face in FACES for pair in zip(face, (*face[1:], face[0]), strict=True)})
+    fans = [
+        (8 + place, *pair) for place, face in enumerate(FACES) for pair in zip(face, (*face[1:], face[0]), strict=True)
+    ]
+    middle = points.mean(axis=0)
+    size = float(np.sqrt(np.square(points - middle).sum() / len(points)))
+    faces = np.concatenate([TOUCHING, np.eye(len(FACES), dtype=np.bool_)])
+    normals = np.broadcast_to(NORMALS, (len(points), *NORMALS.shape))
+    offsets = np.where(faces, (OFFSETS - (NORMALS * middle).sum(axis=1)) / size, np.inf)
+    triangles = _outwards(np.array(fans, np.int32), points)
+    return Body(Shape(names, np.array(edges), triangles), normalise(points), normals, offsets)
+
+
+def _outwards(triangles: NDArray[np.int32], points: Floats) -> NDArray[np.int32]:
+    """Return triangles of a convex body, clockwise as they are seen from outside with y downwards and z away."""
+    one, two, three = points[triangles].transpose(1, 0, 2)
+    away = (np.cross(two - one, three - one) * (one - points.mean(axis=0))).sum(axis=1)
+    return np.where((away > 0.0)[:, None], triangles, triangles[:, ::-1])
+
+
+def _face(seed: int) -> Body:
+    points = person(seed).points_mm
+    outwards = points - HEAD_CENTRE_MM
+    normals = outwards / np.sqrt(np.square(outwards).sum(axis=1))[:, None]
+    return Body(named_shape(FEATURES), normalise(points), normals[:, None], np.zeros((len(points), 1)), graded=True)
+
+
+def _cloud(seed: int, count: int) -> Body:
+    """Points on an egg, spread evenly (Fibonacci's spiral) and shifted a little at random."""
+    heights = 1.0 - 2.0 * (np.arange(count) + 0.5) / count
+    angles = GOLDEN_RAD * np.arange(count)
+    radii = np.sqrt(1.0 - heights * heights)
+    directions = np.stack([radii * np.cos(angles), heights, radii * np.sin(angles)], axis=1)
+    bumps = 1.0 + 0.15 * Stream(seed, 0, Purpose.SCENE).standard_normal((count, 1))
+    points = normalise(directions * CLOUD_AXES * bumps)
+    return Body(unnamed_shape(count), points, directions[:, None], np.zeros((count, 1)))
+
+
+def _plate(seed: int, count: int) -> Body:
+    """Points in one plane, which is seen from both sides."""
+    places = Stream(seed, 0, Purpose.SCENE).standard_normal((count, 2))
+    points = normalise(np.column_stack([places, np.zeros(count)]))
+    both = np.broadcast_to([[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]], (count, 2, 3))
+    return Body(unnamed_shape(count), points, both, np.zeros((count, 2)))
+
+
+@dataclass(frozen=True, slots=True)
+class BodyTarget(Target):
+    """A body: `position` is its shape (3 n,), about its centre and of unit size; zero where that is not known.
+
+    Attributes:
+        shape: What is between its points, and what others of the kind look like; a tracker may know that.
+        principal_px: (2,) where the camera's axis meets the picture.
+        focal_px: Of the camera.
+        turn: (3, 3) from the body's frame to the camera's.
+        translation: (3,) the body's centre in the camera's frame, in units of the body's size.
+    """
+
+    shape: Shape = field(default_factory=lambda: Shape(()))
+    principal_px: Floats = field(default_factory=lambda: np.zeros(2))
+    focal_px: float = 1000.0
+    turn: Floats = field(default_factory=lambda: np.eye(3))
+    translation: Floats = field(default_factory=lambda: np.zeros(3))
+
+
+FAR = 10.0
+"""The focal length that is assumed, in longer sides of the picture: with a long one a body is seen without perspective,
+and little is wrong whatever the camera was."""
+
+
+def named_body(sequence: TrackSequence) -> BodyTarget:
+    """Return what is known of a body beforehand: how many points it has, and its shape if they have a face's names."""
+    return BodyTarget(
+        np.zeros(3 * len(sequence.names)),
+        hidden=None,
+        shape=named_shape(sequence.names),
+        principal_px=np.array(sequence.size) / 2.0,
+        focal_px=FAR * max(sequence.size),
+    )
 
 
 class _Body(Parameters, group=BODY):

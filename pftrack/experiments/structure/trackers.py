@@ -37,8 +37,7 @@ from pftrack.experiments.structure.methods import (
     plain,
     windowed,
 )
-from pftrack.sources.tracks.sequence import BodyTarget
-from pftrack.sources.tracks.table import Shape
+from pftrack.experiments.structure.scene import BodyTarget, Shape
 from pftrack.vision.geometry.face import gaze
 from pftrack.vision.structure.cameras import evidence, fit_camera, frontal
 from pftrack.vision.structure.growing import Growing, find_right

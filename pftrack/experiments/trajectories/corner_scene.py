@@ -15,8 +15,8 @@ from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.model.parameters import Parameters, parameter, revise
 from pftrack.core.model.source import Frame, History, Target
 from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.experiments.trajectories.corners import DetectorParameters, find_corners
 from pftrack.experiments.trajectories.scene import SelectionParameters, TrajectoriesTarget
-from pftrack.vision.detection.corners import DetectorParameters, find_corners
 
 SIZE_PX = (360, 288)
 """Width and height of the picture."""

@@ -34,8 +34,8 @@ from pftrack.experiments.trajectories.trackers import TrajectoriesState, Traject
 from pftrack.filters.kalman import Innovation, NormalisedInnovation
 from pftrack.filters.trajectories.cloud import Cloud as Belief
 from pftrack.filters.trajectories.gaussian import Gaussians
-from pftrack.vision.detection.matching import cut
 from pftrack.vision.likelihoods.template import luma
+from pftrack.vision.matching import cut
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,8 +31,8 @@ from pftrack.experiments.trajectories.scene import TrajectoriesTarget
 from pftrack.experiments.trajectories.trackers import TrajectoriesState, TrajectoriesTrackerParameters
 from pftrack.filters.trajectories.cloud import Cloud
 from pftrack.filters.trajectories.gaussian import log_likelihoods
-from pftrack.vision.detection.matching import APART_PX, cost_map, cut
 from pftrack.vision.likelihoods.template import luma
+from pftrack.vision.matching import APART_PX, cost_map, cut
 from pftrack.vision.rendering import projection
 
 SHOWN_PX = 20

@@ -16,7 +16,6 @@ from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.source import Frame, FrameSequence, History, Measurements, Target
 from pftrack.core.numerics.random import Purpose, standard_normals
-from pftrack.sources.recording import check_start
 from pftrack.sources.tracks.sequence import RecordedTracks, TrackSequence
 
 # One simulated track in numbers, so that every implementation works on the same: x and y by frame, px. It is a draw of
@@ -268,12 +267,7 @@ class RecordedPictures:
     noisy = False
 
     def __init__(self, sequence: FrameSequence, first: int = 0) -> None:
-        """Wire a recording up from the picture `first` on.
-
-        Raises:
-            ParameterError: That is not within the recording.
-        """
-        check_start(first, sequence)
+        """Wire a recording up from the picture `first` on."""
         self._sequence, self._first = sequence, first
         self._times_s = sequence.times_s[first:] - sequence.times_s[first]
         self.size, self.frame_rate_hz = sequence.size, sequence.frame_rate_hz

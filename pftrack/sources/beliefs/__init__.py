@@ -2,8 +2,7 @@
 
 - `content`: the file, and all that it says, at hand by frame and target; `recorder`: what writes one while a loop runs,
   and adapters for filters of other libraries;
-- `sequence`: a file with its clip as a recording;
-- `recorded`: the frames of a recording as a tracker gets them, with their true targets, and an example that is made up.
+- `sequence`: a file with its clip as a recording.
 """
 
 __all__: list[str] = []

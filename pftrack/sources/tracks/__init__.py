@@ -1,7 +1,5 @@
 """Tracks as a source: in each frame the positions of a body's points and the variances of their noise, and no picture.
 
-- `table`: tables of tracks, and the bodies that their points may belong to;
-- `sequence`: a table as a sequence of pictures of dots and as a source, and what is true of its body.
+- `table`: tables of tracks;
+- `sequence`: a table as a sequence of pictures of dots, and as a source.
 """
-
-__all__: list[str] = []

@@ -4,5 +4,3 @@
 mesh, and yaw, pitch and roll as people say them. Rotations are in `pftrack.core.geometry`, cameras in
 `pftrack.core.numerics.matrices`.
 """
-
-__all__ = ["camera", "face_model", "fish_shape", "gaze", "hand_model", "head_surface", "polygons", "rotation"]

@@ -13,6 +13,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.stats import norm
 
+from pftrack.core.geometry.polygons import paint_disc
 from pftrack.core.model.parameters import Value, revise
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Purpose, Stream
@@ -20,7 +21,6 @@ from pftrack.experiments.ball.model import colour_model
 from pftrack.experiments.ball.parameters import BallTrackerParameters
 from pftrack.experiments.ball.trackers import TRACKERS
 from pftrack.experiments.shared.reports import PointState
-from pftrack.sources.recording import paint_disc
 from pftrack.vision.likelihoods import chromaticity
 
 WIDTH, HEIGHT = 64, 48

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from pftrack.core.geometry.polygons import paint_disc
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Purpose, Stream
@@ -13,7 +14,6 @@ from pftrack.filters import auxiliary, bootstrap, switching
 from pftrack.filters.particles import ParticleSet
 from pftrack.filters.posterior import Posterior
 from pftrack.filters.resampling import RESAMPLERS
-from pftrack.sources.recording import paint_disc
 from pftrack.vision.likelihoods import chromaticity
 
 PICTURE = np.full((120, 160, 3), 100, np.uint8)

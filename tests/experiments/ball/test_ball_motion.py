@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from pftrack.core.geometry.polygons import paint_disc
 from pftrack.core.model.parameters import ParameterError, Value, revise
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
@@ -18,7 +19,6 @@ from pftrack.filters import fixed_lag, kalman
 from pftrack.filters.learning import online_em
 from pftrack.filters.particles import normalise
 from pftrack.filters.resampling import RESAMPLERS
-from pftrack.sources.recording import paint_disc
 from pftrack.vision.likelihoods import chromaticity
 
 SIZE = (160, 120)

@@ -5,7 +5,7 @@ from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import History
 from pftrack.experiments.ball.experiment import SimulatedBallParameters
 from pftrack.experiments.ball.scene import BallSource
-from pftrack.sources.recording import LAYOUTS
+from pftrack.experiments.shared.recording import LAYOUTS
 
 
 def scene(**values: object) -> SimulatedBallParameters:

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from pftrack.core.model.parameters import Value, revise
 from pftrack.experiments.head import trackers as head
 from pftrack.experiments.head.appearance import SEARCH_EVERY, around
+from pftrack.experiments.head.detection import DetectedFace
 from pftrack.experiments.head.parameters import HeadTrackerParameters
 from pftrack.experiments.shared.pose.methods import METHODS, Method
 from pftrack.experiments.shared.pose.state import PoseState
-from pftrack.vision.detection.face import DetectedFace
 from tests.experiments.head.moving_face import (
     NOTHING,
     POINTS,

@@ -9,12 +9,12 @@ import pytest
 
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
+from pftrack.experiments.head.detection import FaceError
 from pftrack.experiments.head.parameters import AS_PUBLISHED
 from pftrack.experiments.head.recording import FaceBox, FacePoints, PoseTable, read_poses
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.truth import TruthTable
-from pftrack.vision.detection.face import FaceError
 from pftrack.vision.geometry.face import FEATURES, gaze
 from tests.experiments.head.heads import Picture, Pictures, empty, pictures, simulated
 

@@ -6,10 +6,10 @@ import pytest
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import History
 from pftrack.experiments import find
+from pftrack.experiments.head.detection import FaceError
 from pftrack.experiments.head.recording import FINDER, MOST_SEARCHED, FaceBox, first_face, frames_to_search
 from pftrack.experiments.head.scene import HeadSource
 from pftrack.experiments.head.scene_parameters import HeadSceneParameters
-from pftrack.vision.detection.face import FaceError
 from pftrack.vision.geometry.face import FEATURES, LINKS, TITLES
 from tests.experiments.head.heads import Picture, Pictures, empty, marked, pictures
 

@@ -6,7 +6,7 @@ from pftrack.core.geometry.rotation import rotation
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import History
 from pftrack.core.numerics.matrices import pinhole
-from pftrack.sources.prism import FACES, FRAMES, REAR, VERTICES_MM, PrismParameters, PrismSource, Sight, sight
+from pftrack.experiments.prism.scene import FACES, FRAMES, REAR, VERTICES_MM, PrismParameters, PrismSource, Sight, sight
 
 SCENE = PrismParameters()
 

@@ -14,12 +14,12 @@ from pftrack.core.numerics.matrices import pinhole
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments import find
 from pftrack.experiments.prism import trackers as prism
+from pftrack.experiments.prism.scene import NAMES, PRINCIPAL_PX, VERTICES_MM, PrismSource
 from pftrack.experiments.prism.trackers import TRACKERS, TrackedPrismParameters
 from pftrack.experiments.shared.pose.methods import METHODS, Method
 from pftrack.experiments.shared.pose.parameters import AS_PUBLISHED
 from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.runs.run import Run
-from pftrack.sources.prism import NAMES, PRINCIPAL_PX, VERTICES_MM, PrismSource
 
 MIRROR = np.array([2, 3, 0, 1, 6, 7, 4, 5])
 """Which vertex is the mirror image of each in the plane y = 0."""

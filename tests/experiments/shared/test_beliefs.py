@@ -11,12 +11,12 @@ from pftrack.core.geometry.rotation import rotation
 from pftrack.core.model.parameters import revise
 from pftrack.core.numerics.matrices import pinhole
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
+from pftrack.experiments.prism.scene import NAMES, VERTICES_MM
 from pftrack.experiments.shared.pose import methods as pose
 from pftrack.experiments.shared.pose.beliefs import AffineLayers, Belief, JointParticles, PerspectiveLayers, Solid
 from pftrack.experiments.shared.pose.methods import measurement, report
 from pftrack.experiments.shared.pose.parameters import PoseTrackerParameters
 from pftrack.experiments.shared.pose.state import PoseState
-from pftrack.sources.prism import NAMES, VERTICES_MM
 from tests.experiments.shared.always import always
 
 FOCAL, PRINCIPAL, PLACE = 400.0, np.array([160.0, 120.0]), np.array([0.0, 0.0, 80.0])

@@ -13,6 +13,7 @@ from pftrack.core.model.recipe import Change
 from pftrack.core.numerics.matrices import pinhole
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments import find
+from pftrack.experiments.prism.scene import VERTICES_MM
 from pftrack.experiments.shared.pose import layered
 from pftrack.experiments.shared.pose.beliefs import GAUSSIAN, STUDENT_4, STUDENT_8, AffineLayers, Solid
 from pftrack.experiments.shared.pose.calibrated import (
@@ -26,7 +27,6 @@ from pftrack.experiments.shared.pose.calibrated import (
 from pftrack.experiments.shared.pose.parameters import PoseTrackerParameters
 from pftrack.filters.affine import AffineLayer
 from pftrack.runs.run import Run
-from pftrack.sources.prism import VERTICES_MM
 
 SLOPES = np.array([[4.0, 0.3, 0.2], [-0.1, 5.0, 0.4]])
 

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from pftrack.core.geometry.rotation import rotation
 from pftrack.core.numerics.matrices import pinhole
 from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.experiments.prism.scene import VERTICES_MM
 from pftrack.experiments.shared.pose import layered
 from pftrack.experiments.shared.pose.layered import FeatureLikelihood, Layered, Rival, Settings
 from pftrack.filters.perspective import PerspectiveLayer
-from pftrack.sources.prism import VERTICES_MM
 
 FOCAL_PX, PLACE_MM = 400.0, np.array([0.0, 0.0, 80.0])
 LAYER = PerspectiveLayer(VERTICES_MM, FOCAL_PX, np.concatenate([np.zeros(3), PLACE_MM]))

@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 
 from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.experiments.prism.scene import VERTICES_MM, PrismParameters, Sight, sight
 from pftrack.experiments.shared.pose import layered
 from pftrack.experiments.shared.pose.layered import FeatureLikelihood, Layered, Settings
 from pftrack.filters import adaptive
 from pftrack.filters.affine import AffineLayer
 from pftrack.filters.perspective import PerspectiveLayer
-from pftrack.sources.prism import VERTICES_MM, PrismParameters, Sight, sight
 from pftrack.vision.likelihoods import points
 
 SCENE = PrismParameters()

@@ -11,13 +11,13 @@ from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments.head import trackers as head
 from pftrack.experiments.head.parameters import HeadTrackerParameters
 from pftrack.experiments.prism import trackers as prism
+from pftrack.experiments.prism.scene import VERTICES_MM, PrismSource
 from pftrack.experiments.prism.trackers import TrackedPrismParameters
 from pftrack.experiments.shared.pose import methods as pose
 from pftrack.experiments.shared.pose.beliefs import AffineLayers, JointParticles, Solid
 from pftrack.experiments.shared.pose.drawing import place_points
 from pftrack.experiments.shared.pose.parameters import AS_PUBLISHED, PoseTrackerParameters
 from pftrack.experiments.shared.pose.state import PoseState
-from pftrack.sources.prism import VERTICES_MM, PrismSource
 from pftrack.vision.geometry.face import FEATURES, mean_model
 
 FOCAL, PRINCIPAL = 800.0, np.array([320.0, 240.0])

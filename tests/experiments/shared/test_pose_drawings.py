@@ -14,9 +14,9 @@ from pftrack.core.numerics.matrices import pinhole
 from pftrack.experiments import find
 from pftrack.experiments.head.draw import front
 from pftrack.experiments.head.parameters import AS_PUBLISHED
+from pftrack.experiments.prism.scene import NAMES, VERTICES_MM
 from pftrack.experiments.shared.pose.drawing import beside, dashes, heights, place_points
 from pftrack.runs.run import Run
-from pftrack.sources.prism import NAMES, VERTICES_MM
 from pftrack.vision.geometry.face import FEATURES, TITLES, FaceModel, mean_model
 from tests.experiments.head.heads import Pictures, empty, pictures
 

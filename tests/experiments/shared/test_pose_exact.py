@@ -14,6 +14,7 @@ from scipy.stats import multivariate_normal, norm
 
 from pftrack.core.model.parameters import Value, revise
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
+from pftrack.experiments.prism.scene import NAMES, VERTICES_MM
 from pftrack.experiments.shared.pose import methods as pose
 from pftrack.experiments.shared.pose.beliefs import JointParticles, Layers, Solid
 from pftrack.experiments.shared.pose.methods import measurement, report
@@ -24,7 +25,6 @@ from pftrack.filters.layers import Projection
 from pftrack.filters.learning import mixture_em
 from pftrack.filters.perspective import POSE_NOISE, PerspectiveLayer
 from pftrack.filters.rao_blackwell import SCATTER_PX
-from pftrack.sources.prism import NAMES, VERTICES_MM
 from tests.experiments.shared.always import always
 
 FOCAL, PRINCIPAL, PLACE = 400.0, np.array([160.0, 120.0]), np.array([0.0, 0.0, 80.0])

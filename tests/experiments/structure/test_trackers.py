@@ -14,10 +14,9 @@ from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments import find
 from pftrack.experiments.structure.draw import shape_errors
 from pftrack.experiments.structure.methods import StructureTrackerParameters
+from pftrack.experiments.structure.scene import BodyTarget, body_of, normalise, unnamed_shape
 from pftrack.experiments.structure.trackers import TRACKERS, StructureState
 from pftrack.runs.run import Run
-from pftrack.sources.tracks.sequence import BodyTarget
-from pftrack.sources.tracks.table import body_of, normalise, unnamed_shape
 
 EXPERIMENT = find("structure")
 FOCAL = 4e6

@@ -19,7 +19,7 @@ from pftrack.experiments.trajectories.corner_scene import (
     shifts_px,
     wall,
 )
-from pftrack.vision.detection.matching import cut, match
+from pftrack.vision.matching import cut, match
 
 PLAIN = CornerSceneParameters()
 CLEAN = revise(PLAIN, {"image_noise_sd": 0, "gain_jump": 0, "gain_jump_share": 0})

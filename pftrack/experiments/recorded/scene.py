@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
+from pftrack.core.geometry.polygons import paint_disc
 from pftrack.core.model.parameters import ParameterError, Parameters, parameter
 from pftrack.core.model.source import Belief, Beliefs, Frame, History, Plane, Target
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.sources.beliefs.content import Content, SelectionParameters
 from pftrack.sources.beliefs.sequence import BeliefSequence
-from pftrack.sources.recording import check_start, paint_disc
 
 SPREAD_FRAMES = 500
 """So many frames at most are looked at for how far the true places lie apart."""
@@ -126,11 +126,7 @@ class RecordedBeliefs:
             parameters: Which target and which components are looked at.
             first: Number of the first frame that is used.
             truth: Where the target truly is, by number of the frame; what the file itself says if not given.
-
-        Raises:
-            ParameterError: There is no such frame, target or component.
         """
-        check_start(first, sequence)
         self._sequence, self._first, self._truth = sequence, first, truth
         content = sequence.content
         self._selected = _selected(content, parameters.selected_target)

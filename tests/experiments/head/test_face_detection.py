@@ -5,11 +5,11 @@ import cv2
 import numpy as np
 import pytest
 
-from pftrack.vision.detection import face as cascades
-from pftrack.vision.detection.face import FaceError, detect, find_again
+from pftrack.experiments.head import detection as cascades
+from pftrack.experiments.head.detection import FaceError, detect, find_again
 from pftrack.vision.geometry.face import FEATURES, FaceModel, mean_model
 
-CLIP = Path(__file__).parents[2] / ".." / "shared" / "data" / "face_turning"
+CLIP = Path(__file__).parents[3] / ".." / "shared" / "data" / "face_turning"
 LEFT, RIGHT = FEATURES.index("leye"), FEATURES.index("reye")
 
 REFERENCE = {

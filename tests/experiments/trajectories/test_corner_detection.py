@@ -4,7 +4,7 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.model.parameters import revise
-from pftrack.vision.detection.corners import Detector, DetectorParameters, find_corners
+from pftrack.experiments.trajectories.corners import Detector, DetectorParameters, find_corners
 
 DETECTORS: list[Detector] = ["eigenvalue", "orientation"]
 

@@ -10,8 +10,8 @@ from pftrack.core.model.recipe import Change
 from pftrack.core.model.source import FrameSequence, History
 from pftrack.experiments import find
 from pftrack.experiments.ball.experiment import RecordedBallParameters
+from pftrack.experiments.shared.recording import RecordingSource
 from pftrack.runs.run import Run
-from pftrack.sources.recording import RecordingSource
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.truth import TruthTable, read_truth
 
@@ -105,15 +105,6 @@ def test_boxes_must_lie_within_the_picture(clip: FrameSequence, bad: tuple[float
     """A box that reaches beyond the picture or has no area is refused with the picture's size."""
     with pytest.raises(ValueError, match="320 x 120 px"):
         BALL.video.on_video(clip, Box.of(*bad))
-
-
-@pytest.mark.parametrize("start", [-1, 40])
-def test_start_must_be_a_picture(clip: FrameSequence, start: int) -> None:
-    """A start that the recording does not have is refused with those it has."""
-    with pytest.raises(ValueError, match="0 to 39"):
-        BALL.video.on_video(clip, box(0), start=start)
-    with pytest.raises(ValueError, match="0 to 39"):
-        RecordingSource(clip, box(0).corner_and_size, start)
 
 
 def test_time_is_the_recording_s_own(clip: FrameSequence) -> None:

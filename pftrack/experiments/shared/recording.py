@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.parameters import ParameterError, Parameters, parameter
+from pftrack.core.geometry.polygons import paint_disc
+from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.source import Frame, FrameSequence, History, Target
 from pftrack.core.numerics.compiled import compiled
 
@@ -139,17 +140,6 @@ def rgb(colour: str) -> tuple[int, int, int]:
 
 
 @compiled
-def paint_disc(image_rgb: NDArray[np.uint8], u: float, v: float, radius: float, colour: tuple[int, int, int]) -> None:
-    """Fill the pixels whose centres are within `radius` px of (u, v), in place."""
-    height, width, _ = image_rgb.shape
-    for row in range(max(int(np.ceil(v - radius)), 0), min(int(np.floor(v + radius)), height - 1) + 1):
-        for column in range(max(int(np.ceil(u - radius)), 0), min(int(np.floor(u + radius)), width - 1) + 1):
-            if (column - u) ** 2 + (row - v) ** 2 <= radius * radius:
-                for channel in range(3):
-                    image_rgb[row, column, channel] = colour[channel]
-
-
-@compiled
 def _paint_columns(image_rgb: NDArray[np.uint8], first: int, last: int, colour: tuple[int, int, int]) -> None:
     """Fill the columns first..last - 1, in place."""
     for row in range(image_rgb.shape[0]):
@@ -214,11 +204,7 @@ class RecordingSource:
             first: Number of that picture within the sequence.
             truth: Where the target truly is, by number of the picture within the sequence.
             start: The target in the first picture, if it is more than the middle of the box.
-
-        Raises:
-            ParameterError: The first frame is not within the recording.
         """
-        check_start(first, sequence)
         self._sequence = sequence
         self._first = first
         self._backdrop = RecordedBackdrop(sequence)
@@ -241,13 +227,3 @@ class RecordingSource:
             image.flags.writeable = False
         target = self._truth(self._first + index) if self._truth else None
         return Frame(index, float(self._times_s[index]), image_rgb=image, target=target, backdrop=self._backdrop)
-
-
-def check_start(start: int, sequence: FrameSequence) -> None:
-    """Refuse a first picture that is not within the recording.
-
-    Raises:
-        ParameterError: It is not.
-    """
-    if not 0 <= start < sequence.frame_count:
-        raise ParameterError("start", start, f"a frame of the recording, 0 to {sequence.frame_count - 1}")
