@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.vision.likelihoods.hidden import compare, log_fits, mix_hidden
+from pftrack.vision.likelihoods.points import compare, log_fits, mix_hidden
 
 EXPECTED = np.array([[10.0 * index, 5.0] for index in range(6)])
 N = 40

@@ -1,6 +1,6 @@
 """The pose of a head, simulated or on a recording (Bando 2007, ch. 4 section 4).
 
-- `experiment`: the wiring, the drawing and the world of the head; `draw`: pieces of drawings; `exports`: files of the
+- `experiment`: the wiring, the drawing and the world of the head; `draw`: pieces of drawings, and files of the
   head;
 - `scene`, `scene_parameters` and `painting`: the simulated driver; `recording`: how a face is found, marked and judged;
 - `trackers`: the trackers by name; `first_sight`: what they make of the first picture; `appearance`: templates and

@@ -45,20 +45,18 @@ from pftrack.core.numerics.elementary import wrap
 from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.experiments.head.appearance import HeadMemory
 from pftrack.experiments.head.draw import (
+    EXPORTS,
     GROWTH_PLOTS,
     GROWTH_READINGS,
     GROWTH_TERMS,
-    SHAPE_ERROR,
-    PlacedHead,
-    front,
-    head_measure,
-)
-from pftrack.experiments.head.exports import (
-    EXPORTS,
     MASK_OPACITY,
     MEAN_FACE,
+    SHAPE_ERROR,
     UNCERTAINTY,
+    PlacedHead,
     draw_grown_face,
+    front,
+    head_measure,
     surface_colours,
 )
 from pftrack.experiments.head.parameters import HeadTrackerParameters

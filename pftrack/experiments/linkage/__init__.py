@@ -1,8 +1,7 @@
 """A chain of three links seen by one camera: its pose and its lengths at once, by what joints and lengths may be.
 
 - `experiment`: the wiring; `parameters`: what can be turned; `presets`: starting points and failures;
-- `scene`: the simulated chain; `recording`, `recorded_lines`: points that a person marks or a table gives, and their
-  truth;
+- `scene`: the simulated chain; `recording`: points that a person marks or a table gives, and their truth;
 - `shape`: chains before a camera; `state`: what all trackers believe; `trackers`: the trackers by name;
 - `gaussians`, `linearised`, `model`: Kalman filters; `particles`, `sampled`: the particle filter;
 - `set_trackers` and `sets`: regions that hold the truth;

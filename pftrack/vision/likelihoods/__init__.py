@@ -6,10 +6,10 @@ constant that is the same for all states. Likelihoods know no filters.
 - `chromaticity`: the colour of the one pixel under the particle, brightness taken out;
 - `histogram`: the colours of the window around it, compared with those of a model and of what is around; `counting`:
   how many windows are counted at once;
-- `points`: measured positions of several features, each with its own noise;
+- `points`: measured positions of several features, each with its own noise, and features that may be hidden;
 - `template`: patches of the first frame by normalised correlation;
 - `separation`: whether a likelihood tells a target from what is around it, and templates in relief;
-- `hidden`: features that may be hidden; `camera`: how far a picture has moved.
+- `camera`: how far a picture has moved.
 """
 
 from pftrack.vision.likelihoods import chromaticity, histogram, points, separation, template

@@ -9,8 +9,7 @@ import pytest
 from pftrack.core.model.drawing import Ellipsoids, Links, Mesh, Primitive, drawn_keys
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
-from pftrack.experiments.head.draw import front
-from pftrack.experiments.head.exports import MEAN_FACE, UNCERTAINTY, points_of, surface_of
+from pftrack.experiments.head.draw import MEAN_FACE, UNCERTAINTY, front, points_of, surface_of
 from pftrack.runs.run import Run
 from pftrack.vision.geometry.face import FEATURES, mean_model
 

@@ -17,7 +17,7 @@ of the fit:
 - beyond it all points have one variance in excess, from how badly they fit the solid
   (`pftrack.filters.random_effects`), its mean over the last frames, since it changes as slowly as the pose;
 - a point that may be hidden is as sure as those of its particles that see it, as often as it is seen
-  (`pftrack.vision.likelihoods.hidden`);
+  (`pftrack.vision.likelihoods.points`);
 - a solid and a camera that are known exactly say by how much the affine camera is wrong: that is taken off the
   estimate;
 - of a solid that is not, the first picture tells how its points lie in that picture's plane, and they are compared as

@@ -24,7 +24,7 @@ from pftrack.filters.adaptive import Draw, Features
 from pftrack.filters.layers import Projection, UpperLayer
 from pftrack.filters.learning import mixture_em
 from pftrack.filters.learning.mixture_em import Mixture
-from pftrack.vision.likelihoods.hidden import compare, log_fits, mix_hidden
+from pftrack.vision.likelihoods.points import compare, log_fits, mix_hidden
 
 S = TypeVar("S")
 
