@@ -21,10 +21,10 @@ import pyarrow.parquet as pq
 
 from pftrack.core.model.parameters import Value
 from pftrack.core.numerics.statistics import chi_square, rank_sum
+from pftrack.experiments.shared.recording import LAYOUTS
 from pftrack.output.figures.picture import save
 from pftrack.reproduce.finding import Finding, References
 from pftrack.reproduce.pool import RUNS_A_PIECE, Pool
-from pftrack.sources.recording import LAYOUTS
 from pftrack.sweep import Plan, Result
 from pftrack.sweep import compare as compare_methods
 from pftrack.sweep.axis import Axis

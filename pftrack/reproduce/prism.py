@@ -28,6 +28,7 @@ from pftrack.core.model.source import Frame
 from pftrack.core.numerics.elementary import wrap
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments import find
+from pftrack.experiments.prism.scene import FRAMES, REAR, VERTICES_MM, PrismParameters, PrismTarget, sight
 from pftrack.experiments.prism.trackers import TrackedPrismParameters, measured_of
 from pftrack.experiments.shared.pose import methods
 from pftrack.experiments.shared.pose.methods import Method
@@ -37,7 +38,6 @@ from pftrack.filters import affine_pose
 from pftrack.reproduce.finding import Finding, References
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.run import Run
-from pftrack.experiments.prism.scene import FRAMES, REAR, VERTICES_MM, PrismParameters, PrismTarget, sight
 from pftrack.vision.likelihoods import points
 
 Reading: TypeAlias = Literal["chosen", "kernel", "sharp", "underflow"]

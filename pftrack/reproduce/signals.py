@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from pftrack.core.arrays import Floats
+from pftrack.core.geometry.polygons import paint_disc
 from pftrack.core.model.parameters import Value
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.filters import auxiliary, bootstrap
@@ -18,7 +19,6 @@ from pftrack.filters.particles import ParticleSet
 from pftrack.reproduce.finding import Finding, References, three_errors
 from pftrack.reproduce.pool import Pool, recipe, rows_of
 from pftrack.runs.run import Run
-from pftrack.sources.recording import paint_disc
 from pftrack.vision.likelihoods import chromaticity
 
 REFERENCES = References(__file__)

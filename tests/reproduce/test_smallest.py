@@ -49,7 +49,7 @@ def short(monkeypatch: pytest.MonkeyPatch) -> None:
     """A run of the ball has two frames, the head is as fast as may be, and the maps have few cells."""
     plans = ball.plans
     monkeypatch.setattr(ball, "FRAMES", 2)
-    monkeypatch.setattr(head, "VideoTrials", partial(head.VideoTrials, frames=225))
+    monkeypatch.setattr(head.VideoTrials.__init__, "__defaults__", (225,))
     monkeypatch.setattr(ball, "plans", lambda _full: plans(full=False))
     monkeypatch.setattr(
         trajectories, "TRACKS_METHODS", trajectories.TRACKS_METHODS[::-1]
