@@ -74,7 +74,7 @@ def test_what_does_not_go_together_is_refused(client: httpx.Client, tracks: dict
     [
         ("frame,point,left,top\n0,1,2,3\n", "the table has the columns frame, point, left, top; expected frame, point"),
         ("frame,point,x,y\n0,1,2,3\n", "at least 2 frames in which points are seen"),
-        ("frame,point,x,y\n0,1,left,3\n", "line 2 of the table: expected a number, got 'left'"),
+        ("frame,point,x,y\n0,1,left,3\n", "line 2: x must be a number, got 'left'"),
         ("a,b,c\n1,2,3\n", "the file is a text"),
     ],
 )
