@@ -24,23 +24,19 @@ export function outcomeLines({ frames, outcomes, paired }, { unit, names, measur
    * @param {(outcome: OutcomePublic) => string} text
    */
   const line = (title, hint, text) => ({ title, hint, cells: outcomes.map((outcome) => ({ text: text(outcome) })) });
-  const isJudged = outcomes.some(({ kept, first_lost }) => kept !== null || first_lost !== null);
   const quantities = [...new Set(paired.map(({ name }) => name))];
   return [
     line("Mean error", `Over the ${frames} frames in common`, ({ mean_error }) => withUnit(quantity(mean_error, unit), unit)),
-    line(measure, "Share of the frames in common", ({ kept }) => (kept === null ? NONE : `${number(100 * kept, 0)} %`)),
-    line("First lost", "The first frame in which the target is lost", ({ first_lost }) => lossWords(first_lost, isJudged)),
+    line(measure, "Share of the frames in common", ({ success_share: share }) => (share === null ? NONE : `${number(100 * share, 0)} %`)),
+    line("First lost frame", "The first frame in which the target is lost", lossWords),
     ...quantities.map((name) => pairedLine(paired.filter((each) => each.name === name), names)),
   ].filter(({ cells }) => cells.some(({ text }) => text !== NONE && text !== ""));
 }
 
-/**
- * @param {number|null} frame
- * @param {boolean} isJudged Whether a loss would be known.
- */
-function lossWords(frame, isJudged) {
-  if (frame !== null) return `frame ${frame}`;
-  return isJudged ? "never" : NONE;
+/** @param {OutcomePublic} outcome */
+function lossWords({ lost_frames: lost, first_lost_frame: first }) {
+  if (lost === null) return NONE;
+  return first === null ? "never" : `${first}`;
 }
 
 /**

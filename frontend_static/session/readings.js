@@ -109,10 +109,11 @@ export function state(history, session) {
   if (!row) return ["not computed yet", "unknown"];
   const { searching, lost, hidden } = row;
   if (isGone(row)) return [lossWords(row, session), "lost"];
+  if (searching) return [`held (by truth), looking for the ${session.target} (by the tracker)`, "unknown"];
   const source = lost === null ? "by the tracker" : "by truth";
   if (wasSearching(history, session)) return [`${session.target} found again (${source})`, "good"];
   if (hidden === true) return ["hidden (by truth)", "hidden"];
-  if (lost === false) return ["on target (by truth)", "good"];
+  if (lost === false) return ["held (by truth)", "good"];
   if (row.error !== null) return ["", "unknown"];
   return searching === false ? ["followed (by the tracker)", "good"] : ["truth not known", "unknown"];
 }

@@ -324,6 +324,8 @@ export interface DiagnosisPublic {
   /** First frame of the loss, or the one that was asked about; null if none is */
   frame: number | null;
   lost: boolean;
+  /** The first of all in which the target is lost; null if none is */
+  first_lost_frame: number | null;
   /** Who says whether it is lost: truth, tracker, or nobody */
   witness: "truth" | "tracker" | "";
   /** What began first */
@@ -1277,10 +1279,11 @@ export interface OpenRequest {
 /** What came of a run in the frames that are compared. */
 export interface OutcomePublic {
   mean_error: number | null;
-  /** Share of the frames that count for the measure which decides on success */
-  kept: number | null;
-  first_lost: number | null;
-  lost_frames: number;
+  /** Of the measure that decides on success, over these frames */
+  success_share: number | null;
+  /** In how many the target is lost; null where nobody says */
+  lost_frames: number | null;
+  first_lost_frame: number | null;
 }
 
 /** The first message to a lecturer. */
@@ -2292,6 +2295,8 @@ export interface VoteRequest {
 export interface WhatIfPublic {
   /** Frame in which the loss began */
   loss: number;
+  /** The first of all in which the target is lost */
+  first_lost_frame: number | null;
   /** Last frame that all runs have in common */
   begin: number;
   /** Last frame that was computed */

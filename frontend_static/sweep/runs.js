@@ -164,7 +164,7 @@ function item(store, row) {
 function verdictOf({ problem, success }) {
   if (problem !== null) return "not possible";
   if (success === null) return "";
-  return success ? "kept" : "lost";
+  return success ? "success" : "failure";
 }
 
 /**
@@ -228,6 +228,6 @@ function facts(sweep, row) {
   const unit = sweep.unit ? `\u00a0${sweep.unit}` : "";
   const error = row.mean_error === null ? "" : `error ${short(row.mean_error)}${unit}`;
   if (row.lost_frames === null) return error;
-  if (row.lost_frames === 0) return `no frame lost, ${error}`;
-  return `first lost in frame ${row.first_lost_frame}, ${count(row.lost_frames, "frame")} in all, ${error}`;
+  if (row.lost_frames === 0) return `never lost, ${error}`;
+  return `lost in ${count(row.lost_frames, "frame")}, first in frame ${row.first_lost_frame}, ${error}`;
 }

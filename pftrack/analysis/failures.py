@@ -14,6 +14,7 @@ from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.preset import ORDER, Failure
 from pftrack.core.model.recipe import Recipe
 from pftrack.experiments.experiment import Experiment
+from pftrack.runs.loss import loss_words
 from pftrack.runs.run import Run
 
 
@@ -64,11 +65,10 @@ class FailureRun:
         """What was found in its numbers, a sentence."""
         if self.sign is not None:
             return self.sign.words
-        lost = [row.frame for row in self.rows if row.is_lost]
-        if not lost:
-            return "The target is not lost in any frame."
-        end = "lost in the last one" if self.rows[-1].is_lost else "followed again in the last one"
-        return f"The target is lost in {len(lost)} of {len(self.rows)} frames, first in frame {lost[0]}, and {end}."
+        loss = self.course.loss
+        words = loss_words(len(loss.lost), loss.lost_frames or 0, loss.first_lost_frame)
+        end = "" if loss.first_lost_frame is None else f", and {'held' if loss.held_at_end else 'not held'} at the end"
+        return f"{words}{end}."
 
 
 @dataclass(frozen=True)

@@ -27,15 +27,16 @@ from pftrack.core.model.plot import Reading, ReadingKind
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.series import Interval, SeriesRole
 from pftrack.experiments.experiment import Experiment
+from pftrack.runs.loss import loss_words
 from pftrack.runs.manifest import extent_of, title_of
-from pftrack.runs.run import Run, find_lost_frames
+from pftrack.runs.run import Run
 from pftrack.vision.rendering import render_beside
 from pftrack.vision.rendering.projection import over
 
 if TYPE_CHECKING:
     from pftrack.analysis.counterfactuals.report import Report
     from pftrack.analysis.explanation import Explanation
-    from pftrack.runs.comparison import Comparison, Paired
+    from pftrack.runs.comparison import Comparison, Outcome, Paired
 
 KEY = "text-align:left;opacity:.75;padding:1px 12px 1px 0;white-space:nowrap"
 VALUE = "text-align:left;font-variant-numeric:tabular-nums;padding:1px 12px 1px 0"
@@ -200,7 +201,7 @@ for: that goes before attributes, but not before this."""
 def track(run: Run) -> str:
     """Return the errors of all frames that a run has computed as SVG, with a mark for each change of a parameter."""
     rows, last = run.diagnostics, max(1, run.computed)
-    flags = {"hidden": [row.hidden is True for row in rows], "lost": find_lost_frames(run).lost.tolist()}
+    flags = {"hidden": [row.hidden is True for row in rows], "lost": [row.is_lost for row in rows]}
     bands = "".join(band for name, known in flags.items() for band in _bands(name, known))
     marks = "".join(_mark(run, change, last) for change in run.timeline.changes if 0 < change.frame <= last)
     return (
@@ -258,8 +259,15 @@ def comparison_html(comparison: "Comparison") -> str:
 def _outcomes(comparison: "Comparison") -> Iterator[tuple[str, Iterable[str]]]:
     unit, outcomes = comparison.unit, comparison.outcomes
     yield f"Mean error, {unit}" if unit else "Mean error", (quantity(each.mean_error, unit) for each in outcomes)
-    yield "Kept", (f"{100 * each.kept:.0f} %" if math.isfinite(each.kept) else MISSING for each in outcomes)
-    yield "First lost", ("never" if each.first_lost is None else f"frame {each.first_lost}" for each in outcomes)
+    shares = [each.success_share for each in outcomes]
+    yield comparison.success_title, (f"{100 * one:.0f} %" if math.isfinite(one) else MISSING for one in shares)
+    yield "First lost frame", map(_first_lost, outcomes)
+
+
+def _first_lost(outcome: "Outcome") -> str:
+    if outcome.lost_frames is None:
+        return MISSING
+    return "never" if outcome.first_lost_frame is None else f"{outcome.first_lost_frame}"
 
 
 def _sentences(comparison: "Comparison") -> Iterator[str]:
@@ -344,7 +352,9 @@ def summary_lines(run: Run) -> dict[str, str]:
     made, experiment = run.summary(), run.experiment
     lines = {"Frames": extent_of(run)}
     if made.verdict.success is not None:
-        lines["Outcome"] = "kept" if made.verdict.success else "lost"
+        lines["Success"] = "yes" if made.verdict.success else "no"
+    if made.verdict.lost_frames is not None:
+        lines["Loss"] = loss_words(made.frames, made.verdict.lost_frames, made.verdict.first_lost_frame)
     diagnosis = diagnose(run)
     if diagnosis.lost:
         lines["Why"] = diagnosis.sentence

@@ -29,8 +29,8 @@ from pftrack.core.texts import read_texts
 from pftrack.experiments import EXPERIMENTS
 from pftrack.reproduce.finding import Finding, References
 from pftrack.reproduce.pool import Pool, begin
+from pftrack.runs.loss import LASTING_FRAMES, Loss
 from pftrack.runs.run import Run
-from pftrack.runs.scoring import LASTING_FRAMES, first_loss
 
 REFERENCES = References(__file__)
 POSES = {"head", "hand"}
@@ -235,9 +235,9 @@ def judge_draw(draw: tuple[int, int]) -> Judgement | None:
     place, number = draw
     flawed, base = conditions()[place].draw(number)
     failing = _finish(flawed)
-    gone = [row.is_lost for row in failing.diagnostics]
-    begun = first_loss(gone)
-    if begun is None or sum(gone[begun:]) < LASTING_FRAMES:
+    loss = Loss.of(failing.diagnostics)
+    begun = loss.lasting
+    if begun is None or int(loss.lost[begun:].sum()) < LASTING_FRAMES:
         return None
     holding = _finish(base)
     lost = [row.lost is True for row in holding.diagnostics]

@@ -12,7 +12,7 @@ from typing import Any, Literal, Self, TypeAlias, cast
 
 import numpy as np
 
-from pftrack.core.arrays import Bools, Floats
+from pftrack.core.arrays import Floats
 from pftrack.core.entry_points import PRESENTERS, load
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.measures import Measure
@@ -20,8 +20,9 @@ from pftrack.core.model.palette import BRANCHES, hexadecimal
 from pftrack.core.model.parameters import Declaration, Value, declarations
 from pftrack.core.model.series import to_json
 from pftrack.core.numerics.statistics import dependent_mean_interval
-from pftrack.runs.run import Run, find_lost_frames
-from pftrack.runs.scoring import before_loss, evaluated_run
+from pftrack.runs.loss import Loss
+from pftrack.runs.run import Run
+from pftrack.runs.scoring import evaluated_run
 
 MOST_RUNS = 4
 
@@ -322,16 +323,16 @@ class Outcome:
     Attributes:
         mean_error: Over the frames whose truth is known, in the comparison's unit; NaN where there are none, or an
             estimate is not finite.
-        kept: Share of these frames that the measure counts which decides on success; NaN where it is not known.
-        first_lost: The first frame in which the target is lost, by the truth or by the tracker's own account; None
-            where it never is.
-        lost_frames: In how many it is.
+        success_share: Share of these frames that the measure counts which decides on success; NaN where it is not
+            known.
+        lost_frames: In how many frames the target is lost (`pftrack.runs.loss`); None where nobody says.
+        first_lost_frame: The first of them; None where it never is.
     """
 
     mean_error: float
-    kept: float
-    first_lost: int | None
-    lost_frames: int
+    success_share: float
+    lost_frames: int | None
+    first_lost_frame: int | None
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON values; what is not a number becomes None."""
@@ -413,10 +414,9 @@ class Comparison:
         return tuple(rows[: self.frames] for rows in self._compute_rows())
 
     @property
-    def lost(self) -> tuple[Bools, ...]:
-        """(frames,) of each run, whether its target is lost, in the frames that can be compared."""
-        placed = zip(self.runs, self.alignment.firsts, strict=True)
-        return tuple(find_lost_frames(run).lost[first : first + self.frames] for run, first in placed)
+    def losses(self) -> tuple[Loss, ...]:
+        """In which of the frames that can be compared each run has lost its target."""
+        return tuple(map(Loss.of, self.rows))
 
     @property
     def partings(self) -> tuple[Divergence, ...]:
@@ -433,15 +433,21 @@ class Comparison:
     @property
     def outcomes(self) -> tuple[Outcome, ...]:
         """What came of each run."""
-        return tuple(map(_outcome, self.runs, self.rows, self.lost))
+        return tuple(map(_outcome, self.runs, self.rows, self.losses))
+
+    @property
+    def success_title(self) -> str:
+        """Title of the measure that decides on success, where it is the same one for all runs."""
+        titles = {_decisive(run).title for run in self.runs}
+        return titles.pop() if len(titles) == 1 else "Share of successful frames"
 
     @property
     def before_loss(self) -> int | None:
         """The frame from which to watch the first loss of any run; None where none loses its target."""
         found = [
-            before_loss(lost.tolist(), [bool(row.hidden) for row in rows], outcome.first_lost)
-            for rows, lost, outcome in zip(self.rows, self.lost, self.outcomes, strict=True)
-            if outcome.first_lost is not None
+            loss.approach([bool(row.hidden) for row in rows], loss.first_lost_frame)
+            for rows, loss in zip(self.rows, self.losses, strict=True)
+            if loss.first_lost_frame is not None
         ]
         return min((frame for frame in found if frame is not None), default=None)
 
@@ -496,17 +502,16 @@ def _describe(setting: Setting, place: int) -> str:
     return str(value) if setting.name in TOLD_BARE else f"{setting.title} {value}"
 
 
-def _outcome(run: Run, rows: Sequence[Diagnostics], lost: Bools) -> Outcome:
+def _outcome(run: Run, rows: Sequence[Diagnostics], loss: Loss) -> Outcome:
     if not rows:
-        return Outcome(np.nan, np.nan, None, 0)
+        return Outcome(np.nan, np.nan, None, None)
     errors, values = _errors(rows), _decisive_values(run, rows)
     known, counted = errors[~np.isnan(errors)], values[~np.isnan(values)]
-    gone = np.flatnonzero(lost)
     return Outcome(
         float(known.mean()) if len(known) and np.isfinite(known).all() else np.nan,
         float(counted.mean()) if len(counted) else np.nan,
-        int(gone[0]) if len(gone) else None,
-        len(gone),
+        loss.lost_frames,
+        loss.first_lost_frame,
     )
 
 

@@ -13,6 +13,7 @@ from pftrack.core.model.band import DIRECTIONS
 from pftrack.core.model.glossary import Citation
 from pftrack.core.numerics import machine
 from pftrack.core.version import __version__
+from pftrack.runs.loss import Loss
 from pftrack.runs.run import Run
 from pftrack.runs.table import columns_in
 
@@ -22,7 +23,7 @@ FORMAT = "pftrack-manifest"
 def manifest_of(run: Run) -> dict[str, Any]:
     """Return the manifest of a run, as far as it was computed, as JSON values."""
     recipe = run.recipe.with_footage(path=None)
-    footage = recipe.footage
+    footage, loss = recipe.footage, Loss.of(run.diagnostics)
     return {
         "format": FORMAT,
         "version": 1,
@@ -35,6 +36,7 @@ def manifest_of(run: Run) -> dict[str, Any]:
             "estimates": run.estimates_sha256,
             **({"recording": footage.sha256} if footage and footage.sha256 else {}),
         },
+        "loss": {"lost_frames": loss.lost_frames, "first_lost_frame": loss.first_lost_frame, "by": loss.witness},
         **{direction: direction in run.miscalibration for direction in DIRECTIONS},
         "computed_on": dict(machine.describe_platform()),
         "columns": [{"name": it.name, "title": it.title, "unit": it.unit} for it in columns_in(run)],

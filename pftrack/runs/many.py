@@ -29,17 +29,10 @@ from pftrack.core.model.source import Frame, History, Source
 from pftrack.core.model.tracker import EnsembleStep, Tracker, TrackState
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.experiment import Experiment
+from pftrack.runs.loss import Loss, Truths, judge_estimates, judge_state
 from pftrack.runs.loss_probability import measure_loss_probability
 from pftrack.runs.run import Run
-from pftrack.runs.scoring import (
-    allowed_loss,
-    estimates_hash,
-    evaluated_run,
-    extent_series,
-    judge,
-    judge_state,
-    reductions,
-)
+from pftrack.runs.scoring import allowed_loss, estimates_hash, evaluated_run, extent_series, judge, reductions
 
 BLOCK_BYTES = 64 * 2**20
 """Pictures held at a time; sixty of Bando's scene are a quarter of it."""
@@ -52,21 +45,6 @@ MOST_SIDE_BY_SIDE = 16
 
 Losses: TypeAlias = tuple[Floats, Floats]
 """Errors and verdicts (N, L) of N runs in L frames, as `Trial` has those of one."""
-
-
-@dataclass(frozen=True, slots=True)
-class Truths:
-    """What is true of L frames.
-
-    Attributes:
-        positions: (L, d) true positions, NaN where unknown.
-        sizes: (L,) of the target.
-        extents: (L, 2) of the box around it, NaN where unknown.
-    """
-
-    positions: Floats
-    sizes: Floats
-    extents: Floats
 
 
 class FrameBlock:
@@ -190,8 +168,6 @@ class Trial:
         timeline: Timeline,
         seed: int,
         state: TrackState | None = None,
-        *,
-        by_truth: bool = False,
     ) -> None:
         """Begin.
 
@@ -201,9 +177,8 @@ class Trial:
             timeline: Parameters and trackers in force; its seeds do not count.
             seed: Of the random numbers from here on.
             state: Of the frame before the first to come; None to begin with frame 0.
-            by_truth: Whether only the truth says that the target is lost; else the tracker's own account counts, too.
         """
-        self._experiment, self._source, self._timeline, self._by_truth = experiment, source, timeline, by_truth
+        self._experiment, self._source, self._timeline = experiment, source, timeline
         self.seed, self.state = seed, state
         self.steps, self.seconds = 0, 0.0
         self._settled = False
@@ -238,10 +213,16 @@ class Trial:
             scale * self.estimates,
             scale * truths.positions,
             self.errors,
-            lost if self._experiment.lost is not None else None,
+            lost if self._experiment.judges_loss else None,
             truths.extents,
             self._believed_sizes(truths),
         )
+
+    @property
+    def loss(self) -> Loss:
+        """Where the target is lost by the truth, of a run that has taken all its frames by `fold`."""
+        truly = self.truly_lost
+        return Loss(truly == 1.0, tuple("" if unknown else "truth" for unknown in np.isnan(truly)))
 
     def reductions(self) -> Mapping[str, float | int | None]:
         """Return what is kept of the tracker's series, of a run that has taken all its frames by `fold`."""
@@ -291,8 +272,10 @@ class Trial:
         tracker, parameters, experiment = self._tracker(start), self._timeline.parameters_at(start), self._experiment
         if tracker.fold is None or experiment.missed is not None or block.pictures_rgb is None:
             return False
-        if not self._by_truth and tracker.searching is not None and tracker.searching(self.state) is not None:
-            return False  # its own account takes the states of all frames
+        truths = block.truths.at(slice(start - len(begun) - block.first, end - block.first))
+        known = np.isfinite(truths.positions).all()
+        if not known and tracker.searching is not None and tracker.searching(self.state) is not None:
+            return False  # its own account, which counts where no truth is known, takes the states of all frames
         estimates = list(begun)
         if start < end:
             clock = thread_time()
@@ -307,8 +290,7 @@ class Trial:
             for name, column in fold.series.items():
                 self._columns.setdefault(name, []).append(column)
         joined = np.concatenate(estimates)
-        places = slice(end - len(joined) - block.first, end - block.first)
-        errors, lost = judge_estimates(experiment, joined, block, places, parameters)
+        errors, lost = judge_estimates(experiment, joined, truths, parameters)
         self._kept.append((joined, errors, lost, lost))
         return True
 
@@ -339,34 +321,6 @@ class Trial:
 
     def _tracker(self, index: int) -> Tracker:
         return self._experiment.trackers[self._timeline.tracker_at(index)]
-
-
-def judge_estimates(
-    experiment: Experiment,
-    estimates: Floats,
-    block: FrameBlock,
-    places: slice | NDArray[np.intp],
-    parameters: Any,  # noqa: ANN401 - the experiment's own model
-) -> Losses:
-    """Return what `judge_state` says of each of many estimates, where `lost` alone decides.
-
-    Args:
-        experiment: One without `missed`.
-        estimates: (L, d).
-        block: Frames with their truths.
-        places: Which L of them these are; one may be several times among them.
-        parameters: In force in all of them.
-
-    Returns:
-        Errors (L,), and 1 where the target is lost, else 0 (L,); NaN where the truth is unknown.
-    """
-    positions, sizes = block.truths.positions[places], block.truths.sizes[places]
-    known = np.isfinite(positions).all(axis=1)
-    errors = np.asarray(experiment.error(estimates, positions), np.float64)
-    errors = np.where(known & np.isnan(errors), np.inf, errors)
-    if experiment.lost is None:
-        return errors, np.full(len(errors), np.nan)
-    return errors, np.where(known, experiment.lost(errors, sizes, parameters), np.nan)
 
 
 # ---------------------------------------------------------------- on from a state
@@ -442,7 +396,7 @@ def _go_on_at_once(
     same = np.zeros(len(seeds), np.intp)
     for block in again:
         judged = [
-            judge_estimates(experiment, next(found), block, same + place, timeline.parameters_at(frame.index))
+            judge_estimates(experiment, next(found), block.truths.at(same + place), timeline.parameters_at(frame.index))
             for place, frame in enumerate(block.frames)
         ]
         errors, lost = zip(*judged, strict=True)
@@ -510,7 +464,7 @@ class Outcome:
         success: Whether the measure that decides is high enough; None where it is not known.
         mean_error: Over the frames whose truth is known, in the experiment's unit; None where there are none, or an
             estimate is not finite.
-        lost_frames: How many frames were lost; None where the experiment has no notion of lost.
+        lost_frames: In how many frames the target was lost (`pftrack.runs.loss`); None where nobody says.
         first_lost_frame: The first of them, or None.
         labelled_frames: Frames whose truth is known.
         step_ms: Mean time of a step, ms; the one figure that differs from run to run.
@@ -589,7 +543,7 @@ def outcomes(
         more = measure_loss_probability(run) if run.tracker in rows_needed else {}
         step_ms = float(np.mean([row.step_ms for row in rows[1:]])) if rows[1:] else 0.0
         kept = reductions(experiment.all_series(run.tracker), rows[1:])
-        made = _judge(experiment, setup, course, end, wanted, step_ms, kept)
+        made = _judge(experiment, setup, course, Loss.of(rows), end, wanted, step_ms, kept)
         known[run.tracker, run.seed] = replace(made, measures={**made.measures, **more})
     return [[known[name, seed] for name in trackers] for seed in seeds]
 
@@ -616,7 +570,7 @@ def _fold(
     """Return what came of the runs that can take many frames at once with these parameters; all see the same."""
     names = tuple(experiment.trackers)
     timelines = {name: Timeline.begin(parameters, name, names) for name in {tracker for tracker, _ in cases}}
-    going = {(name, seed): Trial(experiment, source, timelines[name], seed, by_truth=True) for name, seed in cases}
+    going = {(name, seed): Trial(experiment, source, timelines[name], seed) for name, seed in cases}
     truths: list[Truths] = []
     last = min(frames, source.frame_count or frames) - 1
     for block in read_blocks(source, History(((0, parameters),)), 0, last, shortest=frames):
@@ -633,6 +587,7 @@ def _fold(
             experiment,
             setup,
             trial.course(found),
+            trial.loss,
             parameters,
             measures,
             1e3 * trial.seconds / trial.steps if trial.steps else 0.0,
@@ -646,13 +601,14 @@ def _judge(
     experiment: Experiment,
     setup: Setup,
     course: EvaluatedRun,
+    loss: Loss,
     parameters: Parameters,
     measures: Sequence[Measure],
     step_ms: float,
     kept: Mapping[str, float | int | None],
 ) -> Outcome:
     """Return what came of a finished run."""
-    verdict = judge(course, experiment.measure_named(setup.success), allowed_loss(parameters))
+    verdict = judge(course, loss, experiment.measure_named(setup.success), allowed_loss(parameters))
     return Outcome(
         verdict.success,
         verdict.mean_error,

@@ -18,7 +18,8 @@ from pftrack.core.model.source import Frame, Source
 from pftrack.core.model.tracker import Tracker, TrackState
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.experiment import Experiment
-from pftrack.runs.scoring import judge_state, measurements
+from pftrack.runs.loss import judge_state
+from pftrack.runs.scoring import measurements
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,8 +6,7 @@ restores the nearest one and repeats the few steps from there, to the same numbe
 in the next frame; the past is the past, and a change to it makes a `branch`.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from os import PathLike
 from pathlib import Path
 from time import perf_counter
@@ -15,11 +14,10 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from pftrack.core.arrays import Bools
 from pftrack.core.entry_points import PRESENTERS, load
 from pftrack.core.model.band import Direction
 from pftrack.core.model.diagnostics import Diagnostics, Step
-from pftrack.core.model.measures import LossVerdict, Witness, evaluate, judge_loss
+from pftrack.core.model.measures import evaluate
 from pftrack.core.model.parameters import ParameterError, flat, with_role
 from pftrack.core.model.recipe import LONGEST_RUN, Change, Recipe, Timeline
 from pftrack.core.model.setup import Exported, Setup
@@ -456,34 +454,3 @@ def _check_length(wanted: int | None, available: int | None, usual: int) -> int:
     if not 1 <= frames <= longest:
         raise ParameterError("frames", frames, f"a whole number between 1 and {longest}")
     return frames
-
-
-@dataclass(frozen=True)
-class LostFrames:
-    """What is said of the L frames that a run has computed.
-
-    Attributes:
-        verdicts: Of each frame.
-    """
-
-    verdicts: tuple[LossVerdict, ...]
-
-    @property
-    def lost(self) -> Bools:
-        """(L,) whether the target is lost; of frames of which nobody says anything it is not."""
-        return np.array([one.lost is True for one in self.verdicts], dtype=np.bool_)
-
-    @property
-    def witnesses(self) -> tuple[Witness, ...]:
-        """Who says so of each frame."""
-        return tuple(one.witness for one in self.verdicts)
-
-
-def find_lost_frames(run: Run) -> LostFrames:
-    """Return in which frames a run has lost its target, as far as it has been computed."""
-    return judge_rows(run.diagnostics)
-
-
-def judge_rows(rows: Sequence[Diagnostics]) -> LostFrames:
-    """Return what is said of the frames of some rows."""
-    return LostFrames(tuple(judge_loss(row.lost, row.searching) for row in rows))

@@ -4,7 +4,6 @@ A run is judged by the frames whose truth is known. Summaries are for a table, a
 """
 
 import hashlib
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from statistics import median
@@ -21,9 +20,10 @@ from pftrack.core.model.parameters import Parameters, Value, flat, with_role
 from pftrack.core.model.recipe import Change, Timeline
 from pftrack.core.model.series import Series, SeriesValue, check_value, columns, reduce
 from pftrack.core.model.setup import BESIDE, Setup
-from pftrack.core.model.source import Frame, Target
+from pftrack.core.model.source import Frame
 from pftrack.core.model.tracker import Tracker, TrackState
 from pftrack.experiments.experiment import Experiment
+from pftrack.runs.loss import Loss
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class Verdict:
         mean_error: Over those, in the experiment's unit; None where there are none, or an estimate is not finite.
         success: Whether the measure that decides is high enough; None where it is not known.
         success_measure: Name of that measure, a share; None where it is not known.
-        lost_frames: How many of them were lost; None where there are none, or no notion of lost.
+        lost_frames: In how many frames the target was lost (`pftrack.runs.loss`); None where nobody says.
         first_lost_frame: The first of them, or None.
     """
 
@@ -47,30 +47,12 @@ class Verdict:
     first_lost_frame: int | None
 
 
-def judge_state(
-    experiment: Experiment,
-    state: TrackState,
-    target: Target | None,
-    parameters: Any,  # noqa: ANN401 - the experiment's own model
-) -> tuple[float | None, bool | None]:
-    """Return error and verdict of a frame, None where the truth is unknown or there is no notion of lost."""
-    if target is None:
-        return None, None
-    error = float(experiment.error(state.estimate, target.position))
-    if math.isnan(error):  # of an estimate that is not finite: NaN would count as an unknown truth
-        error = math.inf
-    missed = experiment.missed(state, target) if experiment.missed else None
-    if missed is not None:
-        return error, bool(missed)
-    judged = experiment.lost
-    return error, bool(judged(error, target.size, parameters)) if judged else None
-
-
-def judge(course: EvaluatedRun, decisive: Measure, allowed_share: float) -> Verdict:
+def judge(course: EvaluatedRun, loss: Loss, decisive: Measure, allowed_share: float) -> Verdict:
     """Judge a run.
 
     Args:
         course: The run beside its truth.
+        loss: In which of its frames the target is lost.
         decisive: The measure that decides on success, a share.
         allowed_share: Share of the frames with known truth, 0..1, that may miss in a success.
     """
@@ -78,11 +60,7 @@ def judge(course: EvaluatedRun, decisive: Measure, allowed_share: float) -> Verd
     mean_error = float(known.mean()) if len(known) and np.isfinite(known).all() else None
     success = is_success(decisive, course, allowed_share)
     name = None if success is None else decisive.name
-    if course.lost is None or not len(known):
-        return Verdict(len(known), mean_error, success, name, None, None)
-    count = int(np.count_nonzero(course.lost))
-    first = int(np.argmax(course.lost)) if count else None
-    return Verdict(len(known), mean_error, success, name, count, first)
+    return Verdict(len(known), mean_error, success, name, loss.lost_frames, loss.first_lost_frame)
 
 
 def evaluated_run(experiment: Experiment, rows: Sequence[Diagnostics]) -> EvaluatedRun:
@@ -130,91 +108,6 @@ def reductions(declared: Sequence[Series], rows: Sequence[Diagnostics]) -> Mappi
 def estimates_hash(estimates: Floats) -> str:
     """Return the SHA-256 of estimates (L, d) as little-endian float64: equal if and only if they are to the bit."""
     return hashlib.sha256(np.ascontiguousarray(estimates, dtype="<f8").tobytes()).hexdigest()
-
-
-# A loss is best looked at in the frames before it, where another choice can still save the target.
-
-APPROACH_FRAMES = 10
-"""Frames before a loss at which one begins to watch."""
-
-LASTING_FRAMES = 5
-"""A loss is one to ask about if it lasts so many frames, or to the end."""
-
-GOOD_FRAMES = 3
-"""Fewer frames between two losses are no track that anybody could watch being lost."""
-
-MEMORY_FRAMES = 40
-"""A target that was out of sight this many frames before it was lost was lost because of that."""
-
-
-def approach(loss: int) -> int:
-    """Return the frame from which to watch what happens in another one."""
-    return max(0, loss - APPROACH_FRAMES)
-
-
-def loss_start(frame: int, before: int | None, *, lost: bool | None) -> int | None:
-    """Return the frame in which the loss began that goes on in a frame.
-
-    Args:
-        frame: The frame.
-        before: The same of the frame before it.
-        lost: Whether the target is lost, as `pftrack.core.model.measures` has it.
-
-    Returns:
-        The frame; None if the target is not lost here.
-    """
-    if not lost:
-        return None
-    return frame if before is None else before
-
-
-def losses(lost: Sequence[bool]) -> list[tuple[int, int]]:
-    """Return the first and the last frame of each loss, by time, from whether the target is lost in each frame."""
-    ends = [index for index, holds in enumerate(lost) if holds and not any(lost[index + 1 : index + 2])]
-    return list(zip(_starts(lost), ends, strict=True))
-
-
-def first_loss(lost: Sequence[bool]) -> int | None:
-    """Return the frame in which the first lasting loss begins, or the first loss; None if there is none."""
-    found = losses(lost)
-    lasting = [first for first, last in found if last - first + 1 >= LASTING_FRAMES or last + 1 == len(lost)]
-    return next(iter(lasting), found[0][0] if found else None)
-
-
-def before_loss(lost: Sequence[bool], hidden: Sequence[bool], frame: int) -> int | None:
-    """Return the frame from which to watch how the target was lost.
-
-    That is some frames before the loss, or before the target went out of sight if that led to it, but after the loss
-    that was before: where a good track is still to be seen. A few good frames between two losses are none.
-
-    Args:
-        lost: For each frame, whether the target is lost, as `loss_start` has it.
-        hidden: For each frame, whether the target is out of sight.
-        frame: The last loss that began at or before this frame is meant; failing that, the first one after it.
-
-    Returns:
-        The frame; None if the target was never lost.
-    """
-    begun = _lasting_starts(lost)
-    if not begun:
-        return None
-    loss = max((start for start in begun if start <= frame), default=begun[0])
-    went = max((start for start in _starts(hidden) if start <= loss), default=None)
-    led_to_it = went is not None and any(hidden[max(went, loss - MEMORY_FRAMES) : loss + 1])
-    first = approach(went if went is not None and led_to_it else loss)
-    return max((index + 1 for index in range(first, loss) if lost[index]), default=first)
-
-
-def _lasting_starts(lost: Sequence[bool]) -> list[int]:
-    """Return the frames in which losses begin, those left out that follow another one after a few frames."""
-    found = losses(lost)
-    ends = [-GOOD_FRAMES - 1, *(last for _, last in found)]
-    return [first for (first, _), end in zip(found, ends, strict=False) if first - end > GOOD_FRAMES]
-
-
-def _starts(flags: Sequence[bool]) -> list[int]:
-    """Return the frames in which something begins to hold."""
-    return [index for index, holds in enumerate(flags) if holds and (index == 0 or not flags[index - 1])]
 
 
 # Experiments of other packages measure, too, and a run is worth more than one of its series. What fails, or is not of
@@ -308,7 +201,7 @@ class Summary:
 
     @property
     def hit_rate(self) -> float | None:
-        """Share of the frames with known truth that were not lost; None where there are none."""
+        """Share of the frames with known truth in which the target is not lost; None where there are none."""
         return self.measures.get(HIT_RATE.name)
 
     def as_dict(self) -> dict[str, Any]:
@@ -353,7 +246,7 @@ def summarise(
         parameters=flat(timeline.parameters_at(0)),
         changes=timeline.changes,
         unit=experiment.unit,
-        verdict=judge(course, decisive, allowed_loss(timeline.parameters_at(last))),
+        verdict=judge(course, Loss.of(rows), decisive, allowed_loss(timeline.parameters_at(last))),
         measures=evaluate(experiment.measures_on(setup.footage), course),
         step_ms_median=median(row.step_ms for row in rows[1:]) if last else None,
         miscalibration=experiment.miscalibration(*timeline.in_force_until(last)),

@@ -17,6 +17,7 @@ from pftrack.core.model.recipe import Recipe
 from pftrack.core.model.series import Series
 from pftrack.experiments import find
 from pftrack.reproduce.diagnosis import conditions, without_truth
+from pftrack.runs.loss import Loss
 from pftrack.runs.run import Run
 
 LINKAGE = {condition.name: condition for condition in conditions() if condition.experiment == "linkage"}
@@ -250,7 +251,8 @@ def test_several_causes_are_told_in_the_order_in_which_they_began() -> None:
         ("look-alike-capture", 15),
     ]
     assert found.sentence == (
-        "Lost in frame 15: occlusion longer than memory, since frame 6; then look-alike capture, since frame 15."
+        "Lost in frame 15, first in frame 7: occlusion longer than memory, since frame 6; "
+        "then look-alike capture, since frame 15."
     )
     hidden = sum(row.hidden is True for row in run.diagnostics[6:15])
     assert found.signs[0].numbers["frames"] == hidden == 4
@@ -333,7 +335,7 @@ def test_a_search_of_an_earlier_loss_is_no_cause_of_a_later_one() -> None:
     frames = np.arange(110)
     course = replace(
         course_of(run.diagnostics, run.experiment.all_series(), unit="px"),
-        lost=((frames >= 20) & (frames < 40)) | (frames >= 80),
+        loss=Loss(((frames >= 20) & (frames < 40)) | (frames >= 80), ("truth",) * 110),
         searching=((frames >= 20) & (frames < 25)).astype(np.float64),
     )
     first, second = (diagnose_course(course, frame, [wrong_find]) for frame in (20, 80))

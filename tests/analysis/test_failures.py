@@ -67,7 +67,7 @@ def test_what_shows_a_failure_is_measured_in_both_runs() -> None:
     assert (failing.shown, cured.shown) == (True, False)
     assert failing.sign is not None
     assert failing.finding == failing.sign.words
-    assert cured.finding == "The target is not lost in any frame."
+    assert cured.finding == "Never lost in 60 frames."
     told = {each.title: each for each in measure(failing, cured)}
     error = told["distance from the truth"]
     assert (error.unit, error.failing) == ("px", np.median([row.error for row in failing.rows[7:]]))
@@ -83,7 +83,7 @@ def test_a_flag_is_measured_as_a_share_of_frames() -> None:
     mirrored = [row.number("mirrored") == 1.0 for row in failing.rows[19:]]
     assert (share.unit, share.failing) == ("%", pytest.approx(100 * sum(mirrored) / len(mirrored)))
     assert share.cured < 50 < share.failing
-    assert cured.finding.startswith("The target is lost in 15 of 51 frames, first in frame 7, and followed again")
+    assert cured.finding.startswith("Lost in 15 of 51 frames, first in frame 7, and held at the end")
 
 
 def test_two_failures_of_one_id_are_refused() -> None:

@@ -108,7 +108,7 @@ def test_the_scene_takes_over_where_the_picture_was(
     shown = SessionPage(page, server)
     shown.until(lambda: still(page), "the run's picture is in the scene's place")
     shown.until(lambda: held, "the scene was asked for")
-    shown.until(lambda: shown.verdict in {"on target (by truth)", "hidden (by truth)"}, "the readings have their lines")
+    shown.until(lambda: shown.verdict in {"held (by truth)", "hidden (by truth)"}, "the readings have their lines")
     the_scene_takes_over(shown, held)
 
 

@@ -75,9 +75,7 @@ def test_a_failure_and_its_cure_are_watched_in_step(failure: FailurePage, server
     failure.ready()
     assert page.url.endswith("/failures/wrong-dynamics")
     failure.stand_at(6)
-    failure.until(
-        lambda: failure.verdict("failing") == "on target (by truth)", "the target is held in the frame before"
-    )
+    failure.until(lambda: failure.verdict("failing") == "held (by truth)", "the target is held in the frame before")
     failure.until(lambda: "the estimate 3.8 px that way" in failure.measured("failing"), "what is measured is told")
     failure.until(lambda: "not lost in any frame" in failure.measured("cured"), "of the cured run as well")
     numbers = [page.inner_text(f"[data-side={side}] .failure-numbers") for side in ("failing", "cured")]
@@ -90,7 +88,7 @@ def test_a_failure_and_its_cure_are_watched_in_step(failure: FailurePage, server
     page.keyboard.press("ArrowRight")
     failure.stand_at(7)
     failure.until(lambda: failure.verdict("failing") == "lost since 7 (by truth)", "the failing run has lost the ball")
-    failure.until(lambda: failure.verdict("cured") == "on target (by truth)", "the cured one has not")
+    failure.until(lambda: failure.verdict("cured") == "held (by truth)", "the cured one has not")
     heights |= reading_heights(page)
     assert len(heights) == 1, "the pictures have their size whatever is said below them"
     page.locator(".failure-deck .scrubber").focus()

@@ -70,7 +70,7 @@ def test_a_hand_is_kept_by_four_hypotheses_and_the_tree_shows_each(gallery: Gall
     gallery.preset("hand", "wrist")
     kept = SessionPage(page, server).ready()
     to_the_end(kept, server)
-    kept.until(lambda: kept.verdict == "on target (by truth)", "the turn is survived")
+    kept.until(lambda: kept.verdict == "held (by truth)", "the turn is survived")
     rows = server.column(kept.id, "series")
     frame, hands = next((place, row["hands"]) for place, row in enumerate(rows) if len(row["hands"]["weights"]) == 4)
     count = sum(len(row["hands"]["weights"]) for row in rows)

@@ -114,14 +114,14 @@ def test_lose_the_ball_go_back_and_save_it_with_another_tracker(watch: Watch, se
 
     shown.page.click("text=Before the loss")
     shown.until(lambda: (shown.position or 99) < loss, "the page stands before the loss")
-    shown.until(lambda: shown.verdict in {"on target (by truth)", "hidden (by truth)"}, "the ball is not lost yet")
+    shown.until(lambda: shown.verdict in {"held (by truth)", "hidden (by truth)"}, "the ball is not lost yet")
     at = shown.position
 
     shown.branch("apf")
     shown.until(lambda: "Auxiliary" in shown.page.inner_text("h1"), "the title names the new tracker")
     shown.until(lambda: shown.page.locator(".branches .chip").count() == 2, "both branches are listed")
     shown.play_to_the_end()
-    shown.until(lambda: shown.verdict in {"on target (by truth)", "hidden (by truth)"}, "the ball is held to the end")
+    shown.until(lambda: shown.verdict in {"held (by truth)", "hidden (by truth)"}, "the ball is held to the end")
 
     second = shown.session["branch"]
     survived = server.column(shown.id, "lost", second)

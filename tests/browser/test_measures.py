@@ -20,7 +20,7 @@ def test_the_run_so_far_is_measured(watch: Watch, server: Server) -> None:
     server.seek(shown.id, 59)
     shown.stands_at(59)
     leading = shown.page.locator(".measures")
-    shown.until(lambda: "on target" in leading.inner_text() and "100 %" in leading.inner_text(), "it is said first")
+    shown.until(lambda: "hit rate" in leading.inner_text() and "100 %" in leading.inner_text(), "it is said first")
     leading.locator("summary").click()
     listed = shown.page.locator(".measures dl")
     shown.until(lambda: "of 60" in listed.inner_text(), "frames to failure are told of how many")

@@ -194,7 +194,7 @@ def test_a_face_behind_a_pillar_is_lost_and_found_again(watch: Watch, server: Se
         shown.stands_at(frame)
 
     go(10)
-    shown.until(lambda: shown.verdict == "on target (by truth)", "the face is tracked")
+    shown.until(lambda: shown.verdict == "held (by truth)", "the face is tracked")
     server.patch(f"sessions/{shown.id}/parameters", {"pillar_width_px": 300})
     go(35)
     searching = server.column(shown.id, "searching")
@@ -211,7 +211,7 @@ def test_a_face_behind_a_pillar_is_lost_and_found_again(watch: Watch, server: Se
     go(again)
     shown.until(lambda: shown.verdict == "face found again (by truth)", "the page says that it was found")
     go(again + 31)
-    shown.until(lambda: shown.verdict == "on target (by truth)", "after a second it is tracked as before")
+    shown.until(lambda: shown.verdict == "held (by truth)", "after a second it is tracked as before")
     shown.press("l")
     shown.until(lambda: (shown.position or 99) < since, "the page stands before the loss")
     yaw = series(server, shown.id, "yaw_deg_sd", first)

@@ -125,8 +125,8 @@ def test_from_the_form_to_the_frame_of_the_loss(page: Any, server: Server) -> No
     found = server.get(f"sweeps/{sweep.id}/rows?i=1&j=1&tracker=h-spf")["rows"]
     row = next(row for row in found if (row["first_lost_frame"] or 0) > 10)
     item = page.locator(f"li.run[data-run='{row['run']}']")
-    assert f"first lost in frame {row['first_lost_frame']}," in item.inner_text()
-    assert sweep.runs().first.get_attribute("data-verdict") == "lost"
+    assert f"first in frame {row['first_lost_frame']}," in item.inner_text()
+    assert sweep.runs().first.get_attribute("data-verdict") == "failure"
     with page.context.expect_page() as opening:
         item.locator(".run-title").click()
     opened = SessionPage(opening.value, server).ready()

@@ -10,7 +10,7 @@ from pftrack.core.model.measures import Witness, judge_loss
     [
         (True, False, True, "truth"),
         (True, True, True, "truth"),
-        (False, True, True, "tracker"),
+        (False, True, False, "truth"),
         (False, False, False, "truth"),
         (False, None, False, "truth"),
         (None, True, True, "tracker"),
@@ -21,5 +21,5 @@ from pftrack.core.model.measures import Witness, judge_loss
 def test_the_first_who_knows_has_the_word(
     lost: bool | None, searching: bool | None, expected: bool | None, witness: Witness
 ) -> None:
-    """A loss by the truth goes before a search, that before all else."""
+    """The truth has the word where it is known, elsewhere the tracker's own account."""
     assert judge_loss(lost, searching) == (expected, witness)

@@ -111,7 +111,7 @@ describe("the address of a comparison", () => {
 
 describe("what came of the runs, in words", () => {
   const paired = { first: 0, second: 1, name: "error", title: "Error", unit: "px", better: "lower", frames: 240, mean: 17.14, low: 9.97, high: 24.3 };
-  const outcomes = [{ mean_error: 3.4, kept: 1, first_lost: null, lost_frames: 0 }, { mean_error: null, kept: 0.404, first_lost: 8, lost_frames: 143 }];
+  const outcomes = [{ mean_error: 3.4, success_share: 1, first_lost_frame: null, lost_frames: 0 }, { mean_error: null, success_share: 0.404, first_lost_frame: 8, lost_frames: 143 }];
   const known = { unit: "px", names: ["A", "B"], measure: "Not lost" };
 
   it("is a line for each quantity that is known", () => {
@@ -119,11 +119,11 @@ describe("what came of the runs, in words", () => {
     assert.deepEqual(lines.map(({ title, cells }) => [title, ...cells.map(({ text }) => text)]), [
       ["Mean error", "3.4 px", "–"],
       ["Not lost", "100 %", "40 %"],
-      ["First lost", "never", "frame 8"],
+      ["First lost frame", "never", "8"],
       ["Error, difference", "", "+17.1 px"],
     ]);
     assert.equal(lines[3].cells[1].more, "10.0 to 24.3");
-    const unknown = outcomes.map(() => ({ mean_error: null, kept: null, first_lost: null, lost_frames: 0 }));
+    const unknown = outcomes.map(() => ({ mean_error: null, success_share: null, first_lost_frame: null, lost_frames: null }));
     assert.deepEqual(outcomeLines({ frames: 240, outcomes: unknown, paired: [{ ...paired, mean: null, low: null, high: null }] }, known), []);
   });
 

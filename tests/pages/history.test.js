@@ -147,7 +147,7 @@ describe("the verdict on a frame", () => {
   };
 
   it("is that of the truth where that is known, and names its source", () => {
-    assert.equal(verdict({}, { error: 2, lost: false }), "on target (by truth)");
+    assert.equal(verdict({}, { error: 2, lost: false }), "held (by truth)");
     assert.equal(verdict({}, { error: 63, lost: true, lost_since: 1, searching: false }), "lost since 1 (by truth)");
     assert.equal(verdict({ searching: true }, { error: 63, lost: true, lost_since: 1, searching: false }), "lost since 1 (by truth)");
     assert.equal(verdict({ searching: true }, { error: 2, lost: false, searching: false }), "window found again (by truth)");
@@ -156,7 +156,7 @@ describe("the verdict on a frame", () => {
 
   it("tells of what was found again for a second of the run", () => {
     const now = (rate) => state(filled(4, (frame) => ({ error: 2, lost: false, hidden: false, searching: frame === 1 })), { ...session, frame_rate_hz: rate })[0];
-    assert.deepEqual([now(2), now(1)], ["window found again (by truth)", "on target (by truth)"]);
+    assert.deepEqual([now(2), now(1)], ["window found again (by truth)", "held (by truth)"]);
   });
 
   it("is the tracker's own account where nobody else knows", () => {
@@ -164,7 +164,7 @@ describe("the verdict on a frame", () => {
     assert.equal(verdict({}, { error: 9, lost: true, lost_since: 2, searching: true }), "lost since 2, looking for the window (by truth and tracker)");
     assert.equal(verdict({ searching: true }, { searching: false }), "window found again (by the tracker)");
     assert.equal(verdict({}, { searching: false }), "followed (by the tracker)");
-    assert.equal(verdict({}, { error: 2, lost: false, lost_since: 2, searching: true }), "lost since 2, looking for the window (by the tracker)");
+    assert.equal(verdict({}, { error: 2, lost: false, searching: true }), "held (by truth), looking for the window (by the tracker)");
     assert.equal(verdict({}, {}), "truth not known");
   });
 });

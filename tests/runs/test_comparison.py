@@ -161,7 +161,7 @@ def test_success_is_compared_by_the_measure_that_decides() -> None:
     runs = [Run(BALL, BALL.simulate(), tracker=name, seed=7, timeline=poor) for name in ("h-spf", "condensation")]
     compared = Comparison.of(*runs).finish()
     kept = [1 - run.summary().verdict.lost_frames / run.frames for run in runs]  # type: ignore[operator]
-    assert [it.kept for it in compared.outcomes] == pytest.approx(kept)
+    assert [it.success_share for it in compared.outcomes] == pytest.approx(kept)
     [share] = [it for it in compared.paired if it.name == "hit_rate"]
     assert share.mean == pytest.approx(kept[1] - kept[0])
 
@@ -171,7 +171,7 @@ def test_the_first_loss_is_watched_from_before_it_was_hidden() -> None:
     slow = (Change(0, {"sample_count": 100, "occlusion_width_px": 150, "period_s": 4}),)
     runs = [Run(BALL, BALL.simulate(), tracker=name, seed=7, timeline=slow) for name in ("h-spf", "condensation")]
     compared = Comparison.of(*runs).finish()
-    assert [it.first_lost for it in compared.outcomes] == [21, 21]
+    assert [it.first_lost_frame for it in compared.outcomes] == [21, 21]
     assert compared.before_loss == 6
 
 

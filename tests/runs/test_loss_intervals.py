@@ -1,8 +1,15 @@
 """Where to look when a target was lost."""
 
+import numpy as np
 import pytest
 
-from pftrack.runs.scoring import approach, before_loss, first_loss, loss_start, losses
+from pftrack.runs.loss import Loss, approach, loss_start, loss_words
+
+
+def said(lost: list[bool], judged: int | None = None) -> Loss:
+    """Return what the truth says of frames, of the first so many if not of all."""
+    known = len(lost) if judged is None else judged
+    return Loss(np.array(lost, np.bool_), tuple("truth" if frame < known else "" for frame in range(len(lost))))
 
 
 def flags(*spans: tuple[int, int], frames: int = 100) -> list[bool]:
@@ -33,13 +40,13 @@ def test_the_approach_to_a_loss(
     lost: list[tuple[int, int]], hidden: list[tuple[int, int]], frame: int, expected: int | None
 ) -> None:
     """It leads to ten frames before the last loss, or before what hid the target shortly before."""
-    assert before_loss(flags(*lost), flags(*hidden), frame) == expected
+    assert said(flags(*lost)).approach(flags(*hidden), frame) == expected
 
 
 def test_the_run_begins_somewhere() -> None:
     """There is nothing before the first frame, also when the target is lost from the beginning."""
     assert approach(3) == 0
-    assert before_loss([True, True], [False, False], 1) == 0
+    assert said([True, True]).approach([False, False], 1) == 0
 
 
 def test_a_loss_goes_on_until_the_target_is_not_lost() -> None:
@@ -51,11 +58,40 @@ def test_a_loss_goes_on_until_the_target_is_not_lost() -> None:
     assert found == [None, 1, 1, None, None, None, 6]
 
 
-def test_the_loss_to_ask_about_is_the_first_that_lasts() -> None:
+@pytest.mark.parametrize(
+    ("lost", "first", "lasting"),
+    [
+        (8 * [False] + 2 * [True] + [False] + 5 * [True] + [False], 8, 11),
+        ([False, True, False, False, True], 1, 4),
+        ([False, True, False, True, False], 1, 1),
+        ([False], None, None),
+        ([], None, None),
+    ],
+)
+def test_the_loss_to_ask_about_is_the_first_that_lasts(
+    lost: list[bool], first: int | None, lasting: int | None
+) -> None:
     """Five frames or to the end is lasting; failing that it is the first, and without a loss none."""
-    assert losses([True, False, True, True]) == [(0, 0), (2, 3)]
-    assert losses([]) == []
-    assert first_loss(8 * [False] + 2 * [True] + [False] + 5 * [True] + [False]) == 11
-    assert first_loss([False, True, False, False, True]) == 4
-    assert first_loss([False, True, False, True, False]) == 1
-    assert first_loss([False]) is None
+    assert (said(lost).first_lost_frame, said(lost).lasting) == (first, lasting)
+
+
+def test_losses_are_spans_of_frames() -> None:
+    """Each has its first and its last frame; of a frame in one the loss begins with the first."""
+    assert said([True, False, True, True]).spans == [(0, 0), (2, 3)]
+    assert [said([True, False, True, True]).begin(frame) for frame in range(4)] == [0, 1, 2, 2]
+    assert said([]).spans == []
+
+
+def test_a_target_is_held_at_the_end_if_it_is_lost_in_none_of_the_last_judged_frames() -> None:
+    """Ten frames that somebody judges decide; where nobody judges any, nothing is known of the run."""
+    assert said(flags((80, 89))).held_at_end is True
+    assert said(flags((80, 90))).held_at_end is False
+    assert said(flags((50, 55), frames=100), judged=60).held_at_end is False
+    nobody = said(flags(), judged=0)
+    assert (nobody.held_at_end, nobody.lost_frames, nobody.witness) == (None, None, "")
+
+
+def test_a_loss_has_one_sentence() -> None:
+    """It names how many frames are lost and the first of them."""
+    assert loss_words(60, 0, None) == "Never lost in 60 frames"
+    assert loss_words(60, 12, 7) == "Lost in 12 of 60 frames, first in frame 7"

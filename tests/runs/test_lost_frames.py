@@ -14,8 +14,10 @@ from pftrack.core.model.marks import Box
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.source import Target
 from pftrack.experiments import find
+from pftrack.runs.loss import Loss
 from pftrack.runs.loss_probability import columns_of, loss_probabilities, measure_loss_probability
-from pftrack.runs.run import Run, find_lost_frames
+from pftrack.runs.many import outcomes
+from pftrack.runs.run import Run
 from pftrack.sources.truth import TruthTable
 from tests.experiments.head.heads import Pictures
 
@@ -52,7 +54,7 @@ def test_no_probability_is_told_of_a_recording() -> None:
     assert np.isnan(loss_probabilities(run)).all()
     assert not measure_loss_probability(run)
     assert "series_loss_probability" not in columns_of(run)
-    assert set(find_lost_frames(run).witnesses) == {""}
+    assert set(Loss.of(run.diagnostics).witnesses) == {""}
     with pytest.raises(LossError):
         find_loss(run)
     assert "P(lost) is not calibrated on recordings" in diagnose(run).sentence
@@ -60,7 +62,7 @@ def test_no_probability_is_told_of_a_recording() -> None:
 
 def test_marks_have_the_word_in_their_frames_alone() -> None:
     """Where a person has marked the target the truth says whether it is lost, elsewhere nobody does."""
-    found = find_lost_frames(on_clip(marked=(0, 5, 30)))
+    found = Loss.of(on_clip(marked=(0, 5, 30)).diagnostics)
     assert [frame for frame, witness in enumerate(found.witnesses) if witness] == [0, 5, 30]
     assert np.flatnonzero(found.lost).tolist() == [30]
 
@@ -75,18 +77,37 @@ def test_other_seeds_and_changes_are_judged_as_runs_that_are_opened() -> None:
         for seed, held in finding.held.items():
             branch = run.branch(report.begin, {**finding.alternative.values, "seed": seed})
             branch.seek(report.end)
-            settled = find_lost_frames(branch).lost[report.end - report.judged + 1 : report.end + 1]
+            settled = Loss.of(branch.diagnostics).lost[report.end - report.judged + 1 : report.end + 1]
             assert held == (not settled.any()), finding.alternative.title
     together = ensemble(run, runs=2, frames=20)
     twin = run.branch(0, {"seed": together.seeds[0]})
     twin.seek(19)
-    assert np.array_equal(together.lost[0] == 1.0, find_lost_frames(twin).lost)
+    assert np.array_equal(together.lost[0] == 1.0, Loss.of(twin.diagnostics).lost)
+
+
+@pytest.mark.parametrize("experiment", ["ball", "histogram"])
+def test_on_a_recording_held_means_inside_the_true_box(experiment: str) -> None:
+    """Loss, hit rate and the share that decides on success have one threshold, in single runs and in batches."""
+    pictures, targets = film()
+    found = find(experiment)
+    truth = TruthTable({frame: (*(target.position - 5), 11.0, 11.0) for frame, target in enumerate(targets)})
+    assert found.on_video is not None
+    setup = found.on_video(Pictures(pictures), Box.of(*truth.boxes[0]), truth=truth)
+    run = Run(found, setup, tracker="condensation", frames=FRAMES)
+    run.finish()
+    inside = [np.abs(np.subtract(row.estimate, row.truth or ())).max() <= 5.5 for row in run.diagnostics]
+    assert [not row.is_lost for row in run.diagnostics] == inside
+    assert not all(inside)
+    summary = run.summary()
+    assert summary.hit_rate == summary.measures["inside_share"] == pytest.approx(np.mean(inside))
+    ((row,),) = outcomes(found, setup, values={}, trackers=["condensation"], seeds=[0], frames=FRAMES)
+    assert (row.lost_frames, row.first_lost_frame) == (inside.count(False), inside.index(False))
 
 
 def test_few_marks_judge_where_nobody_else_says_anything() -> None:
     """Runs are judged by the marks since the loss."""
     run = on_clip(marked=(0, 5, 20), tracker="apf")
-    assert [verdict.lost for verdict in find_lost_frames(run).verdicts if verdict.witness] == [False, False, True]
+    assert [row.lost for row in run.diagnostics if row.lost is not None] == [False, False, True]
     *_, report = what_if(run, rounds=(1,))
     assert report.loss == 20
     assert all(finding.held for finding in report.findings)

@@ -55,7 +55,7 @@ def test_what_its_runs_come_to_is_computed_here(client: httpx.Client, server: Se
     assert (failing["lost"][6], failing["lost"][7]) == (False, True)
     assert not any(cured["lost"])
     assert f"{failing['numbers']['believed']:.1f} px" in failing["finding"]
-    assert cured["finding"] == "The target is not lost in any frame."
+    assert cured["finding"] == "Never lost in 60 frames."
     assert course["frame"] == 7
     error = next(it for it in course["measured"] if it["title"] == "distance from the truth")
     assert error["failing"] > 10 * error["cured"]

@@ -8,7 +8,7 @@ import pytest
 
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.experiments import find
-from pftrack.runs.scoring import approach
+from pftrack.runs.loss import approach
 from pftrack_server.schemas.description import SessionDescription, TrackerPublic
 from pftrack_server.schemas.snapshot import ChangePublic, RunSnapshot
 from pftrack_server.schemas.spec import BranchSpec, SessionSpec
@@ -239,13 +239,13 @@ def test_history_replaces_what_it_knows() -> None:
 def test_before_the_loss_leads_to_the_loss_that_is_told(ear: Ear) -> None:
     """What a frame says of its loss and where one goes from there to see it coming are about the same loss.
 
-    The tracker notices first, and the truth agrees a little later.
+    The truth has the word: that the tracker searches a little earlier is no loss yet.
     """
     rows = [row(frame, searching=15 <= frame < 18, lost=18 <= frame < 30, hidden=False) for frame in range(1, 30)]
     ear.state.begin(Ready(DESCRIPTION, START, [row(0, searching=False, lost=False, hidden=False)]))
     ear.state.add("b0", rows)
     ear.advance(position=29, computed=29)
     told = ear.state.columns("b0")["lost_since"]
-    assert told == [None] * 15 + [15] * 15
-    assert ear.state.columns("b0")["lost_by"] == ["truth"] * 15 + ["tracker"] * 3 + ["truth"] * 12
+    assert told == [None] * 18 + [18] * 12
+    assert ear.state.columns("b0")["lost_by"] == ["truth"] * 30
     assert ear.state.before_loss() == approach(told[29])

@@ -6,12 +6,13 @@ from itertools import pairwise
 from typing import Any
 
 import httpx
+import numpy as np
 import pytest
 
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
+from pftrack.runs.loss import Loss
 from pftrack.runs.run import Run
-from pftrack.runs.scoring import before_loss
 from tests.server.asking import columns, get, timeline_of
 from tests.server.host import begin, error_of, steer
 from tests.session_requests import session_request
@@ -75,7 +76,7 @@ class TestStarting:
         error_of(client.post(f"/api/v1/sessions/{session['id']}/transport", json={"action": "before_loss"}), 409)
         steer(client, session["id"], "seek", frame=89)
         columns = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]
-        expected = before_loss(columns["lost"], columns["hidden"], 89)
+        expected = Loss(np.array(columns["lost"]), ()).approach(columns["hidden"], 89)
         assert expected is not None
         assert steer(client, session["id"], "before_loss")["position"] == expected
 

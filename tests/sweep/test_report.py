@@ -54,7 +54,7 @@ def test_tables_say_what_the_cells_say(report: Report, finished: Result) -> None
     with (report.page.parent / "tables.csv").open(newline="") as file:
         lines = list(csv.reader(file))
     assert lines[:3] == [["By tracker"], list(by_tracker.columns), list(by_tracker.rows[0])]
-    assert measures.columns[:3] == ("tracker", "on target", "inside the true box")
+    assert measures.columns[:3] == ("tracker", "hit rate", "inside the true box")
     for row in measures.rows:
         assert row[2] == f"{cells(finished)[row[0]].measures['inside_share'][0, 0]:.3g}"
 

@@ -13,12 +13,13 @@ import numpy as np
 from pftrack.analysis.counterfactuals.alternatives import Allow, Alternative, allow_all, alternatives
 from pftrack.analysis.other_seeds import check_not_replayed, other_seeds
 from pftrack.core.arrays import Floats
+from pftrack.core.model.measures import END_FRAMES
 from pftrack.core.model.recipe import Change, Timeline
 from pftrack.core.model.series import to_json
 from pftrack.core.numerics.statistics import holm, mcnemar, wilson
+from pftrack.runs.loss import Loss
 from pftrack.runs.many import FrameBlock, Trial, go_on, read_blocks, takes_all_at_once
-from pftrack.runs.run import Run, find_lost_frames
-from pftrack.runs.scoring import before_loss, first_loss, losses
+from pftrack.runs.run import Run
 
 Verdict: TypeAlias = Literal["baseline", "better", "worse", "unclear"]
 """What may be said of a change: "unclear" where chance alone would do as much."""
@@ -133,6 +134,7 @@ class Report:
         findings: Of the unchanged settings first, then in the order in which they were tried.
         is_complete: Whether all that was planned was tried.
         asked: First frame of the loss that was asked about, if an earlier one goes on in it; else None.
+        first_lost_frame: The first frame of all in which the run has lost its target.
     """
 
     loss: int
@@ -144,6 +146,7 @@ class Report:
     findings: tuple[Finding, ...]
     is_complete: bool = False
     asked: int | None = None
+    first_lost_frame: int | None = None
 
     def is_of(self, other: "Report") -> bool:
         """Whether the runs of both go through the same frames and are judged in the same ones, so that they compare."""
@@ -153,10 +156,12 @@ class Report:
     @property
     def loss_sentence(self) -> str:
         """Which loss is meant, a sentence."""
+        first = self.first_lost_frame
+        lost = f"Lost in frame {self.loss}" + ("" if first in {None, self.loss} else f", first in frame {first}")
         if self.asked is None:
-            return f"Lost in frame {self.loss}."
+            return f"{lost}."
         return (
-            f"Lost in frame {self.loss}, of which the loss in frame {self.asked} is a part: between them the target "
+            f"{lost}, of which the loss in frame {self.asked} is a part: between them the target "
             "was back for too few frames to hold."
         )
 
@@ -246,11 +251,13 @@ class Report:
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON values, the findings best first."""
-        numbers = ("loss", "begin", "end", "judged", "planned", "trials", "is_complete", "loss_sentence", "sentence")
+        numbers = ("loss", "first_lost_frame", "begin", "end", "judged", "planned", "trials", "is_complete")
         findings = [self._told(each) for each in self.best_first]
         told = {name: getattr(self, name) for name in numbers}
         return {
             **told,
+            "loss_sentence": self.loss_sentence,
+            "sentence": self.sentence,
             "progress": self.progress,
             "correction": self.correction,
             "caveat": CAVEAT,
@@ -280,7 +287,7 @@ class Report:
 
 def record(report: Report) -> dict[str, Any]:
     """Return a report as JSON values, for another process; `read_record` reads it."""
-    names = ("loss", "begin", "end", "judged", "planned", "trials", "is_complete", "asked")
+    names = ("loss", "first_lost_frame", "begin", "end", "judged", "planned", "trials", "is_complete", "asked")
     return {**{name: getattr(report, name) for name in names}, "findings": [*map(_record_finding, report.findings)]}
 
 
@@ -315,9 +322,6 @@ def join(reports: Sequence[Report]) -> Report | None:
 HORIZON_FRAMES = 30
 """So many frames after the loss runs are followed, where the run is that long."""
 
-JUDGED_FRAMES = 10
-"""In so many last of them a run must not have lost its target, to hold."""
-
 ROUNDS = 1, 4, 10, 20, 40
 """Seeds that each change has been tried with after each round: all are tried a little before one is tried much."""
 
@@ -344,15 +348,14 @@ def find_loss(run: Run, frame: int | None = None) -> int:
 
 def _find_loss(run: Run, frame: int | None) -> tuple[int, int]:
     """Return the frame in which a loss began, as `find_loss` has it, and the same of the loss that is asked about."""
-    lost = find_lost_frames(run).lost.tolist()
-    first = first_loss(lost)
-    if first is None:
+    loss = Loss.of(run.diagnostics)
+    lasting, found = loss.lasting, loss.spans
+    if lasting is None:
         raise LossError("the run has not lost its target so far")
-    found = losses(lost)
-    asked = first if frame is None else max((start for start, _ in found if start <= frame), default=found[0][0])
+    asked = lasting if frame is None else max((start for start, _ in found if start <= frame), default=found[0][0])
     meant = asked
     for start, end in reversed(found):
-        if end < meant <= end + JUDGED_FRAMES:
+        if end < meant <= end + END_FRAMES:
             meant = start
     return meant, asked
 
@@ -403,6 +406,7 @@ def what_if(
         rounds[-1],
         (),
         asked=asked if asked != loss else None,
+        first_lost_frame=Loss.of(run.diagnostics).first_lost_frame,
     )
     before = {each.place: each for each in known.findings} if known is not None and report.is_of(known) else {}
     findings: dict[int, Finding] = {}
@@ -431,7 +435,7 @@ class _Trials:
     """What all trials begin with."""
 
     def __init__(self, run: Run, begin: int, loss: int, last: int) -> None:
-        self.judged = min(JUDGED_FRAMES, last - begin)
+        self.judged = min(END_FRAMES, last - begin)
         self._run, self._begin, self._loss_frame, self._last = run, begin, loss, last
         self._state = run.branch(begin).current.state
         self._kept: dict[Alternative | None, list[FrameBlock]] = {}
@@ -500,11 +504,10 @@ def _begin(run: Run, loss: int) -> int:
 
     Of a loss that a mark tells, nobody knows when it began: it was held for sure in the last mark before that held.
     """
-    said = find_lost_frames(run)
-    hidden = [row.hidden is True for row in run.diagnostics]
-    found = before_loss(said.lost.tolist(), hidden, loss)
+    said = Loss.of(run.diagnostics)
+    found = said.approach([row.hidden is True for row in run.diagnostics], loss)
     begin = min(loss - 1, loss if found is None else found)
     if said.witnesses[loss] == "truth":
-        held = (at for at in range(loss - 1, -1, -1) if said.verdicts[at] == (False, "truth"))
+        held = (at for at in range(loss - 1, -1, -1) if said.witnesses[at] == "truth" and not said.lost[at])
         begin = min(begin, next(held, 0))
     return max(0, begin)

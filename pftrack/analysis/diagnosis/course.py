@@ -16,11 +16,9 @@ import numpy as np
 
 from pftrack.core.arrays import Bools, Floats
 from pftrack.core.model.diagnostics import Diagnostics
-from pftrack.core.model.measures import Witness
 from pftrack.core.model.preset import CauseId
 from pftrack.core.model.series import Series, SeriesRole
-from pftrack.runs.run import judge_rows
-from pftrack.runs.scoring import LASTING_FRAMES
+from pftrack.runs.loss import LASTING_FRAMES, Loss
 
 Numbers: TypeAlias = Floats
 Flags: TypeAlias = Bools
@@ -70,9 +68,6 @@ COLUMNS = {
 }
 """What evidence is shown from, by name."""
 
-BY_WORD: tuple[Witness, ...] = ("truth", "tracker")
-"""Witnesses, whose word counts more first."""
-
 
 @dataclass(frozen=True, eq=False)
 class Course:
@@ -86,8 +81,7 @@ class Course:
         deviation: (L,) root mean square of the posterior standard deviations that are in the run's unit.
         sigmas: (L, d) posterior standard deviations; NaN of a number in another unit.
         excess: (L,) largest error of a component, or of what else is believed, over its standard deviation.
-        lost: (L,) whether the target is lost.
-        witnesses: Who says so of each frame.
+        loss: In which frames the target is lost, and who says so.
         hidden: (L,) 1 where the target, or nearly all of its parts, are known to be out of sight, else 0.
         searching: (L,) 1 where the tracker looks for the target by its own account, else 0.
         evidence: (L,) log evidence of each frame; NaN of a tracker that knows of none.
@@ -114,8 +108,7 @@ class Course:
     deviation: Numbers
     sigmas: Numbers
     excess: Numbers
-    lost: Flags
-    witnesses: tuple[Witness, ...]
+    loss: Loss
     hidden: Numbers
     searching: Numbers
     evidence: Numbers
@@ -144,10 +137,9 @@ class Course:
         return self.unit if unit == "run" else unit
 
     @property
-    def witness(self) -> Witness:
-        """Who says most: the truth where it is known of any frame, else the tracker, or nobody."""
-        said = set(self.witnesses)
-        return next((one for one in BY_WORD if one in said), "")
+    def lost(self) -> Flags:
+        """(L,) whether the target is lost."""
+        return self.loss.lost
 
     @cached_property
     def ess_share(self) -> Numbers:
@@ -188,7 +180,6 @@ def course_of(
     unknown = (np.nan,) * len(rows[0].estimate)
     truths = np.array([row.truth or unknown for row in rows], dtype=np.float64)
     estimates = np.array([row.estimate for row in rows], dtype=np.float64)
-    found = judge_rows(rows)
     evidence = np.array([row.log_evidence for row in rows])
     seen = np.where(np.isfinite(truths), truths, estimates) if truths.shape == estimates.shape else estimates
 
@@ -208,8 +199,7 @@ def course_of(
         deviation=_deviations(rows),
         sigmas=_matrix([row.sigma for row in rows], estimates.shape[1])[:, : estimates.shape[1]],
         excess=np.where(np.isfinite(told), told, _excess(rows)),
-        lost=found.lost,
-        witnesses=found.witnesses,
+        loss=Loss.of(rows),
         hidden=np.where(numbers("visible") <= MOST_HIDDEN, 1.0, _optional([row.hidden for row in rows])),
         searching=_optional([row.searching for row in rows]),
         evidence=evidence if evidence.any() else np.full(len(rows), np.nan),  # who knows of none says 0

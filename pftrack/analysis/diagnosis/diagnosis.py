@@ -33,7 +33,6 @@ from pftrack.analysis.diagnosis.weights import (
 from pftrack.core.model.measures import Witness
 from pftrack.core.model.preset import CAUSES, CauseId
 from pftrack.runs.run import Run
-from pftrack.runs.scoring import first_loss
 
 # A rule measures one mechanism around a moment and returns a `Sign` if it is at work: since when, how strongly, and the
 # numbers that this is said from. Several may be: the diagnosis orders them by when they began. What follows from
@@ -106,6 +105,7 @@ class Diagnosis:
         witness: Who says so.
         signs: What is at work, ordered by when it began.
         evidence: The numbers of each sign, in the same order.
+        first_lost_frame: The first frame of all in which the target is lost, for however short a time.
     """
 
     frame: int | None
@@ -113,6 +113,7 @@ class Diagnosis:
     witness: Witness
     signs: tuple[Sign, ...] = ()
     evidence: tuple[tuple[Evidence, ...], ...] = ()
+    first_lost_frame: int | None = None
 
     @property
     def cause(self) -> CauseId:
@@ -125,6 +126,8 @@ class Diagnosis:
         if self.frame is None:
             return HELD[self.witness]
         when = BY_WITNESS[self.witness if self.lost else ""].format(frame=self.frame)
+        if self.lost and self.first_lost_frame not in {None, self.frame}:
+            when += f", first in frame {self.first_lost_frame}"
         if not self.signs and not self.lost:
             return f"{when}: the numbers show nothing wrong."
         if not self.signs:
@@ -137,6 +140,7 @@ class Diagnosis:
         return {
             "frame": self.frame,
             "lost": self.lost,
+            "first_lost_frame": self.first_lost_frame,
             "witness": self.witness,
             "cause": self.cause,
             "sentence": self.sentence,
@@ -212,9 +216,10 @@ def diagnose_course(course: Course, frame: int | None = None, rules: Sequence[Ru
     """
     if frame is not None and frame not in range(len(course)):
         raise ValueError(f"frame must be a whole number between 0 and {len(course) - 1}, got {frame}")
-    at = first_loss(course.lost.tolist()) if frame is None else _begin(course, int(frame))
+    loss = course.loss
+    at = loss.lasting if frame is None else loss.begin(int(frame))
     if at is None:
-        return Diagnosis(None, lost=False, witness=course.witness)
+        return Diagnosis(None, lost=False, witness=loss.witness)
     moment = Moment(course, at)
     with np.errstate(divide="ignore", invalid="ignore"):
         found = [sign for sign in (rule(moment) for rule in rules) if sign is not None]
@@ -223,14 +228,7 @@ def diagnose_course(course: Course, frame: int | None = None, rules: Sequence[Ru
         found = [sign for sign in found if sign.since <= last]
     signs = tuple(replace(sign, unit=course.unit) for sign in sorted(found, key=lambda sign: sign.since))
     shown = tuple(_evidence(course, sign, at) for sign in signs)
-    return Diagnosis(at, bool(course.lost[at]), course.witnesses[at], signs, shown)
-
-
-def _begin(course: Course, frame: int) -> int:
-    """Return the first frame of the loss in which a frame lies, or the frame itself."""
-    while frame > 0 and course.lost[frame] and course.lost[frame - 1]:
-        frame -= 1
-    return frame
+    return Diagnosis(at, bool(course.lost[at]), loss.witnesses[at], signs, shown, loss.first_lost_frame)
 
 
 def _evidence(course: Course, sign: Sign, at: int) -> tuple[Evidence, ...]:

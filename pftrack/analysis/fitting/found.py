@@ -17,7 +17,8 @@ from pftrack.analysis.fitting.trials import TRIALS, Score, Trials
 from pftrack.core.model.parameters import Declaration, Parameters, Role, Value
 from pftrack.core.model.tracker import Tracker
 from pftrack.experiments.experiment import Experiment
-from pftrack.runs.run import Run, find_lost_frames
+from pftrack.runs.loss import Loss
+from pftrack.runs.run import Run
 
 SURE_SD: Final = 2.0
 """By how many standard errors what was found must be better on the second half to be kept."""
@@ -246,7 +247,7 @@ def fit(
         Fitted(it, old, new, at_bound=new != old and bool(np.isclose(new, bound, rtol=NEAR_BOUND).any()))
         for it, old, new, bound in zip(declared, trials.before, after, trials.bounds, strict=True)
     )
-    lost = int(find_lost_frames(run).lost[1:end].sum())
+    lost = int(Loss.of(run.diagnostics).lost[1:end].sum())
     return Fit(
         tracker=trials.tracker,
         numbers=numbers,

@@ -55,7 +55,7 @@ class Diagnostics:
 
     @property
     def is_lost(self) -> bool:
-        """Whether the target is lost, by the truth or by the tracker's own account."""
+        """Whether the target is lost: by the truth, or by the tracker's own account where the truth is unknown."""
         return judge_loss(self.lost, self.searching).lost is True
 
     def number(self, name: str) -> float:

@@ -53,6 +53,12 @@ FACES = "Fanelli et al., Random forests for real time 3D face analysis, 2013"
 
 PRECISE_PX, PRECISE_DEG = 20.0, 10.0
 
+HELD_WITHIN = 0.5
+"""A target with a true box on a recording is held within so many widths and heights of its centre: inside the box."""
+
+END_FRAMES = 10
+"""So many last frames say whether a target is held at the end."""
+
 
 @dataclass(frozen=True, slots=True)
 class EvaluatedRun:
@@ -192,20 +198,30 @@ def _has_box(course: EvaluatedRun) -> Bools:
     return np.asarray(np.isfinite(np.column_stack([course.extents, course.truths])).all(axis=1))
 
 
-def _offsets(course: EvaluatedRun) -> Floats:
-    """Return how far the estimate is from the centre of the true box, (L, 2), in widths and heights of the box."""
-    return np.abs(course.estimates[:, :2] - course.truths[:, :2]) / course.extents
+def _offsets(estimates: Floats, centres: Floats, extents: ArrayLike) -> Floats:
+    """Return how far estimates (..., 2) are from the centres of true boxes, in widths and heights of the box."""
+    return np.asarray(np.abs(estimates[..., :2] - centres[..., :2]) / np.asarray(extents))
+
+
+def is_inside(estimates: Floats, centres: Floats, extents: ArrayLike) -> Bools:
+    """Return which estimates (..., 2) lie inside true boxes, their edge included; one that is not finite does not.
+
+    Args:
+        estimates: Places in the picture.
+        centres: (..., 2) of the true boxes.
+        extents: (..., 2) their widths and heights.
+    """
+    return np.asarray((_offsets(estimates, centres, extents) <= HELD_WITHIN).all(axis=-1))
 
 
 def _inside(course: EvaluatedRun) -> Floats:
-    known = _has_box(course)
-    return _flags((_offsets(course) <= 0.5).all(axis=1), known)
+    return _flags(is_inside(course.estimates, course.truths, course.extents), _has_box(course))
 
 
 def _failed(course: EvaluatedRun) -> Floats:
-    known = _has_box(course)
     # An estimate that is not finite is in no box.
-    return _flags(~(_offsets(course) < 1.0).all(axis=1), known)
+    overlaps = (_offsets(course.estimates, course.truths, course.extents) < 1.0).all(axis=1)
+    return _flags(~overlaps, _has_box(course))
 
 
 def _overlap(course: EvaluatedRun) -> Floats:
@@ -235,12 +251,31 @@ def _within(limit: float, course: EvaluatedRun) -> Floats:
 
 HIT_RATE = Measure(
     "hit_rate",
-    "On target",
-    "Share of the labelled frames that do not count as lost by the experiment's own limit.",
+    "Hit rate",
+    "Share of the labelled frames in which the target is not lost.",
     "share",
     _held,
 )
 """Of every experiment with a notion of lost, declared or not."""
+
+
+def held_at_end(frames: int = END_FRAMES) -> Measure:
+    """Return the hit rate of the last labelled frames, so many: in between the target may be lost."""
+
+    def values(course: EvaluatedRun) -> Floats:
+        held, last = _held(course), np.flatnonzero(~np.isnan(course.errors))[-frames:]
+        found = np.full(len(held), np.nan)
+        found[last] = held[last]
+        return found
+
+    return Measure(
+        "held_at_end",
+        f"Held in the last {frames} frames",
+        f"Share of the last {frames} labelled frames in which the target is not lost.",
+        "share",
+        values,
+    )
+
 
 PICTURE_MEASURES = (
     Measure(
@@ -280,7 +315,7 @@ PICTURE_MEASURES = (
     ),
     Measure(
         "frames_to_failure",
-        "Frames before the first failure",
+        "Frames of overlap from the start",
         "Frames before the first labelled one in which a box of the true size around the estimate does not overlap "
         "the true box; all frames of the run if that never happens.",
         "until",
@@ -323,8 +358,8 @@ POSE_MEASURES = (
     ),
     Measure(
         "frames_to_failure",
-        "Frames before the first failure",
-        "Frames before the first labelled one that counts as lost; all frames of the run if none does.",
+        "Frames before the first lost one",
+        "Frames before the first labelled one in which the target is lost; all frames of the run if none is.",
         "until",
         _missed,
         unit="frames",
@@ -392,9 +427,8 @@ def _deviation(course: EvaluatedRun) -> Floats:
     return np.where(np.isfinite(course.deviations), course.deviations, np.nan)
 
 
-# The one rule of who says that a target is lost: it is lost where the truth says so, and where the tracker looks for it
-# by its own account: then there is nothing that it follows, wherever its last place was. Else the truth says that it is
-# held. Where that is not known, the tracker says that it follows, if it gives such an account; else nobody says.
+# The one rule of who says that a target is lost: the truth where it is known, which may be a person's marks in a few
+# pictures; elsewhere the tracker, if it gives an account of its own; else nobody.
 
 Witness: TypeAlias = Literal["truth", "tracker", ""]
 """The truth, the tracker's own account, or nobody."""
@@ -419,10 +453,6 @@ def judge_loss(lost: bool | None, searching: bool | None) -> LossVerdict:
         lost: By the truth; None where that is not known.
         searching: Whether the tracker looks for the target by its own account; None for one that always follows.
     """
-    if lost:
-        return LossVerdict(True, "truth")
-    if searching:
-        return LossVerdict(True, "tracker")
     if lost is not None:
-        return LossVerdict(False, "truth")
+        return LossVerdict(lost, "truth")
     return LossVerdict(searching, "" if searching is None else "tracker")

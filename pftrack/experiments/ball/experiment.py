@@ -23,25 +23,25 @@ from pftrack.core.model.preset import ExampleSweep, read_presets
 from pftrack.core.model.setup import BESIDE, Setup
 from pftrack.core.model.source import FrameSequence, Truth
 from pftrack.experiments.ball.model import MODEL
-from pftrack.experiments.ball.parameters import GUIDANCE, SCORING, BallTrackerParameters
+from pftrack.experiments.ball.parameters import GUIDANCE, BallTrackerParameters, ScoringParameters
 from pftrack.experiments.ball.quality import CALIBRATION, FAILURES, LOSS_DECLARATION
 from pftrack.experiments.ball.recording import look_beside, suits
 from pftrack.experiments.ball.scene import BallSceneParameters, BallSource
 from pftrack.experiments.ball.trackers import GUIDED, TRACKERS
 from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.experiments.shared.recording import RecordingParameters, RecordingSource
-from pftrack.experiments.shared.reports import miss_share
+from pftrack.experiments.shared.reports import JudgedByBox
 from pftrack.experiments.shared.sampling.parameters import TERMS
 from pftrack.experiments.shared.sketch import (
     BY_SAMPLER,
     SECOND_RUN,
     at_height,
     caption,
-    circle,
     distance,
     draw_point,
     error_words,
     paths,
+    success_region,
 )
 from pftrack.experiments.video import Video
 from pftrack.filters import kalman
@@ -53,7 +53,7 @@ FRAME_HEIGHT_PX = 3.0
 """How far one frame of the past is lifted in the space-time view."""
 
 
-class SimulatedBallParameters(BallTrackerParameters, BallSceneParameters):
+class SimulatedBallParameters(ScoringParameters, BallTrackerParameters, BallSceneParameters):
     """The simulated scene and its trackers."""
 
     @property
@@ -67,10 +67,8 @@ class SimulatedBallParameters(BallTrackerParameters, BallSceneParameters):
         return kalman.steady_lag(acceleration, self.process_noise_px, self.measurement_noise_px)
 
 
-class RecordedBallParameters(RecordingParameters, BallTrackerParameters, group=SCORING):
+class RecordedBallParameters(JudgedByBox, RecordingParameters, BallTrackerParameters):
     """A recording with an overlay, and its trackers."""
-
-    lost_share: float = miss_share(0.25)
 
 
 def simulate() -> Setup:
@@ -136,8 +134,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     path = past[max(row.frame - TRAIL_FRAMES, 0) : row.frame + 1]
     primitives = draw_point(step, other, step.parameters.gamma_px)
     if target is not None:
-        gate = step.parameters.lost_radii * target.size / 2
-        primitives["gate"] = circle(target.position, gate, COLOURS["lost"], "region of success", dashed=True)
+        primitives["gate"] = success_region(target, step.parameters)
     primitives |= paths(path, np.array([past_row.estimate for past_row in path]))
     known = [past_row for past_row in path if past_row.truth]
     if known:
@@ -160,7 +157,7 @@ def _caption(step: Step) -> str:
     return caption(row, step.tracker_title, learned or "", drawn, error_words(row, " px"))
 
 
-def _is_lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many, on either model above
+def _is_lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many
     return errors > parameters.lost_radii * sizes / 2
 
 

@@ -221,5 +221,5 @@ class GuidedParameters(Parameters, group=LEARNED_MOTION, trackers=GUIDED):
         return text
 
 
-class BallTrackerParameters(GuidedParameters, ScoringParameters, ColourParameters, LoopParameters):
+class BallTrackerParameters(GuidedParameters, ColourParameters, LoopParameters):
     """Everything that can be turned on the trackers of a ball."""

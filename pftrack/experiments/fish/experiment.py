@@ -127,16 +127,10 @@ def measure(frame: Frame, state: FishState) -> Mapping[str, SeriesValue]:
 
 
 def is_missed(state: FishState, target: Target) -> bool:
-    """Return whether the estimate lies outside the fish's silhouette, or outside its box where no more is known."""
-    estimate = state.estimate
-    if not np.isfinite(estimate).all():
+    """Return whether the estimate lies outside the fish's silhouette, where that is known."""
+    if not np.isfinite(state.estimate).all():
         return True
-    if isinstance(target, FishTarget):
-        return not target.holds(estimate)
-    if target.extent is None:
-        return False
-    off = np.abs(estimate - target.position)
-    return bool((off > 0.5 * np.array(target.extent)).any())
+    return isinstance(target, FishTarget) and not target.holds(state.estimate)
 
 
 def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:

@@ -23,6 +23,7 @@ from pftrack.experiments.fish.scene import FishTarget
 from pftrack.experiments.fish.step import foreground, shape
 from pftrack.experiments.fish.trackers import LEARNED_HALF_LENGTH_PX
 from pftrack.experiments.shared.recording import RecordingParameters, RecordingSource
+from pftrack.experiments.shared.reports import JudgedByBox
 
 LEAST_SIGMA_D_PX2, LARGEST_SIGMA_D_PX2 = 1.0, 400.0
 """Edges are a pixel wide, however small the fish; a fish of more than 320 px has the largest that can be set."""
@@ -67,7 +68,7 @@ class FishBody(LongBody):
         return FishTarget.of(pose, lengths, np.zeros(2), hidden=None)
 
 
-class RecordedFishParameters(RecordingParameters, FishTrackerParameters):
+class RecordedFishParameters(JudgedByBox, RecordingParameters, FishTrackerParameters):
     """A recording with an overlay, and its trackers."""
 
 
@@ -89,7 +90,6 @@ def wire(sequence: FrameSequence, mark: FishBody, start: int, truth: Truth | Non
             "half_width_px": min(target.shape.half_width, 400.0),
             "tail_length_px": min(target.shape.tail_length, 400.0),
             "sigma_d_px2": min(max(scaled, LEAST_SIGMA_D_PX2), LARGEST_SIGMA_D_PX2),
-            "lost_share": 0.25,
             **_appearance(sequence.picture(start), target),
         },
     )

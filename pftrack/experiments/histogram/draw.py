@@ -21,24 +21,24 @@ from pftrack.core.model.drawing import (
     Links,
     Mesh,
     Picture,
-    Polyline,
     Primitive,
     Text,
     Viewpoint,
     World,
     WorldDrawing,
 )
-from pftrack.core.model.palette import COLOURS, Colour
+from pftrack.core.model.palette import COLOURS
 from pftrack.experiments.histogram.model import HistogramState
 from pftrack.experiments.shared.sketch import (
     BY_SAMPLER,
     SECOND_RUN,
     at_height,
+    box,
     caption,
-    circle,
     error_words,
     particle_clouds,
     paths,
+    success_region,
     uncertainty,
 )
 from pftrack.vision.likelihoods.counting import BINS, STEPS, Space, bin_table
@@ -164,19 +164,18 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
         positions = state.particles.states[:, :2]
         primitives |= particle_clouds(positions, state.particles, state.observation_count, max(width, height) / 160)
     if target is not None and target.extent is not None:
-        primitives["truth"] = _box(target.position, target.extent, COLOURS["truth"], "truth", 1.0)
-        gate = step.parameters.lost_radii * target.size / 2
-        primitives["gate"] = circle(target.position, gate, COLOURS["lost"], "region of success", dashed=True)
+        primitives["truth"] = box(target.position, target.extent, COLOURS["truth"], "truth", 1.0)
+        primitives["gate"] = success_region(target, step.parameters)
     primitives["covariance"] = uncertainty(
         state.estimate, state.posterior.covariance[:2, :2], COLOURS["estimate"], "uncertainty"
     )
     if other is not None:
         width_px, height_px = other.vector("box") or state.box_px
-        primitives["second"] = _box(
+        primitives["second"] = box(
             np.array(other.estimate), (width_px, height_px), COLOURS["second"], "second run", 1.5
         )
     colour = COLOURS["lost" if state.searching else "estimate"]
-    primitives["estimate"] = _box(state.estimate, state.box_px, colour, "estimate", 2.0)
+    primitives["estimate"] = box(state.estimate, state.box_px, colour, "estimate", 2.0)
     primitives |= paths(path, np.array([past_row.estimate for past_row in path]))
     return Drawing(width, height, primitives, _caption(step), (histogram_world(state, image),))
 
@@ -185,11 +184,6 @@ def _caption(step: Step) -> str:
     row = step.diagnostics
     searching = "searching" if step.state.searching else ""
     return caption(row, f"likeness {row.number('likeness'):.2f}", searching, error_words(row, " px"))
-
-
-def _box(centre: Floats, size: tuple[float, float], colour: Colour, layer: str, height: float) -> Polyline:
-    corners = np.array(((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5))) * size
-    return Polyline(at_height(centre + corners, height), colour, 2.0, layer)
 
 
 def _likeness(image_rgb: NDArray[np.uint8], state: HistogramState) -> Mesh:

@@ -10,7 +10,7 @@ from typing import Any
 
 from pftrack.core.model.glossary import KAGAMI, PEREZ, Citation, Term
 from pftrack.core.model.marks import Box
-from pftrack.core.model.measures import MEAN_IOU, PICTURE_MEASURES
+from pftrack.core.model.measures import MEAN_IOU, PICTURE_MEASURES, held_at_end
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.plot import ERROR, SAMPLE_SIZE, SAMPLERS, SIGMA, STANDARD_READINGS, Plot, Reading
 from pftrack.core.model.preset import ExampleSweep, read_failures, read_presets
@@ -19,27 +19,28 @@ from pftrack.core.model.source import FrameSequence, Truth
 from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.experiments.histogram.draw import HISTOGRAM_WORLD, LAYERS, draw
 from pftrack.experiments.histogram.model import MODEL
-from pftrack.experiments.histogram.parameters import SCORING, HistogramTrackerParameters
-from pftrack.experiments.histogram.quality import CALIBRATION, HELD_AT_END, LOSS_DECLARATION
+from pftrack.experiments.histogram.parameters import HistogramTrackerParameters, ScoringParameters
+from pftrack.experiments.histogram.quality import CALIBRATION, LOSS_DECLARATION
 from pftrack.experiments.histogram.recording import PICTURES, look_beside, suits
 from pftrack.experiments.histogram.scene import LawnSceneParameters, LawnSource
 from pftrack.experiments.histogram.trackers import TRACKERS
 from pftrack.experiments.shared.recording import RecordingParameters, RecordingSource
-from pftrack.experiments.shared.reports import miss_share
+from pftrack.experiments.shared.reports import JudgedByBox
 from pftrack.experiments.shared.sampling.parameters import TERMS
 from pftrack.experiments.shared.sketch import distance
 from pftrack.experiments.video import Video
 from pftrack.vision.likelihoods import chromaticity
 
+HELD_AT_END = held_at_end()
+"""What decides on success: in between the window may wait, or look for its target."""
 
-class SimulatedHistogramParameters(HistogramTrackerParameters, LawnSceneParameters):
+
+class SimulatedHistogramParameters(ScoringParameters, HistogramTrackerParameters, LawnSceneParameters):
     """The simulated lawn and its trackers."""
 
 
-class RecordedHistogramParameters(RecordingParameters, HistogramTrackerParameters, group=SCORING):
+class RecordedHistogramParameters(JudgedByBox, RecordingParameters, HistogramTrackerParameters):
     """A recording with an overlay, and its trackers."""
-
-    lost_share: float = miss_share(0.25)
 
 
 def simulate() -> Setup:
@@ -93,7 +94,7 @@ def wire(sequence: FrameSequence, mark: Box, start: int, truth: Truth | None) ->
     )
 
 
-def _is_lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many, on either model above
+def _is_lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many
     return errors >= parameters.lost_radii * sizes / 2
 
 

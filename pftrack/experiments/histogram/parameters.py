@@ -224,7 +224,7 @@ class _Loss(Parameters, group=LOSS):
     )
 
 
-class _Scoring(Parameters, group=SCORING):
+class ScoringParameters(Parameters, group=SCORING):
     """What counts as success."""
 
     lost_radii: float = parameter(
@@ -238,5 +238,5 @@ class _Scoring(Parameters, group=SCORING):
     lost_share: float = loss_share(0)
 
 
-class HistogramTrackerParameters(_Scoring, _Loss, _Colour, MotionParameters, _Switching, _Sampling):
+class HistogramTrackerParameters(_Loss, _Colour, MotionParameters, _Switching, _Sampling):
     """Everything that can be turned on the trackers by colour histograms."""

@@ -1,4 +1,4 @@
-"""What is said of the error of a window's place, how probable its loss is, and when a simulated run is a success.
+"""What is said of the error of a window's place, and how probable its loss is.
 
 `docs/explanation/calibration.md` has the bands. `python -m tools.loss_probability fit histogram` fits the probability
 of a loss and writes `loss_probability.json`.
@@ -6,11 +6,7 @@ of a loss and writes `loss_probability.json`.
 
 from pathlib import Path
 
-import numpy as np
-
-from pftrack.core.arrays import Floats
 from pftrack.core.model.band import Calibration, Miscalibration
-from pftrack.core.model.measures import EvaluatedRun, Measure
 from pftrack.experiments.histogram.trackers import TRACKERS
 from pftrack.experiments.shared.loss_probability import Scenes, read_declaration
 
@@ -44,23 +40,3 @@ SCENES = Scenes(
 """Lawns of all kinds, look-alikes of all shades, columns of all widths, and likelihoods from blunt to sharp."""
 
 LOSS_DECLARATION = read_declaration(Path(__file__).with_name("loss_probability.json"), TRACKERS, SCENES)
-
-LAST = 10
-
-
-def _is_held_at_end(course: EvaluatedRun) -> Floats:
-    """Return 1 or 0 for each of the last labelled frames, NaN for the others."""
-    values = np.full(len(course.errors), np.nan)
-    last = np.flatnonzero(~np.isnan(course.errors))[-LAST:]
-    if course.lost is not None:
-        values[last] = ~course.lost[last]
-    return values
-
-
-HELD_AT_END = Measure(
-    "held_at_end",
-    f"On target in the last {LAST} frames",
-    f"Share of the last {LAST} labelled frames that do not count as lost.",
-    "share",
-    _is_held_at_end,
-)

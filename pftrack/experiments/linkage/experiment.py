@@ -30,7 +30,7 @@ from pftrack.experiments.linkage.draw import (
     truth,
 )
 from pftrack.experiments.linkage.parameters import SimulatedLinkageParameters
-from pftrack.experiments.linkage.plots import KEPT, MEASURES, PLOTS, READINGS, TERMS
+from pftrack.experiments.linkage.plots import HELD_AT_END, MEASURES, PLOTS, READINGS, TERMS
 from pftrack.experiments.linkage.quality import CALIBRATION, LOSS_DECLARATION
 from pftrack.experiments.linkage.recording import (
     SERIES,
@@ -54,7 +54,7 @@ FRAMES = 300
 
 def simulate() -> Setup:
     """Wire the simulated chain."""
-    return Setup(LinkageSource, SimulatedLinkageParameters(), success=KEPT.name)
+    return Setup(LinkageSource, SimulatedLinkageParameters(), success=HELD_AT_END.name)
 
 
 def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:

@@ -4,7 +4,7 @@ import numpy as np
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.glossary import Term
-from pftrack.core.model.measures import EvaluatedRun, Measure
+from pftrack.core.model.measures import EvaluatedRun, Measure, held_at_end
 from pftrack.core.model.plot import ERROR, INNOVATION, PARTICLES, SAMPLE_SIZE, STEP_TIME, Plot, Reading
 
 LINKS = 3
@@ -16,13 +16,6 @@ def _errors(course: EvaluatedRun) -> Floats:
     return course.errors
 
 
-def _is_held_at_end(course: EvaluatedRun) -> Floats:
-    last = _last_errors(course)
-    if course.lost is None:
-        return np.full(len(last), np.nan)
-    return np.where(np.isnan(last), np.nan, ~course.lost)
-
-
 def _last_errors(course: EvaluatedRun) -> Floats:
     known = np.flatnonzero(~np.isnan(course.errors))
     errors = np.full(len(course.errors), np.nan)
@@ -30,18 +23,11 @@ def _last_errors(course: EvaluatedRun) -> Floats:
     return errors
 
 
-KEPT = Measure(
-    "kept_at_the_end",
-    f"On target in the last {LAST_FRAMES} frames",
-    f"Share of the last {LAST_FRAMES} labelled frames in which no link's direction is beyond the limit, or regions "
-    "hold the truth.",
-    "share",
-    _is_held_at_end,
-)
+HELD_AT_END = held_at_end(LAST_FRAMES)
 """Whether a chain came through: in between a wrong hypothesis may be ahead."""
 
 MEASURES = (
-    KEPT,
+    HELD_AT_END,
     Measure(
         "median_direction_error_deg",
         "Median error of the directions",

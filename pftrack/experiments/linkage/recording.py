@@ -31,7 +31,7 @@ from pftrack.core.model.source import Frame, FrameSequence, History, Measurement
 from pftrack.core.numerics.elementary import direction, wrap
 from pftrack.core.numerics.matrices import product
 from pftrack.experiments.linkage.parameters import LinkageParameters
-from pftrack.experiments.linkage.plots import KEPT
+from pftrack.experiments.linkage.plots import HELD_AT_END
 from pftrack.experiments.linkage.scene import NAMES, LinkageTarget, in_degrees, in_radians
 from pftrack.experiments.linkage.set_trackers import Region, contains
 from pftrack.experiments.linkage.state import LinkageState
@@ -271,7 +271,7 @@ def wire(sequence: FrameSequence, mark: LinkagePoints | None, start: int, truth:
         points = sequence.positions[start][columns]
         source = RecordedLinkage(sequence, start, guess(points), track_points(sequence, columns, start))
         defaults = revise(RecordedLinkageParameters(), _bounds(points))
-        return Setup(lambda _seed, _parameters: source, defaults, success=KEPT.name)
+        return Setup(lambda _seed, _parameters: source, defaults, success=HELD_AT_END.name)
     if mark is None:
         raise ParameterError("mark", None, WANTED)
     places = mark.places
@@ -280,7 +280,7 @@ def wire(sequence: FrameSequence, mark: LinkagePoints | None, start: int, truth:
         followed = Followed(sequence, start, places, parameters)
         return RecordedLinkage(sequence, start, guess(places), followed.at)
 
-    return Setup(open_source, revise(RecordedLinkageParameters(), _bounds(places)), success=KEPT.name)
+    return Setup(open_source, revise(RecordedLinkageParameters(), _bounds(places)), success=HELD_AT_END.name)
 
 
 def _columns(sequence: TrackSequence, mark: LinkagePoints | None, start: int) -> list[int]:

@@ -305,8 +305,8 @@ class ScoringParameters(Parameters, group=SCORING):
     # fmt: off
     lost_distance: float = parameter(
         0, "Lost from", "Distance from the truth from which on the target counts as lost, in the unit of the states; 0 "
-        "for half the longer side of its true box. Where truths have no box, it begins with how far the true places "
-        "lie from the middle of their path, root mean square: one who stays there is wrong by so much.",
+        "for outside its true box. Where truths have no box, it begins with how far the true places lie from the "
+        "middle of their path, root mean square: one who stays there is wrong by so much.",
         within=(0, MOST_DISTANCE, 1))
     lost_share: float = loss_share(0.25)
     # fmt: on
@@ -315,8 +315,13 @@ class ScoringParameters(Parameters, group=SCORING):
 class RecordedBeliefParameters(SelectionParameters, ScoringParameters):
     """What is looked at in a recording."""
 
+    @property
+    def judged_by_box(self) -> bool:
+        """Whether a place in the picture is held to the true box: where no distance is set."""
+        return not self.lost_distance and (self.component_across, self.component_down) == (0, 1)
 
-class ExampleBeliefParameters(ExampleParameters, ScoringParameters):
+
+class ExampleBeliefParameters(ExampleParameters, RecordedBeliefParameters):
     """The example that is made up, and what is looked at in it."""
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.likelihood import Cloud
-from pftrack.core.model.parameters import parameter
+from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.series import Reduction, Series, SeriesValue
 from pftrack.core.numerics.random import Gaussian
 from pftrack.filters.fixed_lag import Lineage
@@ -103,16 +103,26 @@ def loss_share(default: float) -> Any:  # noqa: ANN401
     )
 
 
-def miss_share(default: float) -> Any:  # noqa: ANN401
-    """Declare the same for targets with a box, of which an estimate outside is a miss."""
-    return parameter(
-        default,
+class JudgedByBox(Parameters, group="Scoring"):
+    """Trackers of a recording on which a true box says where the target is: it is held inside the box, else lost.
+
+    That is the one threshold of all experiments that do so (`pftrack.core.model.measures.HELD_WITHIN`), and the measure
+    `inside_share` decides on success by it.
+    """
+
+    lost_share: float = parameter(
+        0.25,
         "Frames that may miss",
         "A run is a success if the estimate lies outside the true box in no more than this share of the frames with "
         "known truth.",
         within=(0, 1, 0.01),
         role="loss_share",
     )
+
+    @property
+    def judged_by_box(self) -> bool:
+        """Whether a true box, where one is known, decides whether the target is lost."""
+        return True
 
 
 def learned_motion(*, trackers: tuple[str, ...] | None = None) -> Any:  # noqa: ANN401

@@ -12,7 +12,7 @@ from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Ellipse, Key, Layer, Links, Picture, Points, Polyline, Primitive
 from pftrack.core.model.palette import COLOURS, Colour
 from pftrack.core.model.setup import WELL, Suitability
-from pftrack.core.model.source import FrameSequence
+from pftrack.core.model.source import FrameSequence, Target
 from pftrack.filters.particles import ParticleSet
 from pftrack.vision.likelihoods.separation import Separation
 
@@ -27,6 +27,9 @@ BY_SAMPLER = (Key("prediction", "particles from the prediction"), Key("observati
 
 SECOND_RUN = Layer("second run", legend=(Key("second", "second run, where it differs"),))
 """Where the run with which this one is compared is drawn."""
+
+REGION = "region of success"
+"""Layer of the edge of where the target counts as held."""
 
 LIGHT, DARK = np.array([198.0, 219.0, 239.0]), np.array([8.0, 48.0, 107.0])
 
@@ -196,6 +199,19 @@ POINT_LAYERS = (
     SECOND_RUN,
 )
 """Of what `draw_point` draws."""
+
+
+def box(centre: Floats, extent: tuple[float, float], colour: Colour, layer: str, height: float = 1.0) -> Polyline:
+    """Draw the outline of a box around a position (2,), of a width and a height, px."""
+    corners = np.array(((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5))) * extent
+    return Polyline(at_height(centre + corners, height), colour, 2.0, layer)
+
+
+def success_region(target: Target, parameters: Any) -> Ellipse | Polyline:  # noqa: ANN401 - the experiment's own model
+    """Draw the edge of where the target counts as held: its true box, or a circle of some of its radii."""
+    if getattr(parameters, "judged_by_box", False) and target.extent is not None:
+        return box(target.position, target.extent, COLOURS["lost"], REGION)
+    return circle(target.position, parameters.lost_radii * target.size / 2, COLOURS["lost"], REGION, dashed=True)
 
 
 def uncertainty(mean: Floats, covariance: Floats, colour: Colour, layer: str, width: float = 2.0) -> Ellipse:

@@ -69,11 +69,10 @@ def _table(comparison: Comparison) -> bytes:
 
 
 def _lines(comparison: Comparison) -> Iterator[tuple[str, ...]]:
-    named = zip(comparison.names, comparison.rows, comparison.lost, strict=True)
-    for number, (name, rows, lost) in enumerate(named, 1):
-        for frame, (row, gone) in enumerate(zip(rows, lost, strict=True)):
+    for number, (name, rows) in enumerate(zip(comparison.names, comparison.rows, strict=True), 1):
+        for frame, row in enumerate(rows):
             error = "" if row.error is None or not math.isfinite(row.error) else repr(float(row.error))
-            yield str(number), name, str(frame), str(row.frame), error, str(int(gone))
+            yield str(number), name, str(frame), str(row.frame), error, str(int(row.is_lost))
 
 
 def _document(comparison: Comparison) -> bytes:
@@ -98,7 +97,7 @@ def _picture(comparison: Comparison, form: str) -> bytes:
     title = " · ".join(comparison.names)
     figure = draw_errors(
         [np.where(np.isfinite(each), each, np.nan) for each in errors],
-        comparison.lost,
+        [loss.lost for loss in comparison.losses],
         names=comparison.names,
         colours=comparison.colours,
         unit=comparison.unit,

@@ -17,7 +17,7 @@ from pftrack.core.model import series
 from pftrack.core.model.parameters import Declaration
 from pftrack.core.model.series import Hypotheses, Series
 from pftrack.output.figures.style import INK, LETTERS_PT, TEXT_PT, bare
-from pftrack.runs.run import Run, find_lost_frames
+from pftrack.runs.run import Run
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -281,11 +281,6 @@ def sigmas(run: Run) -> Numbers:
 def hidden_frames(run: Run) -> Bools:
     """Return (L,) whether the target is known to be out of sight."""
     return np.array([row.hidden is True for row in run.diagnostics])
-
-
-def lost_frames(run: Run) -> Bools:
-    """Return (L,) whether the target is lost."""
-    return find_lost_frames(run).lost
 
 
 def find_series(run: Run, name: str) -> Series:

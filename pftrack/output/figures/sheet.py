@@ -21,6 +21,7 @@ from pftrack.core.model.setup import ExportError
 from pftrack.output.figures import panels
 from pftrack.output.figures.picture import PictureForm, encode
 from pftrack.output.figures.style import CURVE_COLOURS, INK, LETTERS_PT, TWO_COLUMNS_IN, bare
+from pftrack.runs.loss import Loss
 from pftrack.runs.manifest import extent_of, manifest_of, title_of
 from pftrack.runs.run import Run
 
@@ -323,7 +324,7 @@ def _panel(axes: Axes, run: Run, plot: Plot) -> Axes:
 
 
 def _bands(run: Run, plot: Plot) -> dict[str, Bools]:
-    known = {"hidden": panels.hidden_frames(run), "lost": panels.lost_frames(run)}
+    known = {"hidden": panels.hidden_frames(run), "lost": Loss.of(run.diagnostics).lost}
     return {name: known[name] for name in SHADED.get(plot.kind, ()) if known[name].any()}
 
 

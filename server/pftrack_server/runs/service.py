@@ -10,6 +10,7 @@ from pftrack.core.files import settle
 from pftrack.core.model.measures import HIT_RATE
 from pftrack.core.model.recipe import Footage
 from pftrack.experiments import find
+from pftrack.runs.loss import loss_words
 from pftrack.runs.record import Record
 from pftrack_server.errors import ConflictError, DiskFullError
 from pftrack_server.schemas.snapshot import FIRST, Bookmark
@@ -169,9 +170,7 @@ def outcome(summary: dict[str, Any]) -> str:
         # In which frames is for the measure's title to say: the last ten of a run may decide.
         title = f"{measure.title[:1].lower()}{measure.title[1:]}"
         return f"{100 * summary[decisive]:.0f} % {title}, {frames} frames in all"
-    if not lost:
-        return f"Kept for {frames} frames"
-    return f"Lost in {lost} of {frames} frames, first in frame {summary['first_lost_frame']}"
+    return loss_words(frames, lost or 0, summary.get("first_lost_frame"))
 
 
 async def footage_here(

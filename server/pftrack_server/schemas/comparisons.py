@@ -69,9 +69,9 @@ class OutcomePublic(BaseModel):
     """What came of a run in the frames that are compared."""
 
     mean_error: float | None
-    kept: float | None = Field(description="Share of the frames that count for the measure which decides on success")
-    first_lost: int | None
-    lost_frames: int
+    success_share: float | None = Field(description="Of the measure that decides on success, over these frames")
+    lost_frames: int | None = Field(description="In how many the target is lost; null where nobody says")
+    first_lost_frame: int | None
 
 
 class PartingPublic(BaseModel):

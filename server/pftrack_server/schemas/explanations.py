@@ -33,6 +33,7 @@ class DiagnosisPublic(BaseModel):
 
     frame: int | None = Field(description="First frame of the loss, or the one that was asked about; null if none is")
     lost: bool
+    first_lost_frame: int | None = Field(description="The first of all in which the target is lost; null if none is")
     witness: Witness = Field(description="Who says whether it is lost: truth, tracker, or nobody")
     cause: CauseId = Field(description="What began first")
     sentence: str

@@ -55,6 +55,7 @@ class WhatIfPublic(BaseModel):
     """What would have saved a run, as far as it has been tried, the best first."""
 
     loss: int = Field(description="Frame in which the loss began")
+    first_lost_frame: int | None = Field(description="The first of all in which the target is lost")
     begin: int = Field(description="Last frame that all runs have in common")
     end: int = Field(description="Last frame that was computed")
     judged: int = Field(description="In how many last frames a run must not have lost its target, to hold")

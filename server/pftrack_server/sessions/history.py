@@ -3,7 +3,7 @@
 from typing import Any
 
 from pftrack.core.model.measures import judge_loss
-from pftrack.runs.scoring import loss_start
+from pftrack.runs.loss import loss_start
 
 
 class History:

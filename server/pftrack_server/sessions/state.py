@@ -7,7 +7,9 @@ snapshot, which is what the pages know: each change of it is told as the fields 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from pftrack.runs.scoring import before_loss
+import numpy as np
+
+from pftrack.runs.loss import Loss
 from pftrack_server.errors import ConflictError
 from pftrack_server.schemas import messages
 from pftrack_server.schemas.description import SessionDescription
@@ -109,10 +111,9 @@ class SessionState:
     def before_loss(self) -> int | None:
         """Return the frame from which to watch how the target was lost; None if it has not been lost."""
         known = self.columns(self.spec.branch)
-        nothing: list[bool] = []
-        lost = [since is not None for since in known.get("lost_since", nothing)]
-        hidden = [bool(value) for value in known.get("hidden", nothing)]
-        return before_loss(lost, hidden, self.spec.run.position)
+        lost = np.array([since is not None for since in known.get("lost_since", ())], np.bool_)
+        hidden = [bool(value) for value in known.get("hidden", ())]
+        return Loss(lost, tuple(known.get("lost_by", ()))).approach(hidden, self.spec.run.position)
 
     # ------------------------------------------------------------ reports of the worker
 

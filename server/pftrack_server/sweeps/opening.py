@@ -1,7 +1,7 @@
 """Opening: from a row of a sweep to a live session that computes the same numbers, paused shortly before the loss."""
 
 from pftrack.core.model.recipe import Footage
-from pftrack.runs.scoring import APPROACH_FRAMES, approach
+from pftrack.runs.loss import APPROACH_FRAMES, approach
 from pftrack.sweep import Plan
 from pftrack_server.errors import ConflictError, RefusedError
 from pftrack_server.schemas.spec import SessionSpec

@@ -18,10 +18,11 @@ from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, FrameSequence, Target
 from pftrack.experiments import find
 from pftrack.experiments.fish.model import FishShape, body_points, tail_corners, tail_line
-from pftrack.experiments.fish.recording import FishBody, _appearance
+from pftrack.experiments.fish.recording import FishBody, RecordedFishParameters, _appearance
 from pftrack.experiments.fish.scene import FishTarget
 from pftrack.experiments.fish.step import begin_at
 from pftrack.experiments.fish.trackers import GUIDANCE
+from pftrack.runs.loss import judge_state
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.truth import TruthTable
@@ -127,12 +128,12 @@ def test_the_true_heading_is_beside_the_estimated_one() -> None:
     assert measured["true_heading"] == pytest.approx(-181.0)
 
 
-def test_lost_is_outside_the_silhouette_or_outside_the_box() -> None:
-    """A point beside the body within its box is lost where the silhouette is known; else the box decides."""
+def test_lost_is_outside_the_silhouette_and_on_a_recording_outside_the_box() -> None:
+    """A point beside the body within its box is lost in the tank; on a recording the box decides."""
 
-    def missed(place: tuple[float, float], target: Target) -> bool | None:
-        assert FISH.missed is not None
-        return FISH.missed(replace(state, mean=np.array([*place, 0.0, 0.0, 0.0, 0.0])), target)
+    def missed(place: tuple[float, float], target: Target, parameters: object = None) -> bool | None:
+        moved = replace(state, mean=np.array([*place, 0.0, 0.0, 0.0, 0.0]))
+        return judge_state(FISH, moved, target, parameters)[1]
 
     fish = FishTarget.of(np.array([100.0, 100.0, np.pi / 4, 0.0]), FishShape(40.0, 10.0, 40.0), np.zeros(2))
     state, beside = begin_at(fish, 1), (120.0, 80.0)
@@ -140,10 +141,11 @@ def test_lost_is_outside_the_silhouette_or_outside_the_box() -> None:
     assert missed((109.0, 91.0), fish)  # within a goldfish of 15 px half width, beside this one
     assert not missed((120.0, 120.0), fish)
     box = Target(fish.position, fish.size, extent=fish.extent)
-    assert not missed(beside, box)
-    assert missed((140.0, 100.0), box)
-    assert missed((np.nan, 100.0), box)
-    assert not missed((140.0, 100.0), Target(fish.position))
+    recorded = RecordedFishParameters()
+    assert not missed(beside, box, recorded)
+    assert missed((140.0, 100.0), box, recorded)
+    assert missed((np.nan, 100.0), box, recorded)
+    assert not missed((140.0, 100.0), Target(fish.position), recorded)
 
 
 def test_the_verdict_is_by_the_silhouette(films: dict[str, FrameSequence]) -> None:

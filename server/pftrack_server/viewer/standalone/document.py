@@ -11,8 +11,9 @@ from typing import Any
 from pftrack.core.model.plot import Reading
 from pftrack.core.version import __version__
 from pftrack.output.displays import explanation_html, format_reading, readings_of, summary_lines, track
+from pftrack.runs.loss import Loss
 from pftrack.runs.manifest import citation_of, manifest_of, title_of
-from pftrack.runs.run import Run, find_lost_frames
+from pftrack.runs.run import Run
 from pftrack_server.viewer.camera import FLAT_RAD, FULL_RELIEF_RAD, RELIEF_STEPS
 from pftrack_server.viewer.modules import join
 from pftrack_server.viewer.standalone.plots import PagePlot, plots_of
@@ -114,7 +115,7 @@ def _run(run: Run, recording: Recording, readings: Iterable[Reading]) -> dict[st
         "rate_hz": run.source.frame_rate_hz,
         "kept": recording.kept,
         "captions": recording.captions,
-        "gone": find_lost_frames(run).lost.astype(int).tolist(),
+        "gone": Loss.of(run.diagnostics).lost.astype(int).tolist(),
         "readings": [[format_reading(run.experiment, reading, row) for row in rows] for reading in readings],
         "views": recording.views,
         "sizes": [len(file) for file in recording.pictures],
