@@ -25,7 +25,7 @@ from pftrack.experiments.own.extension import experiment_of, name_of
 from pftrack.output.exports.formats import Watcher
 from pftrack.runs import record as records
 from pftrack.runs.comparison import Comparison
-from pftrack.runs.record import OpenSequence
+from pftrack.runs.opening import OpenSequence, make, wire
 from pftrack.runs.run import Run
 from pftrack.sources.beliefs.recorder import Recorder, Sources
 from pftrack.sources.formats import is_beliefs
@@ -86,7 +86,7 @@ def run(
         "footage": None if recipe.footage and mark is None and not start else _footage(recording, mark, start),
     }
     changed = recipe.model_copy(update={name: it for name, it in said.items() if it is not None})
-    setup = records.wire(wiring, changed.footage, _opener(recording))
+    setup = wire(wiring, changed.footage, _opener(recording))
     made = Run.from_recipe(changed, wiring, setup)
     made.finish()
     return made
@@ -174,7 +174,7 @@ def load(path: PathOrName, *, recording: PathOrName | None = None, trust: bool =
         recipe, last = known.recipe, known.computed - 1
     if trust:
         trust_filters(recipe)
-    made = records.make(recipe, open_sequence=_opener(recording, file.parent))
+    made = make(recipe, open_sequence=_opener(recording, file.parent))
     made.seek(made.frames - 1 if last is None else last)
     return made
 
@@ -186,7 +186,7 @@ def _run_of_beliefs(file: Path, clip: PathOrName | None) -> Run:
     wiring = find_for("beliefs")
     footage = Footage(name=file.name)
     together: dict[Part, Path] = {"clip": Path(clip), "results": file}
-    setup = records.wire(wiring, footage, lambda _: open_parts(together, DEFAULT_LIMITS))
+    setup = wire(wiring, footage, lambda _: open_parts(together, DEFAULT_LIMITS))
     made = Run.from_recipe(Recipe(experiment=wiring.id, footage=footage), wiring, setup)
     made.finish()
     return made

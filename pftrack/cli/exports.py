@@ -101,7 +101,7 @@ def _sweep(file: Path, places: list[Path], plot: str | None) -> list[Path]:
 
 def _compute_again(stack: ExitStack, saved: "Saved", file: Path, video: Path | None) -> "Run":
     """Compute a saved run as far as it was computed, its recording opened for as long as the stack lasts."""
-    from pftrack.runs.record import make
+    from pftrack.runs.opening import make
 
     made = make(saved.record.recipe, open_sequence=footage_of(stack, file, video))
     with progress(f"{made.experiment.id}, {made.tracker}") as tick:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from pftrack.core.model.setup import Setup
     from pftrack.core.model.source import FrameSequence, Kind
     from pftrack.experiments.experiment import Experiment
-    from pftrack.runs.record import OpenSequence
+    from pftrack.runs.opening import OpenSequence
     from pftrack.sweep.recording import Recording
 
 
@@ -119,7 +119,7 @@ def open_setup(
         folder: Of the file, from which the path of its recording is seen.
     """
     from pftrack.core.model.recipe import Footage
-    from pftrack.runs.record import wire
+    from pftrack.runs.opening import wire
 
     if said.video is None and recipe.footage is None:
         _refuse_options(said)

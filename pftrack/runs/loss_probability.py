@@ -7,7 +7,7 @@ have it, too. Columns are arrays by name, as files hold them, notebooks show and
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,11 +16,13 @@ from pftrack.core.model import series
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.measures import MEAN_LOSS_PROBABILITY, evaluate
 from pftrack.experiments.shared.loss_probability import LOSS_PROBABILITY, Past
-from pftrack.runs.run import Run
 from pftrack.runs.scoring import evaluated_run
 
+if TYPE_CHECKING:
+    from pftrack.runs.run import Run
 
-def loss_probabilities(run: Run) -> Floats:
+
+def loss_probabilities(run: "Run") -> Floats:
     """Return the probability in each frame that a run has computed, (L,).
 
     NaN in frame 0, in which a tracker only begins, wherever the tracker has no such probability, and on recordings. A
@@ -29,7 +31,7 @@ def loss_probabilities(run: Run) -> Floats:
     return np.array(LossAccount().follow(run))
 
 
-def measure_loss_probability(run: Run) -> Mapping[str, float | int]:
+def measure_loss_probability(run: "Run") -> Mapping[str, float | int]:
     """Return the mean of these as a measure of the run, by its name; empty where no frame has one."""
     course = evaluated_run(run.experiment, run.diagnostics)
     return evaluate((MEAN_LOSS_PROBABILITY,), replace(course, loss_probabilities=loss_probabilities(run)))
@@ -44,7 +46,7 @@ class LossAccount:
         self._told: list[float] = []
         self._tracker, self._past = "", Past()
 
-    def follow(self, run: Run) -> Sequence[float]:
+    def follow(self, run: "Run") -> Sequence[float]:
         """Return the probability in each frame that the run has computed; what was told of it before is kept."""
         if self._rows is not run.diagnostics:
             # Another run, such as a branch.
@@ -71,7 +73,7 @@ PREFIX = "series_"
 """Of the columns of what was measured beside what every frame has."""
 
 
-def columns_of(run: Run) -> dict[str, np.ndarray[Any, Any]]:
+def columns_of(run: "Run") -> dict[str, np.ndarray[Any, Any]]:
     """Return the columns of all frames that were computed, one row a frame; what no frame has is left out."""
     rows = [row.as_dict() for row in run.diagnostics]
     columns = {name: _column([row[name] for row in rows]) for name in rows[0] if name != "series"}

@@ -25,8 +25,10 @@ from pftrack.core.model.tracker import TrackState
 from pftrack.core.numerics.random import LARGEST_KEY, LARGEST_SEED
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.checkpoint import Checkpoint
+from pftrack.runs.record import save
 from pftrack.runs.recursion import Keyframes, Recursion
 from pftrack.runs.scoring import Summary, estimates_hash, evaluated_run, summarise
+from pftrack.runs.table import table_of
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -363,8 +365,6 @@ class Run:
         Raises:
             OSError: The file cannot be written; what was there before is still there.
         """
-        from pftrack.runs.record import save  # noqa: PLC0415 - which writes runs
-
         save(self, Path(path), states=states)
 
     def _repr_html_(self) -> str:
@@ -380,8 +380,6 @@ class Run:
 
         Columns are those of the exported tables; each says title and unit in its field's metadata.
         """
-        from pftrack.runs.table import table_of  # noqa: PLC0415 - which reads runs
-
         return table_of(self)
 
     def export(self, path: str | PathLike[str], *, plot: str | None = None) -> Exported:

@@ -18,10 +18,11 @@ from pftrack.core.model.series import Series
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.shared.loss_probability import LOSS_PROBABILITY
 from pftrack.runs.loss_probability import PREFIX, columns_of
-from pftrack.runs.run import Run
 
 if TYPE_CHECKING:
     import pyarrow as pa
+
+    from pftrack.runs.run import Run
 
 
 OWN = {
@@ -72,7 +73,7 @@ class _Origin:
     parts: tuple[str, ...] = ()
 
 
-def columns_in(run: Run) -> tuple[Column, ...]:
+def columns_in(run: "Run") -> tuple[Column, ...]:
     """Return the columns of all frames that a run has computed."""
     origins = dict(_origins(run.experiment))
     return tuple(
@@ -83,7 +84,7 @@ def columns_in(run: Run) -> tuple[Column, ...]:
     )
 
 
-def table_of(run: Run) -> "pa.Table":
+def table_of(run: "Run") -> "pa.Table":
     """Return the frames that a run has computed as an Arrow table; its fields tell title and unit in their metadata."""
     import pyarrow as pa  # noqa: PLC0415 - a tenth of a second, for which only who wants a table has to wait
 

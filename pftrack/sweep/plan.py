@@ -23,7 +23,7 @@ from pftrack.core.numerics.random import LARGEST_SEED
 from pftrack.experiments import Experiment
 from pftrack.experiments.own.extension import extend, outline
 from pftrack.experiments.own.sliders import FilterFileError
-from pftrack.runs.record import OpenSequence, wire
+from pftrack.runs.opening import OpenSequence, wire
 from pftrack.runs.run import Run
 from pftrack.sweep.axis import MOST_RUNS, TRACKER, Axis, SweepError, check, find_declaration, value_of
 

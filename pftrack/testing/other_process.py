@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 
 from pftrack.process import UNLIMITED, BlockingPool, CallError, ForkServer, WorkerLostError
-from pftrack.runs.record import load
+from pftrack.runs.opening import load
 from pftrack.testing.check import CheckError
 
 

@@ -24,7 +24,8 @@ from pftrack.core.model.setup import Setup, Suitability
 from pftrack.core.model.source import FrameSequence, Target
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.video import PICTURES
-from pftrack.runs.record import RecordError, load, save
+from pftrack.runs.opening import load
+from pftrack.runs.record import RecordError, save
 from pftrack.runs.run import Run
 from pftrack.sources.beliefs.recorder import Recorder
 from pftrack.sources.sequence import open_sequence

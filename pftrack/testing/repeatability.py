@@ -11,7 +11,8 @@ from pftrack.core.model.parameters import Value, declarations, flat, with_role
 from pftrack.core.model.source import Frame, History
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs import many
-from pftrack.runs.record import RecordError, load, save
+from pftrack.runs.opening import load
+from pftrack.runs.record import RecordError, save
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import estimates_hash, reductions
 from pftrack.testing.check import (

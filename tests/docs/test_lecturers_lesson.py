@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from pftrack.runs.record import make
+from pftrack.runs.opening import make
 from pftrack.teaching.lessons.lecturers import read_lessons
 from pftrack.teaching.lessons.lecturers.document import AnswerHead, Head
 

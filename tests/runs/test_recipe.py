@@ -12,7 +12,8 @@ from pftrack.core.model.source import FrameSequence
 from pftrack.core.numerics.random import LARGEST_SEED
 from pftrack.experiments import find
 from pftrack.experiments.own.code import trust
-from pftrack.runs.record import load, make, read, save
+from pftrack.runs.opening import load, make
+from pftrack.runs.record import read, save
 from pftrack_server.schemas.sessions import SessionCreate
 from pftrack_server.schemas.snapshot import RunSnapshot
 from pftrack_server.schemas.spec import BranchSpec, SessionSpec

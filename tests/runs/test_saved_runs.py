@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from pftrack.experiments import EXPERIMENTS
-from pftrack.runs.record import load, read
+from pftrack.runs.opening import load
+from pftrack.runs.record import read
 
 RUNS = Path(__file__).parents[1] / "data" / "runs"
 

@@ -9,7 +9,7 @@ import httpx
 import numpy as np
 import pytest
 
-from pftrack.runs import record
+from pftrack.runs.opening import load
 from pftrack.sources.sequence import open_sequence
 from pftrack.vision.geometry.face import FEATURES, LINKS, TITLES, gaze
 from tests.experiments.head.heads import Picture, empty, film, marked, pictures, simulated
@@ -331,6 +331,6 @@ class TestKept:
         assert brought["summary"]["reproduced"] is True
         (tmp_path / "run.pft").write_bytes(content)
         (tmp_path / "face.mp4").write_bytes(late)
-        again = record.load(tmp_path / "run.pft", open_sequence=lambda _: open_sequence(tmp_path / "face.mp4"))
+        again = load(tmp_path / "run.pft", open_sequence=lambda _: open_sequence(tmp_path / "face.mp4"))
         again.finish()
         assert again.estimates_sha256 == run["summary"]["estimates_sha256"]

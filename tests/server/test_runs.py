@@ -11,6 +11,7 @@ import pytest
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.runs import record
+from pftrack.runs.opening import load
 from pftrack.runs.run import Run
 from pftrack_server.runs.service import outcome
 from tests.server.host import Server, begin, error_of, steer
@@ -46,7 +47,7 @@ def test_a_run_that_is_judged_by_its_end_says_so() -> None:
         name = find(experiment).simulate().success
         told = {"experiment": experiment, "frames": 120, "labelled_frames": 120, "success": True}
         said = outcome({**told, "success_measure": name, name: 1.0})
-        assert said == f"100 % on target in the last {last} frames, 120 frames in all"
+        assert said == f"100 % held in the last {last} frames, 120 frames in all"
 
 
 def test_saved_and_listed(client: httpx.Client) -> None:
@@ -89,7 +90,7 @@ def test_downloaded_and_replayed(client: httpx.Client, tmp_path: Path) -> None:
     assert download.headers["content-disposition"].endswith('.pft"')
     path = tmp_path / "run.pft"
     path.write_bytes(download.content)
-    replayed = record.load(path)
+    replayed = load(path)
     replayed.seek(39)
     assert replayed.estimates_sha256 == run["summary"]["estimates_sha256"]
 

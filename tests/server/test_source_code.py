@@ -20,7 +20,7 @@ from pftrack.cli.app import app
 from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.recipe import Change, Footage, Recipe
 from pftrack.experiments import find
-from pftrack.runs.record import make
+from pftrack.runs.opening import make
 from pftrack.runs.reproduction import run_code
 from pftrack.sweep import Plan
 from pftrack.sweep.axis import Axis

@@ -101,7 +101,7 @@ def _cells(
         yield markdown(_words_of(recipe.footage))
         yield code(RECORDING.format(name=recipe.footage.name or "recording.mp4"))
     else:
-        yield code("from pftrack.runs.record import make\n\nrun = make(recipe)")
+        yield code("from pftrack.runs.opening import make\n\nrun = make(recipe)")
     yield code("step = run.finish()" if last is None else f"step = run.seek({last})")
     if estimates_sha256 is not None:
         yield code(SAME.format(sha256=estimates_sha256))
@@ -118,7 +118,7 @@ def _cells(
 RECORDING = """
 from pathlib import Path
 
-from pftrack.runs.record import make
+from pftrack.runs.opening import make
 from pftrack.sources.sequence import open_sequence
 
 recording = Path({name!r})  # where it lies here

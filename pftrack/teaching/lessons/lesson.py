@@ -14,7 +14,7 @@ from typing import Any, Final, Literal, TypeAlias
 
 from pftrack.core.model.parameters import ParameterError, Parameters, Value, revise
 from pftrack.core.model.recipe import Change, Recipe
-from pftrack.runs.record import make
+from pftrack.runs.opening import make
 from pftrack.teaching.lessons.figure import Figure
 
 ONCE_MINUTES: Final = 5.0

@@ -11,7 +11,7 @@ from typing import Any
 
 from pftrack.core.model.parameters import Value, flat, nearest, revise
 from pftrack.process import give_way
-from pftrack.runs.record import make
+from pftrack.runs.opening import make
 from pftrack.teaching.lessons import find
 from pftrack.teaching.lessons.lecturers import read_lesson
 from pftrack.teaching.lessons.lesson import (

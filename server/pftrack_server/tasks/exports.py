@@ -13,7 +13,7 @@ from pftrack.core.model.recipe import Recipe
 from pftrack.core.model.setup import find_export
 from pftrack.experiments.own.code import trust
 from pftrack.output.exports.formats import exporting, exports_of
-from pftrack.runs import record
+from pftrack.runs.opening import make
 from pftrack.sources.limits import Limits
 from pftrack_server.tasks.functions import Steps, reopen_footage
 
@@ -53,7 +53,7 @@ def write_export(order: Order, video: tuple[str, str] | None, limits: Limits) ->
     """
     trust(*order.filters)
     recipe = Recipe.model_validate(order.recipe)
-    run = record.make(recipe, open_sequence=partial(reopen_footage, video, limits))
+    run = make(recipe, open_sequence=partial(reopen_footage, video, limits))
     last = min(order.computed, run.frames - 1)
     frames = last + 1
     for step in run.seeking(last):

@@ -9,7 +9,7 @@ from pftrack.analysis.fitting.found import fit
 from pftrack.core.model.recipe import Recipe
 from pftrack.experiments.own.code import trust
 from pftrack.process import report
-from pftrack.runs import record
+from pftrack.runs.opening import make
 from pftrack.sources.limits import Limits
 from pftrack_server.tasks.functions import Steps, reopen_footage
 
@@ -46,7 +46,7 @@ def fit_run(order: FitOrder, video: tuple[str, str] | None, limits: Limits) -> S
         limits: How large its frames may be.
     """
     trust(*order.filters)
-    run = record.make(Recipe.model_validate(order.recipe), open_sequence=partial(reopen_footage, video, limits))
+    run = make(Recipe.model_validate(order.recipe), open_sequence=partial(reopen_footage, video, limits))
     last = min(order.computed, run.frames - 1)
     for step in run.seeking(last):
         yield COMPUTED * step.diagnostics.frame // max(last, 1), STEPS

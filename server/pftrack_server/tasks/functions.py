@@ -28,6 +28,7 @@ from pftrack.core.numerics.random import LARGEST_SEED
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.experiments.own.code import trust
 from pftrack.runs import record
+from pftrack.runs.opening import make
 from pftrack.runs.reproduction import departure, difference
 from pftrack.runs.run import Run
 from pftrack.sources.limits import Limits, SourceError
@@ -286,7 +287,7 @@ def weigh_record(path: str, video: tuple[str, str] | None, limits: Limits, filte
         raise ParameterError("frames", recipe.frames, f"at most {limits.frames} on this server")
     if recipe.seed > LARGEST_SEED:
         raise ParameterError("seed", recipe.seed, f"at most {LARGEST_SEED}, since browsers round beyond it")
-    run = record.make(recipe, open_sequence=partial(reopen_footage, video, limits))
+    run = make(recipe, open_sequence=partial(reopen_footage, video, limits))
     check_timeline(run.timeline.changes, run.frames)
     last = min(found.computed, run.frames) - 1
     for step in run.seeking(last):

@@ -7,7 +7,7 @@ from pftrack.core.model.recipe import Footage
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import FrameIndex, FrameSequence
 from pftrack.experiments import find
-from pftrack.runs import record
+from pftrack.runs import opening
 from pftrack.sources.limits import DEFAULT_LIMITS
 from pftrack.sources.sequence import open_sequence
 from pftrack_server.worker.protocol import WorkerConfig
@@ -31,7 +31,7 @@ def wire(config: WorkerConfig) -> Setup:
     def open_sequence_of(footage: Footage) -> FrameSequence:
         return open_sequence(video, limits, index=index, square=footage.square)
 
-    setup = record.wire(experiment, footage, open_sequence_of)
+    setup = opening.wire(experiment, footage, open_sequence_of)
     if setup.footage is None or not footage.name:
         return setup
     # A saved run speaks of the recording by the name that people know.

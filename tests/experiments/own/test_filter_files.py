@@ -15,7 +15,8 @@ from pftrack.experiments import EXPERIMENTS, find
 from pftrack.experiments.own.code import trust
 from pftrack.experiments.own.extension import example_of, extend
 from pftrack.experiments.own.sliders import FilterFileError, fields_of, slider
-from pftrack.runs import many, record
+from pftrack.runs import many
+from pftrack.runs.opening import make
 from pftrack.runs.run import Run
 
 TAKING = [name for name in EXPERIMENTS.own if EXPERIMENTS[name].model is not None]
@@ -36,7 +37,7 @@ def recipe(text: str, experiment: str = "ball", **more: Any) -> Recipe:
 
 
 def made(text: str, experiment: str = "ball", **more: Any) -> Run:
-    return record.make(recipe(text, experiment, **more))
+    return make(recipe(text, experiment, **more))
 
 
 def problem_of(text: str, **more: Any) -> FilterFileError:

@@ -9,7 +9,7 @@ from markdown_it import MarkdownIt
 
 from pftrack.core.model.parameters import revise
 from pftrack.output.exports.notebook import code, markdown, notebook
-from pftrack.runs.record import make
+from pftrack.runs.opening import make
 from pftrack.teaching.lessons import LESSONS
 from pftrack.teaching.lessons.lecturers import read_lessons
 from pftrack.teaching.lessons.lesson import Scenario, answer_of, question_recipe

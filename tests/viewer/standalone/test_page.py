@@ -14,7 +14,7 @@ from pftrack.core.model.setup import ExportError
 from pftrack.core.model.source import Frame
 from pftrack.experiments import find
 from pftrack.output.displays import format_reading
-from pftrack.runs.record import make
+from pftrack.runs.opening import make
 from pftrack.runs.run import Run
 from tests.conftest import FRUGAL
 from tests.waiting import wait_for

@@ -8,7 +8,7 @@ import pytest
 
 from pftrack.core.model.recipe import Change
 from pftrack.runs.loss_probability import columns_of
-from pftrack.runs.record import make
+from pftrack.runs.opening import make
 from pftrack.teaching.lessons.lecturers import read_lessons
 from pftrack.teaching.lessons.lesson import Lesson, Scenario, answer_of, question_recipe
 
