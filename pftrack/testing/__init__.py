@@ -12,27 +12,22 @@ keeps them works everywhere. Its tests need a few lines for that, in the manner 
 - `numbers`: what a tracker says is finite, and as it declares it;
 - `coverage`: bands hold the truth as often as they say, or it is declared that they do not;
 - `repeatability`: seek, branch, file, process, batch and change of tracker lead to the same numbers;
-- `likelihoods`: asked at any state, they say what the filter weighs its particles by;
-- `linear`: a model that is declared as linear is the one that the filter computes with;
+- `models`: asked at any state they say what the filter weighs by; a linear one is what the filter computes with;
 - `marks`: the kinds of mark that it takes describe themselves, and refuse what is none;
 - `recordings`: a film of its own scene is tracked from a mark, as an upload is;
-- `counterfactuals`: other seeds from a frame on are branches with these, and all changes can be computed;
-- `failures`: each that it declares still fails in its own way, and its cure cures;
-- `loss_probability`: a probability that the target is lost is one, however it is told;
+- `losses`: each failure still fails in its own way, and its cure cures; other seeds and changes can be computed; a
+  probability that the target is lost is one, however it is told;
 - `drawings`: they are finite, within reach of the picture, on declared layers and stable from frame to frame.
 """
 
 from pftrack.experiments.experiment import Experiment
 from pftrack.testing import (
-    counterfactuals,
     coverage,
     declarations,
     drawings,
-    failures,
-    likelihoods,
-    linear,
-    loss_probability,
+    losses,
     marks,
+    models,
     numbers,
     recordings,
     repeatability,
@@ -54,13 +49,10 @@ def experiment_checks(experiment: Experiment, *, thorough: bool = False) -> tupl
         declarations,
         numbers,
         repeatability,
-        likelihoods,
-        linear,
-        counterfactuals,
+        models,
         marks,
         recordings,
-        failures,
-        loss_probability,
+        losses,
         drawings,
     )
     others = (check for family in families for check in family.checks(experiment))

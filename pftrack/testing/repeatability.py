@@ -1,7 +1,10 @@
 """Checks that a run has the same numbers whichever way leads to them."""
 
+import atexit
+import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from functools import cache
 from itertools import cycle, islice
 from pathlib import Path
 
@@ -10,6 +13,7 @@ import numpy as np
 from pftrack.core.model.parameters import Value, declarations, flat, with_role
 from pftrack.core.model.source import Frame, History
 from pftrack.experiments.experiment import Experiment
+from pftrack.process import UNLIMITED, BlockingPool, CallError, ForkServer, WorkerLostError
 from pftrack.runs import many
 from pftrack.runs.opening import load
 from pftrack.runs.record import RecordError, save
@@ -27,7 +31,6 @@ from pftrack.testing.check import (
     named_checks,
     straight,
 )
-from pftrack.testing.other_process import hashes_elsewhere
 
 MIDDLE = FRAMES // 2
 LATE = FRAMES - 3
@@ -226,3 +229,36 @@ def demand_equal(run: Run, other: Run, what: str, frames: int | None = None) -> 
         pairs = zip(run.diagnostics, other.diagnostics, strict=True)
         frame = next((one.frame for one, two in pairs if one.estimate != two.estimate), 0)
         raise CheckError(f"{what} must come to the same estimates, and differs from frame {frame} on")
+
+
+def hashes_elsewhere(paths: Sequence[str]) -> list[str]:
+    """Return the hashes of the estimates that saved runs come to in another process.
+
+    Args:
+        paths: Of the files.
+
+    Raises:
+        CheckError: It cannot compute them.
+    """
+    try:
+        hashes: list[str] = _pool(frozenset(os.environ.items())).submit(_hash_runs, tuple(paths)).result()
+    except (CallError, WorkerLostError, MemoryError, OSError) as error:
+        raise CheckError(f"another process cannot compute the run: {error}") from None
+    return hashes
+
+
+@cache
+def _pool(environment: frozenset[tuple[str, str]]) -> BlockingPool:  # noqa: ARG001 - one for each environment
+    """Start a process in the environment of now; it ends with this one."""
+    pool = BlockingPool(ForkServer("pftrack.runs.opening"), processes=1, budget=UNLIMITED)
+    atexit.register(pool.close)
+    return pool
+
+
+def _hash_runs(paths: Sequence[str]) -> list[str]:
+    hashes = []
+    for path in paths:
+        run = load(Path(path))
+        run.finish()
+        hashes.append(run.estimates_sha256)
+    return hashes

@@ -91,8 +91,7 @@ def test_on_a_recording_held_means_inside_the_true_box(experiment: str) -> None:
     pictures, targets = film()
     found = find(experiment)
     truth = TruthTable({frame: (*(target.position - 5), 11.0, 11.0) for frame, target in enumerate(targets)})
-    assert found.on_video is not None
-    setup = found.on_video(Pictures(pictures), Box.of(*truth.boxes[0]), truth=truth)
+    setup = found.video.on_video(Pictures(pictures), Box.of(*truth.boxes[0]), truth=truth)
     run = Run(found, setup, tracker="condensation", frames=FRAMES)
     run.finish()
     inside = [np.abs(np.subtract(row.estimate, row.truth or ())).max() <= 5.5 for row in run.diagnostics]

@@ -1,16 +1,18 @@
-"""Checks that a likelihood, asked at any state, is the one that the filter itself weighs its particles by."""
+"""Checks of models: what they say of any state is what the filter weighs by, and a linear one is what it computes."""
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.diagnostics import Step
 from pftrack.core.model.likelihood import Cloud, Contributions, Histograms
-from pftrack.core.model.model import Model
+from pftrack.core.model.model import LinearChain, Model
+from pftrack.core.model.parameters import Value, flat, revise
 from pftrack.core.model.tracker import Tracker
 from pftrack.experiments.experiment import Experiment
+from pftrack.filters.disturbances import smooth_disturbances
 from pftrack.filters.particles import normalise
 from pftrack.testing.check import Check, copy_arrays, demand, each_tracker, straight
 
@@ -25,6 +27,7 @@ def checks(experiment: Experiment) -> Iterator[Check]:
             ("particles can be laid open", _clouds_are_whole),
             ("a likelihood can be asked at any state, and says what the filter weighs by", _likelihoods_agree),
             ("a likelihood covers the picture", _maps_cover_the_picture),
+            ("a linear model is that of the filter, and its noises are scaled as declared", _model_is_the_filters),
         ],
     )
 
@@ -121,3 +124,56 @@ def _maps_cover_the_picture(experiment: Experiment, tracker: str) -> None:
 
 def _cloud(experiment: Experiment, step: Step) -> Cloud | None:
     return experiment.trackers[step.tracker].cloud(step.state)
+
+
+CLOSE = 1e-8
+LARGER = 1.25
+"""By which each number is multiplied, or divided where its bound is near."""
+
+
+def _model_is_the_filters(experiment: Experiment, tracker: str) -> None:
+    model = experiment.trackers[tracker].model
+    if model is None or experiment.trackers[tracker].sampling != "exact":
+        return
+    steps = straight(experiment, tracker).steps
+    frames = [step.frame for step in steps]
+    state, parameters = steps[0].state, steps[1].parameters
+    chains = model.chains(state, frames, parameters)
+    if chains is None:
+        return
+    told = sum(step.state.log_evidence for step in steps)
+    found = float(sum(smooth_disturbances(chain).log_evidence.sum() for chain in chains))
+    demand(abs(found - told) < CLOSE * max(abs(told), 1.0), f"the model has a log evidence of {found:g}, not {told:g}")
+    declared = {it.name: it for it in experiment.declarations(type(parameters))}
+    kinds = [scale.kind for scale in model.scales.values()]
+    demand(len(set(kinds)) == len(kinds), f"one number may scale each kind of noise, got {kinds}")
+    for name, scale in model.scales.items():
+        before = float(flat(parameters)[name])
+        after = before * LARGER
+        if declared[name].maximum is not None and after > float(declared[name].maximum or 0):
+            after = before / LARGER
+        factor = scale.factor(before, after)
+        demand(abs(scale.scale(before, factor) - after) < CLOSE * after, f"{name}: the factor must lead to the number")
+        values: Mapping[str, Value] = {name: after}
+        changed = model.chains(state, frames, revise(parameters, values)) or ()
+        scales = {kind: factor if kind == scale.kind else 1.0 for kind in ("process", "observation")}
+        demand(_are_scaled(chains, changed, scales), f"{name} must scale the {scale.kind} noise, and nothing else")
+
+
+def _are_scaled(before: Sequence[LinearChain], after: Sequence[LinearChain], scales: Mapping[str, float]) -> bool:
+    def alike(one: Floats, other: Floats) -> bool:
+        return np.allclose(one, other, rtol=CLOSE, atol=0.0, equal_nan=True)
+
+    return len(before) == len(after) and all(
+        alike(scales["process"] * _square(one.noises), _square(other.noises))
+        and alike(scales["observation"] * one.covariances, other.covariances)
+        and all(
+            alike(getattr(one, name), getattr(other, name))
+            for name in ("mean", "covariance", "transitions", "offsets", "measurements", "observations")
+        )
+        for one, other in zip(before, after, strict=True)
+    )
+
+
+def _square(noises: Floats) -> Floats:
+    return np.asarray(np.einsum("tij,tkj->tik", noises, noises))
