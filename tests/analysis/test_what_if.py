@@ -120,6 +120,8 @@ def test_parts_of_the_work_come_to_the_whole(lost: Run) -> None:
     """Two that share the changes find together what one finds, told by records, and go on with what was cut."""
     allow = lambda tracker, _: tracker == "h-spf"  # noqa: E731 - the other trackers take their time
     *_, whole = what_if(lost, rounds=(1, 2), allow=allow)
+    earlier = replace(whole, asked=whole.loss + 9, first_lost_frame=1)
+    assert read_record(json.loads(json.dumps(record(earlier)))).as_dict() == earlier.as_dict()
     cut = [list(what_if(lost, rounds=(1, 2), allow=allow, share=(part, 2)))[5] for part in (0, 1)]
     told = join([read_record(json.loads(json.dumps(record(each)))) for each in cut])
     assert told is not None

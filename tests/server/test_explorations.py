@@ -44,6 +44,7 @@ def test_a_line_of_what_if_opens_as_a_branch_that_holds(client: httpx.Client) ->
     assert found["state"] == "done", found["message"]
     told = found["result"]
     assert (told["loss"], told["findings"][0]["verdict"]) == (7, "baseline")
+    assert told["first_lost_frame"] == columns(client, session)["lost"].index(True)
     best = told["findings"][1]
     assert best["share"] >= told["findings"][-1]["share"]
     values = {name: value for name, value in best["values"].items() if name != "tracker"}

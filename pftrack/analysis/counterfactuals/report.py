@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
+from pydantic import TypeAdapter
 
 from pftrack.analysis.counterfactuals.alternatives import Allow, Alternative, allow_all, alternatives
 from pftrack.analysis.other_seeds import check_not_replayed, other_seeds
@@ -285,27 +286,22 @@ class Report:
         }
 
 
+_RECORDS: TypeAdapter[Report] = TypeAdapter(Report)
+
+
 def record(report: Report) -> dict[str, Any]:
     """Return a report as JSON values, for another process; `read_record` reads it."""
-    names = ("loss", "first_lost_frame", "begin", "end", "judged", "planned", "trials", "is_complete", "asked")
-    return {**{name: getattr(report, name) for name in names}, "findings": [*map(_record_finding, report.findings)]}
+    values: dict[str, Any] = _RECORDS.dump_python(report, mode="json")
+    return values
 
 
 def read_record(values: Mapping[str, Any]) -> Report:
-    """Return the report that `record` has written, in which the keys of what held may be numbers or their digits."""
-    return Report(**{**values, "findings": tuple(map(_read_finding, values["findings"]))})
+    """Return the report that `record` has written.
 
-
-def _record_finding(each: Finding) -> dict[str, Any]:
-    change = {name: getattr(each.alternative, name) for name in ("kind", "title", "values", "parameter")}
-    held = {str(seed): holds for seed, holds in each.held.items()}
-    return {**change, "held": held, "steps": each.steps, "seconds": each.seconds, "place": each.place}
-
-
-def _read_finding(values: Mapping[str, Any]) -> Finding:
-    change = Alternative(*(values[name] for name in ("kind", "title", "values", "parameter")))
-    held = {int(seed): holds for seed, holds in values["held"].items()}
-    return Finding(change, held, values["steps"], values["seconds"], values["place"])
+    Raises:
+        ValidationError: The values are not those of a report; a process that has read what came from elsewhere may err.
+    """
+    return _RECORDS.validate_python(values)
 
 
 def join(reports: Sequence[Report]) -> Report | None:

@@ -21,7 +21,6 @@ from pftrack_server.schemas.explorations import (
     Result,
     WhatIfPublic,
 )
-from pftrack_server.sessions.exploration_records import WhatIfRecord
 from pftrack_server.sessions.manager import Manager
 from pftrack_server.sessions.session import Session
 from pftrack_server.settings import Settings
@@ -171,9 +170,7 @@ def _read(about: _About) -> Result | None:
 
 def _join(about: _About) -> Report | None:
     """Return what all processes have found of changes."""
-    # What a process tells may be wrong: it has read what came from elsewhere.
-    records = [WhatIfRecord.model_validate(about.found[number]).model_dump() for number in sorted(about.found)]
-    return join([read_record(each) for each in records])
+    return join([read_record(about.found[number]) for number in sorted(about.found)])
 
 
 def _known(before: _About, now: _About) -> Report | None:
