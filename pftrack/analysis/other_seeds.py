@@ -8,15 +8,18 @@ what share of them still holds the target; it shows whether a run is typical. An
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
+from itertools import pairwise, tee
 from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 
 from pftrack.core.arrays import Floats, Ints
+from pftrack.core.model.recipe import Timeline
 from pftrack.core.model.series import to_json
+from pftrack.core.model.tracker import EnsembleStep, TrackState
 from pftrack.core.numerics.random import LARGEST_SEED
-from pftrack.runs.many import BLOCK_BYTES, FrameBlock, Losses, Trial, go_on, newest, read_blocks
+from pftrack.runs.loss import judge_estimates
+from pftrack.runs.many import FrameBlock, KeptFrames, Losses, Trial, read_blocks
 from pftrack.runs.run import Run
 
 RUNS = 40
@@ -151,12 +154,12 @@ def ensembling(
     check_not_replayed(run, 0)
     stops = [*(each for each in rounds if each < len(seeds)), len(seeds)]
     parts: list[Losses] = []
-    shared = _Shared(run, frames)
+    shared = KeptFrames(run.source, run.timeline.history, frames)
     for begin, end in pairwise([0, *stops]):
         group = seeds[begin:end]
         grown: list[Losses] = []
         other = scene == "other"
-        for found in _on_other_scenes(run, group, frames) if other else _on_the_same_scene(run, group, shared):
+        for found in _on_other_scenes(run, group, frames) if other else _on_the_same_scene(run, group, shared, frames):
             grown.append(found)
             errors, lost = (np.concatenate(each, axis=1) for each in zip(*grown, strict=True))
             yield _join([*parts, (errors, lost)], tuple(seeds), run.experiment.unit)
@@ -176,39 +179,15 @@ def _join(parts: Sequence[Losses], seeds: tuple[int, ...], unit: str) -> Ensembl
     return Ensemble(seeds, errors, lost, computed, unit)
 
 
-class _Shared:
-    """The frames of a scene for several rounds, the first by itself; kept where they are few."""
-
-    def __init__(self, run: Run, frames: int) -> None:
-        self._run, self._frames = run, frames
-        self._kept: list[FrameBlock] | None = None
-
-    def __iter__(self) -> Iterator[FrameBlock]:
-        if self._kept is not None:
-            yield from self._kept
-            return
-        read, held = [], 0
-        for block in self._read():
-            held += block.nbytes
-            if held <= BLOCK_BYTES:
-                read.append(block)
-            yield block
-        self._kept = read if held <= BLOCK_BYTES else None
-
-    def _read(self) -> Iterator[FrameBlock]:
-        source, history = self._run.source, self._run.timeline.history
-        yield from read_blocks(source, history, 0, 0)
-        yield from read_blocks(source, history, 1, self._frames - 1)
-
-
-def _on_the_same_scene(run: Run, seeds: Sequence[int], shared: Iterable[FrameBlock]) -> Iterator[Losses]:
+def _on_the_same_scene(run: Run, seeds: Sequence[int], shared: KeptFrames, frames: int) -> Iterator[Losses]:
     """Continue with the seeds from frame 0 of a run, on what it sees."""
-    blocks = iter(shared)
-    begun, first = Trial(run.experiment, run.source, run.timeline, run.seed), next(blocks)
+    begun, history = Trial(run.experiment, shared, run.timeline, run.seed), run.timeline.history
+    (first,) = read_blocks(shared, history, 0, 0)
     begun.take(first)
-    errors, lost = newest([begun], first)
+    errors, lost = _newest([begun], first)
     yield np.tile(errors, (len(seeds), 1)), np.tile(lost, (len(seeds), 1))
-    yield from go_on(run.experiment, run.source, run.timeline, seeds, begun.state, blocks, first=1)
+    blocks = read_blocks(shared, history, 1, frames - 1)
+    yield from go_on(run, run.timeline, seeds, begun.state, blocks, 1)
 
 
 def _on_other_scenes(run: Run, seeds: Sequence[int], frames: int) -> Iterator[Losses]:
@@ -220,4 +199,67 @@ def _on_other_scenes(run: Run, seeds: Sequence[int], frames: int) -> Iterator[Lo
     for blocks in zip(*(read_blocks(source, timeline.history, 0, frames - 1) for source in sources), strict=True):
         for place, trial in enumerate(trials):
             trial.take(blocks[place % len(blocks)])
-        yield newest(trials, blocks[0])
+        yield _newest(trials, blocks[0])
+
+
+def go_on(
+    run: Run,
+    timeline: Timeline,
+    seeds: Sequence[int],
+    state: TrackState | None,
+    blocks: Iterable[FrameBlock],
+    first: int,
+) -> Iterator[Losses]:
+    """Continue with many seeds from one state, and yield what came of each block.
+
+    Args:
+        run: Whose wiring and source all have.
+        timeline: Parameters and trackers in force in all runs; its seeds do not count.
+        seeds: (N,) one a run.
+        state: Of the frame before the first.
+        blocks: The frames to come.
+        first: Index of the first of them.
+    """
+    step, experiment = takes_all_at_once(run, timeline, first), run.experiment
+    if step is None:
+        trials = [Trial(experiment, run.source, timeline, seed, state) for seed in seeds]
+        for block in blocks:
+            _take_side_by_side(trials, block)
+            yield _newest(trials, block)
+        return
+    ahead, again = tee(blocks)
+    found = step(state, (frame for block in ahead for frame in block.frames), timeline.history, seeds)
+    same = np.zeros(len(seeds), np.intp)
+    for block in again:
+        judged = [
+            judge_estimates(experiment, next(found), block.truths.at(same + place), timeline.parameters_at(frame.index))
+            for place, frame in enumerate(block.frames)
+        ]
+        errors, lost = zip(*judged, strict=True)
+        yield np.stack(errors, axis=1), np.stack(lost, axis=1)
+
+
+def _newest(trials: Sequence[Trial], block: FrameBlock) -> Losses:
+    """Return errors and verdicts of trials in the block that they took last."""
+    length = block.end - block.first
+    return np.stack([each.errors[-length:] for each in trials]), np.stack([each.lost[-length:] for each in trials])
+
+
+def _take_side_by_side(trials: Sequence[Trial], block: FrameBlock) -> None:
+    """Track runs of the same trackers through a block that all of them see.
+
+    All take one frame after the other: what a tracker makes of a picture alone, and keeps for as long as that is the
+    last one, is then made once for all runs. Where a tracker takes many frames at a time, one run follows the other.
+    """
+    folds = any(one.folds(index) for one in trials[:1] for index in range(block.first, block.end))
+    for part in [block] if folds else [FrameBlock((frame,), block.width) for frame in block.frames]:
+        for one in trials:
+            one.take(part)
+
+
+def takes_all_at_once(run: Run, timeline: Timeline, first: int) -> EnsembleStep | None:
+    """Return how a tracker takes all seeds at once from a frame on; None where that cannot be done."""
+    names = {timeline.tracker_at(max(segment.start, first)) for segment in timeline.segments}
+    tracker = run.experiment.trackers[timeline.tracker_at(first)]
+    judged_by_estimates = run.experiment.missed is None and tracker.searching is None
+    return tracker.ensemble if len(names) == 1 and judged_by_estimates else None

@@ -13,8 +13,7 @@ from pftrack.cli.listing import Json
 from pftrack.cli.output import emit, note, progress, suffix_of, table, whole, wrong_use
 
 if TYPE_CHECKING:
-    from pftrack.analysis.fitting.found import Fit
-    from pftrack.analysis.fitting.trials import Score
+    from pftrack.analysis.fitting.found import Fit, Score
 
 
 def register(app: typer.Typer) -> None:

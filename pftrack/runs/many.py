@@ -6,13 +6,13 @@ once, a tracker that can takes many frames or many seeds at a time, and only wha
 
 - `outcomes` carries out all runs of one condition and returns what came of each;
 - `side_by_side` steps whole runs together, for records of any frame;
-- a `Trial` is one run without its past, from frame 0 or from a state of another run; `go_on` continues many of them.
+- a `Trial` is one run without its past, from frame 0 or from a state of another run.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from itertools import pairwise, tee
+from itertools import pairwise
 from time import thread_time
 from typing import Any, TypeAlias
 
@@ -26,7 +26,7 @@ from pftrack.core.model.recipe import Change, Timeline
 from pftrack.core.model.series import reduce
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, History, Source
-from pftrack.core.model.tracker import EnsembleStep, Tracker, TrackState
+from pftrack.core.model.tracker import Tracker, TrackState
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.loss import Loss, Truths, judge_estimates, judge_state
@@ -321,86 +321,6 @@ class Trial:
 
     def _tracker(self, index: int) -> Tracker:
         return self._experiment.trackers[self._timeline.tracker_at(index)]
-
-
-# ---------------------------------------------------------------- on from a state
-
-
-def go_on(
-    experiment: Experiment,
-    source: Source[Any],
-    timeline: Timeline,
-    seeds: Sequence[int],
-    state: TrackState | None,
-    blocks: Iterable[FrameBlock],
-    *,
-    first: int,
-) -> Iterator[Losses]:
-    """Continue runs of many seeds from one state, and yield what came of each block.
-
-    Args:
-        experiment: The wiring.
-        source: What all runs see.
-        timeline: Parameters and trackers in force in all runs; its seeds do not count.
-        seeds: (N,) one a run.
-        state: Of the frame before the first.
-        blocks: The frames to come.
-        first: Index of the first of them.
-    """
-    step = takes_all_at_once(experiment, timeline, first)
-    if step is not None:
-        yield from _go_on_at_once(step, experiment, timeline, seeds, state, blocks)
-        return
-    trials = [Trial(experiment, source, timeline, seed, state) for seed in seeds]
-    for block in blocks:
-        take_side_by_side(trials, block)
-        yield newest(trials, block)
-
-
-def newest(trials: Sequence[Trial], block: FrameBlock) -> Losses:
-    """Return errors and verdicts of trials in the block that they took last."""
-    length = block.end - block.first
-    return np.stack([each.errors[-length:] for each in trials]), np.stack([each.lost[-length:] for each in trials])
-
-
-def take_side_by_side(trials: Sequence[Trial], block: FrameBlock) -> None:
-    """Track runs of the same trackers through a block that all of them see.
-
-    All take one frame after the other: what a tracker makes of a picture alone, and keeps for as long as that is the
-    last one, is then made once for all runs. Where a tracker takes many frames at a time, one run follows the other.
-    """
-    folds = any(one.folds(index) for one in trials[:1] for index in range(block.first, block.end))
-    for part in [block] if folds else [FrameBlock((frame,), block.width) for frame in block.frames]:
-        for one in trials:
-            one.take(part)
-
-
-def takes_all_at_once(experiment: Experiment, timeline: Timeline, first: int) -> EnsembleStep | None:
-    """Return how a tracker takes all seeds at once from a frame on; None where that cannot be done."""
-    names = {timeline.tracker_at(max(segment.start, first)) for segment in timeline.segments}
-    tracker = experiment.trackers[timeline.tracker_at(first)]
-    judged_by_estimates = experiment.missed is None and tracker.searching is None
-    return tracker.ensemble if len(names) == 1 and judged_by_estimates else None
-
-
-def _go_on_at_once(
-    step: EnsembleStep,
-    experiment: Experiment,
-    timeline: Timeline,
-    seeds: Sequence[int],
-    state: TrackState | None,
-    blocks: Iterable[FrameBlock],
-) -> Iterator[Losses]:
-    ahead, again = tee(blocks)
-    found = step(state, (frame for block in ahead for frame in block.frames), timeline.history, seeds)
-    same = np.zeros(len(seeds), np.intp)
-    for block in again:
-        judged = [
-            judge_estimates(experiment, next(found), block.truths.at(same + place), timeline.parameters_at(frame.index))
-            for place, frame in enumerate(block.frames)
-        ]
-        errors, lost = zip(*judged, strict=True)
-        yield np.stack(errors, axis=1), np.stack(lost, axis=1)
 
 
 # ---------------------------------------------------------------- whole runs

@@ -12,14 +12,14 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from pftrack.analysis.counterfactuals.alternatives import Allow, Alternative, allow_all, alternatives
-from pftrack.analysis.other_seeds import check_not_replayed, other_seeds
+from pftrack.analysis.other_seeds import check_not_replayed, go_on, other_seeds, takes_all_at_once
 from pftrack.core.arrays import Floats
 from pftrack.core.model.measures import END_FRAMES
 from pftrack.core.model.recipe import Change, Timeline
 from pftrack.core.model.series import to_json
 from pftrack.core.numerics.statistics import holm, mcnemar, wilson
 from pftrack.runs.loss import Loss
-from pftrack.runs.many import FrameBlock, Trial, go_on, read_blocks, takes_all_at_once
+from pftrack.runs.many import FrameBlock, Trial, read_blocks
 from pftrack.runs.run import Run
 
 Verdict: TypeAlias = Literal["baseline", "better", "worse", "unclear"]
@@ -447,7 +447,7 @@ class _Trials:
         blocks = self._blocks(finding.alternative, timeline)
         one = Trial(run.experiment, run.source, timeline, seeds[0], self._state)
         if self._together(timeline):
-            found = go_on(run.experiment, run.source, timeline, seeds, self._state, blocks, first=self._begin + 1)
+            found = go_on(run, timeline, seeds, self._state, blocks, self._begin + 1)
             lost = truly = np.concatenate([each for _, each in found], axis=1)
             if not finding.steps:  # what a step of a run by itself takes
                 one.take(FrameBlock(blocks[0].frames[:1], blocks[0].width))
@@ -464,7 +464,7 @@ class _Trials:
         )
 
     def _together(self, timeline: Timeline) -> bool:
-        return takes_all_at_once(self._run.experiment, timeline, self._begin + 1) is not None
+        return takes_all_at_once(self._run, timeline, self._begin + 1) is not None
 
     def _holds(self, truly: Floats, lost: Floats) -> bool | None:
         """Return whether a run holds its target, by who says so; None if nobody does.
