@@ -77,15 +77,13 @@ class Ensemble:
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON values: a number that is not finite becomes None."""
-        low, middle, high = (tuple(map(to_json, row.tolist())) for row in self.quantiles)
+        quantiles = (tuple(map(to_json, row)) for row in self.quantiles.tolist())
         return {
             "runs": len(self.seeds),
             "frames": self.frames,
             "computed": tuple(self.computed.tolist()),
             "unit": self.unit,
-            "low": low,
-            "middle": middle,
-            "high": high,
+            **dict(zip(("low", "middle", "high"), quantiles, strict=True)),
             "holding": tuple(map(to_json, self.holding.tolist())),
         }
 
@@ -203,12 +201,7 @@ def _on_other_scenes(run: Run, seeds: Sequence[int], frames: int) -> Iterator[Lo
 
 
 def go_on(
-    run: Run,
-    timeline: Timeline,
-    seeds: Sequence[int],
-    state: TrackState | None,
-    blocks: Iterable[FrameBlock],
-    first: int,
+    run: Run, timeline: Timeline, seeds: Sequence[int], state: TrackState, blocks: Iterable[FrameBlock], first: int
 ) -> Iterator[Losses]:
     """Continue with many seeds from one state, and yield what came of each block.
 

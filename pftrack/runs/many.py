@@ -179,7 +179,8 @@ class Trial:
             state: Of the frame before the first to come; None to begin with frame 0.
         """
         self._experiment, self._source, self._timeline = experiment, source, timeline
-        self.seed, self.state = seed, state
+        self.seed = seed
+        self.state: Any = state  # of the kind that the tracker's family has
         self.steps, self.seconds = 0, 0.0
         self._settled = False
         self._begun = state

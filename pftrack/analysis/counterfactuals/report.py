@@ -326,10 +326,11 @@ class LossError(ValueError):
     """There is no loss to be explained."""
 
 
-def find_loss(run: Run, frame: int | None = None) -> int:
-    """Return the frame in which a loss began.
+def find_loss(run: Run, frame: int | None = None) -> tuple[int, int]:
+    """Return the frame in which a loss began that is to be explained, and that of the loss that was asked about.
 
-    A target that was seen again for a moment only, fewer frames than a run must have it in to hold, was lost all along.
+    A target that was seen again for a moment only, fewer frames than a run must have it in to hold, was lost all along:
+    then the one is earlier than the other.
 
     Args:
         run: As far as it has been computed.
@@ -339,11 +340,6 @@ def find_loss(run: Run, frame: int | None = None) -> int:
     Raises:
         LossError: The run has not lost its target so far.
     """
-    return _find_loss(run, frame)[0]
-
-
-def _find_loss(run: Run, frame: int | None) -> tuple[int, int]:
-    """Return the frame in which a loss began, as `find_loss` has it, and the same of the loss that is asked about."""
     loss = Loss.of(run.diagnostics)
     lasting, found = loss.lasting, loss.spans
     if lasting is None:
@@ -385,7 +381,7 @@ def what_if(
         LossError: The run has not lost its target so far, or begins with that.
         ReplayError: It is a recording of what was computed elsewhere.
     """
-    loss, asked = _find_loss(run, frame)
+    loss, asked = find_loss(run, frame)
     check_not_replayed(run, loss)
     if loss == 0:
         raise LossError("the run begins with its target lost: there is nothing before that could be changed")
