@@ -39,7 +39,6 @@ PLACES = {
     ("pftrack/analysis/counterfactuals/alternatives.py", "resampling"): "a role of parameters",
     ("pftrack/analysis/counterfactuals/alternatives.py", "sharpness"): "a role of parameters",
     ("pftrack/analysis/fitting/found.py", "sharpness"): "a role of parameters",
-    ("pftrack/analysis/fitting/trials.py", "sharpness"): "a role of parameters",
     ("pftrack/core/model/parameters.py", "resampling"): "a role of parameters",
     ("pftrack/core/model/parameters.py", "sharpness"): "a role of parameters",
     ("pftrack/core/model/marks.py", "head"): "the front end of a body",
