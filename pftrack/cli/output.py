@@ -94,6 +94,8 @@ def explain(error: Exception) -> CommandError:
             found = CommandError("there is not enough memory for this")
         case ValueError() if _is_library_error(error):  # a refusal, already a sentence
             found = CommandError(str(error))
+        case Exception() if hasattr(error, "field"):  # the same of a sweep
+            found = CommandError(str(error))
         case _:
             if os.environ.get("PFTRACK_DEBUG"):
                 raise error

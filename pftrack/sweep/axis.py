@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from difflib import get_close_matches
 from math import inf
+from typing import Self
 
 from pftrack.core.model.parameters import (
     LONGEST_FILE,
@@ -26,8 +27,25 @@ from pftrack.core.model.source import Kind
 from pftrack.experiments import Experiment
 
 
-class SweepError(ValueError):
-    """A sweep that cannot be made, continued or read; the sentence says why and names both sides."""
+class SweepError(Exception):
+    """A sweep that cannot be made, continued or read; the sentence says why and names both sides.
+
+    It is not a ValueError, so that a model that is validated passes it on as it is.
+
+    Attributes:
+        field: Of the plan, as `axes.0.values` or `values.sample_count`; empty where it is about no field.
+        bound: What is allowed, in words, where that is known.
+        value: What was given.
+    """
+
+    def __init__(self, message: str, field: str = "", *, bound: str | None = None, value: object = None) -> None:
+        super().__init__(message)
+        self.field, self.bound, self.value = field, bound, value
+
+    def within(self, field: str) -> Self:
+        """Return this error with the name of what its field is a part of."""
+        self.field = f"{field}.{self.field}".rstrip(".")
+        return self
 
 
 class SweepStopped(Exception):  # noqa: N818 - somebody asked for it
@@ -55,6 +73,16 @@ class Axis:
         return all(isinstance(value, (int, float)) and not isinstance(value, bool) for value in self.values)
 
 
+@dataclass(frozen=True, slots=True)
+class AxisRange:
+    """An axis as a person writes it: from start to stop, both included where they fall on the grid."""
+
+    name: str
+    start: Decimal
+    stop: Decimal
+    step: Decimal
+
+
 def parse_axis(experiment: Experiment, text: str, kind: Kind | None = None) -> Axis:
     """Read an axis from text, as a command line gives it.
 
@@ -74,7 +102,7 @@ def parse_axis(experiment: Experiment, text: str, kind: Kind | None = None) -> A
     if not given:
         raise SweepError(f"the axis {name} is empty; an axis is {FORMS}")
     if ":" in given and declaration is not None and declaration.kind in {"integer", "number"}:
-        return check(experiment, Axis(name, _range_values(declaration, given)), kind)
+        return check(experiment, _parse_range(name, given), kind)
     parts = [part.strip() for part in given.split(",")]
     if not all(parts):
         raise SweepError(f"the axis {name} has an empty value: {_short(given)}")
@@ -87,31 +115,36 @@ def parse_axis(experiment: Experiment, text: str, kind: Kind | None = None) -> A
         raise SweepError(f"the axis {error}") from None
 
 
-def check(experiment: Experiment, axis: Axis, kind: Kind | None = None) -> Axis:
+def check(experiment: Experiment, axis: Axis | AxisRange, kind: Kind | None = None) -> Axis:
     """Return an axis with its values in the parameter's own kind, or refuse it.
 
     Raises:
-        SweepError: As for `parse_axis`.
+        SweepError: As for `parse_axis`; its field is the part of the axis that is wrong.
     """
+    declaration = None if axis.name == TRACKER else find_declaration(experiment, axis.name, kind)
+    if isinstance(axis, AxisRange):
+        if declaration is None or declaration.kind not in {"integer", "number"}:
+            raise SweepError(f"{axis.name} has no numbers to step through; list its values", "values")
+        axis = Axis(axis.name, _range_values(declaration, axis))
     if not axis.values:
-        raise SweepError(f"the axis {axis.name} is empty; it needs at least one value")
+        raise SweepError(f"the axis {axis.name} is empty; it needs at least one value", "values")
     if len(axis.values) > MOST_RUNS:
         raise SweepError(
-            f"a sweep has at most {MOST_RUNS:,} runs; the axis {axis.name} has {len(axis.values):,} values"
+            f"a sweep has at most {MOST_RUNS:,} runs; the axis {axis.name} has {len(axis.values):,} values", "values"
         )
-    if axis.name == TRACKER:
+    if declaration is None:
         values: Sequence[Value] = [_tracker(experiment, value) for value in axis.values]
+    elif declaration.kind == "file":
+        raise SweepError(
+            f"{axis.name} is a file parameter, which cannot be varied; expected a parameter with numbers or choices",
+            "name",
+        )
     else:
-        declaration = find_declaration(experiment, axis.name, kind)
-        if declaration.kind == "file":
-            raise SweepError(
-                f"{axis.name} is a file parameter, which cannot be varied; expected a parameter with numbers or choices"
-            )
-        values = [value_of(declaration, value) for value in axis.values]
+        values = [value_of(declaration, value, "values") for value in axis.values]
     seen: set[Value] = set()
     for value in values:
         if value in seen:
-            raise SweepError(f"the axis {axis.name} has the value {value} twice")
+            raise SweepError(f"the axis {axis.name} has the value {value} twice", "values", value=value)
         seen.add(value)
     return Axis(axis.name, tuple(values))
 
@@ -135,12 +168,17 @@ def find_declaration(experiment: Experiment, name: str, kind: Kind | None = None
         near = get_close_matches(name, [*known, TRACKER], n=3)
         hint = f"did you mean {' or '.join(near)}?" if near else f"`pftrack show {experiment.id}` lists them"
         where = "" if kind is None else " on a recording"
-        raise SweepError(f"{experiment.id} has no parameter {_short(name)}{where}; {hint}")
+        raise SweepError(f"{experiment.id} has no parameter {_short(name)}{where}; {hint}", "name", value=name)
     return known[name]
 
 
-def value_of(declaration: Declaration, value: object) -> Value:
+def value_of(declaration: Declaration, value: object, field: str = "") -> Value:
     """Return a value in a parameter's own kind.
+
+    Args:
+        declaration: Of the parameter.
+        value: As it was given.
+        field: Where it was given.
 
     Raises:
         SweepError: It is of another kind or out of bounds.
@@ -159,29 +197,36 @@ def value_of(declaration: Declaration, value: object) -> Value:
             inside = low <= value <= (inf if declaration.maximum is None else declaration.maximum)
             if inside and (kind == "number" or float(value).is_integer()):
                 return float(value) if kind == "number" else int(value)
-    raise SweepError(f"{declaration.name} must be {describe_allowed(declaration)}, got {_short(value)}")
+    bound = describe_allowed(declaration)
+    raise SweepError(f"{declaration.name} must be {bound}, got {_short(value)}", field, bound=bound, value=value)
 
 
-def _range_values(declaration: Declaration, text: str) -> tuple[Value, ...]:
-    """Return the values of start:stop:step; the count is checked before they are made."""
-    name, parts = declaration.name, text.split(":")
+def _parse_range(name: str, text: str) -> AxisRange:
+    parts = text.split(":")
     if len(parts) != 3:
         raise SweepError(f"the axis {name} is start:stop:step, 3 numbers, got {len(parts)}: {_short(text)}")
     try:
-        start, stop, step = (Decimal(part.strip()) for part in parts)
+        numbers = [Decimal(part.strip()) for part in parts]
     except InvalidOperation:
         raise SweepError(f"the axis {name} is start:stop:step, 3 numbers, got {_short(text)}") from None
-    if not (start.is_finite() and stop.is_finite() and step.is_finite()):
+    if not all(number.is_finite() for number in numbers):
         raise SweepError(f"the axis {name} is start:stop:step, 3 finite numbers, got {_short(text)}")
+    return AxisRange(name, *numbers)
+
+
+def _range_values(declaration: Declaration, axis: AxisRange) -> tuple[Value, ...]:
+    """Return the values of a range; the count is checked before they are made."""
+    name, start, stop, step = axis.name, axis.start, axis.stop, axis.step
     if step == 0:
-        raise SweepError(f"the step of the axis {name} must not be 0")
+        raise SweepError(f"the step of the axis {name} must not be 0", "step")
+    for field, end in (("start", start), ("stop", stop)):
+        value_of(declaration, float(end) if declaration.kind == "number" or end != int(end) else int(end), field)
     if (stop - start) * step < 0:
-        raise SweepError(f"the axis {name} never comes from {start} to {stop} in steps of {step}")
-    for end in (start, stop):
-        value_of(declaration, float(end) if declaration.kind == "number" or end != int(end) else int(end))
+        raise SweepError(f"the axis {name} never comes from {start} to {stop} in steps of {step}", "step")
     steps = (stop - start) / step
     if steps >= MOST_RUNS:
-        raise SweepError(f"a sweep has at most {MOST_RUNS:,} runs; the axis {name} has {int(steps) + 1:,} values")
+        many = f"the axis {name} has {int(steps) + 1:,} values"
+        raise SweepError(f"a sweep has at most {MOST_RUNS:,} runs; {many}", "stop")
     values = (start + index * step for index in range(int(steps) + 1))
     if declaration.kind == "number":
         return tuple(float(value) for value in values)
@@ -190,7 +235,9 @@ def _range_values(declaration: Declaration, text: str) -> tuple[Value, ...]:
 
 def _tracker(experiment: Experiment, name: object) -> str:
     if not isinstance(name, str) or name not in experiment.trackers:
-        raise SweepError(f"a tracker of {experiment.id} is one of {', '.join(experiment.trackers)}, got {_short(name)}")
+        known = f"one of {', '.join(experiment.trackers)}"
+        message = f"a tracker of {experiment.id} is {known}, got {_short(name)}"
+        raise SweepError(message, "values", bound=known, value=name)
     return name
 
 

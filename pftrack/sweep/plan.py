@@ -8,11 +8,14 @@ chunks do not move it. Trackers are not part of it, so that all of them meet the
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import field
+from functools import cached_property, partial
 from hashlib import blake2b
 from math import prod
-from typing import Any, Self, get_args
+from typing import Annotated, Any, Self, get_args
+
+from pydantic import BeforeValidator, ConfigDict, TypeAdapter, ValidationError, ValidationInfo
+from pydantic.dataclasses import dataclass
 
 from pftrack.core.model.measures import Measure
 from pftrack.core.model.parameters import ParameterError, Parameters, Value, revise
@@ -29,6 +32,9 @@ from pftrack.sweep.axis import MOST_RUNS, TRACKER, Axis, SweepError, check, find
 
 SEED_BYTES = 6
 """Of a run's seed: 48 bits, which JSON and JavaScript hold exactly."""
+
+DESCRIBED = ("experiment", "axes", "trackers", "trials", "seed", "frames", "values")
+"""What the description of any plan has."""
 
 LOOKED_AT = 64
 """Conditions looked at, spread over the plan, before all of them are called impossible."""
@@ -49,9 +55,16 @@ class Single:
     recipe: Recipe
 
 
-@dataclass(frozen=True)
+def _whole(low: int, high: int, value: object, info: ValidationInfo) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+        bound, name = f"a whole number between {low} and {high}", info.field_name or ""
+        raise SweepError(f"{name} must be {bound}, got {value!r}", name, bound=bound, value=value)
+    return value
+
+
+@dataclass(frozen=True, config=ConfigDict(extra="ignore"))
 class Plan:
-    """An experiment over a grid of conditions.
+    """An experiment over a grid of conditions; a model that is validated when it is made.
 
     Attributes:
         experiment: Its name.
@@ -75,9 +88,9 @@ class Plan:
     experiment: str
     axes: tuple[Axis, ...] = ()
     trackers: tuple[str, ...] = ()
-    trials: int = 1
-    seed: int = 0
-    frames: int = 0
+    trials: Annotated[int, BeforeValidator(partial(_whole, 1, MOST_RUNS))] = 1
+    seed: Annotated[int, BeforeValidator(partial(_whole, 0, LARGEST_SEED))] = 0
+    frames: Annotated[int, BeforeValidator(partial(_whole, 0, LONGEST_RUN))] = 0
     values: Mapping[str, Value] = field(default_factory=dict)
     footage: Footage | None = None
     kind: Kind | None = None
@@ -89,7 +102,7 @@ class Plan:
         try:
             experiment = self.wiring
         except LookupError as error:
-            raise SweepError(str(error.args[0])) from None
+            raise SweepError(str(error.args[0]), "experiment", value=self.experiment) from None
         self._check_recording()
         axes, trackers = _axes(experiment, self.axes, self.trackers, self.kind)
         changed = {
@@ -100,14 +113,12 @@ class Plan:
         }
         for name, value in changed.items():
             object.__setattr__(self, name, value)
-        _whole("trials", self.trials, 1, MOST_RUNS)
-        _whole("seed", self.seed, 0, LARGEST_SEED)
-        _whole("frames", self.frames, 1, LONGEST_RUN)
         if self.runs > MOST_RUNS:
             sizes = " x ".join(f"{len(axis.values):,} {axis.name}" for axis in self.axes) or "1 condition"
             raise SweepError(
                 f"a sweep has at most {MOST_RUNS:,} runs; {sizes} x {len(self.trackers)} trackers x {self.trials:,} "
-                f"trials are {self.runs:,}"
+                f"trials are {self.runs:,}",
+                "axes",
             )
         self._check_loss_probability()
         self._check_possible()
@@ -262,27 +273,15 @@ class Plan:
         Raises:
             SweepError: They describe none, or one that is impossible here.
         """
+        if missing := [name for name in DESCRIBED if name not in raw]:
+            raise SweepError(f"the description of a sweep lacks {', '.join(missing)}", missing[0])
         try:
-            return cls(
-                experiment=str(raw["experiment"]),
-                axes=tuple(Axis(str(axis["name"]), tuple(axis["values"])) for axis in raw["axes"]),
-                trackers=tuple(raw["trackers"]),
-                trials=raw["trials"],
-                seed=raw["seed"],
-                frames=raw["frames"],
-                values=dict(raw["values"]),
-                footage=Footage.model_validate(raw["footage"]) if raw.get("footage") is not None else None,
-                kind=raw.get("kind"),
-                loss_probability=bool(raw.get("loss_probability", False)),
-                filters={str(name): tuple(map(str, texts)) for name, texts in raw.get("filters", {}).items()},
-                outlined=outlined,
-            )
+            return TypeAdapter(cls).validate_python({**raw, "outlined": outlined})
         except FilterFileError as error:
             raise SweepError(str(error)) from None
-        except (KeyError, TypeError, ValueError) as error:
-            if isinstance(error, SweepError):
-                raise
-            raise SweepError("the description of a sweep lacks something or has it in another form") from None
+        except ValidationError as error:
+            field = ".".join(str(part) for part in error.errors()[0]["loc"])
+            raise SweepError(f"the description of a sweep has {field} in another form", field) from None
 
     def _check_recording(self) -> None:
         """Refuse a recording that the experiment does not take, or of which the plan does not know enough."""
@@ -310,11 +309,15 @@ class Plan:
         told = self.wiring.quality.loss_probability.models_on(self.footage)
         if self.loss_probability and told.keys().isdisjoint(self.trackers):
             if self.footage is not None:
-                raise SweepError("P(lost) is not calibrated on recordings; loss_probability needs a simulated scene")
+                raise SweepError(
+                    "P(lost) is not calibrated on recordings; loss_probability needs a simulated scene",
+                    "loss_probability",
+                )
             able = f"only {', '.join(told)} can" if told else "none can"
             raise SweepError(
                 f"{', '.join(self.trackers)} of {self.experiment} cannot tell how probable it is that the target is "
-                f"lost; {able}"
+                f"lost; {able}",
+                "loss_probability",
             )
 
     def _check_possible(self) -> None:
@@ -344,16 +347,23 @@ def _axes(
 ) -> tuple[tuple[Axis, ...], tuple[str, ...]]:
     """Return the axes without that of trackers, and the trackers."""
     axes: list[Axis] = []
-    for axis in given:
+    for index, axis in enumerate(given):
         if axis.name in {other.name for other in axes} or (axis.name == TRACKER and trackers):
             what = "the trackers" if axis.name == TRACKER else f"the axis {axis.name}"
-            raise SweepError(f"{what} can be given only once")
+            raise SweepError(f"{what} can be given only once", f"axes.{index}.name", value=axis.name)
+        try:
+            checked = check(experiment, axis, kind)
+        except SweepError as error:
+            raise error.within(f"axes.{index}") from None
         if axis.name == TRACKER:
-            trackers = tuple(str(value) for value in check(experiment, axis).values)
+            trackers = tuple(map(str, checked.values))
         else:
-            axes.append(check(experiment, axis, kind))
-    named = check(experiment, Axis(TRACKER, trackers or (experiment.default_tracker,)))
-    return tuple(axes), tuple(str(value) for value in named.values)
+            axes.append(checked)
+    try:
+        named = check(experiment, Axis(TRACKER, trackers or (experiment.default_tracker,)))
+    except SweepError as error:
+        raise SweepError(str(error), "trackers", bound=error.bound, value=error.value) from None
+    return tuple(axes), tuple(map(str, named.values))
 
 
 def _values(
@@ -362,14 +372,13 @@ def _values(
     varied = {axis.name for axis in axes}
     values = {}
     for name, value in given.items():
+        field = f"values.{name}"
         if name == TRACKER:
-            raise SweepError("tracker is no fixed value of a sweep; name the trackers as such")
+            raise SweepError("tracker is no fixed value of a sweep; name the trackers as such", field)
         if name in varied:
-            raise SweepError(f"{name} is an axis of the sweep and cannot have a fixed value ({value}) as well")
-        values[name] = value_of(find_declaration(experiment, name, kind), value)
+            raise SweepError(f"{name} is an axis of the sweep and cannot have a fixed value ({value}) as well", field)
+        try:
+            values[name] = value_of(find_declaration(experiment, name, kind), value)
+        except SweepError as error:
+            raise SweepError(str(error), field, bound=error.bound, value=error.value) from None
     return values
-
-
-def _whole(name: str, value: object, low: int, high: int) -> None:
-    if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-        raise SweepError(f"{name} must be a whole number between {low} and {high}, got {value!r}")

@@ -138,11 +138,24 @@ def test_a_combination_may_be_impossible_in_places() -> None:
     assert Plan("ball", (Axis("gamma_min_px", (10.0, 30.0)),), ("s-spf",)).conditions == 2
 
 
-@pytest.mark.parametrize("raw", [{}, {"experiment": "ball"}, {"experiment": "ball", "axes": 5}])
-def test_a_description_that_lacks_something_is_refused(raw: dict[str, object]) -> None:
-    """What is no plan is said to be none."""
-    with pytest.raises(SweepError, match="lacks something"):
-        Plan.from_dict(raw)
+@pytest.mark.parametrize(
+    ("changes", "reason", "field"),
+    [
+        ({"axes": None}, "lacks axes", "axes"),
+        ({"axes": 5}, "has axes in another form", "axes"),
+        ({"axes": [{"name": "layout"}]}, "has axes.0.values in another form", "axes.0.values"),
+        ({"axes": [{"name": "layout", "values": [20]}]}, "layout must be a whole number", "axes.0.values"),
+        ({"trackers": ["nobody"]}, "a tracker of ball is one of", "trackers"),
+        ({"values": {"layout": 20}}, "layout must be a whole number", "values.layout"),
+        ({"trials": "2"}, "trials must be a whole number", "trials"),
+    ],
+)
+def test_a_wrong_description_is_refused_with_its_field(changes: dict[str, object], reason: str, field: str) -> None:
+    """A plan that lacks something, or has it in another form or out of bounds, is refused, and the error says where."""
+    raw = {**Plan("ball", (WIDTHS,)).as_dict(), **changes}
+    with pytest.raises(SweepError, match=reason) as refused:
+        Plan.from_dict({name: value for name, value in raw.items() if value is not None})
+    assert refused.value.field == field
 
 
 def test_how_probable_a_loss_is_is_a_measure_where_it_is_asked_for() -> None:

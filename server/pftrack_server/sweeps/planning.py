@@ -1,18 +1,16 @@
 """Planning: from a request to a plan of the library, every refusal with the field that it is about."""
 
-from collections.abc import Callable
-from dataclasses import replace
-from functools import partial
+from decimal import Decimal
 from math import prod
-from typing import TypeVar, cast
+from typing import cast
 
-from pftrack.core.model.parameters import ParameterError, declarations, flat, limit_particles
+from pftrack.core.model.parameters import ParameterError, flat, limit_particles
 from pftrack.core.model.recipe import Footage
 from pftrack.core.model.source import Kind
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.own.extension import outline
 from pftrack.sweep import Plan
-from pftrack.sweep.axis import TRACKER, Axis, SweepError, check, parse_axis
+from pftrack.sweep.axis import TRACKER, Axis, AxisRange, SweepError, check
 from pftrack_server.errors import RefusedError
 from pftrack_server.experiments import find_experiment
 from pftrack_server.filters import FilterFiles
@@ -20,8 +18,6 @@ from pftrack_server.schemas.sweeps import SweepAxis, SweepCreate
 from pftrack_server.sessions.create import footage_in
 from pftrack_server.settings import Settings
 from pftrack_server.store import Store
-
-Part = TypeVar("Part")
 
 BYTES_A_RUN = 160
 """Of the result on the disk, chunks and final file together, generously."""
@@ -46,28 +42,14 @@ def as_plan(body: SweepCreate, settings: Settings, store: Store, filters: Filter
     own = _own_filters(filters, body)
     experiment = outline(experiment.id, own)
     footage, kind, frames = _recording(store, experiment, body)
-    axes = tuple(_axis(experiment, index, axis, kind) for index, axis in enumerate(body.axes))
-    if not axes and footage is None:
+    if not body.axes and footage is None:
         raise RefusedError("A sweep needs at least one axis.", field="axes")
-    names = [axis.name for axis in axes]
-    for index, name in enumerate(names):
-        if name in names[:index]:
-            raise RefusedError(f"The axis {name} appears twice.", field=f"axes.{index}.name", value=name)
-    if not body.trackers and TRACKER not in names:
+    if not body.trackers and TRACKER not in {axis.name for axis in body.axes}:
         raise RefusedError("Choose at least one method.", field="trackers")
-    for name in body.trackers:
-        _part("trackers", partial(check, experiment, Axis(TRACKER, (name,)), kind))
-    for name, value in body.parameters.items():
-        if name in names:
-            raise RefusedError(
-                f"The parameter {name} is an axis and cannot have a fixed value as well.", field=f"parameters.{name}"
-            )
-        _part(f"parameters.{name}", partial(check, experiment, Axis(name, (value,)), kind))
-    plan = _part(
-        "axes",
-        lambda: Plan(
+    try:
+        plan = Plan(
             experiment=body.experiment,
-            axes=axes,
+            axes=tuple(_axis(experiment, index, axis, kind) for index, axis in enumerate(body.axes)),
             trackers=tuple(body.trackers),
             trials=body.trials,
             seed=body.seed,
@@ -76,11 +58,13 @@ def as_plan(body: SweepCreate, settings: Settings, store: Store, filters: Filter
             footage=footage,
             kind=kind,
             filters=own,
+            loss_probability=body.loss_probability,
             outlined=True,
-        ),
-    )
-    if body.loss_probability:
-        plan = _part("loss_probability", lambda: replace(plan, loss_probability=True))
+        )
+    except SweepError as error:
+        field = error.field.replace("values.", "parameters.", 1) if error.field.startswith("values.") else error.field
+        message = _sentence(str(error))
+        raise RefusedError(message, field=field or "axes", bound=error.bound, value=error.value) from None
     _within_server(plan, settings)
     _within_a_map(plan)
     return plan
@@ -128,27 +112,13 @@ def cells_of(plan: Plan) -> int:
 
 
 def _axis(experiment: Experiment, index: int, body: SweepAxis, kind: Kind | None) -> Axis:
-    faulty = partial(_faulty_part, experiment, body, kind)
-    if body.values is not None:
-        axis = Axis(body.name, tuple(body.values))
-        return _part(f"axes.{index}.{faulty()}", partial(check, experiment, axis, kind))
-    text = f"{body.name}={_plain(body.start)}:{_plain(body.stop)}:{_plain(body.step)}"
-    return _part(f"axes.{index}.{faulty()}", partial(parse_axis, experiment, text, kind))
-
-
-def _faulty_part(experiment: Experiment, body: SweepAxis, kind: Kind | None) -> str:
-    """Return which part of an axis is most likely the one that is wrong."""
-    known = {it.name: it for it in declarations(type(experiment.parameters_on(kind)))}
-    if body.name != TRACKER and body.name not in known:
-        return "name"
-    if body.values is not None or body.start is None or body.stop is None or not body.step:
-        return "step" if body.values is None else "values"
-    low, high = known[body.name].minimum, known[body.name].maximum
-    for name in ("start", "stop"):
-        end = getattr(body, name)
-        if (low is not None and end < low) or (high is not None and end > high):
-            return name
-    return "step" if (body.stop - body.start) * body.step < 0 else "stop"
+    """Return an axis of a body, whose numbers mean what a person would type: 0.3 is no neighbour of it."""
+    ends = [Decimal(repr(number)) for number in (body.start, body.stop, body.step) if number is not None]
+    given = AxisRange(body.name, *ends) if ends else Axis(body.name, tuple(body.values or ()))
+    try:
+        return check(experiment, given, kind)
+    except SweepError as error:
+        raise error.within(f"axes.{index}") from None
 
 
 def _within_a_map(plan: Plan) -> None:
@@ -171,11 +141,6 @@ def _sentence(said: str) -> str:
     return f"The parameter {said}." if "_" in first else f"{said[:1].upper()}{said[1:]}."
 
 
-def _plain(number: float | None) -> str:
-    """Return a number as a person would type it: `0.1`, and no exponent that hides a digit."""
-    return repr(int(number)) if number is not None and number == int(number) else repr(number)
-
-
 def _within_server(plan: Plan, settings: Settings) -> None:
     """Refuse a plan in which a tracker has more particles, or a run more frames, than the server allows."""
     parameters = plan.parameters
@@ -188,11 +153,3 @@ def _within_server(plan: Plan, settings: Settings) -> None:
         limit_particles(declared, largest, tracker, settings.max_particles)
     if plan.frames > settings.max_frames:
         raise ParameterError("frames", plan.frames, f"at most {settings.max_frames} on this server")
-
-
-def _part(field: str, part: Callable[[], Part]) -> Part:
-    """Return a part of a plan; if the library refuses it, say so with the field."""
-    try:
-        return part()
-    except (SweepError, ParameterError) as error:
-        raise RefusedError(_sentence(str(error)), field=field) from None
