@@ -198,7 +198,7 @@ def judge_estimates(
     errors = np.where(known & np.isnan(errors), np.inf, errors)
     boxed = is_judged_by_box(parameters) & np.isfinite(extents).all(axis=1)
     lost = np.full(len(errors), np.nan)
-    if experiment.lost is not None and not boxed.all():
+    if experiment.lost is not None and (known & ~boxed).any():
         lost = np.where(known, experiment.lost(errors, truths.sizes, parameters), np.nan)
     if boxed.any():
         lost = np.where(boxed & known, ~is_inside(estimates, truths.positions, extents), lost)
