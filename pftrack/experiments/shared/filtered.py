@@ -1,6 +1,6 @@
 """A model joined with a filter is a tracker: the particle filter and the Kalman filter of whatever a family believes.
 
-    TRACKERS = filtered(Signal(), Bootstrap("condensation", "Particle filter", "..."), Kalman("kalman", "...", "..."))
+    TRACKERS = filtered(Signal(), Bootstrap("condensation", "Condensation", "..."), Kalman("kalman", "...", "..."))
 
 `PointModel` is the model of one point or signal, whose states are `PointState`: what their filters report, how a run
 begins, and how it goes on from particles, are the same for all. Where a model is linear, the particle filter carries

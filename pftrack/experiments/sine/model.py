@@ -150,7 +150,7 @@ TRACKERS = filtered(
     MODEL,
     Bootstrap(
         "condensation",
-        "Particle filter",
+        "Condensation",
         "Samples from the dynamics and weighs by the likelihood, beside the exact Kalman answer.",
     ),
     Kalman(
