@@ -57,20 +57,18 @@ def test_every_tracker_follows_the_disc(clip: FrameSequence, tracker: str) -> No
     run.finish()
     summary = run.summary().as_dict()
     assert summary["frames"] == summary["labelled_frames"] == 35
-    assert summary["hit_rate"] == 1.0
     assert summary["success"] is True
     assert summary["success_measure"] == "inside_share"
-    assert summary["inside_share"] > 0.9
+    assert summary["hit_rate"] == summary["inside_share"] > 0.9
 
 
 def test_beside_the_box_is_no_success(clip: FrameSequence) -> None:
-    """A truth that lies beside what is followed, but near, keeps the hit rate; success is decided by the true box."""
+    """A truth that lies beside what is followed, however near, is lost: the target is held inside its true box."""
     beside = {index: (u + 12.0, v, w, h) for index in range(40) for u, v, w, h in [box(index).corner_and_size]}
     run = Run(BALL, BALL.video.on_video(clip, box(5), start=5, truth=TruthTable(beside)), seed=1)
     run.finish()
     summary = run.summary().as_dict()
-    assert summary["hit_rate"] == 1.0
-    assert summary["inside_share"] < 0.2
+    assert summary["hit_rate"] == summary["inside_share"] < 0.2
     assert summary["success"] is False
 
 
