@@ -22,12 +22,12 @@ from pftrack.core.model.parameters import revise
 from pftrack.core.model.preset import ExampleSweep, read_presets
 from pftrack.core.model.setup import BESIDE, Setup
 from pftrack.core.model.source import FrameSequence, Truth
-from pftrack.experiments.ball.model import MODEL
-from pftrack.experiments.ball.parameters import GUIDANCE, BallTrackerParameters, ScoringParameters
+from pftrack.experiments.ball.model import COLOURED
+from pftrack.experiments.ball.parameters import GUIDANCE, GUIDED, BallTrackerParameters, ScoringParameters
 from pftrack.experiments.ball.quality import CALIBRATION, FAILURES, LOSS_DECLARATION
 from pftrack.experiments.ball.recording import look_beside, suits
 from pftrack.experiments.ball.scene import BallSceneParameters, BallSource
-from pftrack.experiments.ball.trackers import GUIDED, TRACKERS
+from pftrack.experiments.ball.trackers import TRACKERS
 from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.experiments.shared.recording import RecordingParameters, RecordingSource
 from pftrack.experiments.shared.reports import JudgedByBox
@@ -151,7 +151,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
 
 def _caption(step: Step) -> str:
     row = step.diagnostics
-    learned = step.tracker == GUIDED.id and f"learned from {GUIDANCE.parse(step.parameters.learned).origin}"
+    learned = step.tracker in GUIDED and f"learned from {GUIDANCE.parse(step.parameters.learned).origin}"
     samples = row.vector("samples")
     drawn = "{:g} by prediction, {:g} by observation".format(*samples) if samples is not None else ""
     return caption(row, step.tracker_title, learned or "", drawn, error_words(row, " px"))
@@ -191,7 +191,7 @@ EXPERIMENT = Experiment(
         SECOND_RUN,
     ),
     quality=Quality(CALIBRATION, LOSS_DECLARATION),
-    model=MODEL,
+    model=COLOURED,
     simulate=simulate,
     video=Video(
         wire,

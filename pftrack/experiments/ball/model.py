@@ -2,7 +2,8 @@
 
 Particles are weighed by the colour of the pixel under them. All trackers share a second-order model of the position:
 constant velocity in Bando 2007, with less of the velocity kept or with a known swing on request, or what online EM has
-made of the path so far. Two trackers measure the colour centroid of the whole picture instead (section 4).
+made of the path so far. One tracker draws accelerations as they were learned from recorded runs instead, and two
+measure the colour centroid of the whole picture (section 4).
 """
 
 from collections.abc import Sequence
@@ -18,27 +19,25 @@ from pftrack.core.arrays import Floats
 from pftrack.core.model.likelihood import Amount, Component, Part, Patches, Residual
 from pftrack.core.model.model import Evidence, LinearChain, LinearStep, NoiseScale, State, Values
 from pftrack.core.model.source import Frame, Target
-from pftrack.core.model.tracker import Tracker
-from pftrack.core.numerics.compiled import compiled, read_only
+from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.random import Gaussian, Generator, Stream
-from pftrack.experiments.ball.parameters import BallTrackerParameters, ColourParameters, LoopParameters
-from pftrack.experiments.shared import reports
-from pftrack.experiments.shared.filtered import Kalman, PointModel, Update
+from pftrack.experiments.ball.parameters import GUIDANCE, BallTrackerParameters, ColourParameters, LoopParameters
+from pftrack.experiments.shared.filtered import Update
 from pftrack.experiments.shared.reports import PointState
-from pftrack.experiments.shared.sampling.samplers import (
-    Likelihood,
-    crop,
-    size_of,
-)
-from pftrack.filters import fixed_lag, unscented_particle
+from pftrack.experiments.shared.sampling.loop import Motion
+from pftrack.experiments.shared.sampling.samplers import LoopModel, crop, size_of
+from pftrack.filters import fixed_lag
 from pftrack.filters.dynamics import LinearDynamics, autoregression
 from pftrack.filters.learning import online_em
+from pftrack.filters.learning.guidance import GuidedDynamics
 from pftrack.filters.particles import ParticleSet
-from pftrack.filters.resampling import RESAMPLERS
 from pftrack.vision.likelihoods import chromaticity
 from pftrack.vision.likelihoods.chromaticity import ColourModel, log_kernel
 
 COMPONENTS = (Component("u", "px"), Component("v", "px"), Component("u before", "px"), Component("v before", "px"))
+
+TRACKED = 2
+"""The position: the first coordinates of the state."""
 
 SHOWN_PX = 5
 """Pixels to either side of the one that is weighed, which are shown with it."""
@@ -69,11 +68,7 @@ def _pack(parameters: ColourParameters) -> Colour:
     return Colour(model.mean, model.precision, parameters.background_level)
 
 
-CHROMATICITY = Likelihood(_log_likelihood, _pack)
-"""The colour of the pixel under a particle (Bando 2007, ch. 3 section 2.2)."""
-
-
-class Coloured(PointModel):
+class Coloured(LoopModel):
     """A point of a known colour that keeps its velocity, by the pixel under it (Bando 2007, ch. 3 section 2.2)."""
 
     title = "colour of the pixel"
@@ -89,12 +84,21 @@ class Coloured(PointModel):
 
     @override
     def start(self, target: Target, frame: Frame, parameters: LoopParameters, rng: Stream) -> PointState:
-        return start(target, frame, parameters, rng)
+        """Begin at a known position: all particles around it, at rest; the estimate is the position itself."""
+        deviations = parameters.initial_sd_px * rng.standard_normal((TRACKED, parameters.sample_count)).T
+        positions = target.position + deviations
+        particles = ParticleSet.uniform(np.hstack([positions, positions]))
+        begun = PointState(self.prior(target, parameters), TRACKED, particles)
+        return self.prepare(begun, frame, parameters)
 
     @override
     def prior(self, target: Target, parameters: LoopParameters) -> Gaussian:
         """Return the known position, at rest."""
         return fixed_lag.augment(Gaussian(target.position, parameters.initial_sd_px**2 * np.eye(TRACKED)), 1)
+
+    @override
+    def prepare(self, state: PointState, frame: Frame, parameters: LoopParameters) -> PointState:
+        return with_learner(state, size_of(frame.picture), parameters)
 
     @override
     def propagate(
@@ -104,11 +108,17 @@ class Coloured(PointModel):
         return dynamics.diffuse(rng, dynamics.predict(states), np.arange(len(states)))
 
     @override
-    def log_likelihood(self, states: Floats, frame: Frame, parameters: ColourParameters, known: State) -> Floats:
-        weighed: Floats = CHROMATICITY.log_likelihood(
-            read_only(frame.picture), np.ascontiguousarray(states.T).T, CHROMATICITY.packed(parameters)
-        )
-        return weighed
+    def motion(self, known: PointState, parameters: LoopParameters, size: tuple[int, int]) -> Motion:
+        dynamics = dynamics_of(known, parameters, size)
+        return Motion(dynamics.transition, dynamics.offset, dynamics.noise, noise(parameters.large_process_noise_px))
+
+    @override
+    def pauses(self, parameters: LoopParameters) -> bool:
+        return parameters.learn_dynamics
+
+    @override
+    def pack(self, known: State, parameters: ColourParameters) -> Colour:
+        return _pack(parameters)
 
     @override
     def parts(self, one: Floats, frame: Frame, parameters: ColourParameters, known: State) -> tuple[Part, ...]:
@@ -132,17 +142,23 @@ class Coloured(PointModel):
         return (*residuals, background, Patches("colour expected, and found around the pixel", colour, around))
 
     @override
-    def believe(self, known: PointState, update: Update, frame: Frame, parameters: BallTrackerParameters) -> PointState:
-        parents = known.particles
-        lineage = None if parents is None else lineage_of(known, parents, update.particles, parameters)
-        return replace(super().believe(known, update, frame, parameters), lineage=lineage)
+    def believe(self, known: PointState, update: Update, frame: Frame, parameters: LoopParameters) -> PointState:
+        believed = super().believe(known, update, frame, parameters)
+        lineage = lineage_of(known, update.particles, parameters)
+        return self.learn(replace(believed, alert=False, lineage=lineage), frame, parameters)
 
-
-MODEL = Coloured()
-"""What is believed of the colour under a ball, and of how it moves."""
-
-TRACKED = 2
-"""The position: the first coordinates of the state."""
+    @override
+    def learn(self, state: PointState, frame: Frame, parameters: LoopParameters) -> PointState:
+        if state.learner is None:
+            return state
+        settings = online_em.Settings(
+            parameters.forgetting,
+            parameters.warm_up_frames,
+            parameters.learning_ridge,
+            parameters.largest_spectral_radius,
+        )
+        initial = initial_dynamics(parameters, size_of(frame.picture))
+        return replace(state, learner=online_em.learn(state.learner, initial, state.estimate, state.sigma, settings))
 
 
 @lru_cache(maxsize=64)
@@ -175,92 +191,51 @@ def dynamics_of(state: PointState, parameters: LoopParameters, size: tuple[int, 
     return initial_dynamics(parameters, size)
 
 
-def begin_learning(known: Gaussian, size: tuple[int, int], parameters: LoopParameters) -> online_em.Learner:
-    """Begin with the initial model and the position (2,) as it is known, px."""
-    initial = initial_dynamics(parameters, size)
-    return online_em.begin(initial, known.mean, float(known.standard_deviations.max()), size)
-
-
 def with_learner(state: PointState, size: tuple[int, int], parameters: LoopParameters) -> PointState:
-    """Begin or end learning when it has been switched on or off."""
+    """Begin or end learning when it has been switched on or off; it begins with the initial model and the estimate."""
     if parameters.learn_dynamics == (state.learner is not None):
         return state
     if not parameters.learn_dynamics:
         return replace(state, learner=None)
-    known = Gaussian(state.estimate, state.posterior.covariance[:TRACKED, :TRACKED])
-    return replace(state, learner=begin_learning(known, size, parameters))
-
-
-def learn_motion(state: PointState, parameters: LoopParameters, size: tuple[int, int]) -> PointState:
-    """Return the state with what its estimate teaches, if it is to learn."""
-    if state.learner is None:
-        return state
-    settings = online_em.Settings(
-        parameters.forgetting,
-        parameters.warm_up_frames,
-        parameters.learning_ridge,
-        parameters.largest_spectral_radius,
-    )
     initial = initial_dynamics(parameters, size)
-    return replace(state, learner=online_em.learn(state.learner, initial, state.estimate, state.sigma, settings))
+    return replace(state, learner=online_em.begin(initial, state.estimate, float(state.sigma.max()), size))
 
 
-def start(target: Target, frame: Frame, parameters: LoopParameters, rng: Generator) -> PointState:
-    """Begin at a known position: all particles around it, at rest; the estimate is the position itself."""
-    deviations = parameters.initial_sd_px * rng.standard_normal((TRACKED, parameters.sample_count)).T
-    positions = target.position + deviations
-    particles = ParticleSet.uniform(np.hstack([positions, positions]))
-    known = Gaussian(target.position, parameters.initial_sd_px**2 * np.eye(TRACKED))
-    learner = begin_learning(known, size_of(frame.picture), parameters) if parameters.learn_dynamics else None
-    return PointState(fixed_lag.augment(known, 1), TRACKED, particles, learner=learner)
-
-
-def lineage_of(
-    state: PointState, parents: ParticleSet, particles: ParticleSet | None, parameters: LoopParameters
-) -> fixed_lag.Lineage | None:
+def lineage_of(state: PointState, particles: ParticleSet, parameters: LoopParameters) -> fixed_lag.Lineage | None:
     """Return the particles' pasts, extended by a frame; None if the path is not smoothed.
 
     Args:
         state: Of the frame before.
-        parents: The particles of the frame before.
-        particles: Those of this frame, if there are any.
+        particles: Those of this frame.
         parameters: In force.
     """
-    if parameters.smoothing_lag_frames == 0 or particles is None:
+    if parameters.smoothing_lag_frames == 0 or state.particles is None:
         return None
-    lineage = state.lineage or fixed_lag.begin_lineage(parents, TRACKED)
+    lineage = state.lineage or fixed_lag.begin_lineage(state.particles, TRACKED)
     return fixed_lag.extend_lineage(lineage, particles, parameters.smoothing_lag_frames)
 
 
-def step_unscented(state: PointState, frame: Frame, parameters: BallTrackerParameters, rng: Stream) -> PointState:
-    """Draw every particle towards the colour centroid of the picture."""
-    image, model = frame.picture, colour_model(parameters)
-    size = size_of(image)
-    state = with_learner(state, size, parameters)
-    particles = MODEL.particles(state, parameters, rng)
-    posterior = unscented_particle.step(
-        particles,
-        dynamics_of(state, parameters, size),
-        lambda states: chromaticity.log_likelihood(image, states, model, parameters.background_level),
-        rng,
-        measurement=chromaticity.centroid(image, model),
-        observe=lambda positions: positions,
-        noise_covariance=parameters.measurement_noise_px**2 * np.eye(TRACKED),
-        recursive=parameters.recursive_covariance,
-        count=parameters.sample_count,
-        resample=RESAMPLERS[parameters.resampling],
-    )
-    tracked = PointState(
-        Gaussian(*posterior.particles.moments),
-        TRACKED,
-        posterior.particles,
-        log_evidence=posterior.log_evidence,
-        resampled=posterior.resampled,
-        alert=False,
-        learner=state.learner,
-        lineage=lineage_of(state, particles, posterior.particles, parameters),
-    )
-    return learn_motion(tracked, parameters, size)
+class Guided(Coloured):
+    """The same colour, with accelerations as they were learned from recorded runs.
+
+    In place of one process noise for both axes, accelerations are drawn from the learned covariance, in the frame of
+    the picture or in that of the ball's last motion. A ball has no heading, so what Mitsugami et al. learn of a fish's
+    shape is missing here, and the spread of its accelerations is left.
+    """
+
+    @override
+    def prepare(self, state: PointState, frame: Frame, parameters: LoopParameters) -> PointState:
+        return state if state.learner is None else replace(state, learner=None)
+
+    @override
+    def propagate(self, states: Floats, frame: Frame, parameters: Values, rng: Generator, known: PointState) -> Floats:
+        diffusion = GUIDANCE.parse(parameters.learned).diffusion(
+            parameters.guided_frame, scale=parameters.diffusion_scale, correlated=parameters.correlated_changes
+        )
+        dynamics = GuidedDynamics(diffusion, GUIDANCE.chart, parameters.guided_frame)
+        places, before = states[:, :TRACKED], states[:, TRACKED:]
+        moved = dynamics.diffuse(rng, np.hstack([places, places - before]), np.arange(len(states)))
+        return np.asfortranarray(np.hstack([moved[:, :TRACKED], places]))
 
 
 class Centroid(Coloured):
@@ -273,10 +248,6 @@ class Centroid(Coloured):
         "measurement_noise_px": NoiseScale("observation"),
     }
     most_places = 4800
-
-    @override
-    def prepare(self, state: PointState, frame: Frame, parameters: BallTrackerParameters) -> PointState:
-        return with_learner(state, size_of(frame.picture), parameters)
 
     @override
     def linear(self, frame: Frame, parameters: BallTrackerParameters, known: PointState) -> LinearStep:
@@ -302,10 +273,6 @@ class Centroid(Coloured):
         return ()
 
     @override
-    def learn(self, state: PointState, frame: Frame, parameters: BallTrackerParameters) -> PointState:
-        return learn_motion(state, parameters, size_of(frame.picture))
-
-    @override
     def chains(
         self, state: PointState, frames: Sequence[Frame], parameters: BallTrackerParameters
     ) -> tuple[LinearChain, ...] | None:
@@ -314,17 +281,5 @@ class Centroid(Coloured):
         return None if learned else super().chains(state, frames, parameters)
 
 
-UNSCENTED = Tracker(
-    "upf",
-    "Unscented (UPF)",
-    "Draws every particle towards the colour centroid of the whole picture.",
-    start,
-    step_unscented,
-    series=reports.CLOUD,
-    measure=MODEL.measure,
-    model=MODEL,
-)
-
-KALMAN = Kalman("kalman", "Kalman filter", "Follows the colour centroid of the whole picture with one Gaussian.").join(
-    Centroid()
-)
+COLOURED, GUIDED, CENTROID = Coloured(_log_likelihood), Guided(_log_likelihood), Centroid(_log_likelihood)
+"""What is believed of the colour under a ball and how it moves, and the same by another motion or measurement."""

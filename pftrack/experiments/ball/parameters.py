@@ -17,6 +17,7 @@ from pftrack.experiments.shared.reports import (
     learned_motion,
     loss_share,
     particle_count,
+    resampling_threshold,
 )
 from pftrack.experiments.shared.sampling.parameters import (
     SAMPLING,
@@ -52,6 +53,7 @@ class DrawingParameters(SamplingParameters, group=SAMPLING, trackers=PARTICLE):
 
     sample_count: int = particle_count(800)
     resampling: Resampling = parameter("systematic", "Resampling", "How parents are drawn.", role="resampling")
+    resampling_threshold: float = resampling_threshold(trackers=("condensation", "pc-pf", "h-spf", "s-spf", "guided"))
 
 
 class MotionParameters(Parameters, group=MODEL, trackers=MODELLED):

@@ -6,185 +6,98 @@ next frame is sampled. Those that draw by prediction or by observation share one
 and the path smoothed is the same for all.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
-import numpy as np
-from numpy.typing import NDArray
-
-from pftrack.core.model.model import Model
 from pftrack.core.model.source import Frame
-from pftrack.core.model.tracker import Fold, Tracker
-from pftrack.core.numerics.compiled import read_only
-from pftrack.core.numerics.random import Gaussian, Stream
-from pftrack.experiments.ball import model
-from pftrack.experiments.ball.model import (
-    CHROMATICITY,
-    KALMAN,
-    MODEL,
-    TRACKED,
-    UNSCENTED,
-    colour_model,
-    learn_motion,
-    lineage_of,
-    noise,
-    start,
-    with_learner,
-)
-from pftrack.experiments.ball.parameters import GUIDANCE, BallTrackerParameters, LoopParameters
-from pftrack.experiments.shared import reports
+from pftrack.core.model.tracker import Tracker
+from pftrack.core.numerics.random import Stream
+from pftrack.experiments.ball.model import CENTROID, COLOURED, GUIDED, Centroid, dynamics_of
+from pftrack.experiments.ball.parameters import BallTrackerParameters
+from pftrack.experiments.shared.filtered import Bootstrap, Kalman, PointModel, Update, filtered, resampler
 from pftrack.experiments.shared.reports import PointState
-from pftrack.experiments.shared.sampling.loop import Loop, Motion, Rule
-from pftrack.experiments.shared.sampling.samplers import (
-    SAMPLERS,
-    Likelihood,
-    advance,
-    fold,
-    scheme,
-    size_of,
-)
-from pftrack.filters import bootstrap
-from pftrack.filters.learning.guidance import GuidedDynamics
-from pftrack.filters.resampling import RESAMPLERS
-from pftrack.vision.likelihoods import chromaticity
-
-# The guided tracker is Condensation but for the diffusion: in place of one process noise for both axes, accelerations
-# are drawn from the learned covariance, in the frame of the picture or in that of the ball's last motion. A ball has no
-# heading, so what Mitsugami et al. learn of a fish's shape is missing here, and what is left is the spread of its
-# accelerations.
+from pftrack.experiments.shared.sampling.samplers import AUXILIARY, CONDENSATION, HARD, NOISE_CONTROL, SOFT, size_of
+from pftrack.filters import unscented_particle
 
 
-def step_guided(state: PointState, frame: Frame, parameters: BallTrackerParameters, rng: Stream) -> PointState:
-    """Draw every particle by the learned diffusion."""
-    image, model = frame.picture, colour_model(parameters)
-    particles = MODEL.particles(state, parameters, rng)
-    diffusion = GUIDANCE.parse(parameters.learned).diffusion(
-        parameters.guided_frame, scale=parameters.diffusion_scale, correlated=parameters.correlated_changes
-    )
-    places, before = particles.states[:, :TRACKED], particles.states[:, TRACKED:]
-    posterior = bootstrap.step(
-        replace(particles, states=np.hstack([places, places - before])),
-        GuidedDynamics(diffusion, GUIDANCE.chart, parameters.guided_frame),
-        lambda states: chromaticity.log_likelihood(image, states, model, parameters.background_level),
-        rng,
-        count=parameters.sample_count,
-        resample=RESAMPLERS[parameters.resampling],
-    )
-    drawn = posterior.particles
-    states = np.asfortranarray(np.hstack([drawn.states[:, :TRACKED], places[drawn.ancestors]]))
-    drawn = replace(drawn, states=states)
-    return PointState(
-        Gaussian(*drawn.moments),
-        TRACKED,
-        drawn,
-        log_evidence=posterior.log_evidence,
-        resampled=posterior.resampled,
-        alert=False,
-        lineage=lineage_of(state, particles, drawn, parameters),
-    )
+@dataclass(frozen=True)
+class Unscented:
+    """The unscented particle filter: its proposal looks at what a linear model measures (Bando 2007, ch. 3 section 4).
 
-
-GUIDED = Tracker(
-    "guided",
-    "Guided diffusion",
-    "Draws every particle by prediction, with accelerations as they were learned from recorded runs.",
-    start,
-    step_guided,
-    series=reports.CLOUD,
-    measure=MODEL.measure,
-    model=MODEL,
-    sampling="prior",
-)
-
-
-def step_loop(
-    likelihood: Likelihood,
-    rule: Rule,
-    state: PointState,
-    frame: Frame,
-    parameters: LoopParameters,
-    rng: Stream,
-) -> PointState:
-    """Take one frame by prediction, by observation, or by what the rule makes of the last posterior."""
-    image = frame.picture
-    size = size_of(image)
-    state = with_learner(state, size, parameters)
-    particles = MODEL.particles(state, parameters, rng)
-    begun = replace(state, particles=particles)
-    result = _loop(likelihood, rule, begun, image[None], parameters, rng.seed, rng.frame)
-    tracked = advance(state, result)
-    lineage = lineage_of(state, particles, tracked.particles, parameters)
-    return learn_motion(replace(tracked, learner=state.learner, lineage=lineage), parameters, size)
-
-
-def fold_loop(
-    likelihood: Likelihood,
-    rule: Rule,
-    state: PointState,
-    pictures_rgb: NDArray[np.uint8],
-    parameters: LoopParameters,
-    seed: int,
-    first_frame: int,
-) -> Fold | None:
-    """Take many frames at once, unless the dynamics are to be learned between them."""
-    if parameters.learn_dynamics:
-        return None
-    result = _loop(likelihood, rule, state, pictures_rgb, parameters, seed, first_frame)
-    return fold(state, result)
-
-
-def _loop(
-    likelihood: Likelihood,
-    rule: Rule,
-    state: PointState,
-    pictures_rgb: NDArray[np.uint8],
-    parameters: LoopParameters,
-    seed: int,
-    first_frame: int,
-) -> Loop:
-    particles = state.particles
-    if particles is None:
-        raise ValueError("the loop needs particles to begin with")
-    result: Loop = likelihood.loop(
-        read_only(pictures_rgb),
-        np.ascontiguousarray(particles.states.T),
-        particles.log_weights,
-        state.sigma,
-        _motion(state, parameters, size_of(pictures_rgb[0])),
-        likelihood.packed(parameters),
-        scheme(rule, parameters),
-        seed,
-        first_frame,
-    )
-    return result
-
-
-def _motion(state: PointState, parameters: LoopParameters, size: tuple[int, int]) -> Motion:
-    dynamics = model.dynamics_of(state, parameters, size)
-    return Motion(dynamics.transition, dynamics.offset, dynamics.noise, noise(parameters.large_process_noise_px))
-
-
-def loop_trackers(likelihood: Likelihood, belief: Model | None = None) -> tuple[Tracker, ...]:
-    """Return the trackers that share the loop, weighing by a likelihood; their parameters are `LoopParameters`.
-
-    Args:
-        likelihood: Compiled into the loop.
-        belief: The model that it belongs to.
+    Attributes:
+        id: Name of the tracker.
+        title: On the screen.
+        description: One sentence on how it works.
+        measured: The linear model.
     """
-    return tuple(
-        sampler.tracker(
-            start,
-            partial(step_loop, likelihood, sampler.rule),
-            partial(fold_loop, likelihood, sampler.rule),
-            model=belief,
+
+    id: str
+    title: str
+    description: str
+    measured: Centroid
+
+    def join(self, model: PointModel) -> Tracker:
+        """Return the tracker of a model."""
+        return Tracker(
+            self.id,
+            self.title,
+            self.description,
+            model.start,
+            partial(self._step, model),
+            series=model.series,
+            measure=model.measure,
+            model=model,
         )
-        for sampler in SAMPLERS
-    )
 
+    def _step(
+        self, model: PointModel, state: PointState, frame: Frame, parameters: BallTrackerParameters, rng: Stream
+    ) -> PointState:
+        known: PointState = model.prepare(state, frame, parameters)
+        particles = model.particles(known, parameters, rng)
+        known = replace(known, particles=particles)
+        linear = self.measured.linear(frame, parameters, known)
+        posterior = unscented_particle.step(
+            particles,
+            dynamics_of(known, parameters, size_of(frame.picture)),
+            lambda states: model.log_likelihood(states, frame, parameters, known),
+            rng,
+            measurement=linear.measurement,
+            observe=lambda positions: positions,
+            noise_covariance=linear.covariance,
+            recursive=parameters.recursive_covariance,
+            count=model.count(parameters),
+            resample=resampler(parameters),
+        )
+        update = Update(posterior.particles, posterior.log_evidence, posterior.resampled)
+        return model.believe(known, update, frame, parameters)
 
-_BY_NAME = {tracker.id: tracker for tracker in (*loop_trackers(CHROMATICITY, MODEL), UNSCENTED, KALMAN, GUIDED)}
 
 TRACKERS: dict[str, Tracker] = {
-    name: _BY_NAME[name] for name in ("h-spf", "s-spf", "condensation", "apf", "upf", "pc-pf", "kalman", "guided")
+    **filtered(
+        COLOURED,
+        HARD,
+        SOFT,
+        CONDENSATION,
+        AUXILIARY,
+        Unscented(
+            "upf",
+            "Unscented (UPF)",
+            "Draws every particle towards the colour centroid of the whole picture.",
+            CENTROID,
+        ),
+        NOISE_CONTROL,
+    ),
+    **filtered(
+        CENTROID,
+        Kalman("kalman", "Kalman filter", "Follows the colour centroid of the whole picture with one Gaussian."),
+    ),
+    **filtered(
+        GUIDED,
+        Bootstrap(
+            "guided",
+            "Guided diffusion",
+            "Draws every particle by prediction, with accelerations as they were learned from recorded runs.",
+        ),
+    ),
 }
 """The trackers of a ball, by name, in the order in which they are shown."""

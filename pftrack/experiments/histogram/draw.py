@@ -174,7 +174,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
         primitives["second"] = box(
             np.array(other.estimate), (width_px, height_px), COLOURS["second"], "second run", 1.5
         )
-    colour = COLOURS["lost" if state.searching else "estimate"]
+    colour = COLOURS["lost" if step.diagnostics.searching else "estimate"]
     primitives["estimate"] = box(state.estimate, state.box_px, colour, "estimate", 2.0)
     primitives |= paths(path, np.array([past_row.estimate for past_row in path]))
     return Drawing(width, height, primitives, _caption(step), (histogram_world(state, image),))
@@ -182,7 +182,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
 
 def _caption(step: Step) -> str:
     row = step.diagnostics
-    searching = "searching" if step.state.searching else ""
+    searching = "searching" if row.searching else ""
     return caption(row, f"likeness {row.number('likeness'):.2f}", searching, error_words(row, " px"))
 
 

@@ -5,7 +5,7 @@ that is renewed forgets it little by little; when another space is chosen, it be
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -18,17 +18,18 @@ from pftrack.core.model.likelihood import Amount, Component, Histograms, Part, P
 from pftrack.core.model.model import State, Values
 from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.source import Frame, Target
-from pftrack.core.numerics.compiled import compiled, read_only
-from pftrack.core.numerics.elementary import exponential, exponentials
+from pftrack.core.numerics.compiled import compiled
+from pftrack.core.numerics.elementary import exponential, exponentials, logarithm
 from pftrack.core.numerics.matrices import product
 from pftrack.core.numerics.random import Gaussian, Generator, Stream
 from pftrack.experiments.histogram.parameters import HistogramTrackerParameters
 from pftrack.experiments.shared import reports
-from pftrack.experiments.shared.filtered import PointModel, Update
+from pftrack.experiments.shared.filtered import Update
 from pftrack.experiments.shared.reports import PointState
 from pftrack.experiments.shared.sampling.loop import Motion
-from pftrack.experiments.shared.sampling.samplers import Likelihood, crop
+from pftrack.experiments.shared.sampling.samplers import LoopModel, crop
 from pftrack.filters.particles import ParticleSet, normalise
+from pftrack.filters.resampling import systematic
 from pftrack.vision.likelihoods.camera import camera_shift, small_grey
 from pftrack.vision.likelihoods.counting import BINS, Space, bin_colours, bin_table
 from pftrack.vision.likelihoods.histogram import (
@@ -37,6 +38,7 @@ from pftrack.vision.likelihoods.histogram import (
     Window,
     background_of,
     fit,
+    rho_map,
     roots_of,
     shares,
     similarities,
@@ -67,7 +69,7 @@ class Look:
     size_px: tuple[float, float]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class HistogramState(PointState):
     """The posterior of one frame, immutable: that of the point, and what is known of its window.
 
@@ -85,14 +87,14 @@ class HistogramState(PointState):
         searching: Whether the target is lost, and looked for; None while that is never done.
     """
 
-    look: Look | None = None
-    space: Space = "hsv"
-    kernel: bool = False
-    parts: tuple[int, int] = (1, 1)
-    model: Floats = field(default_factory=lambda: np.full(BINS, 1.0 / BINS))
-    background: Background = NO_BACKGROUND
-    background_use: tuple[bool, float] = (False, 0.0)
-    view: NDArray[np.uint8] | None = None
+    look: Look
+    space: Space
+    kernel: bool
+    parts: tuple[int, int]
+    model: Floats
+    background: Background
+    background_use: tuple[bool, float]
+    view: NDArray[np.uint8] | None
     likeness: float = 1.0
     missed: int = 0
     searching: bool | None = None
@@ -113,24 +115,9 @@ class HistogramState(PointState):
 
     @property
     def first_window(self) -> Window:
-        """The window that was marked.
-
-        Raises:
-            ValueError: The state was made without a target.
-        """
-        first = self.first_look.window
+        """The window that was marked."""
+        first = self.look.window
         return Window(first.reach_across_px, first.reach_down_px, self.kernel, self.parts)
-
-    @property
-    def first_look(self) -> Look:
-        """How the target looked first.
-
-        Raises:
-            ValueError: The state was made without a target.
-        """
-        if self.look is None:
-            raise ValueError("a target's window is known from its start on, got a state without one")
-        return self.look
 
     @property
     def whole_model(self) -> Floats:
@@ -140,7 +127,7 @@ class HistogramState(PointState):
     @property
     def box_px(self) -> tuple[float, float]:
         """Width and height of what was marked, at the size of the estimate, px."""
-        width, height = self.first_look.size_px
+        width, height = self.look.size_px
         return self.scale * width, self.scale * height
 
 
@@ -171,7 +158,7 @@ def with_model(state: HistogramState, parameters: HistogramTrackerParameters) ->
     same = (state.space, state.kernel, state.parts) == counting
     if same and state.background_use == _use(parameters):
         return state
-    wanted = counted(state.first_look, parameters)
+    wanted = counted(state.look, parameters)
     return replace(state, **({**wanted, "model": state.model} if same else wanted))
 
 
@@ -208,29 +195,19 @@ def _background(look: Look, space: Space, kernel: bool, weigh: bool, contrast: f
     return background_of(look.patch_rgb, look.middle, reach, space, target, weigh=weigh, contrast=contrast)
 
 
-def model_of(look: Look | None, parameters: HistogramTrackerParameters) -> Floats:
+def model_of(look: Look, parameters: HistogramTrackerParameters) -> Floats:
     """Return the model (110 in each part) of a look.
 
     Raises:
-        ValueError: There is none, or too little of the window lay within the picture.
+        ValueError: Too little of the window lay within the picture.
     """
-    if look is None:
-        raise ValueError("a target's model is made of its first look, got a state without one")
     window = replace(look.window, kernel=parameters.spatial_kernel, parts=parts_of(parameters))
     return fit(look.patch_rgb, look.middle, window, parameters.colour_space)
 
 
-def first_likeness(state: HistogramState) -> float:
-    """Return rho between the model and the first look: 1 until something is renewed, and less as the model drifts."""
-    if state.look is None:
-        return 1.0
-    first = _first_roots(state.look, state.space, state.kernel, state.parts)
-    return min(float((np.sqrt(state.model) * first).sum()), 1.0)
-
-
 @lru_cache(maxsize=64)
 def _first_roots(look: Look, space: Space, kernel: bool, parts: tuple[int, int]) -> Floats:
-    """Return the square roots (110 in each part) of what a first look counts to."""
+    """Return the square roots (110 in each part) of the histogram of a first look."""
     return np.sqrt(fit(look.patch_rgb, look.middle, replace(look.window, kernel=kernel, parts=parts), space))
 
 
@@ -271,21 +248,6 @@ class Packed(NamedTuple):
     background: Background
 
 
-def pack(state: HistogramState, sharpness: float) -> Packed:
-    """Return what particles are weighed by, given the state before and lambda."""
-    window = state.first_window
-    return Packed(
-        bin_table(state.space),
-        roots_of(state.model, state.background),
-        float(window.reach_across_px),
-        float(window.reach_down_px),
-        float(sharpness),
-        state.kernel,
-        state.parts,
-        state.background,
-    )
-
-
 @compiled
 def _log_likelihood(image_rgb: NDArray[np.uint8], states: Floats, target: Packed) -> Floats:
     count = states.shape[0]
@@ -316,10 +278,6 @@ def _log_likelihood(image_rgb: NDArray[np.uint8], states: Floats, target: Packed
     return scores
 
 
-HISTOGRAM = Likelihood(_log_likelihood, lambda given: pack(*given))
-"""exp(-lambda (1 - rho)) of the window around a particle (Kagami 2012; Pérez et al. 2002)."""
-
-
 BOX = Series("box", "believed box", "px", "vector", role="extent", components=("width", "height"))
 
 SERIES = (
@@ -329,9 +287,8 @@ SERIES = (
 )
 
 
-def measure(state: HistogramState) -> Mapping[str, SeriesValue]:
-    """Report rho of the window at the estimate, what became of the model, and the window's size."""
-    return {"likeness": state.likeness, "first_likeness": first_likeness(state), "box": state.box_px}
+VELOCITIES = Series("velocities", "different velocities", role="distinct")
+"""Of particles: where nothing is added to a velocity, resampling can only lose some of them."""
 
 
 def first_view(image_rgb: NDArray[np.uint8], parameters: HistogramTrackerParameters) -> NDArray[np.uint8] | None:
@@ -367,7 +324,7 @@ COMPONENTS = (
 
 
 @lru_cache(maxsize=64)
-def motion(parameters: HistogramTrackerParameters) -> Motion:
+def _motion(parameters: HistogramTrackerParameters) -> Motion:
     """Return x' = x + r v + s_p n, v' = r v + s_v n, and a random walk of the logarithm of the size."""
     transition = np.eye(DIMENSION)
     for axis in range(2):
@@ -383,10 +340,21 @@ def motion(parameters: HistogramTrackerParameters) -> Motion:
     return Motion(transition, np.zeros(DIMENSION), small, large)
 
 
-class ColouredWindow(PointModel):
+STEPS_A_WINDOW = 6
+"""So many places are looked at along each side of a window."""
+
+
+def mark(target: Target, frame: Frame, parameters: HistogramTrackerParameters, posterior: Gaussian) -> HistogramState:
+    """Return the state of a target that is marked, before it is compared with the picture."""
+    look = first_look(frame.picture, target.position, parameters)
+    view = first_view(frame.picture, parameters)
+    return HistogramState(posterior, 2, look=look, view=view, **counted(look, parameters))
+
+
+class ColouredWindow(LoopModel):
     """A window with the colours of the first one, which keeps its velocity (Kagami 2012).
 
-    Its likelihood is exp(-lambda (1 - rho)).
+    Its likelihood is exp(-lambda (1 - rho)) of the window around a particle (Pérez et al. 2002).
     """
 
     title = "colours of the window"
@@ -407,26 +375,45 @@ class ColouredWindow(PointModel):
     def propagate(
         self, states: Floats, frame: Frame, parameters: HistogramTrackerParameters, rng: Generator, known: State
     ) -> Floats:
-        moves = motion(parameters)
+        moves = _motion(parameters)
         noise = rng.standard_normal((len(states), moves.noise.shape[1]))
         moved: Floats = product(states, moves.transition.T) + moves.offset + product(noise, moves.noise.T)
         return moved
 
     @override
-    def log_likelihood(
-        self, states: Floats, frame: Frame, parameters: HistogramTrackerParameters, known: HistogramState
-    ) -> Floats:
-        weighed: Floats = HISTOGRAM.log_likelihood(
-            read_only(frame.picture), np.ascontiguousarray(states.T).T, pack(known, parameters.sharpness)
+    def motion(self, known: HistogramState, parameters: HistogramTrackerParameters, size: tuple[int, int]) -> Motion:
+        return _motion(parameters)
+
+    @override
+    def wide(self, parameters: HistogramTrackerParameters) -> tuple[int, float]:
+        every = round(1.0 / parameters.wide_share) if parameters.wide_share > 0.0 else 0
+        return every, parameters.wide_noise_px / parameters.process_noise_px
+
+    @override
+    def pauses(self, parameters: HistogramTrackerParameters) -> bool:
+        renewed = parameters.renewal_rate > 0.0
+        return parameters.follow_size or parameters.follow_camera or parameters.find_again or renewed
+
+    @override
+    def pack(self, known: HistogramState, parameters: HistogramTrackerParameters) -> Packed:
+        window = known.first_window
+        return Packed(
+            bin_table(known.space),
+            roots_of(known.model, known.background),
+            float(window.reach_across_px),
+            float(window.reach_down_px),
+            float(parameters.sharpness),
+            known.kernel,
+            known.parts,
+            known.background,
         )
-        return weighed
 
     @override
     def parts(
         self, one: Floats, frame: Frame, parameters: HistogramTrackerParameters, known: HistogramState
     ) -> tuple[Part, ...]:
         """Return the colours of the window beside the model's, and the window beside the first look."""
-        image, first, look = frame.picture, known.first_window, known.first_look
+        image, first, look = frame.picture, known.first_window, known.look
         factor = float(exponential(np.clip(one[SIZE], -LARGEST, LARGEST)))
         across, down = (int(np.floor(factor * reach + 0.5)) for reach in (first.reach_across_px, first.reach_down_px))
         window = Window(across, down, known.kernel, known.parts)
@@ -450,25 +437,15 @@ class ColouredWindow(PointModel):
         self, target: Target, frame: Frame, parameters: HistogramTrackerParameters, rng: Stream
     ) -> HistogramState:
         """Begin at a known place: particles around it, weighed by the first picture."""
-        image = frame.picture
-        look = first_look(image, target.position, parameters)
         normals = rng.standard_normal((4, parameters.sample_count))
-        coordinates = np.zeros((DIMENSION, parameters.sample_count))
-        coordinates[:2] = target.position[:, None] + parameters.process_noise_px * normals[:2]
-        coordinates[2:4] = parameters.initial_velocity_px * normals[2:]
-        state = HistogramState(
-            Gaussian(np.zeros(DIMENSION), np.eye(DIMENSION)),
-            2,
-            look=look,
-            view=first_view(image, parameters),
-            **counted(look, parameters),
-        )
-        known = pack(state, parameters.sharpness)
-        log_weights, log_sum = normalise(HISTOGRAM.log_likelihood(read_only(image), coordinates.T, known))
-        particles = ParticleSet(coordinates.T, log_weights, np.arange(parameters.sample_count))
+        states = np.zeros((DIMENSION, parameters.sample_count)).T
+        states[:, :2] = target.position + parameters.process_noise_px * normals[:2].T
+        states[:, VELOCITY] = parameters.initial_velocity_px * normals[2:].T
+        state = mark(target, frame, parameters, Gaussian(np.zeros(DIMENSION), np.eye(DIMENSION)))
+        log_weights, log_sum = normalise(self.log_likelihood(states, frame, parameters, state))
+        particles = ParticleSet(states, log_weights, np.arange(parameters.sample_count))
         log_evidence = log_sum - normalise(np.zeros(len(log_weights)))[1]
-        begun = replace(state, posterior=Gaussian(*particles.moments), particles=particles, log_evidence=log_evidence)
-        return judge(begun, image, parameters)
+        return self.believe(state, Update(particles, log_evidence, False), frame, parameters)
 
     @override
     def believe(
@@ -476,24 +453,79 @@ class ColouredWindow(PointModel):
     ) -> HistogramState:
         believed = replace(
             known,
-            posterior=Gaussian(*update.particles.moments),
+            posterior=update.posterior,
             particles=update.particles,
             log_evidence=update.log_evidence,
             resampled=update.resampled,
             repeatable=update.repeatable,
             samplers=(),
         )
-        return replace(judge(believed, frame.picture, parameters), searching=None)
+        return judge(believed, frame.picture, parameters)
+
+    @override
+    def search(
+        self, known: HistogramState, frame: Frame, parameters: HistogramTrackerParameters, rng: Stream
+    ) -> HistogramState | None:
+        """Look for a lost target all over a picture, and begin again where it is found.
+
+        Until then only the picture says where it is: the particles are spread over all places in proportion to their
+        likelihood. As soon as the best of them is alike enough, the tracker begins again there.
+        """
+        if not (known.searching and parameters.find_again):
+            return None
+        window = known.first_window
+        step = max(min(window.size_px) // STEPS_A_WINDOW, 1)
+        found = rho_map(frame.picture, window, known.space, known.model, step, known.background)
+        rows, columns = np.unravel_index(np.arange(found.size), found.shape)
+        places = np.column_stack([columns, rows]) * float(step) + step // 2
+        best = int(found.argmax())
+        count = parameters.sample_count
+        is_found = found.flat[best] >= parameters.found_likeness
+        if is_found:
+            chosen = np.full(count, best)
+            log_evidence = 0.0
+        else:
+            log_weights, log_sum = normalise(parameters.sharpness * (found.ravel() - 1.0))
+            log_evidence = float(log_sum - logarithm(np.array([found.size], np.float64))[0])
+            chosen = systematic(rng, log_weights, count)
+        states = np.zeros((count, DIMENSION))
+        states[:, :2] = places[chosen] + step * (rng.random((2, count)).T - 0.5)
+        states[:, VELOCITY] = parameters.initial_velocity_px * rng.standard_normal((2, count)).T
+        particles = ParticleSet(states, normalise(np.zeros(count))[0], np.arange(count))
+        begun = replace(
+            known,
+            posterior=Gaussian(*particles.moments),
+            particles=particles,
+            observation_count=count,
+            log_evidence=log_evidence,
+            resampled=True,
+            switched=False,
+            alert=None,
+        )
+        if is_found:
+            return judge(replace(begun, missed=0, searching=False), frame.picture, parameters)
+        return replace(begun, likeness=float(found.flat[best]))
 
     @property
     @override
     def series(self) -> tuple[Series, ...]:
-        return (*reports.CLOUD, *SERIES)
+        return (*reports.CLOUD, VELOCITIES, *SERIES)
 
     @override
     def measure(self, state: HistogramState) -> Mapping[str, SeriesValue]:
-        return {**super().measure(state), **measure(state)}
+        """Report the particles if there are some, rho of the window, what became of the model, and the box."""
+        values = {**super().measure(state)}
+        if state.particles is not None:
+            x, y = state.particles.states[:, VELOCITY].T
+            values["velocities"] = float(len(np.unique(x + 1j * y)))
+        first = _first_roots(state.look, state.space, state.kernel, state.parts)
+        first_likeness = min(float((np.sqrt(state.model) * first).sum()), 1.0)
+        return {**values, "likeness": state.likeness, "first_likeness": first_likeness, "box": state.box_px}
+
+    @override
+    def fold_series(self, last: HistogramState, count: int) -> Mapping[str, Floats]:
+        return {"box": np.tile(last.box_px, (count, 1))}
 
 
-MODEL = ColouredWindow()
+MODEL = ColouredWindow(_log_likelihood)
 """What is believed of a window by its colours."""

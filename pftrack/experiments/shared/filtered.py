@@ -8,9 +8,9 @@ the exact answer beside its own.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 from typing_extensions import override
@@ -37,19 +37,26 @@ EXACT = Series("exact", "exact mean", shape="vector")
 
 @dataclass(frozen=True, slots=True)
 class Update:
-    """What a step of a filter came to.
+    """What a filter computes in a step.
 
     Attributes:
         particles: The posterior.
         log_evidence: log p(z_t | z_{1:t-1}) up to the constant that the likelihood leaves out.
-        resampled: Whether parents were drawn.
-        repeatable: Whether it came to the same whenever it was computed again, as far as that was tried.
+        resampled: Whether the particles were resampled.
+        repeatable: Whether each repetition of the step, as far as one was tried, gave the same numbers.
+        moments: Mean (d,) and covariance (d, d) of the particles, where the filter knows them already.
     """
 
     particles: ParticleSet
     log_evidence: float
     resampled: bool
     repeatable: bool = True
+    moments: tuple[Floats, Floats] | None = None
+
+    @property
+    def posterior(self) -> Gaussian:
+        """Mean and covariance of the particles."""
+        return Gaussian(*(self.moments or self.particles.moments))
 
 
 class PointModel(Model):
@@ -79,11 +86,12 @@ class PointModel(Model):
         linear = self.linear(frame, parameters, known) if self.scales and frame.index else None
         exact = condition(prior, linear)[0] if linear else prior
         return PointState(
-            Gaussian(*update.particles.moments),
+            update.posterior,
             known.tracked,
             update.particles,
             log_evidence=update.log_evidence,
             resampled=update.resampled,
+            learner=known.learner,
             reference=exact if self.scales else None,
             repeatable=update.repeatable,
         )
@@ -93,7 +101,7 @@ class PointModel(Model):
         return int(parameters.sample_count)
 
     def learn(self, state: PointState, frame: Frame, parameters: Values) -> PointState:
-        """Return a state with what its estimate teaches, where something is learned."""
+        """Return the state of an exact filter with what its estimate teaches, where something is learned."""
         del frame, parameters
         return state
 
@@ -150,10 +158,14 @@ def condition(before: Gaussian, linear: LinearStep) -> tuple[Gaussian, float, No
     return *kalman.update(predicted, *measured), normalised
 
 
-class Filter(Protocol):
+M = TypeVar("M", bound=PointModel)
+M_contra = TypeVar("M_contra", bound=PointModel, contravariant=True)
+
+
+class Filter(Protocol[M_contra]):
     """A way of computing the posterior of a model."""
 
-    def join(self, model: PointModel) -> Tracker:
+    def join(self, model: M_contra) -> Tracker:
         """Return the tracker."""
 
 
@@ -187,9 +199,11 @@ class Bootstrap:
 
 
 def _step_particles(model: PointModel, state: PointState, frame: Frame, parameters: Values, rng: Stream) -> PointState:
-    known = model.prepare(state, frame, parameters)
+    known: PointState = model.prepare(state, frame, parameters)
+    particles = model.particles(known, parameters, rng)
+    known = replace(known, particles=particles)
     posterior = bootstrap.step(
-        model.particles(known, parameters, rng),
+        particles,
         Sampled(lambda states, generator: model.propagate(states, frame, parameters, generator, known)),
         lambda states: model.log_likelihood(states, frame, parameters, known),
         rng,
@@ -198,7 +212,7 @@ def _step_particles(model: PointModel, state: PointState, frame: Frame, paramete
         threshold=resample_below(parameters),
     )
     update = Update(posterior.particles, posterior.log_evidence, posterior.resampled)
-    return model.learn(model.believe(known, update, frame, parameters), frame, parameters)
+    return model.believe(known, update, frame, parameters)
 
 
 def resampler(parameters: Values) -> Resampler:
@@ -258,7 +272,7 @@ def _step_exact(model: PointModel, state: PointState, frame: Frame, parameters: 
     return model.learn(following, frame, parameters)
 
 
-def filtered(model: PointModel, *filters: Filter) -> dict[str, Tracker]:
+def filtered(model: M, *filters: Filter[M]) -> dict[str, Tracker]:
     """Return the trackers of a model by name, one for each filter."""
     return {tracker.id: tracker for tracker in (each.join(model) for each in filters)}
 

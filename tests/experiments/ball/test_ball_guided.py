@@ -8,7 +8,7 @@ from pftrack.core.model.source import Frame
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments import find
 from pftrack.experiments.ball.parameters import GUIDANCE, BallTrackerParameters
-from pftrack.experiments.ball.trackers import GUIDED
+from pftrack.experiments.ball.trackers import TRACKERS
 from pftrack.experiments.shared.reports import PointState
 from pftrack.filters.learning.diffusion import learn
 from pftrack.filters.particles import ParticleSet
@@ -34,7 +34,7 @@ def drawn(velocity: tuple[float, float], **values: Value) -> NDArray[np.float64]
     particles = ParticleSet.uniform(np.tile(state, (20_000, 1)))
     before = PointState(Gaussian(state, np.eye(4)), 2, particles)
     night = Frame(1, 0.0, image_rgb=np.zeros((80, 100, 3), np.uint8))
-    after = GUIDED.step(before, night, parameters, Stream(0, 1, Purpose.TRACK))
+    after = TRACKERS["guided"].step(before, night, parameters, Stream(0, 1, Purpose.TRACK))
     assert isinstance(after, PointState)
     assert after.particles is not None
     return after.particles.states

@@ -13,10 +13,11 @@ from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.experiments.ball.model import Coloured
 from pftrack.experiments.ball.model import dynamics_of as dynamics
 from pftrack.experiments.ball.parameters import LoopParameters
-from pftrack.experiments.ball.trackers import loop_trackers
-from pftrack.experiments.shared.sampling.samplers import Likelihood
+from pftrack.experiments.shared.filtered import filtered
+from pftrack.experiments.shared.sampling.samplers import AUXILIARY, CONDENSATION, HARD
 from pftrack.filters import auxiliary, bootstrap
 from pftrack.process import environment
 
@@ -47,7 +48,17 @@ def log_likelihood(
 
 
 PACKED = Brightness(250.0, 0.001)
-TRACKERS = {tracker.id: tracker for tracker in loop_trackers(Likelihood(log_likelihood, lambda _: PACKED))}
+
+
+class Bright(Coloured):
+    """A point that moves like a ball, and is bright."""
+
+    def pack(self, known: object, parameters: object) -> Brightness:
+        """Return the brightness."""
+        return PACKED
+
+
+TRACKERS = filtered(Bright(log_likelihood), CONDENSATION, AUXILIARY, HARD)
 PARAMETERS = revise(LoopParameters(), {"sample_count": 300, "initial_sd_px": 12.0, "apf_weights": "corrected"})
 FRAME = Frame(1, 0.0, image_rgb=PICTURE)
 
@@ -92,9 +103,9 @@ def test_it_finds_the_brightest_place() -> None:
 def test_each_likelihood_has_a_compiled_loop_of_its_own() -> None:
     """A second likelihood neither replaces the first one's loop nor shares its place in the cache on disk."""
     program = (
-        "from pftrack.experiments.ball.model import CHROMATICITY as first;"
+        "from pftrack.experiments.ball.model import COLOURED as first;"
         "from tests.experiments.ball.test_ball_likelihood import TRACKERS;"
-        "second = TRACKERS['apf'].step.args[0];"
+        "second = TRACKERS['apf'].model;"
         "print(len({first.loop.__qualname__, second.loop.__qualname__, first.loop is second.loop}))"
     )
     root = Path(__file__).parents[3]

@@ -5,7 +5,7 @@ from pftrack.core.geometry.polygons import paint_disc
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.experiments.ball.model import CHROMATICITY, colour_model
+from pftrack.experiments.ball.model import COLOURED, colour_model
 from pftrack.experiments.ball.model import dynamics_of as model_of
 from pftrack.experiments.ball.parameters import BallTrackerParameters
 from pftrack.experiments.ball.trackers import TRACKERS
@@ -126,4 +126,4 @@ def test_the_loop_is_compiled_once() -> None:
         )
         state = begun(parameters, 1.0)
         TRACKERS["h-spf"].step(state, Frame(1, 0.0, image_rgb=PICTURE), parameters, Stream(0, 1, Purpose.TRACK))
-    assert len(CHROMATICITY.loop.signatures) == 1
+    assert len(COLOURED.loop.signatures) == 1

@@ -11,7 +11,7 @@ from pftrack.core.model.parameters import ParameterError, Value, revise
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments.ball import model as motion
-from pftrack.experiments.ball.model import CHROMATICITY, MODEL, colour_model
+from pftrack.experiments.ball.model import COLOURED, colour_model
 from pftrack.experiments.ball.parameters import MODELLED, BallTrackerParameters, LoopParameters
 from pftrack.experiments.ball.trackers import TRACKERS
 from pftrack.experiments.shared.reports import PointState
@@ -43,7 +43,7 @@ def frame(index: int, radius: float = 6.0) -> Frame:
 
 
 def begun(given: LoopParameters, seed: int = 1) -> PointState:
-    return motion.start(Target(np.array([60.0, 60.0]), 12.0), frame(0), given, Stream(seed, 0, Purpose.START))
+    return COLOURED.start(Target(np.array([60.0, 60.0]), 12.0), frame(0), given, Stream(seed, 0, Purpose.START))
 
 
 def stepped(tracker: str, state: PointState, index: int, given: LoopParameters, radius: float = 6.0) -> PointState:
@@ -162,13 +162,13 @@ def test_particles_after_a_gaussian_are_its_samples() -> None:
     root = np.random.default_rng(0).normal(size=(4, 4))
     state = PointState(Gaussian(np.array([60.0, 50.0, 58.0, 49.0]), root @ root.T), 2)
     given, rng = parameters(sample_count=60_000), Stream(3, 7, Purpose.TRACK)
-    particles = MODEL.particles(state, given, rng)
+    particles = COLOURED.particles(state, given, rng)
     assert particles.mean == pytest.approx(state.posterior.mean, abs=0.05)
     assert particles.covariance == pytest.approx(state.posterior.covariance, abs=0.15)
     assert np.ptp(particles.log_weights) == 0
     rng.random(5)
-    assert np.array_equal(MODEL.particles(state, given, rng).states, particles.states)
-    elsewhere = MODEL.particles(state, given, Stream(4, 7, Purpose.TRACK))
+    assert np.array_equal(COLOURED.particles(state, given, rng).states, particles.states)
+    elsewhere = COLOURED.particles(state, given, Stream(4, 7, Purpose.TRACK))
     assert not np.array_equal(elsewhere.states, particles.states)
 
 
@@ -249,6 +249,22 @@ def test_nothing_is_folded_while_the_motion_is_learned() -> None:
     assert TRACKERS["upf"].fold is None
     with pytest.raises(ValueError, match="needs particles"):
         fold(PointState(begun(given).posterior, 2), picture(60.0)[None], parameters(), 1, 1)
+
+
+def test_what_was_learned_is_left_when_learning_is_switched_off() -> None:
+    """Many frames at once move by the initial model again, as steps do."""
+    given = parameters(learn_dynamics=True, warm_up_frames=1)
+    state = begun(given)
+    for index in range(1, 8):
+        state = stepped("condensation", state, index, given)
+    fold = TRACKERS["condensation"].fold
+    assert fold is not None
+    folded = fold(state, picture(60.0)[None], parameters(), 1, 8)
+    assert folded is not None
+    after = TRACKERS["condensation"].step(
+        state, Frame(8, 0.0, image_rgb=picture(60.0)), parameters(), Stream(1, 8, Purpose.TRACK)
+    )
+    assert np.array_equal(folded.state.particles.states, after.particles.states)  # type: ignore[attr-defined] # of points
 
 
 @pytest.mark.parametrize("tracker", [name for name in TRACKERS if name != "kalman"])
@@ -356,8 +372,8 @@ def test_the_colour_is_that_of_the_parameters() -> None:
     both = revise(red, {"colour_model": "chromaticity", "background_level": 0.3})
     assert colour_model(red) == chromaticity.ColourModel((0.6, 0.2), (0.04, np.inf))
     assert colour_model(both) == chromaticity.ColourModel((0.6, 0.2), (0.04, 0.1))
-    assert CHROMATICITY.packed(both) == ((0.6, 0.2), pytest.approx((312.5, 50.0)), 0.3)
-    assert CHROMATICITY.packed(red)[1][1] == 0.0
+    assert COLOURED.pack(None, both) == ((0.6, 0.2), pytest.approx((312.5, 50.0)), 0.3)
+    assert COLOURED.pack(None, red)[1][1] == 0.0
 
 
 def test_trackers_of_colour_need_pictures() -> None:

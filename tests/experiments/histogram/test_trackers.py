@@ -10,10 +10,9 @@ import pytest
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.source import Frame, Target
-from pftrack.core.numerics.compiled import read_only
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments import find
-from pftrack.experiments.histogram.model import HISTOGRAM, SIZE, HistogramState, first_look, judge, model_of, pack
+from pftrack.experiments.histogram.model import MODEL, SIZE, first_look, judge, model_of
 from pftrack.experiments.histogram.parameters import HistogramTrackerParameters
 from pftrack.experiments.histogram.trackers import TRACKERS
 from pftrack.runs.many import outcomes
@@ -76,9 +75,7 @@ def test_weights_are_the_likelihood() -> None:
     state = begun()
     for frame, old in ((patch(40, 40), state), (patch(43, 41), None)):
         new = old or TRACKERS["condensation"].step(state, frame, SMALL, Stream(1, 1, Purpose.TRACK))
-        scores = HISTOGRAM.log_likelihood(
-            read_only(frame.image_rgb), np.asfortranarray(new.particles.states), pack(new, SMALL.sharpness)
-        )
+        scores = MODEL.log_likelihood(new.particles.states, frame, SMALL, new)
         off = new.particles.log_weights - scores
         assert np.ptp(off) < 1e-9
         rho = similarity(frame.image_rgb, new.particles.states[5, :2], new.first_window, "hsv", new.model)
@@ -172,8 +169,7 @@ def test_what_is_lost_is_searched_and_found() -> None:
         state = tracker.step(state, patch(95, 25), parameters, Stream(1, index, Purpose.TRACK))
     assert np.hypot(*(state.estimate - [95, 25])) < 2
     given_up = revise(parameters, {"find_again": False})
-    lost = HistogramState(**{name: getattr(state, name) for name in HistogramState.__dataclass_fields__})
-    never = tracker.searching(tracker.step(lost, empty, given_up, Stream(1, 12, Purpose.TRACK)))
+    never = tracker.searching(tracker.step(state, empty, given_up, Stream(1, 12, Purpose.TRACK)))
     assert never is None, "one that never looks for its target does not say that it follows"
 
 
@@ -182,8 +178,7 @@ def test_a_window_outside_the_picture_weighs_nothing() -> None:
     state = begun()
     states = state.particles.states.copy()
     states[0, 0], states[1, SIZE], states[2, 0] = -500.0, 3.0, np.nan
-    image = read_only(patch(40, 40).image_rgb)
-    scores = HISTOGRAM.log_likelihood(image, np.asfortranarray(states), pack(state, 20.0))
+    scores = MODEL.log_likelihood(states, patch(40, 40), SMALL, state)
     assert scores[:3].tolist() == [-20.0] * 3
     assert (scores[3:] > -20.0).all()
 
