@@ -23,11 +23,12 @@ from pftrack.core.model.source import History  # noqa: E402
 from pftrack.experiments import find  # noqa: E402
 from pftrack.experiments.fish.model import (  # noqa: E402
     GOLDFISH,
+    find_edges,
     largest_distances,
     model_points,
 )
 from pftrack.experiments.fish.scene import FishSource  # noqa: E402
-from pftrack.experiments.fish.step import MOTIONS, begin_at, find_edges, step_frame  # noqa: E402
+from pftrack.experiments.fish.trackers import begin_at, step_frame  # noqa: E402
 
 LOOPED = 100
 """Particles that the plain loop is timed on; it is in proportion."""
@@ -68,7 +69,7 @@ def main() -> None:
     edges = find_edges(frame, parameters)
     state = begin_at(source.target(0, parameters), 3000)
     for number in range(1, 4):
-        state = step_frame(MOTIONS["ordinary"], state, edges, revise(parameters, {"sample_count": 3000}), 0, number)
+        state = step_frame("ordinary", state, edges, revise(parameters, {"sample_count": 3000}), 0, number)
     rows: list[dict[str, object]] = []
     for count in (500, 3000):
         progress(f"look-ups of {count} particles")
@@ -86,10 +87,8 @@ def main() -> None:
     for tracker, count in (("ordinary", 3000), ("guided", 500), ("constant-velocity", 500)):
         progress(f"steps of {tracker}")
         chosen = revise(parameters, {"sample_count": count})
-        first = step_frame(MOTIONS[tracker], begin_at(source.target(0, parameters), count), edges, chosen, 0, 1)
-        whole[tracker] = seconds(
-            lambda t=tracker, s=first, p=chosen: step_frame(MOTIONS[t], s, edges, p, 0, 2), options.repeats
-        )
+        first = step_frame(tracker, begin_at(source.target(0, parameters), count), edges, chosen, 0, 1)
+        whole[tracker] = seconds(lambda t=tracker, s=first, p=chosen: step_frame(t, s, edges, p, 0, 2), options.repeats)
         ratio = whole[tracker] / whole["ordinary"]
         rows.append({"what": "step", "particles": count, "by": tracker, "ms": 1e3 * whole[tracker], "ratio": ratio})
     time = seconds(lambda: find_edges(frame, parameters), max(options.repeats // 4, 3))

@@ -24,10 +24,10 @@ from pftrack.core.model.parameters import Value, revise
 from pftrack.core.model.recipe import Change, Timeline
 from pftrack.core.model.source import History
 from pftrack.experiments import find
+from pftrack.experiments.fish.model import find_edges
+from pftrack.experiments.fish.parameters import FISH, GUIDANCE
 from pftrack.experiments.fish.scene import FishSource, FishTarget
-from pftrack.experiments.fish.step import find_edges
 from pftrack.experiments.fish.swimming import FRAMES, TankName, clip
-from pftrack.experiments.fish.trackers import FISH, GUIDANCE
 from pftrack.filters.learning.diffusion import Learned, learn
 from pftrack.output.figures.picture import save
 from pftrack.output.figures.style import CURVE_COLOURS, new_figure, write_title

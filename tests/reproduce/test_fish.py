@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pftrack.experiments.fish.trackers import GUIDANCE
+from pftrack.experiments.fish.parameters import GUIDANCE
 from pftrack.reproduce.fish import (
     COUNTS,
     REFERENCES,

@@ -29,11 +29,19 @@ from pftrack.core.model.drawing import (
 )
 from pftrack.core.model.palette import COLOURS, VIRIDIS, Colour
 from pftrack.core.model.source import Target
-from pftrack.experiments.fish.model import CAP_PX, GOLDFISH, QUARTERS, Edges, FishShape, body_points, tail_line
-from pftrack.experiments.fish.parameters import FishTrackerParameters
+from pftrack.experiments.fish.model import (
+    CAP_PX,
+    GOLDFISH,
+    QUARTERS,
+    Edges,
+    FishShape,
+    FishState,
+    body_points,
+    shape,
+    tail_line,
+)
+from pftrack.experiments.fish.parameters import FISH, GUIDANCE, FishTrackerParameters
 from pftrack.experiments.fish.scene import FishTarget
-from pftrack.experiments.fish.step import shape
-from pftrack.experiments.fish.trackers import FISH, GUIDANCE, FishState
 from pftrack.experiments.shared.sketch import at_height, circle, colours, dots, lines, particle_clouds
 from pftrack.filters.learning.charts import changes
 from pftrack.filters.learning.diffusion import Diffusion

@@ -31,13 +31,13 @@ from pftrack.experiments.fish.draw import (
     fish,
     modes_world,
 )
-from pftrack.experiments.fish.parameters import FishTrackerParameters
+from pftrack.experiments.fish.model import FishState, find_edges, shape
+from pftrack.experiments.fish.parameters import GUIDANCE, FishTrackerParameters
 from pftrack.experiments.fish.quality import CALIBRATION, LOSS_DECLARATION
 from pftrack.experiments.fish.recording import FishBody, RecordedFishParameters, suits, wire
 from pftrack.experiments.fish.scene import FishSceneParameters, FishSource, FishTarget
-from pftrack.experiments.fish.step import TRACKERS, find_edges, shape
 from pftrack.experiments.fish.swimming import FRAMES
-from pftrack.experiments.fish.trackers import GUIDANCE, FishState
+from pftrack.experiments.fish.trackers import TRACKERS
 from pftrack.experiments.shared.sketch import SECOND_RUN, caption, distance, error_words
 from pftrack.experiments.video import Video
 

@@ -1,4 +1,4 @@
-"""The outline of a fish that bends, and how near it comes to the edges of what has its colour.
+"""What is believed of a fish that bends: its outline lies near the edges of what has its colour.
 
 The body is an ellipse, the tail a straight line that begins at the rear end of its long axis. A *pose* is (a, b, theta,
 phi): the centre of the ellipse in px, the direction to the head and the bend of the tail against the body's axis in
@@ -15,18 +15,28 @@ tail folded back along the body, therefore fits almost perfectly; a limit on the
 Source: Mitsugami et al. 2009, section 3.1, eq. 7; the limit is our own (docs/methods/diffusion.md).
 """
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal, NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from pftrack.core.arrays import Floats
 from pftrack.core.files import PictureKey
+from pftrack.core.model.likelihood import Amount, Component, Part
+from pftrack.core.model.model import Model, State, Values
+from pftrack.core.model.series import Series, SeriesValue
+from pftrack.core.model.source import Frame
 from pftrack.core.numerics.checks import check_picture
 from pftrack.core.numerics.compiled import compiled, read_only
 from pftrack.core.numerics.elementary import sines_cosines
+from pftrack.experiments.fish.parameters import FishTrackerParameters, Told
+from pftrack.experiments.shared import reports
+from pftrack.filters.particles import ParticleSet
 
 BODY_POINTS, TAIL_POINTS = 24, 8
 """Of the model that is compared with edges."""
@@ -110,8 +120,6 @@ OPEN_PX, CLOSE_PX = 3, 5
 
 BENT = 0.5 * np.pi
 """The largest bend that a body can have, rad."""
-
-Told: TypeAlias = Literal["colour", "dark", "light"]
 
 
 class Foreground(NamedTuple):
@@ -263,3 +271,162 @@ def log_likelihoods(largest: NDArray[np.uint8], states: Floats, sigma_d: float, 
         if limited and abs(states[n, last]) > BENT:
             found[n] = -np.inf
     return found
+
+
+class Weighing(NamedTuple):
+    """How particles are weighed: the shape, sigma_d in px^2, and whether the bend is limited."""
+
+    shape: FishShape
+    sigma_d: float
+    limited: bool
+
+
+def shape(parameters: FishTrackerParameters) -> FishShape:
+    """Return the shape of the fish that is followed."""
+    lengths = (parameters.half_length_px, parameters.half_width_px, parameters.tail_length_px)
+    return FishShape(*map(float, lengths))
+
+
+def weighing(parameters: FishTrackerParameters) -> Weighing:
+    """Return how particles are weighed."""
+    return Weighing(shape(parameters), float(parameters.sigma_d_px2), parameters.bend_limited)
+
+
+def foreground(parameters: FishTrackerParameters) -> Foreground:
+    """Return how the fish is told from the rest."""
+    return Foreground(
+        parameters.foreground,
+        parameters.lowest_hue,
+        parameters.highest_hue,
+        parameters.saturation_low,
+        parameters.value_low,
+        parameters.least_contrast,
+        parameters.contrast_radius_px,
+    )
+
+
+def find_edges(frame: Frame, parameters: FishTrackerParameters) -> Edges:
+    """Return the edges of what has the fish's colour in a frame.
+
+    Raises:
+        ValueError: The frame has no picture.
+    """
+    return edges_of(frame.picture, foreground(parameters))
+
+
+COORDINATES = ("a", "b", "along", "across", "theta", "phi")
+"""Of a particle: place in px, velocity along and across the body in px/frame, heading and bend in rad."""
+
+UNITS = ("px", "px", "px/frame", "px/frame", "rad", "rad")
+"""Of them."""
+
+
+@dataclass(frozen=True, slots=True)
+class FishState:
+    """The posterior of one frame, immutable; all trackers carry the same, so that they take over from each other.
+
+    Attributes:
+        particles: (N, 6) states, see `COORDINATES`.
+        changes: (N, 3) since each one's parent: gain of the velocity across the body, px/frame, turn and bend, rad.
+        mean: (6,) of the posterior; the mean heading is on the circle, within half a turn of 0.
+        spread: (4,) standard deviations of the pose, px and rad.
+        distance: d_max of the particle with the greatest weight, px.
+        log_evidence: Up to the constant that the likelihood leaves out.
+    """
+
+    particles: ParticleSet
+    changes: Floats
+    mean: Floats
+    spread: Floats
+    distance: float
+    log_evidence: float = 0.0
+
+    @property
+    def estimate(self) -> Floats:
+        """(2,) posterior mean of the centre of the body, px."""
+        return self.mean[:2]
+
+    @property
+    def sigma(self) -> Floats:
+        """(2,) posterior standard deviations of the same, px."""
+        return self.spread[:2]
+
+    @property
+    def pose(self) -> Floats:
+        """(4,) posterior mean (a, b, theta, phi), px and rad."""
+        return self.mean[[0, 1, 4, 5]]
+
+    @property
+    def nbytes(self) -> int:
+        """About how much memory it takes, bytes."""
+        particles = self.particles
+        arrays = (particles.states, particles.ancestors, self.changes)
+        return 1024 + 2 * particles.log_weights.nbytes + sum(array.nbytes for array in arrays)
+
+    def arrays(self) -> Mapping[str, Floats]:
+        """Return states and log weights of the particles."""
+        return {"states": self.particles.states, "log_weights": self.particles.log_weights}
+
+
+SERIES = (
+    *reports.CLOUD,
+    Series("body", "place, heading and bend", shape="vector", components=("a", "b", "theta", "phi")),
+    Series("heading", "heading", "°"),
+    Series("bend", "bend of the tail", "°"),
+    Series("heading_sd", "deviation of the heading", "°"),
+    Series("bend_sd", "deviation of the bend", "°"),
+    Series("velocity", "velocity along and across the body", "px/frame", "vector", components=("along", "across")),
+    Series("d_max", "farthest point from an edge", "px"),
+)
+"""What all of them report. `body` is what is learned from: px, px, rad, rad; the heading is within half a turn of 0."""
+
+
+class Outline(Model):
+    """How well the outline of a fish lies on the edges of the picture."""
+
+    title = "outline beside the edges"
+    evidence = "relative"
+
+    @override
+    def components(self, parameters: Values) -> tuple[Component, ...]:
+        return tuple(map(Component, COORDINATES, UNITS))
+
+    @override
+    def log_likelihood(self, states: Floats, frame: Frame, parameters: FishTrackerParameters, known: State) -> Floats:
+        weighed, laid = weighing(parameters), np.asfortranarray(states)
+        largest = largest_distances(find_edges(frame, parameters).distances, laid, weighed.shape)
+        return np.asarray(log_likelihoods(largest, laid, weighed.sigma_d, weighed.limited))
+
+    @property
+    @override
+    def series(self) -> tuple[Series, ...]:
+        return SERIES
+
+    @override
+    def measure(self, state: FishState) -> Mapping[str, SeriesValue]:
+        """Report particles, pose, velocity and fit; a fit at the cap means that there is no edge anywhere near."""
+        a, b, along, across, theta, phi = state.mean.tolist()
+        return {
+            **reports.cloud(state.particles, resampled=True),
+            "body": (a, b, theta, phi),
+            "heading": float(np.rad2deg(theta)),
+            "bend": float(np.rad2deg(phi)),
+            "heading_sd": float(np.rad2deg(state.spread[2])),
+            "bend_sd": float(np.rad2deg(state.spread[3])),
+            "velocity": (along, across),
+            "d_max": min(state.distance, float(CAP_PX)),
+        }
+
+    @override
+    def centre(self, state: FishState) -> Floats:
+        return state.mean
+
+    @override
+    def parts(self, one: Floats, frame: Frame, parameters: FishTrackerParameters, known: State) -> tuple[Part, ...]:
+        """Return how far the worst point of the outline is from an edge."""
+        laid = np.asfortranarray(one[None])
+        (largest,) = largest_distances(find_edges(frame, parameters).distances, laid, weighing(parameters).shape)
+        return (Amount("farthest point from an edge", float(largest) / 4.0, "px"),)
+
+
+MODEL = Outline()

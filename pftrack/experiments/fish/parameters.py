@@ -1,12 +1,11 @@
 """All that can be set on the trackers of a fish."""
 
-from typing import Literal
+from pathlib import Path
+from typing import Literal, TypeAlias
 
 from pydantic import field_validator
 
 from pftrack.core.model.parameters import Parameters, parameter
-from pftrack.experiments.fish.model import Told
-from pftrack.experiments.fish.trackers import GUIDANCE
 from pftrack.experiments.shared.reports import (
     correlated_changes,
     diffusion_scale,
@@ -14,6 +13,25 @@ from pftrack.experiments.shared.reports import (
     loss_share,
     particle_count,
 )
+from pftrack.filters.learning.charts import Chart
+from pftrack.filters.learning.guidance import Guidance
+
+# `learned.json` is written by `pftrack reproduce fish-offline --full --figures FOLDER` from the twenty tracks of clips
+# 100 to 109 that the ordinary filter followed with 3,000 particles and wide noise. It holds the estimates' noise along
+# with the fish's motion, and that is meant: else there is no room for rare, violent turns.
+
+FISH = Chart(place=("a", "b"), heading="theta", angles=("phi",))
+"""Of a recorded state: the centre of the body, its heading, and the bend of the tail."""
+
+GUIDANCE = Guidance(
+    experiment="fish",
+    chart=FISH,
+    built_in=Path(__file__).with_name("learned.json").read_text(encoding="utf-8"),
+    series="body",
+)
+
+Told: TypeAlias = Literal["colour", "dark", "light"]
+"""How the body is told from the rest."""
 
 TRACKERS = ("ordinary", "constant-velocity", "guided")
 SAMPLING, LIKELIHOOD, FOREGROUND, SHAPE = "Particles", "Likelihood", "Foreground", "Shape of the fish"

@@ -8,7 +8,7 @@ import math
 from pathlib import Path
 
 from pftrack.core.model.band import Calibration, DeviationBand, EstimateBand, Miscalibration
-from pftrack.experiments.fish.step import TRACKERS
+from pftrack.experiments.fish.trackers import TRACKERS
 from pftrack.experiments.shared.loss_probability import Scenes, read_declaration
 
 GOLDFISH = {"tank": ("goldfish",)}

@@ -17,11 +17,18 @@ from pftrack.core.model.parameters import revise
 from pftrack.core.model.recipe import Footage
 from pftrack.core.model.setup import Setup, Suitability, grade
 from pftrack.core.model.source import FrameSequence, Target, Truth
-from pftrack.experiments.fish.model import CAP_PX, Edges, FishShape, edges_of, largest_distances
+from pftrack.experiments.fish.model import (
+    CAP_PX,
+    GOLDFISH,
+    Edges,
+    FishShape,
+    edges_of,
+    foreground,
+    largest_distances,
+    shape,
+)
 from pftrack.experiments.fish.parameters import FishTrackerParameters
 from pftrack.experiments.fish.scene import FishTarget
-from pftrack.experiments.fish.step import foreground, shape
-from pftrack.experiments.fish.trackers import LEARNED_HALF_LENGTH_PX
 from pftrack.experiments.shared.recording import RecordingParameters, RecordingSource
 from pftrack.experiments.shared.reports import JudgedByBox
 
@@ -82,7 +89,7 @@ def wire(sequence: FrameSequence, mark: FishBody, start: int, truth: Truth | Non
         truth: True boxes by number of the picture, where they are known.
     """
     target = mark.target
-    scaled = 25.0 * (target.shape.half_length / LEARNED_HALF_LENGTH_PX) ** 2
+    scaled = 25.0 * (target.shape.half_length / GOLDFISH.half_length) ** 2
     parameters = revise(
         RecordedFishParameters(),
         {

@@ -1,83 +1,41 @@
-"""The state of trackers of a fish that bends, one compiled frame of them, and what they know of its motion.
+"""The trackers of a fish by name: the ordinary filter, constant velocity, and the filter guided by learned changes.
 
-A frame draws parents, moves them, weighs them and estimates. The motions of the trackers (`step`) differ in a few
-lines, and share everything else, so a comparison of two of them compares just that.
+A frame draws parents, moves them, weighs them and estimates, compiled as a whole. The motions of the trackers differ in
+a few lines, and share everything else, so a comparison of two of them compares just that.
 
 Source: Mitsugami et al. 2009.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from pathlib import Path
+from functools import lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats, Ints
+from pftrack.core.model.source import Frame, Target
+from pftrack.core.model.tracker import Tracker
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import circular_mean, exponentials, less_turns, sines_cosines
 from pftrack.core.numerics.matrices import inner_product
-from pftrack.core.numerics.random import standard_normals
-from pftrack.experiments.fish.model import FishShape, largest_distances, log_likelihoods
-from pftrack.filters.learning.charts import HEADING, WORLD, Chart, advance
-from pftrack.filters.learning.guidance import Guidance
+from pftrack.core.numerics.random import Stream, standard_normals
+from pftrack.experiments.fish.model import (
+    GOLDFISH,
+    MODEL,
+    Edges,
+    FishState,
+    Weighing,
+    find_edges,
+    largest_distances,
+    log_likelihoods,
+    shape,
+    weighing,
+)
+from pftrack.experiments.fish.parameters import GUIDANCE, FishTrackerParameters
+from pftrack.experiments.fish.scene import FishTarget
+from pftrack.filters.learning.charts import HEADING, WAYS, WORLD, advance, body_velocity
 from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.filters.resampling import parents
-
-COORDINATES = ("a", "b", "along", "across", "theta", "phi")
-"""Of a particle: place in px, velocity along and across the body in px/frame, heading and bend in rad."""
-
-UNITS = ("px", "px", "px/frame", "px/frame", "rad", "rad")
-"""Of them."""
-
-
-@dataclass(frozen=True, slots=True)
-class FishState:
-    """The posterior of one frame, immutable; all trackers carry the same, so that they take over from each other.
-
-    Attributes:
-        particles: (N, 6) states, see `COORDINATES`.
-        changes: (N, 3) since each one's parent: gain of the velocity across the body, px/frame, turn and bend, rad.
-        mean: (6,) of the posterior; the mean heading is on the circle, within half a turn of 0.
-        spread: (4,) standard deviations of the pose, px and rad.
-        distance: d_max of the particle with the greatest weight, px.
-        log_evidence: Up to the constant that the likelihood leaves out.
-    """
-
-    particles: ParticleSet
-    changes: Floats
-    mean: Floats
-    spread: Floats
-    distance: float
-    log_evidence: float = 0.0
-
-    @property
-    def estimate(self) -> Floats:
-        """(2,) posterior mean of the centre of the body, px."""
-        return self.mean[:2]
-
-    @property
-    def sigma(self) -> Floats:
-        """(2,) posterior standard deviations of the same, px."""
-        return self.spread[:2]
-
-    @property
-    def pose(self) -> Floats:
-        """(4,) posterior mean (a, b, theta, phi), px and rad."""
-        return self.mean[[0, 1, 4, 5]]
-
-    @property
-    def nbytes(self) -> int:
-        """About how much memory it takes, bytes."""
-        particles = self.particles
-        arrays = (particles.states, particles.ancestors, self.changes)
-        return 1024 + 2 * particles.log_weights.nbytes + sum(array.nbytes for array in arrays)
-
-    def arrays(self) -> Mapping[str, Floats]:
-        """Return states and log weights of the particles."""
-        return {"states": self.particles.states, "log_weights": self.particles.log_weights}
-
 
 ORDINARY, VELOCITY = 100, 101
 """Motions beside those of `pftrack.filters.learning.charts`: a random walk (eq. 8), and constant velocity (eq. 9)."""
@@ -100,14 +58,6 @@ class Drawn(NamedTuple):
     mean: Floats
     root: Floats
     sample_count: int
-
-
-class Weighing(NamedTuple):
-    """How particles are weighed: the shape, sigma_d in px^2, and whether the bend is limited."""
-
-    shape: FishShape
-    sigma_d: float
-    limited: bool
 
 
 class Cloud(NamedTuple):
@@ -147,7 +97,7 @@ def frame_step(
     """Return the particles of a frame and what they come to.
 
     Args:
-        distances: As of `pftrack.experiments.fish.model.Edges`.
+        distances: As of `Edges`.
         states: (N, 6) of the frame before, each coordinate together in memory.
         log_weights: (N,) of the frame before.
         drawn: How they are moved.
@@ -220,19 +170,107 @@ def _mean(states: Floats, weights: Floats) -> tuple[Floats, Floats]:
     return mean, sigma
 
 
-# `learned.json` is written by `pftrack reproduce fish-offline --full --figures FOLDER` from the twenty tracks of clips
-# 100 to 109 that the ordinary filter followed with 3,000 particles and wide noise. It holds the estimates' noise along
-# with the fish's motion, and that is meant: else there is no room for rare, violent turns.
+@lru_cache(maxsize=64)
+def draw(tracker: str, parameters: FishTrackerParameters) -> Drawn:
+    """Return how a tracker moves its particles.
 
-FISH = Chart(place=("a", "b"), heading="theta", angles=("phi",))
-"""Of a recorded state: the centre of the body, its heading, and the bend of the tail."""
+    The random walk takes mean and standard deviation of the learned steps (eq. 8). With constant velocity it is the
+    velocity that walks: its steps are the learned accelerations, the same along both axes of the picture. The guided
+    filter draws all four changes together (eq. 18), without their mean.
 
-LEARNED_HALF_LENGTH_PX = 40.0
-"""Semi-axis of the fish that was learned from; lengths are scaled from it to the fish that is followed."""
+    Args:
+        tracker: Its name.
+        parameters: In force.
+    """
+    learned = GUIDANCE.parse(parameters.learned)
+    scale, count = float(parameters.diffusion_scale), parameters.sample_count
+    lengths = np.array([shape(parameters).half_length / GOLDFISH.half_length] * 2 + [1.0, 1.0])
+    guided = learned.diffusion(parameters.motion_reading, scale=scale, correlated=parameters.correlated_changes)
+    if tracker == "guided":
+        return Drawn(WAYS[parameters.motion_reading], lengths * guided.mean, lengths[:, None] * guided.root, count)
+    mean, sd = np.zeros(4), scale * np.array(learned.step_sd)
+    if tracker == "constant-velocity":
+        sd[:2] = np.sqrt(np.square(guided.sd[:2]).mean())
+    elif parameters.walk_steps == "wide":
+        turn = np.deg2rad(parameters.wide_deg)
+        sd = scale * np.array([parameters.wide_px, parameters.wide_px, turn, turn])
+    else:
+        mean = np.array(learned.step_mean)
+    return Drawn(VELOCITY if tracker == "constant-velocity" else ORDINARY, lengths * mean, np.diag(lengths * sd), count)
 
-GUIDANCE = Guidance(
-    experiment="fish",
-    chart=FISH,
-    built_in=Path(__file__).with_name("learned.json").read_text(encoding="utf-8"),
-    series="body",
-)
+
+def start(target: Target, frame: Frame, parameters: FishTrackerParameters, rng: Stream) -> FishState:
+    """Begin at a known pose with a known velocity: all particles are there."""
+    del frame, rng
+    if not isinstance(target, FishTarget):
+        raise TypeError(f"a tracker of fish begins at the pose of one, got {type(target).__name__}")
+    return begin_at(target, parameters.sample_count)
+
+
+def begin_at(target: FishTarget, count: int) -> FishState:
+    """Return the state of frame 0: `count` particles, all of them at the truth."""
+    heading = float(np.remainder(target.theta + np.pi, 2.0 * np.pi) - np.pi)
+    one = np.concatenate([target.position, body_velocity(target.velocity, heading), (heading, target.phi)])
+    particles = ParticleSet.uniform(np.asfortranarray(np.tile(one, (count, 1))))
+    return FishState(particles, np.zeros((count, 3)), one, np.zeros(4), 0.0)
+
+
+def _step(tracker: str, state: FishState, frame: Frame, parameters: FishTrackerParameters, rng: Stream) -> FishState:
+    return step_frame(tracker, state, find_edges(frame, parameters), parameters, rng.seed, rng.frame)
+
+
+def step_frame(
+    tracker: str, state: FishState, edges: Edges, parameters: FishTrackerParameters, seed: int, frame: int
+) -> FishState:
+    """Take one frame of which the edges are known.
+
+    Args:
+        tracker: Its name.
+        state: Of the frame before.
+        edges: Of the frame.
+        parameters: In force.
+        seed: Of the run.
+        frame: Index of the frame.
+    """
+    particles = state.particles
+    cloud = frame_step(
+        edges.distances,
+        np.asfortranarray(particles.states),
+        particles.log_weights,
+        draw(tracker, parameters),
+        weighing(parameters),
+        seed,
+        frame,
+    )
+    following = ParticleSet(cloud.states, cloud.log_weights, cloud.ancestors)
+    return FishState(following, cloud.changes, cloud.mean, cloud.sigma, cloud.distance, cloud.log_evidence)
+
+
+TITLES = {
+    "guided": (
+        "Guided diffusion",
+        "Carries the velocity in the body's frame, and changes motion and shape together, as was learned.",
+    ),
+    "ordinary": ("Ordinary filter", "Moves every number of the state by a random step of its own."),
+    "constant-velocity": (
+        "Constant velocity",
+        "Keeps the velocity in the picture, and changes every number by itself.",
+    ),
+}
+"""What they are called on the screen, and how they work."""
+
+TRACKERS = {
+    name: Tracker(
+        name,
+        title,
+        description,
+        start,
+        partial(_step, name),
+        series=MODEL.series,
+        measure=MODEL.measure,
+        model=MODEL,
+        sampling="prior",
+    )
+    for name, (title, description) in TITLES.items()
+}
+"""All trackers by name, in the order in which they are shown."""

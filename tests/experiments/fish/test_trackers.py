@@ -11,10 +11,10 @@ from pftrack.core.model.parameters import ParameterError, revise
 from pftrack.core.model.source import History
 from pftrack.core.numerics.compiled import read_only
 from pftrack.experiments import find
-from pftrack.experiments.fish.model import Edges
+from pftrack.experiments.fish.model import Edges, FishState, find_edges
+from pftrack.experiments.fish.parameters import GUIDANCE
 from pftrack.experiments.fish.scene import FishSource, FishTarget
-from pftrack.experiments.fish.step import MOTIONS, begin_at, draw, find_edges, step_frame
-from pftrack.experiments.fish.trackers import GUIDANCE, FishState
+from pftrack.experiments.fish.trackers import TRACKERS, begin_at, draw, step_frame
 from pftrack.filters.learning.charts import body_velocity
 from pftrack.filters.particles import ParticleSet
 
@@ -35,11 +35,11 @@ def target(frame: int) -> FishTarget:
 def advanced(tracker: str, state: FishState, frames: int = 1, **values: object) -> FishState:
     parameters = revise(DEFAULTS, {"sample_count": 2000, **values})
     for frame in range(1, frames + 1):
-        state = step_frame(MOTIONS[tracker], state, seen(frame), parameters, 7, frame)
+        state = step_frame(tracker, state, seen(frame), parameters, 7, frame)
     return state
 
 
-@pytest.mark.parametrize("tracker", MOTIONS)
+@pytest.mark.parametrize("tracker", TRACKERS)
 def test_the_fish_is_followed(tracker: str) -> None:
     """For two thirds of a second each tracker is within the fish, its heading and bend near the truth."""
     state = advanced(tracker, begin_at(target(0), 2000), 10)
@@ -64,7 +64,7 @@ def without_edges(state: FishState, tracker: str, **values: object) -> FishState
     """A step in which all particles weigh the same."""
     parameters = revise(DEFAULTS, {"sample_count": 40_000, "bend_limited": False, **values})
     blank = seen(1)._replace(distances=read_only(np.zeros_like(seen(1).distances)))
-    return step_frame(MOTIONS[tracker], state, blank, parameters, 3, 1)
+    return step_frame(tracker, state, blank, parameters, 3, 1)
 
 
 def moments(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -106,7 +106,7 @@ def test_the_guided_filter_draws_the_learned_changes(correlated: bool) -> None:
 def test_the_new_velocity_moves_the_place_in_the_new_direction() -> None:
     """Eq. 17 holds for every particle of the guided filter, and the ordinary filter's velocity is its own step."""
     begin = begin_at(target(0), 10)
-    for tracker in MOTIONS:
+    for tracker in TRACKERS:
         states = without_edges(begin, tracker).particles.states
         step = states[:, :2] - begin.mean[:2]
         cosine, sine = np.cos(states[:, 4]), np.sin(states[:, 4])
@@ -125,8 +125,8 @@ def test_constant_velocity_keeps_the_velocity_in_the_picture() -> None:
 def test_lengths_go_with_the_body() -> None:
     """For a fish of half the size steps and accelerations are half as long, and angles the same."""
     small = DEFAULTS.model_copy(update={"half_length_px": 20.0})
-    for motion in MOTIONS.values():
-        whole, half = draw(motion, DEFAULTS), draw(motion, small)
+    for tracker in TRACKERS:
+        whole, half = draw(tracker, DEFAULTS), draw(tracker, small)
         assert half.mean == pytest.approx(whole.mean * [0.5, 0.5, 1.0, 1.0])
         assert half.root == pytest.approx(whole.root * np.array([0.5, 0.5, 1.0, 1.0])[:, None])
 
@@ -162,7 +162,7 @@ def test_a_picture_without_fish_leaves_particles_as_they_are_drawn() -> None:
     parameters = revise(DEFAULTS, {"lowest_hue": 90, "highest_hue": 91, "sample_count": 200})
     blank = find_edges(FishSource(0, DEFAULTS).frame(0, History(((0, DEFAULTS),))), parameters)
     assert not blank.edges.any()
-    state = step_frame(MOTIONS["guided"], begin_at(target(0), 200), blank, parameters, 0, 1)
+    state = step_frame("guided", begin_at(target(0), 200), blank, parameters, 0, 1)
     assert state.particles.effective_sample_size == pytest.approx(200, abs=3)
     assert state.distance == 63.0
 
@@ -179,7 +179,7 @@ def test_a_learned_file_of_something_else_is_refused() -> None:
 def test_with_constant_velocity_accelerations_spread_alike_along_both_axes() -> None:
     """The sd along either axis of the picture is the root mean square of the learned ones along and across the body."""
     sd = GUIDANCE.parse("").diffusion(DEFAULTS.motion_reading).sd
-    found = np.diagonal(draw(MOTIONS["constant-velocity"], DEFAULTS).root)
+    found = np.diagonal(draw("constant-velocity", DEFAULTS).root)
     assert found[:2] == pytest.approx([np.hypot(sd[0], sd[1]) / np.sqrt(2.0)] * 2)
     assert sd[0] != pytest.approx(sd[1])
 
