@@ -19,8 +19,8 @@ from pftrack.core.model.palette import COLOURS, Colour
 from pftrack.core.model.plot import ERROR, INNOVATION, PARTICLES, STEP_TIME, Plot, Reading
 from pftrack.core.model.setup import Export
 from pftrack.experiments.shared.sketch import at_height, circle, dots, lines
+from pftrack.experiments.trajectories.model import TrajectoriesState
 from pftrack.experiments.trajectories.recording import true_positions
-from pftrack.experiments.trajectories.trackers import TrajectoriesState
 
 TRAIL_FRAMES = 60
 ON_PICTURE, OUTLIERS_ON_PICTURE = 12, 3

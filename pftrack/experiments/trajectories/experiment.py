@@ -28,6 +28,7 @@ from pftrack.experiments.trajectories import draw as sketch
 from pftrack.experiments.trajectories.corner_scene import CornerSceneParameters, CornerSource
 from pftrack.experiments.trajectories.corners import CornerParameters, begin
 from pftrack.experiments.trajectories.draw import EXPORTS, MEASURES, PLOTS, READINGS, TERMS
+from pftrack.experiments.trajectories.model import TrajectoriesTrackerParameters
 from pftrack.experiments.trajectories.recording import (
     SCALES_WORLD,
     SEARCH_WORLD,
@@ -47,8 +48,7 @@ from pftrack.experiments.trajectories.scene import (
     TracksSource,
     tracks_from,
 )
-from pftrack.experiments.trajectories.step import MODEL, TRACKERS
-from pftrack.experiments.trajectories.trackers import TrajectoriesTrackerParameters
+from pftrack.experiments.trajectories.trackers import MODEL, TRACKERS
 from pftrack.experiments.video import PICTURES, Video
 from pftrack.sources.tracks.sequence import TrackSequence
 

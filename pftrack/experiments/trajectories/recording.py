@@ -27,8 +27,8 @@ from pftrack.core.model.series import Reduction, Series, SeriesValue
 from pftrack.core.model.source import Frame
 from pftrack.experiments.shared.sketch import colours, dots, lines
 from pftrack.experiments.trajectories.corners import CornerParameters, Corners
+from pftrack.experiments.trajectories.model import TrajectoriesState, TrajectoriesTrackerParameters
 from pftrack.experiments.trajectories.scene import TrajectoriesTarget
-from pftrack.experiments.trajectories.trackers import TrajectoriesState, TrajectoriesTrackerParameters
 from pftrack.filters.trajectories.cloud import Cloud
 from pftrack.filters.trajectories.gaussian import log_likelihoods
 from pftrack.vision.likelihoods.template import luma

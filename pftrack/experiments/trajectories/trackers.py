@@ -1,204 +1,51 @@
-"""Parameters, beliefs and methods of the trackers of trajectories: how a frame is taken under each law of the noise.
+"""The trackers of trajectories, by name: one step for all of them, which differ in the law of the noise.
 
 No track depends on another: each is filtered by itself, and its random numbers are drawn by its own number. So a method
 takes any tracks together, a track may be there several times with other seeds, and what is filtered is the same however
-much of the past is kept for smoothing. All methods hold what they believe in the same form.
+much of the past is kept for smoothing. All methods hold what they believe in the same form. A filter in a file follows
+the selected track, and the Kalman filter all others.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Any, Literal, Self, TypeAlias
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Literal, Self, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+from typing_extensions import override
 
 from pftrack.core.arrays import Bools, Floats, Ints
-from pftrack.core.model.parameters import Parameters, parameter
-from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.experiments.trajectories.corners import Corners
-from pftrack.experiments.trajectories.scene import Origin, SelectionParameters
-from pftrack.filters.kalman import NormalisedInnovation
+from pftrack.core.model.likelihood import Cloud as LaidOpen
+from pftrack.core.model.likelihood import Component
+from pftrack.core.model.model import Model, State
+from pftrack.core.model.parameters import revise
+from pftrack.core.model.series import Interval, Series, SeriesValue
+from pftrack.core.model.source import Frame, History, Measurements, Target
+from pftrack.core.model.tracker import Tracker
+from pftrack.core.numerics.elementary import exponential
+from pftrack.core.numerics.random import Gaussian, Generator, Purpose, Stream
+from pftrack.experiments.shared import reports
+from pftrack.experiments.shared.filtered import NIS, Update, measure_innovation
+from pftrack.experiments.trajectories.model import (
+    BLOCK,
+    KEPT_FRAMES,
+    MEASUREMENT,
+    Belief,
+    LinearTrack,
+    Observation,
+    P,
+    Track,
+    TrajectoriesState,
+    cauchy,
+    innovate,
+    normal,
+)
+from pftrack.experiments.trajectories.scene import TrajectoriesTarget
 from pftrack.filters.particles import ParticleSet
 from pftrack.filters.trajectories import cloud, gaussian
-from pftrack.filters.trajectories.cloud import MOST_PARTICLES, Cloud
-from pftrack.filters.trajectories.gaussian import Gaussians
+from pftrack.filters.trajectories.cloud import Cloud
+from pftrack.filters.trajectories.gaussian import Gaussians, logs_mode
 from pftrack.filters.trajectories.whole import beginnings
-
-MODEL, PARTICLES, SCORING = "Model", "Particles", "Scoring"
-CLOUDS = ("lng", "nlng")
-
-LONGEST_LAG = 50
-
-
-class _Model(Parameters, group=MODEL):
-    """How points move and are measured."""
-
-    # fmt: off
-    noise_variance_px2: float = parameter(
-        3, "Measurement noise σ²", "Square of the scale of a measurement's noise; NLNG begins there and finds its own.",
-        unit="px²", within=(0.01, 100, 0.5), useful=(0.1, 30), role="noise")
-    drive_variance_px2: float = parameter(
-        1, "Freedom of motion τ²", "Variance of the change of velocity in a frame; small is smooth. NLNG begins there.",
-        unit="px²", within=(0.0001, 100, 0.1), useful=(0.01, 10), role="noise")
-    lag_frames: int = parameter(
-        25, "Smoothing lag", "How many later frames a smoothed position takes into account.",
-        unit="frames", within=(0, LONGEST_LAG, 1), role="smoothing")
-    start_spread_px: float = parameter(
-        1, "Initial spread", "Standard deviation of the two positions with which a track begins.",
-        unit="px", within=(0.1, 50, 0.5), useful=(0.5, 10), live=False)
-    # fmt: on
-
-
-class _Particles(Parameters, group=PARTICLES, trackers=CLOUDS):
-    """Particles, and how noises drift."""
-
-    # fmt: off
-    sample_count: int = parameter(
-        2000, "Particles", "Number of particles of each track.",
-        within=(10, MOST_PARTICLES, 10), role="particles", sets=50)
-    point_estimate: Literal["mode", "mean"] = parameter(
-        "mode", "Estimate", "The fullest place of a histogram in bins of 1 px, or the mean of the particles.")
-    law_drift: float = parameter(
-        0, "Drift of σ² and τ²", "What their logarithms may change by in a frame; without, they settle once for all.",
-        within=(0, 0.5, 0.01), trackers=("nlng",))
-    # fmt: on
-
-
-class _Scoring(Parameters, group=SCORING):
-    """When a measurement is an outlier, and a point lost."""
-
-    # fmt: off
-    outlier_px: float = parameter(
-        5, "Outlier from", "A measurement further from the estimate than this counts as an outlier.",
-        unit="px", within=(0.5, 100, 0.5), useful=(0.5, 20))
-    lost_px: float = parameter(
-        10, "Lost from", "A track further from its true position than this counts as lost.",
-        unit="px", within=(0.5, 200, 0.5), useful=(0.5, 40))
-    lost_frames_share: float = parameter(
-        0.02, "Frames that may be lost", "A run is a success if the selected track is lost in no more of its frames.",
-        within=(0, 1, 0.01), role="loss_share")
-    # fmt: on
-
-
-class TrajectoriesTrackerParameters(_Scoring, _Particles, _Model, SelectionParameters):
-    """Everything that trackers of trajectories read."""
-
-
-Belief: TypeAlias = Gaussians | Cloud
-
-KEPT_FRAMES = 64
-"""How much of each trajectory is at hand at least, for smoothing and to be drawn."""
-
-BLOCK = 32
-"""So many frames at once are put away, into an array that all later states share."""
-
-
-@dataclass(frozen=True, eq=False)
-class TrajectoriesState:
-    """The belief after a frame, immutable; the estimate is the position of the selected track.
-
-    Attributes:
-        belief: The method's own.
-        raw: (W, K, 2) measurements of this frame and those before, the newest first, px; NaN where there is none.
-        filtered: (W, K, 2) positions given the frames up to each, px.
-        smoothed: (W, K, 2) positions given up to the lag's number of frames more, px.
-        sds: (K, 2) standard deviations of the newest positions, px.
-        densities: (K,) log p(y_t | Y_{t-1}) of this frame.
-        first: (K, 2) first measurement of each track, px; NaN before it.
-        born: (K,) frame of that.
-        selected: Number of the track that is looked at.
-        reach: How many frames ago the oldest position is that this frame has smoothed.
-        outlier_px: Distance from the estimate from which on a measurement counts as an outlier.
-        paper: Width and height of what is drawn on where there are no pictures, px.
-        settled: Measured, filtered and smoothed positions (32, K, 3, 2) of the frames before, the oldest first, px.
-        origin: What the tracks were in a file; None for others.
-        corners: Where the measurements come from, if they are looked for in pictures.
-        own: Particles of the selected track, by a filter from a file; None for others.
-        own_track: Which track these are of.
-        earlier: Where the selected track's particles were in the frame before, (n, 2) px, each once; None without.
-        innovation: How far off the selected track's measurement was, of the Kalman filter that had one.
-        repeatable: Whether every step of a filter from a file came to the same when it was computed again.
-    """
-
-    belief: Belief
-    raw: Floats
-    filtered: Floats
-    smoothed: Floats
-    sds: Floats
-    densities: Floats
-    first: Floats
-    born: Ints
-    selected: int
-    reach: int
-    outlier_px: float
-    paper: tuple[int, int]
-    settled: tuple[NDArray[np.float32], ...] = ()
-    origin: Origin | None = None
-    corners: Corners | None = None
-    own: ParticleSet | None = None
-    own_track: int = -1
-    earlier: NDArray[np.float32] | None = None
-    innovation: NormalisedInnovation | None = None
-    repeatable: bool = True
-
-    @property
-    def estimate(self) -> Floats:
-        """(2,) filtered position of the selected track."""
-        return np.asarray(self.filtered[0, self.selected])
-
-    @property
-    def sigma(self) -> Floats:
-        """(2,) standard deviations of the same."""
-        return np.asarray(self.sds[self.selected])
-
-    @property
-    def particles(self) -> tuple[Floats, Floats] | None:
-        """Positions (n, 2) of the selected track's particles, px, and their weights (n,); None without particles."""
-        if self.own is not None:
-            return self.own.states[:, :2], self.own.weights
-        return self.belief.age(self.selected, 0) if isinstance(self.belief, Cloud) else None
-
-    @property
-    def log_evidence(self) -> float:
-        """Of all tracks together."""
-        return float(self.densities.sum())
-
-    @property
-    def outliers(self) -> Bools:
-        """(W, K) which measurements are far from where the track is now thought to have been."""
-        return _apart(self.raw, self.smoothed) > self.outlier_px
-
-    @property
-    def history(self) -> tuple[Floats, Bools]:
-        """Measured, filtered and smoothed positions of all frames (T, K, 3, 2), px, and which are outliers (T, K)."""
-        window = np.stack([self.raw, self.filtered, self.smoothed], axis=2)[::-1]
-        rows = np.concatenate([*self.settled, window])
-        # What was put away before another corner took a place is not that one's past.
-        rows[np.arange(len(rows))[:, None] < self.born] = np.nan
-        return rows, _apart(rows[:, :, 0], rows[:, :, 2]) > self.outlier_px
-
-    @property
-    def nbytes(self) -> int:
-        """About how much memory it takes, bytes."""
-        arrays = self.raw.nbytes + self.filtered.nbytes + self.smoothed.nbytes + 4096
-        return self.belief.nbytes + arrays + (0 if self.corners is None else self.corners.nbytes)
-
-    def arrays(self) -> Mapping[str, NDArray[Any]]:
-        """Return the positions, and the particles of the selected track where there are some, for a file."""
-        arrays = {"filtered": self.filtered[0], "smoothed": self.smoothed, "raw": self.raw[0]}
-        if self.particles is None:
-            return arrays
-        states, weights = self.particles
-        return {**arrays, "states": states, "weights": weights}
-
-
-def _apart(one: Floats, other: Floats) -> Floats:
-    """Return the distances (...) of positions (..., 2); NaN where one is not known."""
-    off = one - other
-    return np.asarray(np.hypot(off[..., 0], off[..., 1]))
-
-
-P: TypeAlias = TrajectoriesTrackerParameters
 
 Taken: TypeAlias = tuple[Floats, Floats, Floats, Floats]
 """Positions (A, K, 2) of this frame and those before it given all, the newest as it is filtered (K, 2), its standard
@@ -288,3 +135,381 @@ def cloud_method(learned: bool, belief: Belief, observed: Floats, parameters: P,
         stream=(draw.seeds, draw.frame, draw.purpose.value),
     )
     return belief, (moments.past, moments.estimates, moments.sds, moments.densities)
+
+
+TAIL = 0.05
+"""Of a posterior, left out on either side of an interval."""
+
+COMMON = (
+    Series("tracks", "tracks followed"),
+    Series("seen_share", "measured"),
+    Series("outlier_share", "outliers"),
+    Series("track_log_evidence", "log evidence of the selected track"),
+    Series("outlying", "outlier of the selected track", "px"),
+)
+LAWS = (
+    Series("noise_sd_px", "scale σ of the noise", "px", "interval"),
+    Series("drive_sd_px", "freedom τ of the motion", "px", "interval"),
+    Series("noise_mode_px", "most probable σ", "px"),
+    Series("drive_mode_px", "most probable τ", "px"),
+)
+SIZES = (
+    Series("particles", "particles", role="particles"),
+    Series("distinct", "different particles", role="distinct"),
+    Series("roots", "different particles at the lag"),
+)
+
+
+def start(method: Method, target: Target, frame: Frame, parameters: P, rng: Stream) -> TrajectoriesState:
+    """Begin with the first frame: each track that is measured in it with two positions about its measurement."""
+    if not isinstance(target, TrajectoriesTarget):
+        raise TypeError(f"a tracker of trajectories follows many points, got a {type(target).__name__}")
+    seen = Observation.first(target, frame, parameters)
+    count = len(seen.points)
+    none = np.zeros((0, count, 2))
+    state = TrajectoriesState(
+        belief=gaussian.nothing(count),
+        raw=none,
+        filtered=none,
+        smoothed=none,
+        sds=np.full((count, 2), np.nan),
+        densities=np.zeros(count),
+        first=np.full((count, 2), np.nan),
+        born=np.zeros(count, np.int64),
+        selected=0,
+        reach=0,
+        outlier_px=parameters.outlier_px,
+        paper=target.paper,
+        origin=target.origin,
+        corners=seen.corners,
+    )
+    return _take(method, state, seen.points, frame.index, parameters, rng)
+
+
+def step(method: Method, state: TrajectoriesState, frame: Frame, parameters: P, rng: Stream) -> TrajectoriesState:
+    """Take a further frame."""
+    seen = Observation.following(state.corners, frame, parameters)
+    state = _begin_again(state, seen.again)
+    state = replace(state, belief=without(state.belief, seen.gone), corners=seen.corners)
+    return _take(method, state, seen.points, frame.index, parameters, rng)
+
+
+def _take(
+    method: Method, state: TrajectoriesState, observed: Floats, index: int, parameters: P, rng: Stream
+) -> TrajectoriesState:
+    before, selected = state.belief, parameters.selected_track % max(len(observed), 1)
+    belief, (past, filtered, sds, densities) = method(before, observed, parameters, Draw.of(rng, len(observed)))
+    innovation, earlier = None, None
+    if len(observed) and isinstance(before, Gaussians) and isinstance(belief, Gaussians):
+        noise, drive = float(parameters.noise_variance_px2), float(parameters.drive_variance_px2)
+        innovation = innovate(before, selected, observed[selected], noise, drive)
+    elif len(observed) and isinstance(before, Cloud) and state.selected == selected:
+        first, last = before.offsets[selected, :2]
+        earlier = before.nodes[first:last].copy()
+    reach = min(parameters.lag_frames, len(past) - 1, len(state.raw))
+    state = _settle(state)
+    smoothed = _append(state.smoothed, filtered)
+    # A track that another method has followed is known again only since that.
+    now, known = past[: reach + 1], slice(0, reach + 1)
+    smoothed[known] = np.where(np.isnan(now), smoothed[known], now)
+    new = np.isnan(state.first[:, 0]) & np.isfinite(observed).all(axis=1)
+    return replace(
+        state,
+        belief=belief,
+        raw=_append(state.raw, observed),
+        filtered=_append(state.filtered, filtered),
+        smoothed=smoothed,
+        sds=sds,
+        densities=densities,
+        first=np.where(new[:, None], observed, state.first),
+        born=np.where(new, index, state.born),
+        selected=selected,
+        reach=reach,
+        outlier_px=float(parameters.outlier_px),
+        earlier=earlier,
+        innovation=None if innovation is None else innovation.normalised,
+    )
+
+
+def _begin_again(state: TrajectoriesState, again: Bools) -> TrajectoriesState:
+    """Forget the past of the tracks (K,) whose corners have given their places to others."""
+    if not again.any():
+        return state
+    rows = {name: getattr(state, name).copy() for name in ("raw", "filtered", "smoothed")}
+    for values in rows.values():
+        values[:, again] = np.nan
+    first = np.where(again[:, None], np.nan, state.first)
+    return replace(state, belief=without(state.belief, again), first=first, **rows)
+
+
+def _append(rows: Floats, row: Floats) -> Floats:
+    return np.concatenate([row[None], rows])
+
+
+def _settle(state: TrajectoriesState) -> TrajectoriesState:
+    """Put the oldest frames away where there are enough of them."""
+    if len(state.raw) < KEPT_FRAMES + BLOCK:
+        return state
+    recent = {name: getattr(state, name)[:KEPT_FRAMES] for name in ("raw", "filtered", "smoothed")}
+    oldest = np.stack([state.raw, state.filtered, state.smoothed], axis=2)[KEPT_FRAMES:]
+    block = np.ascontiguousarray(oldest[::-1], dtype=np.float32)
+    return replace(state, settled=(*state.settled, block), **recent)
+
+
+def measure(state: TrajectoriesState) -> Mapping[str, SeriesValue]:
+    """Return the values of the series."""
+    seen = np.isfinite(state.raw[0, :, 0])
+    off = state.raw[0] - state.filtered[0]
+    distances = np.hypot(off[:, 0], off[:, 1])
+    values: dict[str, SeriesValue] = {
+        "tracks": float(np.isfinite(state.filtered[0, :, 0]).sum()),
+        "seen_share": float(seen.mean()) if len(seen) else 0.0,
+        "outlier_share": float((distances[seen] > state.outlier_px).mean()) if seen.any() else 0.0,
+    }
+    if len(seen):
+        values["track_log_evidence"] = float(state.densities[state.selected])
+        values["outlying"] = float(distances[state.selected])
+    values |= measure_innovation(state.innovation)
+    if isinstance(state.belief, Cloud) and len(seen):
+        values |= _of_cloud(state.belief, state.selected, state.reach)
+    return values
+
+
+def _of_cloud(belief: Cloud, selected: int, reach: int) -> Mapping[str, SeriesValue]:
+    here, shares = belief.age(selected, 0)
+    if not len(here):
+        return {}
+    roots = belief.age(selected, min(reach, belief.offsets.shape[1] - 2))[0]
+    first, last = belief.offsets[selected, :2]
+    values: dict[str, SeriesValue] = {
+        "particles": float(belief.counts[first:last].sum()),
+        "distinct": float(len(here)),
+        "roots": float(len(roots)),
+    }
+    laws = belief.laws(selected)
+    if laws is not None:
+        for name, logs in zip(("noise", "drive"), laws[0].T, strict=True):
+            values[f"{name}_sd_px"] = _interval(logs, shares)
+            values[f"{name}_mode_px"] = float(exponential(0.5 * logs_mode(logs, shares)))
+    return values
+
+
+def _interval(logs: Floats, shares: Floats) -> Interval:
+    """Return between which standard deviations nine tenths of the posterior of a log variance lie."""
+    order = np.argsort(logs, kind="stable")
+    reached = np.cumsum(shares[order])
+    low, high = np.searchsorted(reached, (TAIL, 1.0 - TAIL))
+    ends = logs[order][[low, min(high, len(order) - 1)]]
+    return Interval(*(float(value) for value in exponential(0.5 * ends)))
+
+
+def ensemble(
+    method: Method,
+    state: TrajectoriesState,
+    frames: Iterable[Frame],
+    history: History[P],
+    seeds: Sequence[int],
+) -> Iterator[Floats]:
+    """Yield the estimates (N, 2) of each frame after a state, px, with each of N seeds.
+
+    The estimate is where the selected track is filtered. So no other track need be followed, and no past be kept for
+    the smoother; and what is measured in a picture is the same for all seeds. Of sixty tracks and twenty-five frames
+    of the past this leaves a hundredth of the work, to the same numbers.
+
+    Args:
+        method: That of the tracker.
+        state: Of the frame before the first.
+        frames: To come, one after the other.
+        history: The parameters of all frames.
+        seeds: (N,) of the random numbers of each run.
+    """
+    count = state.raw.shape[1]
+    tracks = np.unique([parameters.selected_track % max(count, 1) for _, parameters in history.segments])
+    # Track by track all seeds.
+    numbers, several = np.repeat(tracks, len(seeds)), np.tile(np.asarray(seeds, np.int64), len(tracks))
+    belief, corners, places = select(state.belief, numbers), state.corners, numbers
+    if corners is not None and not any(getattr(each, "new_corners", False) for _, each in history.segments):
+        # No corner takes the place of another, so what becomes of the others does not matter either.
+        corners, places = corners.select(tracks), np.repeat(np.arange(len(tracks)), len(seeds))
+    short = History(tuple((first, revise(each, {"lag_frames": 0})) for first, each in history.segments))
+    for frame in frames:
+        parameters = short.at(frame.index)
+        seen = Observation.following(corners, frame, parameters)
+        corners = seen.corners
+        belief = without(belief, (seen.again | seen.gone)[places])
+        draw = Draw(numbers, several, frame.index, Purpose.TRACK)
+        belief, (_, filtered, _, _) = method(belief, seen.points[places], parameters, draw)
+        selected = np.flatnonzero(tracks == parameters.selected_track % count)[0]
+        yield filtered[selected * len(seeds) :][: len(seeds)]
+
+
+def _tracker(
+    name: str,
+    title: str,
+    description: str,
+    method: Method,
+    model: Track,
+    sampling: Literal["exact", "prior", "other"],
+    *series: Series,
+) -> Tracker:
+    return Tracker(
+        name,
+        title,
+        description,
+        partial(start, method),
+        partial(step, method),
+        ensemble=partial(ensemble, method),
+        series=(*COMMON, *series),
+        measure=measure,
+        model=model,
+        sampling=sampling,
+    )
+
+
+TRACKERS: dict[str, Tracker] = {
+    tracker.id: tracker
+    for tracker in (
+        _tracker(
+            "nlng",
+            "Self-organising (NLNG)",
+            "Particles with Cauchy noise, each with a σ² and a τ² of its own, so that both are found while tracking.",
+            partial(cloud_method, True),
+            Track(cauchy, learned=True),
+            "other",  # it averages over the noises that it tries, so none is left to be fitted
+            *SIZES,
+            *LAWS,
+        ),
+        _tracker(
+            "lng",
+            "Cauchy noise (LNG)",
+            "Particles under noise with heavy tails: a measurement far off is let go.",
+            partial(cloud_method, False),
+            Track(cauchy),
+            "prior",
+            *SIZES,
+        ),
+        _tracker(
+            "lg",
+            "Gaussian noise (LG)",
+            "The Kalman filter and its exact smoother: every measurement draws, the more the further off it is.",
+            gaussian_method,
+            LinearTrack(normal),
+            "exact",
+            *NIS,
+        ),
+    )
+}
+"""The trackers of trajectories, by name, in the order in which they are shown."""
+
+COMPONENTS = (Component("x", "px"), Component("y", "px"), Component("x before", "px"), Component("y before", "px"))
+
+
+class Motion(Model):
+    """The second-order motion of the selected track, with Cauchy noise, as a filter in a file takes its place.
+
+    The Kalman filter follows all other tracks; `known` has taken the frame for all of them.
+    """
+
+    title = MEASUREMENT
+    weighs = False
+    observed = (
+        "frame.measurements.points_px (1, 2) is the measurement of the selected track, not finite where it is missing"
+    )
+    example = "pftrack.experiments.trajectories.example_filter"
+    reads = "lng"
+
+    @override
+    def components(self, parameters: P) -> tuple[Component, ...]:
+        return COMPONENTS
+
+    @override
+    def count(self, parameters: P) -> int:
+        return parameters.sample_count
+
+    @override
+    def start(self, target: Target, frame: Frame, parameters: P, rng: Stream) -> TrajectoriesState:
+        begun = start(gaussian_method, target, frame, parameters, rng)
+        return replace(begun, own=ParticleSet.uniform(_drawn(begun, 0, parameters, rng)), own_track=begun.selected)
+
+    @override
+    def prepare(self, state: TrajectoriesState, frame: Frame, parameters: P) -> TrajectoriesState:
+        """Take the frame for all tracks; what is known of the selected one is replaced when its particles have it."""
+        return step(gaussian_method, state, frame, parameters, Stream(0, frame.index, Purpose.TRACK))
+
+    @override
+    def particles(self, state: TrajectoriesState, parameters: P, rng: Generator) -> ParticleSet:
+        """Return the particles of the frame before, drawn about what the Kalman filter believed if there are none."""
+        if state.own is not None and state.own_track == state.selected:
+            return state.own
+        return ParticleSet.uniform(_drawn(state, 1, parameters, rng))
+
+    @override
+    def propagate(self, states: Floats, frame: Frame, parameters: P, rng: Generator, known: State) -> Floats:
+        """Return the second-order motion that all methods of trajectories take for true."""
+        now, before = states[:, :2], states[:, 2:]
+        drive = np.sqrt(parameters.drive_variance_px2)
+        return np.concatenate([2.0 * now - before + drive * rng.standard_normal(now.shape), now], axis=1)
+
+    @override
+    def log_likelihood(self, states: Floats, frame: Frame, parameters: P, known: TrajectoriesState) -> Floats:
+        """Return the Cauchy density of the selected track's measurement, 0 where it has none."""
+        measured = known.raw[0, known.selected]
+        if not np.isfinite(measured).all():
+            return np.zeros(len(states))
+        return cauchy(states[:, :2] - measured, float(parameters.noise_variance_px2))
+
+    @override
+    def believe(self, known: TrajectoriesState, update: Update, frame: Frame, parameters: P) -> TrajectoriesState:
+        track, posterior = known.selected, update.posterior
+        rows = {name: getattr(known, name).copy() for name in ("filtered", "smoothed", "sds", "densities")}
+        rows["filtered"][0, track] = posterior.mean[:2]
+        rows["smoothed"][:, track] = rows["filtered"][:, track]  # of particles without their past nothing is smoothed
+        rows["sds"][track] = posterior.standard_deviations[:2]
+        rows["densities"][track] = update.log_evidence
+        return replace(
+            known, **rows, own=update.particles, own_track=track, innovation=None, repeatable=update.repeatable
+        )
+
+    @override
+    def see(self, frame: Frame, known: TrajectoriesState) -> Frame:
+        """Return the frame with the measurement of the selected track alone, (1, 2)."""
+        measured = known.raw[0, known.selected][None]
+        return replace(frame, measurements=Measurements(measured, np.ones(1)))
+
+    @property
+    @override
+    def series(self) -> tuple[Series, ...]:
+        return (*COMMON, *reports.CLOUD)
+
+    @override
+    def measure(self, state: TrajectoriesState) -> Mapping[str, SeriesValue]:
+        own = {} if state.own is None else reports.cloud(state.own, resampled=True)
+        return {**measure(state), **own}
+
+    @override
+    def centre(self, state: TrajectoriesState) -> Floats:
+        """Return the filtered place of the selected track, in this frame and the one before, (4,)."""
+        now = state.filtered[0, state.selected]
+        return np.concatenate([now, state.filtered[min(1, len(state.filtered) - 1), state.selected]])
+
+    @override
+    def cloud(self, state: TrajectoriesState) -> LaidOpen | None:
+        own = state.own
+        return None if own is None else LaidOpen(own.states, own.log_weights, own.ancestors)
+
+
+def _drawn(state: TrajectoriesState, age: int, parameters: P, rng: Generator) -> Floats:
+    """Return states (N, 4) of the selected track some frames ago, of a track that had not begun about where it is."""
+    belief, track = state.belief, state.selected
+    shape = parameters.sample_count, 2
+    if isinstance(belief, Gaussians) and age < len(belief.means) and np.isfinite(belief.means[age, track]).all():
+        mean, (own, both, before) = belief.means[age, track], belief.covariances[age, track]
+        covariance = np.array([[own, both], [both, before]]) + 1e-9 * np.eye(2)
+        x, y = (Gaussian(axis, covariance).sample(rng, parameters.sample_count) for axis in mean)
+        return np.stack([x[:, 0], y[:, 0], x[:, 1], y[:, 1]], axis=1)
+    place = state.raw[0, track] if np.isfinite(state.raw[0, track]).all() else np.array(state.paper) / 2.0
+    positions = place + parameters.start_spread_px * rng.standard_normal(shape)
+    return np.concatenate([positions, positions], axis=1)
+
+
+MODEL = Motion()

@@ -16,9 +16,9 @@ from pftrack.core.model.source import Frame, Measurements
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments import find
 from pftrack.experiments.trajectories import draw
+from pftrack.experiments.trajectories.model import TrajectoriesTrackerParameters
 from pftrack.experiments.trajectories.scene import REFERENCE_PX, TRUE_PATH, TrajectoriesTarget
-from pftrack.experiments.trajectories.step import TRACKERS
-from pftrack.experiments.trajectories.trackers import TrajectoriesTrackerParameters
+from pftrack.experiments.trajectories.trackers import TRACKERS
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
 
