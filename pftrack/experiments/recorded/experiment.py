@@ -24,7 +24,7 @@ from pftrack.core.model.preset import read_presets
 from pftrack.core.model.recipe import Footage
 from pftrack.core.model.series import Reduction, Series, SeriesValue
 from pftrack.core.model.setup import Setup
-from pftrack.core.model.source import Belief, Frame, FrameSequence, Plane, Truth
+from pftrack.core.model.source import Belief, Frame, FrameSequence, Plane, Target, Truth
 from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.experiments.recorded.scene import FRAMES, UNITS, ExampleParameters, ExampleSource, RecordedBeliefs, overlap
 from pftrack.experiments.recorded.trackers import TRACKERS, BeliefState, place_of
@@ -70,10 +70,14 @@ def measure(frame: Frame, state: BeliefState) -> Mapping[str, SeriesValue]:
     if len(target.position) > 1:
         found[TRUE_DOWN.name] = float(target.position[1])
     if target.extent is not None and box is not None:
-        width, height = target.extent
-        corner = target.position[:2] - ((width - 1.0) / 2.0, (height - 1.0) / 2.0)
-        found[OVERLAP.name] = overlap(box, np.array([*corner.tolist(), width, height]))
+        found[OVERLAP.name] = overlap(box, _true_box(target, target.extent))
     return found
+
+
+def _true_box(target: Target, extent: tuple[float, float]) -> Floats:
+    """Return the box (x, y, w, h) of a target of some width and height, px."""
+    sides = np.array(extent)
+    return np.concatenate([target.position[:2] - (sides - 1.0) / 2.0, sides])
 
 
 def boxes_of(state: BeliefState) -> list[Box]:
@@ -254,9 +258,7 @@ def _truths(step: Step, dot: float) -> dict[str, Primitive]:
         return drawn
     place = _finite(_on(state.beliefs.plane, target.position[None])[0])
     if target.extent is not None and not drawn:
-        width, height = target.extent
-        corner = target.position[:2] - ((width - 1.0) / 2.0, (height - 1.0) / 2.0)
-        drawn["truth"] = _box(np.array([*corner.tolist(), width, height]), COLOURS["truth"], "truth", 1.0)
+        drawn["truth"] = _box(_true_box(target, target.extent), COLOURS["truth"], "truth", 1.0)
     return drawn | {"true place": circle(place, 0.6 * dot, COLOURS["truth"], "truth")}
 
 
