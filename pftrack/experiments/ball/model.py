@@ -192,7 +192,7 @@ def dynamics_of(state: PointState, parameters: LoopParameters, size: tuple[int, 
 
 
 def with_learner(state: PointState, size: tuple[int, int], parameters: LoopParameters) -> PointState:
-    """Begin or end learning when it has been switched on or off; it begins with the initial model and the estimate."""
+    """Begin learning from the initial model and the estimate when it is switched on; end it when it is switched off."""
     if parameters.learn_dynamics == (state.learner is not None):
         return state
     if not parameters.learn_dynamics:

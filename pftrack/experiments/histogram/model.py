@@ -154,8 +154,7 @@ def with_model(state: HistogramState, parameters: HistogramTrackerParameters) ->
     Raises:
         ValueError: Too little of the target's window lay within the picture.
     """
-    counting = parameters.colour_space, parameters.spatial_kernel, parts_of(parameters)
-    same = (state.space, state.kernel, state.parts) == counting
+    same = (state.space, state.kernel, state.parts) == _counting(parameters)
     if same and state.background_use == _use(parameters):
         return state
     wanted = counted(state.look, parameters)
@@ -164,13 +163,14 @@ def with_model(state: HistogramState, parameters: HistogramTrackerParameters) ->
 
 def counted(look: Look, parameters: HistogramTrackerParameters) -> dict[str, Any]:
     """Return how a target counts, by the names of a state's fields: space, kernel, parts, model and background."""
-    use = _use(parameters)
+    counting, use = _counting(parameters), _use(parameters)
+    space, kernel, parts = counting
     return {
-        "space": parameters.colour_space,
-        "kernel": parameters.spatial_kernel,
-        "parts": parts_of(parameters),
-        "model": model_of(look, parameters),
-        "background": _background(look, parameters.colour_space, parameters.spatial_kernel, *use),
+        "space": space,
+        "kernel": kernel,
+        "parts": parts,
+        "model": model_of(look, *counting),
+        "background": _background(look, space, kernel, *use),
         "background_use": use,
     }
 
@@ -180,9 +180,10 @@ def _use(parameters: HistogramTrackerParameters) -> tuple[bool, float]:
     return bool(parameters.weigh_background), float(parameters.surround_contrast)
 
 
-def parts_of(parameters: HistogramTrackerParameters) -> tuple[int, int]:
-    """Return into how many parts a window is divided, across and down."""
-    return int(parameters.parts_across), int(parameters.parts_down)
+def _counting(parameters: HistogramTrackerParameters) -> tuple[Space, bool, tuple[int, int]]:
+    """Return the space, whether the middle counts more, and the parts of a window, across and down."""
+    parts = int(parameters.parts_across), int(parameters.parts_down)
+    return parameters.colour_space, parameters.spatial_kernel, parts
 
 
 @lru_cache(maxsize=64)
@@ -190,25 +191,19 @@ def _background(look: Look, space: Space, kernel: bool, weigh: bool, contrast: f
     """Return what the surroundings in the first picture tell, as far as it counts."""
     if not (weigh or contrast > 0.0):
         return NO_BACKGROUND
-    target = fit(look.patch_rgb, look.middle, replace(look.window, kernel=kernel), space)
+    target = model_of(look, space, kernel, (1, 1))
     reach = look.window.reach_across_px, look.window.reach_down_px
     return background_of(look.patch_rgb, look.middle, reach, space, target, weigh=weigh, contrast=contrast)
 
 
-def model_of(look: Look, parameters: HistogramTrackerParameters) -> Floats:
+@lru_cache(maxsize=64)
+def model_of(look: Look, space: Space, kernel: bool, parts: tuple[int, int]) -> Floats:
     """Return the model (110 in each part) of a look.
 
     Raises:
         ValueError: Too little of the window lay within the picture.
     """
-    window = replace(look.window, kernel=parameters.spatial_kernel, parts=parts_of(parameters))
-    return fit(look.patch_rgb, look.middle, window, parameters.colour_space)
-
-
-@lru_cache(maxsize=64)
-def _first_roots(look: Look, space: Space, kernel: bool, parts: tuple[int, int]) -> Floats:
-    """Return the square roots (110 in each part) of the histogram of a first look."""
-    return np.sqrt(fit(look.patch_rgb, look.middle, replace(look.window, kernel=kernel, parts=parts), space))
+    return fit(look.patch_rgb, look.middle, replace(look.window, kernel=kernel, parts=parts), space)
 
 
 def judge(
@@ -518,7 +513,7 @@ class ColouredWindow(LoopModel):
         if state.particles is not None:
             x, y = state.particles.states[:, VELOCITY].T
             values["velocities"] = float(len(np.unique(x + 1j * y)))
-        first = _first_roots(state.look, state.space, state.kernel, state.parts)
+        first = np.sqrt(model_of(state.look, state.space, state.kernel, state.parts))
         first_likeness = min(float((np.sqrt(state.model) * first).sum()), 1.0)
         return {**values, "likeness": state.likeness, "first_likeness": first_likeness, "box": state.box_px}
 

@@ -60,7 +60,7 @@ class Update:
 
 
 class PointModel(Model):
-    """The belief in one point or signal, of which the first coordinates are the estimate."""
+    """The belief in one point or signal; the first coordinates of its state are the estimate."""
 
     def start(self, target: Target, frame: Frame, parameters: Values, rng: Stream) -> PointState:
         """Begin with particles as the model draws them, and what is known of the place; see `prior`."""
@@ -128,7 +128,7 @@ class PointModel(Model):
         return values if exact is None else {**values, "exact": tuple(exact.mean[: state.tracked].tolist())}
 
     def update_parts(self, before: PointState, state: PointState, frame: Frame, parameters: Values) -> tuple[Part, ...]:
-        """Return what the measurement of a linear model said that was not expected; nothing where it is missing."""
+        """Return the innovation of a linear model; nothing where the measurement is missing."""
         if not (self.scales and frame.index) or state.particles is not None:
             return ()
         known = self.prepare(before, frame, parameters)
@@ -148,7 +148,7 @@ def condition(before: Gaussian, linear: LinearStep) -> tuple[Gaussian, float, No
         linear: The model of the frame.
 
     Returns:
-        p(x_t | z_{1:t}); log p(z_t | z_{1:t-1}), 0 without a measurement; how far off that was, None without.
+        p(x_t | z_{1:t}); log p(z_t | z_{1:t-1}), 0 without a measurement; the normalised innovation, None without.
     """
     predicted = kalman.predict(before, linear.dynamics)
     if linear.measurement is None:
@@ -216,12 +216,12 @@ def _step_particles(model: PointModel, state: PointState, frame: Frame, paramete
 
 
 def resampler(parameters: Values) -> Resampler:
-    """Return how parents are drawn: as the parameters say, systematically if they do not."""
+    """Return the resampler that the parameters name; the systematic one if they name none."""
     return RESAMPLERS[parameters.resampling] if hasattr(parameters, "resampling") else systematic
 
 
 def resample_below(parameters: Values) -> float:
-    """Return below which share of N the effective sample size calls for resampling; 1 if the parameters do not say."""
+    """Return the share of N below which the effective sample size calls for resampling (default 1)."""
     return float(getattr(parameters, "resampling_threshold", 1.0))
 
 
@@ -264,7 +264,7 @@ def _step_exact(model: PointModel, state: PointState, frame: Frame, parameters: 
     known = model.prepare(state, frame, parameters)
     linear = model.linear(frame, parameters, known)
     if linear is None:
-        raise ValueError(f"a Kalman filter needs a linear model, and that of the {model.title} is none in this frame")
+        raise ValueError(f"a Kalman filter needs a linear model; that of the {model.title} is not linear in this frame")
     posterior, log_evidence, normalised = condition(known.reference or known.posterior, linear)
     following = PointState(
         posterior, known.tracked, log_evidence=log_evidence, learner=known.learner, innovation=normalised
@@ -296,7 +296,7 @@ NIS = (
     ),
     Series("nis_limit", "limit of 95 %", role="nis_limit"),
 )
-"""Of every tracker that predicts its measurement as a Gaussian; a frame without a measurement has none of them."""
+"""Series of every tracker that predicts its measurement as a Gaussian; a frame without a measurement lacks them."""
 
 LIMIT_DIGITS = 6
 
@@ -313,9 +313,9 @@ def innovation_parts(measured: Sequence[Component], measurement: Floats, innovat
     """Return the innovation of each value, the gain, and the normalised innovation squared with its limit of 95 %.
 
     Args:
-        measured: The m coordinates of a state that the measurement is of.
+        measured: The m coordinates of a state that are measured.
         measurement: (m,).
-        innovation: Of it; value i is that of the state's coordinate i.
+        innovation: Innovation of the measurement; value i belongs to the state's coordinate i.
     """
     deviations = np.sqrt(innovation.covariance.diagonal())
     parts: list[Part] = []

@@ -284,10 +284,9 @@ def test_a_target_at_the_edge_is_seen_as_in_the_picture(column: float) -> None:
     image[36:40, 0:3] = (10, 20, 230)
     image[30:50, 3:6] = (230, 20, 230)
     for kernel in (False, True):
-        parameters = revise(SMALL, {"spatial_kernel": kernel})
         place = np.array([column, 40.0])
         expected = fit(image, place, Window(8, 8, kernel), "hsv")
-        assert np.array_equal(model_of(first_look(image, place, parameters), parameters), expected)
+        assert np.array_equal(model_of(first_look(image, place, SMALL), "hsv", kernel, (1, 1)), expected)
 
 
 def test_misses_count_only_in_a_row_and_renewal_takes_its_share() -> None:
