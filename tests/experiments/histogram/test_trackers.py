@@ -310,6 +310,16 @@ def test_giving_up_the_search_goes_back_to_tracking() -> None:
     assert np.hypot(*(after.estimate - [40, 40])) < 6
 
 
+def test_greedy_search_never_says_that_it_searches() -> None:
+    """It stays at the best place near by, so its caption does not speak of a search when the window looks wrong."""
+    captions = {}
+    for tracker in ("greedy", "condensation"):
+        run = run_of(tracker, 4, find_again=True, lost_likeness=1.0, lost_after_frames=1, found_likeness=1.0)
+        captions[tracker] = LAWN.draw(run.finish(), run.diagnostics).caption
+    assert "searching" in captions["condensation"]
+    assert "searching" not in captions["greedy"]
+
+
 def test_the_window_has_the_size_of_the_estimate() -> None:
     """The window grows with the scale, and greedy search keeps the size that it is handed."""
     state = begun(tracker="greedy")
