@@ -57,7 +57,7 @@ def opened(page: Any, server: Server, **recipe: Any) -> SessionPage:
 def test_the_gallery_shows_it_and_says_what_is_broken(gallery: Gallery, server: Server) -> None:
     """It has a card with its picture that leads to a session; the broken package has a sentence, and harms nothing.
 
-    In the session a slider changes how many hypotheses there are from the next frame on; its plots follow.
+    In the session its slider is obeyed from the next frame on; its plots follow.
     """
     page = gallery.page
     card = gallery.card(NAME)
@@ -81,19 +81,20 @@ def it_has_its_sliders_and_plots(shown: SessionPage, server: Server) -> None:
     server.post(f"sessions/{shown.id}/transport", {"action": "pause"})
     server.seek(shown.id, 20)
     shown.stands_at(20)
-    slider = page.get_by_label("Hypotheses", exact=True).and_(page.locator("[type=range]"))
-    slider.press("ArrowRight")
-    shown.until(lambda: shown.session["parameters"]["hypothesis_count"] == 7, "the slider is obeyed")
+    slider = page.get_by_label("Sharpest turn (deg)", exact=True).and_(page.locator("[type=range]"))
+    slider.press("Home")
+    shown.until(lambda: shown.session["parameters"]["sharpest_deg"] == 0, "the slider is obeyed")
     server.seek(shown.id, 59)
     shown.stands_at(59)
     panels = lambda: [it.get_attribute("data-plot") for it in page.locator(".panel:visible").all()]  # noqa: E731
-    shown.until(lambda: panels() == ["error", "places", "turn"], "its plots are there, and no others")
+    shown.until(lambda: panels() == ["error", "sigma", "ess", "turn"], "its plots are there, and no others")
     rows = server.column(shown.id, "series")
-    assert [len(row["places"]["weights"]) for row in rows] == [5] * 21 + [7] * 39
-    count = 5 * 21 + 7 * 39
-    shown.until(lambda: len((shown.trace("places") or {"y1": []})["y1"]) == count, "all hypotheses are drawn")
+    widths = [row["turn"][1] - row["turn"][0] for row in rows]
+    assert min(widths[1:21]) > 0
+    assert max(widths[21:]) == 0
+    shown.until(lambda: shown.trace("turn band 0") is not None, "the interval is drawn")
     titles = lambda: [it.inner_text() for it in page.locator(".readout dt:visible").all()]  # noqa: E731
-    shown.until(lambda: titles() == ["estimate", "likeliest"], "so are its readings")
+    shown.until(lambda: titles()[:2] == ["estimate", "error"], "so are its readings")
 
 
 # test_share.py has the links.
@@ -105,7 +106,7 @@ def test_a_link_brings_the_same_numbers_back(page: Any, server: Server, chromium
     """
     shown = opened(page, server, tracker="straight")
     server.seek(shown.id, 30)
-    server.patch(f"sessions/{shown.id}/parameters", {"tracker": "bank"})
+    server.patch(f"sessions/{shown.id}/parameters", {"tracker": "turning"})
     server.seek(shown.id, 50)
     shown.stands_at(50)
     errors = server.column(shown.id, "error")
@@ -147,7 +148,7 @@ def test_its_mark_is_made_on_an_upload(gallery: Gallery, server: Server, clip: b
     """The page makes an editor of a circle, which it has never heard of; the disc that is marked is followed."""
     page = gallery.page
     gallery.choose("walk.mp4", clip, "video/mp4")
-    page.locator("#target-experiment").select_option(NAME)
+    page.locator("#target-experiment").select_option("circled")
     surface = page.locator("[data-mark=circle] .mark-surface")
     surface.wait_for()
     go = page.locator("button:has-text('Track it')")

@@ -1,6 +1,7 @@
 """A dot on a noisy path, followed by a particle filter: a first version of NAME, to be changed."""
 
 import numpy as np
+from scipy.ndimage import map_coordinates
 
 from pftrack.core.model.band import Calibration, Miscalibration
 from pftrack.core.model.glossary import BANDO, Citation
@@ -12,6 +13,7 @@ from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments.experiment import INTERFACE, Experiment, Quality
 from pftrack.experiments.shared.filtered import Bootstrap, PointModel, filtered
+from pftrack.experiments.shared.recording import paint_disc
 from pftrack.experiments.shared.reports import particle_count
 from pftrack.experiments.shared.sketch import POINT_LAYERS, distance, draw_point_frame
 
@@ -36,13 +38,11 @@ class DotScene:  # what is simulated, with its truth
     def frame(self, index: int, history) -> Frame:
         image, target = np.full((240, 320, 3), 40, np.uint8), self.target(index)
         if index % 60 < 60 - history.at(index).hidden_frames:
-            rows, columns = np.indices((240, 320))
-            off = np.hypot(columns - target.position[0], rows - target.position[1])
-            image[off < target.size / 2] = 220
+            paint_disc(image, target.position[0], target.position[1], target.size / 2, (220, 220, 220))
         return Frame(index, index / 30, image_rgb=image, target=target)
 
 
-class Dot(PointModel):  # what is believed: begin, move, weigh
+class Dot(PointModel):  # what is believed: prior, move, weigh
     title = "brightness of the pixel"
 
     def components(self, parameters):
@@ -51,17 +51,12 @@ class Dot(PointModel):  # what is believed: begin, move, weigh
     def prior(self, target, parameters):
         return Gaussian(target.position, np.eye(2))
 
-    def begin(self, target, frame, parameters, rng, count):
-        return target.position + rng.standard_normal((count, 2))
-
     def propagate(self, states, frame, parameters, rng, known):
         return states + parameters.step_px * rng.standard_normal(states.shape)
 
     def log_likelihood(self, states, frame, parameters, known):
-        columns, rows = np.rint(states).astype(int).T
-        inside = (columns >= 0) & (columns < 320) & (rows >= 0) & (rows < 240)
-        grey = frame.picture[rows.clip(0, 239), columns.clip(0, 319), 0]
-        return np.where(inside & (grey > 128), 0.0, -4.0)
+        grey = map_coordinates(frame.picture[..., 0], states.T[::-1], order=0)  # 0 outside the picture
+        return np.where(grey > 128, 0.0, -4.0)
 
 
 EXPERIMENT = Experiment(

@@ -21,7 +21,7 @@ from pftrack.core.model.model import LinearStep, Model, State, Values
 from pftrack.core.model.series import Reduction, Series, SeriesValue
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Tracker
-from pftrack.core.numerics.random import Gaussian, Purpose, Stream
+from pftrack.core.numerics.random import Gaussian, Generator, Purpose, Stream
 from pftrack.core.numerics.statistics import chi_square_limit
 from pftrack.experiments.shared import reports
 from pftrack.experiments.shared.reports import PointState
@@ -72,6 +72,11 @@ class PointModel(Model):
     def prior(self, target: Target, parameters: Values) -> Gaussian:
         """Return p(x_0) as mean and covariance (d,), (d, d)."""
         raise NotImplementedError
+
+    @override
+    def begin(self, target: Target, frame: Frame, parameters: Values, rng: Generator, count: int) -> Floats:
+        """Draw from the prior."""
+        return self.prior(target, parameters).sample(rng, count)
 
     def particles(self, state: State, parameters: Values, rng: Stream) -> ParticleSet:
         """Return the particles, drawn from the posterior if a filter without particles was at work before."""

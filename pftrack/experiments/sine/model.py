@@ -83,14 +83,6 @@ class Signal(PointModel):
         return Gaussian(mean, parameters.initial_sd**2 * np.eye(len(mean)))
 
     @override
-    def begin(
-        self, target: Target, frame: Frame, parameters: SignalTrackerParameters, rng: Generator, count: int
-    ) -> Floats:
-        """Draw about the true start, at rest."""
-        mean = np.tile(target.position, 2)
-        return np.asarray(mean + parameters.initial_sd * rng.standard_normal((count, len(mean))))
-
-    @override
     def propagate(
         self, states: Floats, frame: Frame, parameters: SignalTrackerParameters, rng: Generator, known: State
     ) -> Floats:
