@@ -5,6 +5,7 @@ import numpy as np
 from scipy.ndimage import map_coordinates
 
 from pftrack.core.arrays import Floats
+from pftrack.core.geometry.polygons import paint_disc
 from pftrack.core.model.band import Calibration, Miscalibration
 from pftrack.core.model.glossary import BANDO, Citation
 from pftrack.core.model.likelihood import Component
@@ -19,7 +20,7 @@ from pftrack.core.model.source import Frame, FrameSequence, History, Target, Tru
 from pftrack.core.numerics.random import Gaussian, Generator, Purpose, Stream
 from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.experiments.shared.filtered import Bootstrap, PointModel, filtered
-from pftrack.experiments.shared.recording import RecordingParameters, RecordingSource, paint, paint_disc
+from pftrack.experiments.shared.recording import RecordingParameters, RecordingSource, paint
 from pftrack.experiments.shared.reports import particle_count
 from pftrack.experiments.shared.sketch import POINT_LAYERS, distance, draw_point_frame
 from pftrack.experiments.video import Video

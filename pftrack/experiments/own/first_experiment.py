@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.ndimage import map_coordinates
 
+from pftrack.core.geometry.polygons import paint_disc
 from pftrack.core.model.band import Calibration, Miscalibration
 from pftrack.core.model.glossary import BANDO, Citation
 from pftrack.core.model.likelihood import Component
@@ -13,7 +14,6 @@ from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments.experiment import INTERFACE, Experiment, Quality
 from pftrack.experiments.shared.filtered import Bootstrap, PointModel, filtered
-from pftrack.experiments.shared.recording import paint_disc
 from pftrack.experiments.shared.reports import particle_count
 from pftrack.experiments.shared.sketch import POINT_LAYERS, distance, draw_point_frame
 
