@@ -1,13 +1,11 @@
 """A fish that bends, in the browser: on a film of one's own."""
 
-from io import BytesIO
-
-import av
 import cv2
 import numpy as np
 import pytest
 
 from pftrack.experiments.fish.model import FishShape, body_points, tail_corners
+from tests.browser.clips import encoded
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
 
@@ -23,17 +21,11 @@ def pose(frame: int) -> np.ndarray:
 @pytest.fixture(scope="module")
 def film() -> bytes:
     """An orange fish over blue, which beats its tail."""
-    file = BytesIO()
-    with av.open(file, "w", format="mp4") as container:
-        stream = container.add_stream("libx264", rate=15, options={"crf": "12"})
-        (stream.width, stream.height), stream.pix_fmt = SIZE, "yuv420p"
-        for frame in range(FRAMES):
-            picture = np.full((SIZE[1], SIZE[0], 3), (90, 120, 150), np.uint8)
-            for corners in (body_points(pose(frame), SHAPE, 60), tail_corners(pose(frame), SHAPE)):
-                cv2.fillPoly(picture, [np.rint(corners).astype(np.int32)], (235, 105, 40))
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
-        container.mux(stream.encode(None))
-    return file.getvalue()
+    pictures = np.full((FRAMES, SIZE[1], SIZE[0], 3), (90, 120, 150), np.uint8)
+    for frame, picture in enumerate(pictures):
+        for corners in (body_points(pose(frame), SHAPE, 60), tail_corners(pose(frame), SHAPE)):
+            cv2.fillPoly(picture, [np.rint(corners).astype(np.int32)], (235, 105, 40))
+    return encoded(pictures, rate=15)
 
 
 def test_what_is_only_drawn_is_nothing_to_sweep_over(gallery: Gallery) -> None:

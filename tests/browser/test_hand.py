@@ -1,9 +1,7 @@
 """A hand in the browser: the tree of what is kept, a film on which an open hand is found, and a real one."""
 
-from io import BytesIO
 from pathlib import Path
 
-import av
 import cv2
 import numpy as np
 import pytest
@@ -12,6 +10,7 @@ from pftrack.core.model.source import History
 from pftrack.experiments.hand.recording import HandTips
 from pftrack.experiments.hand.scene import HandSceneParameters, HandSource
 from pftrack.vision.rendering.film import FilmWriter
+from tests.browser.clips import encoded
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
 
@@ -44,17 +43,11 @@ def film() -> bytes:
 def encode(*, arm: bool = True) -> bytes:
     """Return a film of the simulated hand, with its arm or cut off at the wrist."""
     history = History(((0, SCENE),))
-    file = BytesIO()
-    with av.open(file, "w", format="mp4") as container:
-        stream = container.add_stream("libx264", rate=10, options={"crf": "12"})
-        (stream.width, stream.height), stream.pix_fmt = HAND.size, "yuv420p"
-        for frame in range(FRAMES):
-            picture = np.array(HAND.frame(frame, history).image_rgb)
-            if not arm:
-                picture[WRIST_PX:] = picture[0, 0]
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
-        container.mux(stream.encode(None))
-    return file.getvalue()
+    pictures = [np.array(HAND.frame(frame, history).image_rgb) for frame in range(FRAMES)]
+    if not arm:
+        for picture in pictures:
+            picture[WRIST_PX:] = picture[0, 0]
+    return encoded(pictures, rate=10)
 
 
 def to_the_end(shown: SessionPage, server: Server) -> None:

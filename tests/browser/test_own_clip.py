@@ -1,9 +1,7 @@
 """A clip that somebody brings: a few marks tell why its target was lost, and what would have saved it."""
 
 import re
-from io import BytesIO
 
-import av
 import httpx
 import pytest
 from playwright.sync_api import expect
@@ -13,6 +11,7 @@ from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.runs.run import Run
 from tests.browser.accessible import check, fits
+from tests.browser.clips import encoded
 from tests.browser.host import Server
 from tests.browser.views import SessionPage
 
@@ -25,16 +24,9 @@ BALL = find("ball")
 def film() -> tuple[bytes, dict[int, tuple[float, float]]]:
     """A ball that disappears behind a wide pillar, as a video, and the corner of its box in some of the pictures."""
     steps = list(Run(BALL, BALL.simulate(), frames=FRAMES, timeline=(Change(0, SCENE),)))
-    file = BytesIO()
-    with av.open(file, "w", format="mp4") as container:
-        stream = container.add_stream("libx264", rate=30, options={"crf": "4"})
-        height, width, _ = steps[0].frame.image_rgb.shape
-        stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
-        for step in steps:
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(step.frame.image_rgb, format="rgb24")))
-        container.mux(stream.encode(None))
     corners = [[float(value) - 5 for value in step.frame.target.position] for step in steps]
-    return file.getvalue(), {frame: (corners[frame][0], corners[frame][1]) for frame in (0, 20, FRAMES - 1)}
+    known = {frame: (corners[frame][0], corners[frame][1]) for frame in (0, 20, FRAMES - 1)}
+    return encoded((step.frame.image_rgb for step in steps), crf=4), known
 
 
 def test_a_clip_is_explained_by_a_few_marks(

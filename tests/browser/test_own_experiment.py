@@ -1,12 +1,11 @@
 """An experiment from another package does on the pages whatever the project's own do."""
 
-from io import BytesIO
 from typing import Any
 
-import av
 import numpy as np
 import pytest
 
+from tests.browser.clips import encoded
 from tests.browser.conftest import CHOSEN, TOKEN
 from tests.browser.host import Server
 from tests.browser.views import PAINTED, Gallery, SessionPage, View
@@ -26,17 +25,9 @@ def server(beside_others: Server) -> Server:
 @pytest.fixture(scope="module")
 def clip() -> bytes:
     """A bright disc that walks to the right over grey."""
-    file = BytesIO()
-    with av.open(file, "w", format="mp4") as container:
-        stream = container.add_stream("libx264", rate=30, options={"crf": "12"})
-        (stream.width, stream.height), stream.pix_fmt = SIZE, "yuv420p"
-        y, x = np.mgrid[: SIZE[1], : SIZE[0]]
-        for index in range(FRAMES):
-            picture = np.full((SIZE[1], SIZE[0], 3), 90, np.uint8)
-            picture[np.hypot(x - 40 - 2 * index, y - 60) <= 9] = 220
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
-        container.mux(stream.encode(None))
-    return file.getvalue()
+    y, x = np.mgrid[: SIZE[1], : SIZE[0]]
+    discs = [np.hypot(x - 40 - 2 * index, y - 60) <= 9 for index in range(FRAMES)]
+    return encoded(np.where(disc[..., None], np.uint8([220] * 3), np.uint8([90] * 3)) for disc in discs)
 
 
 def ready(page: Any, server: Server) -> SessionPage:

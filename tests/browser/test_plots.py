@@ -1,10 +1,8 @@
 """The plots of a pose: alpha of each feature, the pose with its band, and a face that is lost and found again."""
 
 from collections.abc import Callable
-from io import BytesIO
 from typing import Any
 
-import av
 import httpx
 import numpy as np
 import pytest
@@ -12,6 +10,7 @@ from numpy.typing import NDArray
 
 from pftrack.experiments import find
 from pftrack.vision.geometry.face import FEATURES
+from tests.browser.clips import encoded
 from tests.browser.host import Server
 from tests.browser.views import SessionPage
 from tests.experiments.head.heads import empty, simulated
@@ -222,16 +221,8 @@ def test_a_face_behind_a_pillar_is_lost_and_found_again(watch: Watch, server: Se
 @pytest.fixture(scope="module")
 def clip() -> bytes:
     """A face that is there, away for 20 frames, and there again, 320 x 240 px."""
-    file = BytesIO()
-    with av.open(file, "w", format="mp4") as container:
-        stream = container.add_stream("libx264", rate=30, options={"crf": "12"})
-        stream.width, stream.height, stream.pix_fmt = 320, 240, "yuv420p"
-        for index, frame in enumerate(simulated(60)):
-            assert frame.image_rgb is not None
-            picture = empty(frame.image_rgb) if 20 <= index < 40 else frame.image_rgb
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")))
-        container.mux(stream.encode(None))
-    return file.getvalue()
+    pictures = [frame.picture for frame in simulated(60)]
+    return encoded(empty(each) if 20 <= index < 40 else each for index, each in enumerate(pictures))
 
 
 def test_on_a_recording_without_truth_the_tracker_says_what_was_lost(watch: Watch, server: Server, clip: bytes) -> None:

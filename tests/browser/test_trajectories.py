@@ -1,12 +1,11 @@
 """Trajectories in the browser: simulated ones from the gallery, and a path that somebody brings as a table."""
 
-from io import BytesIO
 from typing import Any
 
-import av
 import numpy as np
 import pytest
 
+from tests.browser.clips import encoded
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
 
@@ -72,15 +71,7 @@ def clip() -> bytes:
     wide = np.full((120, 240, 3), 128, np.uint8)
     for x, y, level in rng.integers(0, [240, 120, 256], (160, 3)).tolist():
         wide[y : y + 10, x : x + 14] = level
-    file = BytesIO()
-    with av.open(file, "w", format="mp4") as container:
-        stream = container.add_stream("libx264", rate=30, options={"crf": "12"})
-        stream.width, stream.height, stream.pix_fmt = 160, 120, "yuv420p"
-        for index in range(24):
-            picture = np.ascontiguousarray(wide[:, 2 * index : 2 * index + 160])
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
-        container.mux(stream.encode(None))
-    return file.getvalue()
+    return encoded(wide[:, 2 * index : 2 * index + 160] for index in range(24))
 
 
 # test_linkage.py and test_hand.py follow films.
