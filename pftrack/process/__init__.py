@@ -1,13 +1,11 @@
 """Processes: the one way in which pftrack starts child processes, confines them, and says how they ended.
 
 A child is a fork of a warm process that has no threads (`fork_server`), never a copy of its parent, whose threads may
-hold locks. The parent talks with it through a pipe (`pipe`, `child`). Most children answer calls (`calls`), with JSON
-where they read what came from elsewhere (`answers`): alone for one task (`worker`), or kept in a pool (`pool`). Before
-that they give up what they do not need (`limits`): memory, processor time, files, the network, and what a fork has
-brought along.
+hold locks. The parent talks with it through a pipe (`pipe`, `child`). Most children answer calls, with JSON where they
+read what came from elsewhere (`calls`): alone for one task, or kept in a pool (`pool`). Before that they give up what
+they do not need (`limits`): memory, processor time, files, the network, and what a fork has brought along.
 """
 
-from pftrack.process.background import BackgroundLoop
 from pftrack.process.calls import Fault, Outcome, Refusal, Reply, Step, answer_calls, report
 from pftrack.process.child import ONE_THREAD, Child, Ending, command, describe, ending, environment, run
 from pftrack.process.fork_server import ForkServer
@@ -20,11 +18,10 @@ from pftrack.process.limits import (
     give_way,
     leave_interrupts_to_parent,
     stand_alone,
+    take_secret,
 )
 from pftrack.process.pipe import AsyncEnd, BlockingEnd, pair
-from pftrack.process.pool import BlockingPool, CallError, Pool, WorkerLostError
-from pftrack.process.secret import take_secret
-from pftrack.process.worker import Worker, run_task
+from pftrack.process.pool import BackgroundLoop, BlockingPool, CallError, Pool, Worker, WorkerLostError, run_task
 
 __all__ = [
     "MEBIBYTE",

@@ -2,7 +2,8 @@
 
 They are those of the operating system, and none can be raised again. Linux has all of them; other Unixes lack those on
 memory and on the network. They hold against a program that runs wild. An attacker who takes a confined process over is
-still the same user, with that user's files; and a fork has the memory of the process that it was forked from.
+still the same user, with that user's files; and a fork has the memory of the process that it was forked from. So a
+program takes a secret out of its environment before it makes children (`take_secret`).
 """
 
 import ctypes
@@ -38,6 +39,9 @@ LOOK_S = 0.5
 
 PATIENCE_S, AUTOGROUP_WAIT_S = 1.0, 0.05
 """The kernel allows one change of an autogroup in a tenth of a second, on the whole system."""
+
+PIPE = "_PIPE"
+"""Ends the name of the variable that tells the program that begins anew from which descriptor to read."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,6 +188,29 @@ def adopt_orphans() -> None:
     """
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(ADOPT_ORPHANS, 1, 0, 0, 0)
+
+
+def take_secret(name: str) -> str | None:
+    """Return a variable of the environment, from which it is gone then; None if there is none.
+
+    Processes of the same user can read with which environment a program has begun, and a fork has it as well. So where
+    the variable is set, the program begins anew without it, and reads it from a pipe. Call this before anything else.
+    """
+    secret = os.environ.pop(name, None)
+    if secret is not None:
+        reading, writing = os.pipe()
+        os.set_blocking(writing, False)
+        with suppress(BlockingIOError):  # longer than a pipe takes at once, and than any secret is
+            os.write(writing, secret.encode())
+        os.close(writing)
+        os.set_inheritable(reading, True)
+        os.environ[name + PIPE] = str(reading)
+        os.execv(sys.executable, [sys.executable, *sys.orig_argv[1:]])  # noqa: S606 - this very program
+    pipe = os.environ.pop(name + PIPE, None)
+    if pipe is None:
+        return None
+    with os.fdopen(int(pipe), encoding="utf-8") as reading_end:
+        return reading_end.read()
 
 
 def _lower(what: int, soft: int, grace: int = 0) -> None:

@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pftrack.process import Fault, Refusal, Reply, Step
-from pftrack.process.answers import pack, unpack
-from pftrack.process.calls import Answer
+from pftrack.process.calls import Answer, pack, unpack
 
 VALUES = st.recursive(
     st.none() | st.booleans() | st.integers(-(2**70), 2**70) | st.floats(allow_nan=False) | st.text() | st.binary(),

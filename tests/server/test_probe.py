@@ -203,7 +203,7 @@ def test_a_process_that_goes_wrong_becomes_a_sentence(
 ) -> None:
     """A crash, silence, nonsense, a flood or a hang of the process is told in one sentence."""
     monkeypatch.setattr(module, "index_frames", harm)
-    monkeypatch.setattr("pftrack.process.worker.LAST_WORDS_S", 0.3)
+    monkeypatch.setattr("pftrack.process.pool.LAST_WORDS_S", 0.3)
     with pytest.raises(SourceError, match=sentence):
         probe(clip, silence_s=1 if harm is hostile.hang else 60)
     assert not hostile.HARM.exists()
