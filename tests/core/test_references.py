@@ -4,8 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from pftrack.core.model import glossary
-from pftrack.core.model.glossary import BANDO, BANDO_2006, Citation, Reference
+from pftrack.core.model.glossary import REFERENCES, Reference, cite, read_references
 from pftrack.experiments import EXPERIMENTS
 
 PAGE = Path(__file__).parents[2] / "docs" / "reference" / "references.md"
@@ -13,25 +12,36 @@ PAGE = Path(__file__).parents[2] / "docs" / "reference" / "references.md"
 
 def test_a_dissertation_and_an_article_as_text() -> None:
     """Plain text has authors, title, where it was published, year and the place that is cited."""
-    assert BANDO.short == "Bando 2007"
-    assert Citation(BANDO, "chapter 3: switching").text == (
+    assert cite("bando2007").short == "Bando 2007"
+    assert cite("bando2007", "chapter 3: switching").text == (
         "Takashi Bando: Adaptive Sampling Method for Real-time State Estimation in the Real World. Doctoral "
         "dissertation, Graduate School of Information Science, Nara Institute of Science and Technology, "
         "NAIST-IS-DD0461030, 2007. Chapter 3: switching."
     )
-    assert BANDO_2006.short == "Bando et al. 2006"
-    assert BANDO_2006.text.endswith("Robotics and Autonomous Systems 54(10), 873-884, 2006.")
+    assert cite("bando2006").short == "Bando et al. 2006"
+    assert cite("bando2006").text.endswith("Robotics and Autonomous Systems 54(10), 873-884, 2006.")
     assert Reference("a", "article", ("A B", "C D"), "T", 1988).short == "B and D 1988"
 
 
 def test_bibtex_is_one_entry_with_balanced_braces() -> None:
     """The entry has its type, key and fields, the place as its note, and a title whose capitals are kept."""
-    text = Citation(BANDO, "chapter 2").bibtex
+    text = cite("bando2007", "chapter 2").bibtex
     assert text.startswith("@phdthesis{bando2007,\n  author = {Takashi Bando},\n  title = {{Adaptive")
     assert "  note = {Chapter 2},\n" in text
     assert text.count("{") == text.count("}")
-    assert "note" not in Citation(BANDO_2006).bibtex
-    assert "author = {Takashi Bando and Tomohiro Shibata and " in Citation(BANDO_2006).bibtex
+    assert "note" not in cite("bando2006").bibtex
+    assert "author = {Takashi Bando and Tomohiro Shibata and " in cite("bando2006").bibtex
+
+
+def test_what_is_wrong_with_a_reference_is_named(tmp_path: Path) -> None:
+    """A field that is missing or not known is named with file and line, and an unknown key with those that are known."""
+    path = tmp_path / "references.yaml"
+    for text in ("a: {kind: misc, authors: [A B], titel: T, year: 1988}", "a: {kind: misc, year: 1988}", "a: text"):
+        path.write_text(f"\n{text}\n", encoding="utf-8")
+        with pytest.raises(ValueError, match=r"references.yaml, line 2: a must map kind, authors, title, year, where"):
+            read_references(path)
+    with pytest.raises(ValueError, match=r"unknown reference 'bando2008'; references.yaml has bando2007, bando2006"):
+        cite("bando2008")
 
 
 @pytest.mark.parametrize("name", EXPERIMENTS.own)
@@ -46,9 +56,8 @@ def test_an_experiment_cites_by_name_not_by_number(name: str) -> None:
 def test_the_page_has_every_reference_and_every_experiment() -> None:
     """The documentation has the text of each reference, and where each experiment comes from."""
     page = PAGE.read_text(encoding="utf-8")
-    for reference in vars(glossary).values():
-        if isinstance(reference, Reference):
-            assert f"| `{reference.key}` | {reference.text} |" in page
+    for reference in REFERENCES.values():
+        assert f"| `{reference.key}` | {reference.text} |" in page
     for name in EXPERIMENTS.own:
         shown = "; ".join(citation.short for citation in EXPERIMENTS[name].references)
         assert f"| `{name}` | {shown} |" in page

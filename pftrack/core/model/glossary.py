@@ -3,11 +3,11 @@
 Words that all experiments share stand in `glossary.yaml` beside this file, and an experiment declares those of its own
 (`Experiment.terms`). The page of the glossary, what pages say of a word that is pointed at, and the documentation are
 made of these declarations. An experiment names what it comes from as citations, each a reference and a place in it. The
-references that the project's own experiments share stand here; an experiment of another package brings its own.
+references of the project's own experiments stand in `references.yaml`; an experiment of another package brings its own.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Literal
 
@@ -175,104 +175,38 @@ def _join_names(names: tuple[str, ...]) -> str:
     return " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
 
 
-BANDO = Reference(
-    "bando2007",
-    "phdthesis",
-    ("Takashi Bando",),
-    "Adaptive Sampling Method for Real-time State Estimation in the Real World",
-    2007,
-    {
-        "type": "Doctoral dissertation",
-        "school": "Graduate School of Information Science, Nara Institute of Science and Technology",
-        "number": "NAIST-IS-DD0461030",
-    },
-)
-"""In Japanese with an English abstract."""
+def read_references(path: Path) -> Mapping[str, Reference]:
+    """Return the references of a YAML file, which maps their keys to their fields.
 
-BANDO_2006 = Reference(
-    "bando2006",
-    "article",
-    ("Takashi Bando", "Tomohiro Shibata", "Kenji Doya", "Shin Ishii"),
-    "Switching particle filters for efficient visual tracking",
-    2006,
-    {"journal": "Robotics and Autonomous Systems", "volume": "54", "number": "10", "pages": "873--884"},
-)
+    Raises:
+        ValueError: The file is not YAML, or a reference lacks a field or has an unknown one; it names file and line.
+    """
+    declared, places = read_texts(path)
+    return {key: _reference(key, given, places[key]) for key, given in declared.items()}
 
-KAGAMI = Reference(
-    "kagami2012",
-    "misc",
-    ("Shingo Kagami",),
-    "Image tracking (3): Bayesian estimation and particle filters",
-    2012,
-    {"howpublished": "Lecture slides, Tohoku University"},
-)
-"""In Japanese."""
 
-PEREZ = Reference(
-    "perez2002",
-    "inproceedings",
-    ("Patrick Pérez", "Carine Hue", "Jaco Vermaak", "Michel Gangnet"),
-    "Color-based probabilistic tracking",
-    2002,
-    {"booktitle": "European Conference on Computer Vision", "pages": "661--675"},
-)
+def _reference(key: str, given: Mapping[str, Any], place: str) -> Reference:
+    try:
+        return Reference(**{**given, "key": key, "authors": tuple(given["authors"])})
+    except (TypeError, KeyError) as error:
+        known = ", ".join(each.name for each in fields(Reference)[1:])
+        raise ValueError(f"{place}: {key} must map {known} to what the publication has") from error
 
-TOMASI = Reference(
-    "tomasi1992",
-    "article",
-    ("Carlo Tomasi", "Takeo Kanade"),
-    "Shape and motion from image streams under orthography: a factorization method",
-    1992,
-    {"journal": "International Journal of Computer Vision", "volume": "9", "number": "2", "pages": "137--154"},
-)
 
-BERNARDIN = Reference(
-    "bernardin2008",
-    "article",
-    ("Keni Bernardin", "Rainer Stiefelhagen"),
-    "Evaluating multiple object tracking performance: the CLEAR MOT metrics",
-    2008,
-    {"journal": "EURASIP Journal on Image and Video Processing", "volume": "2008", "pages": "246309"},
-)
+REFERENCES = read_references(Path(__file__).with_name("references.yaml"))
+"""What the project's own experiments come from, by key."""
 
-ICHIMURA = Reference(
-    "ichimura2000",
-    "techreport",
-    ("Naoyuki Ichimura", "Norikazu Ikoma"),
-    "Filtering of time series of feature point coordinates using non-Gaussian state space model",
-    2000,
-    {
-        "type": "Technical report in Japanese",
-        "institution": "Electrotechnical Laboratory and Kyushu Institute of Technology",
-    },
-)
-"""It bears no year: it cites work of 1999, and the laboratory went by another name from 2001 on."""
 
-KITAGAWA = Reference(
-    "kitagawa1996",
-    "article",
-    ("Genshiro Kitagawa",),
-    "Monte Carlo filter and smoother for non-Gaussian nonlinear state space models",
-    1996,
-    {"journal": "Journal of Computational and Graphical Statistics", "volume": "5", "number": "1", "pages": "1--25"},
-)
+def cite(key: str, place: str = "") -> Citation:
+    """Return a citation of one of `REFERENCES`.
 
-MITSUGAMI = Reference(
-    "mitsugami2009",
-    "misc",
-    ("Ikuhisa Mitsugami", "Koh Kakusho", "Michihiko Minoh"),
-    "Efficient particle filtering for a non-rigid object based on PCA about changes of its shape and motion",
-    2009,
-    {"howpublished": "Journal paper in Japanese"},
-)
-"""In Japanese with an English abstract."""
+    Args:
+        key: Of the reference.
+        place: Chapter or section with its title; all of it if empty.
 
-SHIMADA = Reference(
-    "shimada1997",
-    "phdthesis",
-    ("Nobutaka Shimada",),
-    "Estimating the three-dimensional shape and pose of articulated objects from monocular image sequences",
-    1997,
-    {"type": "Doctoral dissertation in Japanese", "school": "Osaka University"},
-)
-"""In Japanese."""
+    Raises:
+        ValueError: There is no such reference.
+    """
+    if key not in REFERENCES:
+        raise ValueError(f"unknown reference {key!r}; references.yaml has {', '.join(REFERENCES)}")
+    return Citation(REFERENCES[key], place)

@@ -14,7 +14,7 @@ import numpy as np
 
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, Layer, Polyline
-from pftrack.core.model.glossary import BANDO, BANDO_2006, Citation
+from pftrack.core.model.glossary import cite
 from pftrack.core.model.marks import Box
 from pftrack.core.model.measures import PICTURE_MEASURES
 from pftrack.core.model.palette import COLOURS
@@ -166,7 +166,7 @@ EXPERIMENT = Experiment(
     title="Ball behind an occluder",
     family="Places in a picture",
     question="How wide may the pillar be before the tracker is lost?",
-    references=(Citation(BANDO, "chapter 3: switching particle filters"), Citation(BANDO_2006)),
+    references=(cite("bando2007", "chapter 3: switching particle filters"), cite("bando2006")),
     description=(
         "A ball swings behind a pillar, among discs of its own colour. A filter that trusts its prediction coasts "
         "through the dark and may come out beside the ball; one that trusts the picture finds the ball again and may "

@@ -11,7 +11,7 @@ import numpy as np
 
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, Layer, Picture, Primitive
-from pftrack.core.model.glossary import MITSUGAMI, Citation, Term
+from pftrack.core.model.glossary import Term, cite
 from pftrack.core.model.measures import PICTURE_MEASURES
 from pftrack.core.model.palette import COLOURS
 from pftrack.core.model.plot import ERROR, PARTICLES, SAMPLE_SIZE, SIGMA, STEP_TIME, Plot, Reading
@@ -166,7 +166,7 @@ EXPERIMENT = Experiment(
     title="Fish that bends",
     family="Places in a picture",
     question="How many particles does it take to follow a goldfish through a sharp turn?",
-    references=(Citation(MITSUGAMI),),
+    references=(cite("mitsugami2009"),),
     description=(
         "Goldfish swim in a tank, seen from above, and bend as they turn. The ordinary filter moves place, heading and "
         "bend by steps of their own, so that most of its particles do what no fish does. The guided one has learned "

@@ -18,7 +18,7 @@ from pftrack.core.arrays import Floats
 from pftrack.core.model.band import Calibration, Miscalibration
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, Layer, Picture, Primitive
-from pftrack.core.model.glossary import SHIMADA, Citation, Term
+from pftrack.core.model.glossary import Term, cite
 from pftrack.core.model.plot import ERROR, SAMPLE_SIZE, STEP_TIME, Plot, Reading
 from pftrack.core.model.preset import ExampleSweep, read_presets
 from pftrack.core.model.series import SeriesValue
@@ -128,7 +128,7 @@ EXPERIMENT = Experiment(
     title="Pose of a hand",
     family="Poses of bodies",
     question="What does a hand do whose silhouette is all that one sees?",
-    references=(Citation(SHIMADA, "chapter 2"),),
+    references=(cite("shimada1997", "chapter 2"),),
     description=(
         "A hand of sixteen parts and 23 angles is followed by its silhouette. Palms and fingers are tried around what "
         "is expected, and the best hands that differ are kept, each with the one it comes from: what is ambiguous now "

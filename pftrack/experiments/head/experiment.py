@@ -35,7 +35,7 @@ from pftrack.core.model.drawing import (
     World,
     WorldDrawing,
 )
-from pftrack.core.model.glossary import BANDO, Citation
+from pftrack.core.model.glossary import cite
 from pftrack.core.model.measures import POSE_MEASURES
 from pftrack.core.model.palette import COLOURS, Colour
 from pftrack.core.model.preset import ExampleSweep, read_presets
@@ -380,7 +380,7 @@ EXPERIMENT = Experiment(
     title="Pose of a head",
     family="Poses of bodies",
     question="Which way does the driver look, and can one be sure when half of the face is hidden?",
-    references=(Citation(BANDO, "chapter 4, section 4: head pose of a driver in a car"),),
+    references=(cite("bando2007", "chapter 4, section 4: head pose of a driver in a car"),),
     description=(
         "Eleven features of a face are tracked by templates of the first frame, laid onto the surface of a head; the "
         "pose of the head comes from all of them. Each feature's particles come from two predictions, the head's and "

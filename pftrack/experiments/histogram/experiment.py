@@ -8,7 +8,7 @@ person has drawn a box around the target.
 from pathlib import Path
 from typing import Any
 
-from pftrack.core.model.glossary import KAGAMI, PEREZ, Citation, Term
+from pftrack.core.model.glossary import Term, cite
 from pftrack.core.model.marks import Box
 from pftrack.core.model.measures import MEAN_IOU, PICTURE_MEASURES, held_at_end
 from pftrack.core.model.parameters import revise
@@ -118,7 +118,7 @@ EXPERIMENT = Experiment(
     title="A window by its colours",
     family="Places in a picture",
     question="Does a cloud of guesses carry a target past its look-alike and behind a column?",
-    references=(Citation(KAGAMI), Citation(PEREZ)),
+    references=(cite("kagami2012"), cite("perez2002")),
     description=(
         "A red and yellow target meets a look-alike and passes behind a column. Each particle is weighed by how like "
         "the target the colours in its window are. One number, lambda, says how far a frame is trusted: too little and "

@@ -14,7 +14,7 @@ import numpy as np
 
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, Layer, Picture, Primitive
-from pftrack.core.model.glossary import SHIMADA, Citation
+from pftrack.core.model.glossary import cite
 from pftrack.core.model.preset import ExampleSweep, read_failures, read_presets
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame
@@ -116,7 +116,7 @@ EXPERIMENT = Experiment(
     title="Linkage seen by one camera",
     family="Poses of bodies",
     question="How much of a chain's lengths and depth can one camera tell, by what its joints can do?",
-    references=(Citation(SHIMADA, "chapters 3 to 5"),),
+    references=(cite("shimada1997", "chapters 3 to 5"),),
     description=(
         "Three links move, and a camera that sees no depth measures where the joints are. A link that passes the pose "
         "parallel to the image may come out on either side of it. One Kalman filter has to guess; several keep both "

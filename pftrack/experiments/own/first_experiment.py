@@ -5,7 +5,7 @@ from scipy.ndimage import map_coordinates
 
 from pftrack.core.geometry.polygons import paint_disc
 from pftrack.core.model.band import Calibration, Miscalibration
-from pftrack.core.model.glossary import BANDO, Citation
+from pftrack.core.model.glossary import cite
 from pftrack.core.model.likelihood import Component
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.preset import Preset
@@ -63,7 +63,7 @@ EXPERIMENT = Experiment(
     id="NAME",
     title="A dot",
     question="How long may the dot be hidden?",
-    references=(Citation(BANDO, "chapter 2: particle filters"),),
+    references=(cite("bando2007", "chapter 2: particle filters"),),
     description="A dot runs along a path and is hidden from time to time.",
     unit="px",
     trackers=filtered(Dot(), Bootstrap("bootstrap", "Particle filter", "Moves at random and weighs by brightness.")),

@@ -14,7 +14,7 @@ from pftrack.core.arrays import Bools, Floats
 from pftrack.core.geometry.rotation import rotation
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, Layer, Links, Picture, Primitive
-from pftrack.core.model.glossary import BANDO, Citation
+from pftrack.core.model.glossary import cite
 from pftrack.core.model.measures import POSE_MEASURES
 from pftrack.core.model.palette import COLOURS, Colour
 from pftrack.core.model.preset import ExampleSweep, read_presets
@@ -138,7 +138,7 @@ EXPERIMENT = Experiment(
     title="Turning prism",
     family="Poses of bodies",
     question="When a corner hides, should the tracker trust the solid or the corner's own past?",
-    references=(Citation(BANDO, "chapter 4, sections 1 to 3: adaptive sampling distribution"),),
+    references=(cite("bando2007", "chapter 4, sections 1 to 3: adaptive sampling distribution"),),
     description=(
         "Eight corners of a prism are measured, the hidden ones with a hundred times the noise. Each corner's "
         "particles come from two predictions, the solid's and its own; alpha is the share of the first. It rises while "

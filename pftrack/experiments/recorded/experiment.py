@@ -15,7 +15,7 @@ from pftrack.core.arrays import Floats
 from pftrack.core.model.band import Calibration
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, Layer, Links, Picture, Polyline, Primitive, Text
-from pftrack.core.model.glossary import BERNARDIN, Citation, Term
+from pftrack.core.model.glossary import Term, cite
 from pftrack.core.model.measures import MEAN_IOU, PICTURE_MEASURES
 from pftrack.core.model.palette import COLOURS, OKABE_ITO, Colour
 from pftrack.core.model.parameters import ParameterError, Parameters, parameter, revise
@@ -379,7 +379,7 @@ EXPERIMENT = Experiment(
     title="Recorded results",
     family="Results of others",
     question="Where is a filter of your own, or any other tracker, wrong, and what did it believe there?",
-    references=(Citation(BERNARDIN),),
+    references=(cite("bernardin2008"),),
     description=(
         "What a loop or a tracker outside has computed is looked at like any run: particles, Gaussians or boxes, frame "
         "by frame, in the picture or in the plane of two components. Where a truth is given, errors, overlap and "

@@ -18,7 +18,7 @@ from pftrack.core.arrays import Floats
 from pftrack.core.model.band import Calibration, Miscalibration
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, Layer, Picture, Points, Polyline, Primitive
-from pftrack.core.model.glossary import BANDO, Citation
+from pftrack.core.model.glossary import cite
 from pftrack.core.model.palette import COLOURS
 from pftrack.core.model.preset import ExampleSweep, read_presets
 from pftrack.core.model.setup import Setup
@@ -154,7 +154,7 @@ EXPERIMENT = Experiment(
     title="A signal in noise",
     family="Signals in noise",
     question="How many particles does it take to come near the exact answer?",
-    references=(Citation(BANDO, "chapter 2: Kalman filter and particle filter"),),
+    references=(cite("bando2007", "chapter 2: Kalman filter and particle filter"),),
     description=(
         "A sine or cosine is seen through noise. The Kalman filter gives the exact posterior; the particle filter "
         "approaches it with enough particles, and needs many more in more dimensions."

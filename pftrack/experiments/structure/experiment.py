@@ -16,7 +16,7 @@ from pftrack.core.arrays import Floats
 from pftrack.core.model.band import HALF, MOST, Calibration, FlagBand, Miscalibration
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, Layer, Picture, Primitive
-from pftrack.core.model.glossary import BANDO, TOMASI, Citation, Term
+from pftrack.core.model.glossary import Term, cite
 from pftrack.core.model.measures import EvaluatedRun, Measure
 from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.plot import ERROR, STEP_TIME, Plot, Reading
@@ -222,7 +222,10 @@ EXPERIMENT = Experiment(
     title="Shape from motion",
     family="Shapes from motion",
     question="How much must a body turn, and be seen, before its shape is known?",
-    references=(Citation(BANDO, "chapter 4, section 5: factorization with noise, batch and online"), Citation(TOMASI)),
+    references=(
+        cite("bando2007", "chapter 4, section 5: factorization with noise, batch and online"),
+        cite("tomasi1992"),
+    ),
     description=(
         "Points of a rigid body are tracked while it turns, some of them hidden or missing. From where they are seen, "
         "and how far that is to be trusted, its shape is found while one watches, with how sure each point is. What no "

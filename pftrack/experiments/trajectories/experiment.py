@@ -16,7 +16,7 @@ from typing import Any, Literal
 from pftrack.core.model.band import Calibration, Miscalibration
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, Layer, Picture, Primitive
-from pftrack.core.model.glossary import ICHIMURA, KITAGAWA, Citation
+from pftrack.core.model.glossary import cite
 from pftrack.core.model.parameters import parameter, revise
 from pftrack.core.model.preset import ExampleSweep, read_presets
 from pftrack.core.model.setup import Setup
@@ -191,7 +191,7 @@ EXPERIMENT = Experiment(
     title="Feature trajectories",
     family="Places in a picture",
     question="Which law of the noise lets a filter ignore a track that has jumped?",
-    references=(Citation(ICHIMURA), Citation(KITAGAWA)),
+    references=(cite("ichimura2000"), cite("kitagawa1996")),
     description=(
         "Points are followed from frame to frame, and now and then one is found in the wrong place. Each trajectory is "
         "filtered, and smoothed with the frames that follow. Gaussian noise lets a jump drag the estimate along; with "
