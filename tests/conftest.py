@@ -124,7 +124,8 @@ def one_first() -> Iterator[None]:
 @pytest.fixture(scope="session")
 def compiled() -> None:
     """Compile once what servers would compile for themselves; of several processes one does while the others wait."""
-    from pftrack.doctor.warming import Warming, ready
+    from pftrack.doctor.memory import ready
+    from pftrack.doctor.warming import Warming
     from pftrack.experiments import EXPERIMENTS
 
     with one_at_a_time():

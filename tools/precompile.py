@@ -52,7 +52,7 @@ def collect(destination: Path) -> int:
     """
     from pftrack.core.numerics.compiled import FUNCTIONS, precompiled_folder  # noqa: PLC0415
     from pftrack.core.numerics.machine import PACKAGE, PRECOMPILED  # noqa: PLC0415
-    from pftrack.doctor.warming.memory import memory_folder  # noqa: PLC0415
+    from pftrack.doctor.memory import memory_folder  # noqa: PLC0415
     from pftrack.experiments import EXPERIMENTS  # noqa: PLC0415
 
     dict(EXPERIMENTS)  # imports them, and with them what they call

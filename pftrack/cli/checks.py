@@ -153,7 +153,7 @@ EVERY_S = 3.0
 def compiling() -> Iterator[None]:
     """Say on standard error that functions are compiled and how many; nothing if none is."""
     from pftrack.core.numerics.compiled import FUNCTIONS
-    from pftrack.doctor.warming.watch import watch
+    from pftrack.doctor.compiling import watch
 
     begin = time.monotonic()
     done: list[str] = []

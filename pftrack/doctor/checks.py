@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from pftrack.core.entry_points import find
-from pftrack.doctor.warming.memory import existing, writable
+from pftrack.doctor.memory import existing, writable
 
 if TYPE_CHECKING:
     from pftrack.experiments.experiment import Experiment
@@ -114,7 +114,8 @@ def _numbers(version: str) -> tuple[int, ...]:
 def _compilation(*, everything: bool) -> Check:
     """Run the default tracker of each experiment, or have all compiled that is."""
     from pftrack.core.numerics.compiled import FUNCTIONS, count_precompiled
-    from pftrack.doctor.warming import Warming, cache_folder
+    from pftrack.doctor.memory import cache_folder
+    from pftrack.doctor.warming import Warming
     from pftrack.experiments import EXPERIMENTS
 
     if everything:
@@ -163,7 +164,7 @@ def _experiments(*, everything: bool) -> tuple[Status, str]:
 
 def _run_default(experiment: "Experiment") -> int:
     """Run some frames of the default tracker; return how many trackers ran."""
-    from pftrack.doctor.warming.coverage import run_case
+    from pftrack.doctor.compiling import run_case
 
     run_case(experiment, experiment.default_tracker, {})
     return 1

@@ -14,7 +14,8 @@ from typing import Self
 
 import structlog
 
-from pftrack.doctor.warming import Progress, Warming, cache_folder, ready
+from pftrack.doctor.memory import cache_folder, ready
+from pftrack.doctor.warming import Progress, Warming
 from pftrack.experiments import EXPERIMENTS
 from pftrack_server.errors import UnavailableError
 

@@ -234,7 +234,7 @@ def test_compiling_is_announced(call: Call, tmp_path: Path, monkeypatch: pytest.
 
     saved = tmp_path / "a.pft"
     assert call("run", "sine", "--frames", 2, "--out", saved)[0] == 0
-    monkeypatch.setattr("pftrack.doctor.warming.watch.watch", watched)
+    monkeypatch.setattr("pftrack.doctor.compiling.watch", watched)
     command = ("replay", saved) if again else ("run", "sine", "--frames", 2)
     status, out, err = call(*command, "--json")
     assert status == 0

@@ -34,7 +34,7 @@ def test_bibtex_is_one_entry_with_balanced_braces() -> None:
 
 
 def test_what_is_wrong_with_a_reference_is_named(tmp_path: Path) -> None:
-    """A field that is missing or not known is named with file and line, and an unknown key with those that are known."""
+    """A field that is missing or unknown is named with file and line, and an unknown key with those that are known."""
     path = tmp_path / "references.yaml"
     for text in ("a: {kind: misc, authors: [A B], titel: T, year: 1988}", "a: {kind: misc, year: 1988}", "a: text"):
         path.write_text(f"\n{text}\n", encoding="utf-8")

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials, logarithms
-from pftrack.doctor.warming import Progress, Warming, memory, watch
-from pftrack.doctor.warming.schedule import Schedule
+from pftrack.doctor import compiling, memory
+from pftrack.doctor.warming import Progress, Schedule, Warming
 from pftrack.experiments.shared.sampling.loop import loop_with
 from pftrack.process import report
 
@@ -44,8 +44,8 @@ def pause(name: str, number: int) -> list[str]:
 
 def compile_little(name: str, number: int) -> list[str]:
     """Compile what the sums of elementary functions need, as if a case of the experiment called no more."""
-    watch.run_case = lambda *_: logarithms(exponentials(np.ones(3)))  # type: ignore[assignment]
-    return watch.compile_case(name, number)
+    compiling.run_case = lambda *_: logarithms(exponentials(np.ones(3)))  # type: ignore[assignment]
+    return compiling.compile_case(name, number)
 
 
 @pytest.fixture

@@ -99,7 +99,7 @@ def test_commands_work_beside_broken_packages(place: Path) -> None:
 DOCTORS = """
 import os, sys
 from pftrack.doctor.checks import _experiments
-import pftrack.experiments.sine.experiment, pftrack.doctor.warming.coverage
+import pftrack.experiments.sine.experiment, pftrack.doctor.compiling
 for place in sys.argv[1:]:
     if not os.fork():
         sys.path.append(place)

@@ -4,8 +4,8 @@ A server imports this in the place of `pftrack_server.preload` where what worker
 a test. An experiment that fails where it is warmed is among the few.
 """
 
-from pftrack.doctor import warming
+from pftrack.doctor import memory
 
-warming.ready = lambda names: frozenset(names) & {"ball", "failing"}  # type: ignore[assignment]
+memory.ready = lambda names: frozenset(names) & {"ball", "failing"}  # type: ignore[assignment]
 
 import pftrack_server.preload  # noqa: E402, F401 - warms what is ready

@@ -13,7 +13,7 @@ import pytest
 from pftrack.core.model.drawing import Drawing
 from pftrack.core.model.parameters import Value
 from pftrack.core.numerics.compiled import FUNCTIONS
-from pftrack.doctor.warming.coverage import cases, run_case
+from pftrack.doctor.compiling import cases, run_case
 from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.experiment import Experiment
 from pftrack.process import BlockingEnd, ForkServer

@@ -10,7 +10,6 @@ from typing import Any
 import numba
 import pytest
 
-from pftrack.doctor.warming import watch
 from pftrack.process import AsyncEnd, BlockingEnd, pair
 from pftrack_server.worker.protocol import Change, Credit, Event, Export, Progress, Reply, Request, Speed, Transport
 from pftrack_server.worker.run_tree import RunTree
@@ -169,7 +168,7 @@ async def play_until_compiled(heard: list[Progress]) -> None:
 def test_a_run_that_has_to_compile_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     """It tells of each function before it falls silent, and with the frame that needed them that it is over."""
     functions = [numba.njit(lambda x, k=k: x + k) for k in range(2)]
-    monkeypatch.setattr(watch, "FUNCTIONS", functions)
+    monkeypatch.setattr("pftrack.doctor.compiling.FUNCTIONS", functions)
 
     def compiling(tree: RunTree) -> dict[str, Any] | None:
         for function in functions:
@@ -188,7 +187,7 @@ def test_a_run_that_has_to_compile_says_so(monkeypatch: pytest.MonkeyPatch) -> N
 def test_what_compiles_beside_a_step_is_over_as_well(monkeypatch: pytest.MonkeyPatch, place: str) -> None:
     """Measures and a command that is refused compile outside a step, and the end of that is told all the same."""
     function = numba.njit(lambda x: x - 1)
-    monkeypatch.setattr(watch, "FUNCTIONS", [function])
+    monkeypatch.setattr("pftrack.doctor.compiling.FUNCTIONS", [function])
     original = getattr(RunTree, place)
 
     def compiling(tree: RunTree, *arguments: Any) -> Any:

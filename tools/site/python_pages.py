@@ -65,7 +65,6 @@ INTERNAL = frozenset(
         "pftrack.vision.model_files",
         "pftrack.process",
         "pftrack.experiments.shared",
-        "pftrack.doctor.warming",
     }
 )
 """Packages that concern nobody outside: commands, what experiments wire up, children, and how compiled code is kept."""

@@ -9,7 +9,7 @@ from typing import Any
 
 from pftrack.core.files import write_whole
 from pftrack.core.numerics import machine
-from pftrack.doctor.warming import source_hash
+from pftrack.doctor.memory import source_hash
 
 
 def digest(about: str) -> str:

@@ -2,8 +2,8 @@
 
 from itertools import islice
 
-from pftrack.doctor.warming import cache_folder
-from pftrack.doctor.warming.coverage import cases, run_case
+from pftrack.doctor.compiling import cases, run_case
+from pftrack.doctor.memory import cache_folder
 from pftrack.experiments import EXPERIMENTS
 from pftrack.vision.rendering import png, render
 

@@ -15,7 +15,7 @@ from typing import Any, get_args
 from pftrack.core.model.drawing import Drawing
 from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.setup import ExportError
-from pftrack.doctor.warming.watch import watch
+from pftrack.doctor.compiling import watch
 from pftrack.experiments.own.sliders import FilterFileError
 from pftrack.process import BlockingEnd
 from pftrack.runs.record import RecordError

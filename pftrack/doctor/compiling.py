@@ -1,20 +1,51 @@
-"""What a process does that compiles: it runs a case of an experiment, and tells what it has compiled on the way.
+"""What is compiled: which runs call all of it, and what a process tells that makes them.
 
-Each piece of news is a dictionary: `{"begun": EXPERIMENT, "cases": 12, "total": 81}` before the first case of one, with
-the number of all functions that there are, and `{"function": NAME, "seconds": S}` for what it has compiled.
+Trackers, presets, and choices and switches of parameters are all run. Otherwise a class would wait for the compiler in
+the moment in which somebody first turns to the pinhole camera.
 """
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
 from numba.core import event
 
+from pftrack.core.model.drawing import Drawing
+from pftrack.core.model.parameters import Value, declarations
+from pftrack.core.model.recipe import Change
 from pftrack.core.numerics.compiled import FUNCTIONS
-from pftrack.doctor.warming.coverage import cases, run_case
 from pftrack.experiments import EXPERIMENTS
+from pftrack.experiments.experiment import Experiment
 from pftrack.process import report
+from pftrack.runs.run import Run
+
+
+def cases(experiment: Experiment) -> Iterator[tuple[str, dict[str, Value]]]:
+    """Yield each tracker with the defaults, the default one first, then choices with who reads them, then presets."""
+    first = experiment.default_tracker
+    yield first, {}
+    yield from ((tracker, {}) for tracker in experiment.trackers if tracker != first)
+    for item in declarations(type(experiment.simulate().parameters)):
+        others: tuple[Value, ...] = item.choices if item.kind == "choice" else ()
+        if item.kind == "boolean":
+            others = (not item.default,)
+        for value in others:
+            if value != item.default:
+                yield (item.trackers[0] if item.trackers else experiment.default_tracker), {item.name: value}
+    # A choice may matter only beside another one.
+    yield from (
+        (preset.tracker, dict(preset.parameters)) for preset in experiment.presets if len(preset.parameters) > 1
+    )
+
+
+def run_case(experiment: Experiment, tracker: str, values: Mapping[str, Value]) -> Drawing:
+    """Compute as many frames as call all that later ones do, and return the last drawing."""
+    timeline = (Change(0, dict(values)),) if values else ()
+    frames = experiment.warm_frames
+    run = Run(experiment, experiment.simulate(), tracker=tracker, frames=frames, timeline=timeline)
+    run.finish()
+    return experiment.draw(run.current, run.diagnostics)
 
 
 class _Watch(event.Listener):
@@ -61,7 +92,11 @@ def _ours(event: Any) -> str | None:  # noqa: ANN401 - numba's
 
 
 def compile_case(name: str, number: int) -> list[str]:
-    """Run one of the `coverage.cases` of an experiment, and return the names of all that is compiled by then."""
+    """Run one of the `cases` of an experiment, and return the names of all that is compiled by then.
+
+    It reports `{"begun": EXPERIMENT, "cases": 12, "total": 81}` before the first case of one, with the number of all
+    functions that there are, and `{"function": NAME, "seconds": S}` for what it has compiled.
+    """
     every = tuple(cases(EXPERIMENTS[name]))
     if number == 0:
         report({"begun": name, "cases": len(every), "total": len(FUNCTIONS)})

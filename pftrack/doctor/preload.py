@@ -1,6 +1,6 @@
 """What the fork server of the processes that compile imports: all experiments, once for all of them."""
 
-from pftrack.doctor.warming.watch import compile_case
+from pftrack.doctor.compiling import compile_case
 from pftrack.experiments import EXPERIMENTS
 
 __all__ = ["compile_case"]

@@ -25,7 +25,7 @@ KEPT = 8
 def cache_folder() -> Path | None:
     """Return where what is compiled is kept: by the environment, else beside the source, else in the user's cache."""
     chosen = os.environ.get("NUMBA_CACHE_DIR")
-    beside = Path(__file__).parents[2] / "__pycache__"
+    beside = Path(__file__).parents[1] / "__pycache__"
     places = [Path(chosen)] if chosen else [beside, Path("~/.cache").expanduser()]
     return next((place for place in places if writable(place)), None)
 
@@ -74,7 +74,7 @@ def _name() -> str:
 @cache
 def source_hash() -> bytes:
     """Return a hash of our source, which a process reads once: it goes on with what it has imported."""
-    package = Path(__file__).parents[2]
+    package = Path(__file__).parents[1]
     digest = hashlib.sha256()
     for path in sorted(package.rglob("*.py")):
         digest.update(f"{path.relative_to(package)}\n".encode())

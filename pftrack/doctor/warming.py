@@ -1,0 +1,289 @@
+"""Compiling all that is compiled, once on each machine, before somebody waits for it.
+
+Numba compiles a function when it is first called and keeps it on disk. Calling everything once takes most of a minute,
+so processes of low priority do it, case by case on all processors (`compiling`), and their owner looks at their
+progress; what has been compiled stays when they are ended, and which experiments are ready is remembered (`memory`).
+
+The first case of an experiment is how it is by default, which is all that its session needs to begin. So the first
+cases of all come before the others, and before them what somebody waits for.
+
+Two processes that need the same function at the same time both compile it. Cases that follow one another call much the
+same functions, so then a process stays with the experiment that it has begun; when that has no more, it helps another
+from its end, where other things are chosen than in the beginning.
+"""
+
+import os
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import Future
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
+
+from pftrack.doctor.compiling import compile_case
+from pftrack.doctor.memory import remember
+from pftrack.process import UNLIMITED, BlockingPool, CallError, ForkServer
+
+PRELOAD = "pftrack.doctor.preload"
+LOW_PRIORITY = 10
+
+LEAST = 5
+"""Functions that must be compiled before anything can be said of how long it will take."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far compiling is.
+
+    Attributes:
+        done: Functions that are compiled, or were.
+        total: Functions that there are; 0 while that is not known yet.
+        usable: Experiments that run as they are by default; what else they can is compiled where it is used first.
+        ready: Experiments of which everything is compiled.
+        failed: Why experiments could not be run, by name.
+        seconds: What was compiled now, by function, and how long each took without what it calls.
+        elapsed_s: Since the beginning.
+        finished: Whether all experiments are ready or have failed.
+    """
+
+    done: int = 0
+    total: int = 0
+    usable: frozenset[str] = frozenset()
+    ready: frozenset[str] = frozenset()
+    failed: Mapping[str, str] = field(default_factory=dict)
+    seconds: Mapping[str, float] = field(default_factory=dict)
+    elapsed_s: float = 0.0
+    finished: bool = False
+
+    @property
+    def left_s(self) -> float | None:
+        """About how long it will go on, s; None while nothing can be said of that."""
+        if self.finished:
+            return 0.0
+        if len(self.seconds) < LEAST or not self.total:
+            return None
+        begun = len(self.seconds) / self.elapsed_s
+        return max(self.total - self.done, 1) / begun
+
+    @property
+    def sentence(self) -> str:
+        """What to tell a person: "compiling, 14 of 41 functions, about 40 s, only once"."""
+        if self.finished:
+            return "compiled"
+        parts = ["compiling"]
+        if self.total:
+            parts.append(f"{min(self.done, self.total)} of {self.total} functions")
+        if self.left_s is not None:
+            parts.append(f"about {max(5 * round(self.left_s / 5), 5)} s")
+        return ", ".join([*parts, "only once"])
+
+
+Case = tuple[str, int]
+"""An experiment's name, and the number of one of its `compiling.cases`."""
+
+
+class Schedule:
+    """The cases of all experiments: waiting, running, or done. How many an experiment has is told when it is begun."""
+
+    def __init__(self, names: Iterable[str]) -> None:
+        self._new = deque(names)
+        self._waiting: dict[str, deque[int]] = {}
+        self._running: dict[str, int] = {}
+        self._preferred = ""
+        self._cleared = False
+
+    def __bool__(self) -> bool:
+        """Whether anything is waiting."""
+        return bool(self._new) or any(self._waiting.values())
+
+    def on_begin(self, name: str, count: int) -> None:
+        """Take up how many cases there are of an experiment whose first is running; after `clear` none are taken up."""
+        if not self._cleared:
+            self._waiting[name] = deque(range(1, count))
+
+    def prefer(self, name: str) -> None:
+        """Have the cases of an experiment run before all others that wait."""
+        self._preferred = name
+        if name in self._new:
+            self._new.remove(name)
+            self._new.appendleft(name)
+
+    def take(self, before: str | None) -> Case | None:
+        """Return what a process is to run next, if anything waits.
+
+        Args:
+            before: The experiment of what it ran last.
+        """
+        fullest = max(self._waiting, key=lambda name: len(self._waiting[name]), default=None)
+        if self._waiting.get(self._preferred):
+            case = (self._preferred, self._waiting[self._preferred].popleft())
+        elif self._new:  # what is preferred is the first of them
+            case = (self._new.popleft(), 0)
+        elif before is not None and self._waiting.get(before):
+            case = (before, self._waiting[before].popleft())
+        elif fullest is not None and self._waiting[fullest]:
+            case = (fullest, self._waiting[fullest].pop())
+        else:
+            return None
+        self._running[case[0]] = self._running.get(case[0], 0) + 1
+        return case
+
+    def done(self, name: str) -> bool:
+        """Take up that a case of an experiment has run; return whether that was the last of them."""
+        self._running[name] -= 1
+        return not self._running[name] and not self._waiting.get(name)
+
+    def give_up(self, name: str) -> None:
+        """Forget the cases of an experiment that wait."""
+        self._waiting.pop(name, None)
+
+    def clear(self) -> None:
+        """Forget all that waits, for good: what a process said before it was ended may still be read."""
+        self._cleared = True
+        self._new.clear()
+        self._waiting.clear()
+
+
+class Warming:
+    """Compiles what experiments need, in processes of low priority.
+
+    It may be looked at and ended from any thread.
+    """
+
+    def __init__(
+        self,
+        names: Iterable[str],
+        *,
+        processes: int | None = None,
+        told: Callable[[Progress], None] | None = None,
+        compile_case: Callable[[str, int], list[str]] = compile_case,
+        low_priority: bool = True,
+    ) -> None:
+        """Begin.
+
+        Args:
+            names: Of the experiments, in the order in which they are needed.
+            processes: How many at once; one a processor if not given.
+            told: Is called with the progress after every piece of news, by one thread at a time.
+            compile_case: Does it, in those processes.
+            low_priority: Whether others come first, as they should where nobody waits for it.
+        """
+        names = tuple(names)
+        self._schedule = Schedule(names)
+        self._all = frozenset(names)
+        self._told = told
+        self._compile = compile_case
+        self._lock = threading.RLock()
+        self._done: set[str] = set()
+        self._usable: set[str] = set()
+        self._ready: set[str] = set()
+        self._failed: dict[str, str] = {}
+        self._seconds: dict[str, float] = {}
+        self._total = 0
+        self._begun = time.monotonic()
+        self._ended: float | None = None
+        self._running = 0
+        self._over = threading.Event()
+        budget = replace(UNLIMITED, niceness=LOW_PRIORITY if low_priority else 0)
+        self._pool = BlockingPool(
+            ForkServer(PRELOAD), processes=max(1, min(len(names), processes or os.cpu_count() or 1)), budget=budget
+        )
+        with self._lock:
+            self._hand_out(None)
+
+    @property
+    def progress(self) -> Progress:
+        """How far it is now."""
+        with self._lock:
+            return Progress(
+                len(self._done),
+                self._total,
+                frozenset(self._usable),
+                frozenset(self._ready),
+                dict(self._failed),
+                dict(self._seconds),
+                (self._ended or time.monotonic()) - self._begun,
+                self._ready | self._failed.keys() >= self._all,
+            )
+
+    def prefer(self, name: str) -> None:
+        """Compile an experiment before the others, since somebody waits for it."""
+        with self._lock:
+            self._schedule.prefer(name)
+
+    def wait(self) -> Progress:
+        """Wait until all is done, and return what came of it."""
+        self._over.wait()
+        return self.progress
+
+    def stop(self) -> None:
+        """End the processes; what they have compiled stays."""
+        with self._lock:
+            self._schedule.clear()
+        self._pool.close()
+        self._over.set()
+
+    def _hand_out(self, before: str | None) -> None:
+        """Give cases to processes that have nothing to do; when there are no more, let all of them end.
+
+        Args:
+            before: The experiment of what was run last.
+        """
+        while self._running < self._pool.processes and (case := self._schedule.take(before)) is not None:
+            self._running += 1
+            future = self._pool.submit(self._compile, *case, on_step=self._take)
+            future.add_done_callback(partial(self._settle, case))
+        if not self._running and not self._over.is_set():
+            self._over.set()
+            # Not here: this may be the pool's own thread.
+            threading.Thread(target=self._pool.close, name="end-compiling").start()
+
+    def _settle(self, case: Case, future: "Future[list[str]]") -> None:
+        """Take up what came of a case, and go on with the next."""
+        if future.cancelled():
+            return
+        name, number = case
+        with self._lock:
+            self._running -= 1
+            error = future.exception()
+            if error is None:
+                self._done.update(future.result())
+                if number == 0:
+                    self._usable.add(name)
+            elif isinstance(error, CallError):  # experiments of other packages may raise anything
+                self._fail(name, str(error).splitlines()[0])
+            else:
+                self._fail(name, f"its compiler process {error}")
+            self._close(name)
+            self._hand_out(name)
+            self._tell()
+
+    def _take(self, news: dict[str, Any]) -> None:
+        with self._lock:
+            if "begun" in news:
+                self._total = news["total"]
+                self._schedule.on_begin(news["begun"], news["cases"])
+                self._hand_out(news["begun"])
+            else:
+                self._seconds[news["function"]] = self._seconds.get(news["function"], 0.0) + news["seconds"]
+                self._done.add(news["function"])
+            self._tell()
+
+    def _fail(self, name: str, reason: str) -> None:
+        self._failed.setdefault(name, reason)
+        self._schedule.give_up(name)
+
+    def _close(self, name: str) -> None:
+        """Take up that a case has run; an experiment is ready when that was the last of them."""
+        if self._schedule.done(name) and name not in self._failed:
+            remember(name)
+            self._ready.add(name)
+
+    def _tell(self) -> None:
+        progress = self.progress
+        if progress.finished and self._ended is None:
+            self._ended = time.monotonic()
+        if self._told is not None:
+            self._told(progress)
