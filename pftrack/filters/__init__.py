@@ -5,9 +5,9 @@ The members differ in how they represent the posterior and where they put their 
 
 - `kalman`, `extended`, `unscented`: one Gaussian; exact for linear models, by derivatives, by sigma points;
 - `bootstrap`: particles drawn from the prediction (SIR, Condensation);
-- `auxiliary`: parents chosen with regard to the new observation, for all particles or for some;
+- `auxiliary`: parents chosen with regard to the new observation, for all particles or for some, as rules say that look
+  at how uncertain the last posterior was;
 - `unscented_particle`: every particle proposed from its own unscented Kalman update;
-- `switching`: rules that choose between prediction and observation by how uncertain the last posterior was;
 - `fixed_lag`: the state a few frames ago, given what has been seen since, for Gaussians and for particles;
 - `disturbances`: how large the noises of a linear model were, given all frames.
 
@@ -16,48 +16,8 @@ An object with several features is tracked in two layers (`layers`):
 - `adaptive`: below, particles of each feature, drawn in a given ratio from the upper prediction and from their own;
 - `affine`, `perspective`: above, the camera's entries or the pose itself; `affine_pose` gets the pose from the entries;
 - `sequential`: the small Kalman filters of both, for compiled loops;
+- `agreement`: features that are elsewhere, or less exact than they say;
 - `rao_blackwell`: both layers at once, particles of all features together and an exact camera for each of them.
 
 Filters know no pictures: the likelihood is an argument, a function of states (N, d) that returns log densities (N,).
 """
-
-from pftrack.filters import (
-    adaptive,
-    affine,
-    affine_pose,
-    auxiliary,
-    bootstrap,
-    disturbances,
-    extended,
-    fixed_lag,
-    kalman,
-    layers,
-    perspective,
-    rao_blackwell,
-    sequential,
-    switching,
-    unscented,
-    unscented_particle,
-)
-from pftrack.filters.posterior import LogLikelihood, Posterior
-
-__all__ = [
-    "LogLikelihood",
-    "Posterior",
-    "adaptive",
-    "affine",
-    "affine_pose",
-    "auxiliary",
-    "bootstrap",
-    "disturbances",
-    "extended",
-    "fixed_lag",
-    "kalman",
-    "layers",
-    "perspective",
-    "rao_blackwell",
-    "sequential",
-    "switching",
-    "unscented",
-    "unscented_particle",
-]

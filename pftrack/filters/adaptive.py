@@ -26,8 +26,6 @@ from pftrack.filters.layers import Projection
 from pftrack.filters.particles import moments, normalise
 from pftrack.filters.resampling import systematic_parents
 
-__all__ = ["Draw", "Features", "begin", "draw", "hold", "orphan", "propagate", "surviving", "weigh"]
-
 
 @dataclass(frozen=True, slots=True)
 class Draw:

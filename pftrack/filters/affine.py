@@ -24,8 +24,6 @@ from pftrack.filters import affine_pose
 from pftrack.filters.layers import Projection
 from pftrack.filters.sequential import condition, predict_second_order
 
-__all__ = ["AffineBelief", "AffineLayer", "observe", "predict", "project"]
-
 ENTRY_NOISE = (0.02, 0.02, 0.02, 1.0)
 """Process noise of the entries of a row: px/mm for the first three, px for the last (Bando 2007, ch. 4 section 3.1)."""
 

@@ -21,8 +21,6 @@ from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.filters.resampling import systematic
 from pftrack.filters.sequential import condition, decorrelate
 
-__all__ = ["THETA_COUNT", "THETA_SD_RAD", "entries", "extended_step", "particle"]
-
 THETA_SD_RAD = float(np.deg2rad(3.0))
 THETA_COUNT = 500
 

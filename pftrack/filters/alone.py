@@ -31,8 +31,6 @@ from pftrack.filters.dynamics import Sampled
 from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.filters.resampling import Resampler, systematic
 
-__all__ = ["Filtered", "filter"]
-
 ARGUMENTS: Final[Mapping[str, tuple[str, ...]]] = {
     "begin": ("n", "rng", "frame", "parameters", "target", "count"),
     "propagate": ("states", "rng", "frame", "parameters", "known"),

@@ -13,8 +13,6 @@ import numpy as np
 from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.likelihood import Component
 
-__all__ = ["LARGEST_EXCESS", "MOST_PARTICLES", "Answers", "named_arguments"]
-
 MOST_PARTICLES = 1_000_000
 LARGEST_EXCESS = 1e-6
 """By which a sum of weights may differ from one."""

@@ -26,11 +26,8 @@ from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials, logarithms
 from pftrack.core.numerics.random import Generator
 from pftrack.filters.dynamics import Dynamics
-from pftrack.filters.particles import ParticleSet, normalise
-from pftrack.filters.posterior import LogLikelihood, Posterior, evaluate
+from pftrack.filters.particles import LogLikelihood, ParticleSet, Posterior, evaluate, normalise
 from pftrack.filters.resampling import Resampler, systematic
-
-__all__ = ["WeightRule", "correction", "step"]
 
 WeightRule: TypeAlias = Literal["sharpened", "corrected", "balanced"]
 
@@ -120,3 +117,60 @@ def correction(log_g_parent: Floats, log_mean_g: float, prediction_count: int, b
     for n in range(count):
         relative[n] = 0.0 if n < prediction_count else -relative[n]
     return relative
+
+
+# How many particles each sampler should provide is judged by the last posterior. While the target is in view it is
+# narrow and the prediction can be trusted. When it widens, whether because the target is hidden or because the dynamics
+# are wrong, the observation should have more say. The switching particle filters of Bando 2007 compare the posterior
+# standard deviation with thresholds; they differ in how hard the switch is.
+
+
+@compiled
+def exceeds(sigma: Floats, gamma: float) -> bool:
+    """Tell whether any posterior standard deviation (d,) exceeds the threshold gamma, in the same unit."""
+    for deviation in sigma:  # noqa: SIM110 - `any` of a generator cannot be compiled
+        if deviation > gamma:
+            return True
+    return False
+
+
+@compiled
+def hard(sigma: Floats, gamma: float, count: int) -> int:
+    """All particles from the observation sampler if any sigma exceeds gamma, else none.
+
+    This is the rule of the h-SPF (Bando 2007, ch. 3 section 2.1).
+
+    Args:
+        sigma: (d,) posterior standard deviations of the last frame.
+        gamma: Threshold, in the unit of sigma; Bando uses the target's radius.
+        count: N.
+    """
+    return count if exceeds(sigma, gamma) else 0
+
+
+@compiled
+def soft(sigma: Floats, gamma_min: float, gamma_max: float, count: int) -> int:
+    """A share that rises linearly from none at gamma_min to all at gamma_max (s-SPF; Bando 2007, eqs. 3.6 and 3.7).
+
+    The largest sigma decides; the number is rounded to the nearest, halves to even.
+
+    Args:
+        sigma: (d,) posterior standard deviations of the last frame.
+        gamma_min: Below this none are drawn by observation.
+        gamma_max: Above this all are; not less than gamma_min. If both are equal, the switch is hard.
+        count: N.
+
+    Raises:
+        ValueError: There is no sigma, or one is NaN.
+    """
+    widest = 0.0
+    for axis in range(sigma.shape[0]):
+        widest = max(widest, sigma[axis])
+        if np.isnan(sigma[axis]):
+            widest = np.nan
+            break
+    if sigma.shape[0] == 0 or np.isnan(widest):
+        raise ValueError("expected posterior standard deviations (d,), got none or NaN")
+    if gamma_max <= gamma_min:
+        return count if widest > gamma_max else 0
+    return int(np.rint(count * min(max((widest - gamma_min) / (gamma_max - gamma_min), 0.0), 1.0)))

@@ -15,8 +15,6 @@ from pftrack.core.numerics.checks import check
 from pftrack.core.numerics.elementary import exponentials
 from pftrack.filters.particles import normalise
 
-__all__ = ["Beam", "backtrack", "select_best"]
-
 T = TypeVar("T")
 
 

@@ -11,11 +11,8 @@ import numpy as np
 
 from pftrack.core.numerics.random import Generator
 from pftrack.filters.dynamics import Dynamics
-from pftrack.filters.particles import ParticleSet, normalise
-from pftrack.filters.posterior import LogLikelihood, Posterior, evaluate
+from pftrack.filters.particles import LogLikelihood, ParticleSet, Posterior, evaluate, normalise
 from pftrack.filters.resampling import Resampler, decide, systematic
-
-__all__ = ["step"]
 
 
 def step(

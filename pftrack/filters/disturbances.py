@@ -22,8 +22,6 @@ from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import contiguous_copy, multiply, solve
 from pftrack.core.numerics.random import log_densities
 
-__all__ = ["Disturbances", "smooth_disturbances"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Disturbances:

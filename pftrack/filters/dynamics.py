@@ -21,17 +21,6 @@ from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import product
 from pftrack.core.numerics.random import Generator
 
-__all__ = [
-    "Dynamics",
-    "LinearDynamics",
-    "Sampled",
-    "autoregression",
-    "constant_velocity",
-    "diffuse",
-    "predict",
-    "random_walk",
-]
-
 
 class Dynamics(Protocol):
     """A transition density p(x' | x) that can be sampled in two stages."""

@@ -8,8 +8,6 @@ from pftrack.core.numerics.matrices import product
 from pftrack.core.numerics.random import Gaussian, symmetrise
 from pftrack.filters.kalman import condition
 
-__all__ = ["predict", "update"]
-
 
 def predict(
     posterior: Gaussian,

@@ -18,8 +18,6 @@ from pftrack.core.numerics.random import Gaussian
 from pftrack.filters.dynamics import LinearDynamics
 from pftrack.filters.particles import ParticleSet
 
-__all__ = ["Lineage", "augment", "augment_dynamics", "begin_lineage", "block", "extend_lineage", "smooth"]
-
 
 def augment(posterior: Gaussian, lag: int) -> Gaussian:
     """Return the Gaussian of (x, x, ..., x), lag + 1 times the same variable (d,): a past that equals the present.

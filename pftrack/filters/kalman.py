@@ -17,17 +17,6 @@ from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import contiguous_copy, multiply, product, solve, solve_system
 from pftrack.core.numerics.random import Gaussian, log_densities
 
-__all__ = [
-    "Innovation",
-    "NormalisedInnovation",
-    "condition",
-    "condition_on_innovation",
-    "innovate",
-    "predict",
-    "steady_lag",
-    "update",
-]
-
 
 class NormalisedInnovation(NamedTuple):
     """How far off a measurement was from what had been expected of it, whatever was measured.

@@ -15,8 +15,6 @@ from typing import Protocol, TypeVar
 from pftrack.core.arrays import Floats
 from pftrack.core.numerics.random import Gaussian, Generator
 
-__all__ = ["Projection", "UpperLayer"]
-
 S = TypeVar("S")
 
 

@@ -1,4 +1,4 @@
-"""Particle sets: a distribution as a cloud of weighted hypotheses.
+"""Particle sets: a distribution as a cloud of weighted hypotheses; and what one step of a particle filter gives.
 
 A particle set approximates a distribution by N states and weights that sum to one. Weights are kept as logarithms,
 since the likelihood of even a short signal underflows (raw weights of ten particles fail at dimension 5 on the cosine
@@ -6,8 +6,10 @@ of Bando 2007, ch. 2 section 3.2), and an impossible value (NaN) becomes a weigh
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 
@@ -16,8 +18,6 @@ from pftrack.core.numerics.checks import check
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials
 from pftrack.core.numerics.matrices import inner_product, total
-
-__all__ = ["ParticleSet", "moments", "normalise"]
 
 _FLOAT, _INDEX = np.dtype(np.float64).num, np.dtype(np.int64).num
 
@@ -122,6 +122,44 @@ class ParticleSet:
     def unique_ancestors(self) -> int:
         """How many different parents the particles have."""
         return int(_count_unique(self.ancestors))
+
+
+LogLikelihood: TypeAlias = Callable[[Floats], Floats]
+
+
+@dataclass(frozen=True, slots=True)
+class Posterior:
+    """The posterior of one frame as particles, and how it came about.
+
+    Attributes:
+        particles: The posterior. Those from the prediction sampler come first, those from the observation sampler last.
+        log_evidence: log p(z_t | z_{1:t-1}), up to the constant that the likelihood leaves out; -inf if every weight
+            was zero and the particles were made uniform.
+        observation_count: How many particles came from the observation sampler.
+        resampled: Whether the particles were resampled.
+    """
+
+    particles: ParticleSet
+    log_evidence: float
+    observation_count: int
+    resampled: bool
+
+
+def evaluate(log_likelihood: LogLikelihood, states: Floats) -> Floats:
+    """Return the log likelihoods (n,) of states (n, d); NaN counts as impossible when they are normalised.
+
+    Raises:
+        TypeError: The likelihood returns something else than an array of real numbers.
+        ValueError: It returns another number of values than there are states.
+    """
+    values = log_likelihood(states)
+    try:
+        fits = values.dtype.kind == "f" and values.ndim == 1 and len(values) == len(states)
+    except AttributeError:
+        fits = False
+    if not fits:
+        check(missing=True, states=(states, "N d"), log_likelihood=(values, "N"))
+    return values
 
 
 @compiled

@@ -20,8 +20,6 @@ from pftrack.core.numerics.random import Gaussian, Generator
 from pftrack.filters.layers import Projection
 from pftrack.filters.sequential import condition, predict_second_order
 
-__all__ = ["POSE_NOISE", "PerspectiveLayer", "features", "project"]
-
 POSE_NOISE = (*(float(np.deg2rad(1.0)),) * 3, 1.0, 1.0, 1.0)
 """Process noise of the angles, rad, and of the translation, mm."""
 

@@ -27,8 +27,6 @@ from pftrack.filters.particles import moments, normalise
 from pftrack.filters.resampling import systematic
 from pftrack.filters.sequential import predict_second_order
 
-__all__ = ["RaoBlackwell", "begin", "step"]
-
 RESAMPLING_THRESHOLD = 0.5
 SCATTER_PX = 1.0
 

@@ -8,14 +8,13 @@ A resampler is a function `(rng, log_weights, count) -> ancestors` that draws `c
 - `systematic`: the same with one common offset; each index comes floor or ceil of its expectation; the default;
 - `residual`: the whole parts without any noise, the fractions by multinomial draws.
 
-All return indices in ascending order. `adaptive` wraps a decision around them: resample only when the effective sample
-size has fallen below a share of N.
+All return indices in ascending order. `decide` resamples only when the effective sample size has fallen below a share
+of N.
 
 Source: Bando 2007, ch. 2 section 3.1 (resampling in every frame); Douc, Cappe and Moulines 2005 for the comparison.
 """
 
 from collections.abc import Callable
-from functools import partial
 from typing import TypeAlias
 
 import numpy as np
@@ -28,19 +27,6 @@ from pftrack.core.numerics.elementary import exponentials
 from pftrack.core.numerics.matrices import total
 from pftrack.core.numerics.random import Generator, uniforms
 from pftrack.filters.particles import ParticleSet
-
-__all__ = [
-    "RESAMPLERS",
-    "Resampler",
-    "adaptive",
-    "decide",
-    "multinomial",
-    "parents",
-    "residual",
-    "stratified",
-    "systematic",
-    "systematic_parents",
-]
 
 Resampler: TypeAlias = Callable[[Generator, Floats, int], Ints]
 
@@ -107,27 +93,16 @@ def parents(kind: int, log_weights: Floats, count: int, seed: int, frame: int, p
     return _multinomial(weights, numbers)
 
 
-def adaptive(resample: Resampler, threshold: float) -> Callable[[Generator, ParticleSet, int], Ints | None]:
-    """Wrap a resampler so that it acts only when it must.
+def decide(resample: Resampler, threshold: float, rng: Generator, particles: ParticleSet, count: int) -> Ints | None:
+    """Return the ancestors (count,), or None if the particles should keep their weights.
 
     Args:
         resample: The resampler to use.
         threshold: Share of N, 0..1; at 1 it resamples always, at 0 only when the number of particles changes.
-
-    Returns:
-        A function of generator, particles and the number wanted that gives the ancestors, or None when the particles
-        should keep their weights.
-
-    Raises:
-        ValueError: The threshold is not between 0 and 1.
+        rng: Source of uniform numbers.
+        particles: The particles.
+        count: How many are wanted.
     """
-    if not 0.0 <= threshold <= 1.0:
-        raise ValueError(f"the threshold must be between 0 and 1, got {threshold}")
-    return partial(decide, resample, threshold)
-
-
-def decide(resample: Resampler, threshold: float, rng: Generator, particles: ParticleSet, count: int) -> Ints | None:
-    """Return the ancestors (count,), or None if the particles should keep their weights; arguments as in `adaptive`."""
     if threshold < 1 and count == len(particles) and particles.effective_sample_size >= threshold * count:
         return None
     return resample(rng, particles.log_weights, count)

@@ -14,8 +14,6 @@ import numpy as np
 from pftrack.core.arrays import Floats
 from pftrack.core.numerics.compiled import compiled
 
-__all__ = ["condition", "decorrelate", "predict_second_order"]
-
 SMALLEST_PIVOT = 1e-12
 """Relative to its variance: what is left of a number's variance when the ones before it are known, at least."""
 

@@ -23,8 +23,6 @@ import numpy as np
 from pftrack.core.arrays import Floats
 from pftrack.core.numerics.compiled import compiled
 
-__all__ = ["least_room", "log_share", "mills_ratio", "truncate"]
-
 BEYOND_NOTICE = 8.0
 """A bound so many standard deviations away takes nothing off that double precision would show."""
 LEAST_SHARE = 1e-12

@@ -19,8 +19,6 @@ from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import factorise, multiply, solve
 from pftrack.core.numerics.random import Gaussian, log_density, symmetrise
 
-__all__ = ["Function", "predict", "transform", "update", "update_batch"]
-
 Function: TypeAlias = Callable[[Floats], Floats]
 
 

@@ -24,12 +24,9 @@ from pftrack.core.numerics.matrices import factorise, multiply
 from pftrack.core.numerics.random import Generator, log_density
 from pftrack.filters import bootstrap
 from pftrack.filters.dynamics import LinearDynamics
-from pftrack.filters.particles import ParticleSet, normalise
-from pftrack.filters.posterior import LogLikelihood, Posterior, evaluate
+from pftrack.filters.particles import LogLikelihood, ParticleSet, Posterior, evaluate, normalise
 from pftrack.filters.resampling import Resampler, systematic
 from pftrack.filters.unscented import Function, update_batch
-
-__all__ = ["UnscentedParticles", "step"]
 
 
 @dataclass(frozen=True)

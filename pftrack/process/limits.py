@@ -75,7 +75,6 @@ def confine(
     *,
     memory_bytes: int | None = None,
     cpu_seconds: float | None = None,
-    wall_seconds: float | None = None,
     file_bytes: int | None = None,
     open_files: int | None = None,
 ) -> None:
@@ -86,7 +85,6 @@ def confine(
     Args:
         memory_bytes: Address space on top of what it has now, since most of that is shared with its siblings.
         cpu_seconds: CPU time from now on; then SIGXCPU ends it.
-        wall_seconds: Time from now on; then SIGALRM ends it.
         file_bytes: Length of any file that it writes.
         open_files: How many descriptors it may hold.
     """
@@ -103,8 +101,6 @@ def confine(
     if memory_bytes is not None and sys.platform == "linux":
         pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
         _lower(resource.RLIMIT_AS, pages * resource.getpagesize() + memory_bytes)
-    if wall_seconds is not None:
-        signal.alarm(math.ceil(wall_seconds))
 
 
 def leave_interrupts_to_parent() -> None:

@@ -142,7 +142,7 @@ def test_the_overlay_is_written_as_a_film(call: Call, clip: Path, tmp_path: Path
         (("head", "--points", "p.json"), "--points needs --video"),
         (("ball", "--video", "{clip}", "--points", "p.json"), "ball takes no mark of kind 'points', only box"),
         (("prism", "--video", "{clip}"), "is simulated and takes no --video"),
-        (("head", "--video", "{clip}", "--box", "1,2,3"), "--box expected 4 numbers"),
+        (("head", "--video", "{clip}", "--box", "1,2,3"), "--box expected 4 finite numbers"),
         (("head", "--video", "{clip}", "--points", "none.json"), "there is no file none.json"),
         (("head", "--video", "{clip}", "--truth", "{boxes}"), "expected the columns frame, yaw_deg"),
         (("head", "--video", "{nobody}"), "found none"),

@@ -100,7 +100,7 @@ def test_wrong_recipes_are_refused(call: Call, tmp_path: Path, text: str, status
     [
         (("--mark", "1,2,3,4"), "--mark expected KIND:..."),
         (("--mark", "line:1,2"), "ball takes no mark of kind 'line', only box"),
-        (("--mark", "box:1,2,3"), "--mark expected 4 numbers"),
+        (("--mark", "box:1,2,3"), "--mark expected 4 finite numbers"),
         (("--mark", "box:1,2,3,4", "--box", "1,2,3,4"), "the target is marked once, got --mark and --box"),
     ],
 )

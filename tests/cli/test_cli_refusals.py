@@ -71,9 +71,9 @@ def test_wrong_use_is_refused_with_one_line_and_status_2(
 @pytest.mark.parametrize(
     ("box", "message"),
     [
-        ("1,2,3", "--box expected 4 numbers (x,y,w,h), got 3"),
-        ("1,2,3,4,5", "--box expected 4 numbers (x,y,w,h), got 5"),
-        ("a,b,c,d", "--box expected 4 numbers (x,y,w,h), got 'a,b,c,d'"),
+        ("1,2,3", "--box expected 4 finite numbers (x,y,w,h), got '1,2,3'"),
+        ("1,2,3,4,5", "--box expected 4 finite numbers (x,y,w,h), got '1,2,3,4,5'"),
+        ("a,b,c,d", "--box expected 4 finite numbers (x,y,w,h), got 'a,b,c,d'"),
         ("nan,2,3,4", "--box expected 4 finite numbers"),
         ("1,2,0,4", "mark must be a box of at least 1 px within the picture of 120 x 80 px"),
         ("1,2,3,-4", "mark must be a box of at least 1 px within the picture of 120 x 80 px"),

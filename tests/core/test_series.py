@@ -16,7 +16,6 @@ from pftrack.core.model.series import (
     SeriesValue,
     check_value,
     columns,
-    from_json,
     join,
     reduce,
     to_json,
@@ -50,22 +49,23 @@ VALUES = {
 
 @pytest.mark.parametrize("name", VALUES)
 @given(data=st.data())
-def test_values_come_back_from_json(name: str, data: st.DataObject) -> None:
-    """Whatever the shape, a value written as JSON and read again is the same, and of the same type."""
+def test_values_become_json(name: str, data: st.DataObject) -> None:
+    """Whatever the shape, a value is written with all its numbers."""
     series, strategy = VALUES[name]
     value = data.draw(strategy)  # type: ignore[arg-type] # of one shape or another
     check_value(series, value)
-    again = from_json(series, json.loads(json.dumps(to_json(value), allow_nan=False)))
-    assert again == value
-    assert type(again) is type(value)
+    found = json.loads(json.dumps(to_json(value), allow_nan=False))
+    if isinstance(value, Hypotheses):
+        value = value.values, value.weights, value.parents
+        found = found["values"], found["weights"], found.get("parents", [])
+    assert json.dumps(found) == json.dumps(value)
 
 
 def test_what_is_not_known_is_null_in_json() -> None:
-    """NaN becomes null, wherever it stands, and NaN again."""
+    """NaN becomes null, wherever it stands."""
     assert to_json((1.0, math.nan)) == [1.0, None]
     assert to_json(math.inf) is None
     assert to_json(Hypotheses(((math.nan, 2.0),), (1.0,))) == {"values": [[None, 2.0]], "weights": [1.0]}
-    assert math.isnan(from_json(NUMBER, None))  # type: ignore[arg-type] # a number
 
 
 @pytest.mark.parametrize(
@@ -91,19 +91,11 @@ def test_values_of_another_shape_are_refused(series: Series, value: SeriesValue)
         check_value(series, value)
 
 
-@pytest.mark.parametrize(("series", "raw"), [(BANK, [1, 2]), (INTERVAL, [1, 2, 3]), (NUMBER, "fast"), (VECTOR, 3)])
-def test_json_of_another_shape_is_refused(series: Series, raw: object) -> None:
-    """What is no value of the series is named with what was expected."""
-    with pytest.raises(ValueError, match=f"{series.name} is declared as {series.shape}"):
-        from_json(series, raw)
-
-
 def test_parents_are_written_where_they_are_known() -> None:
-    """What was written before there were parents is read as it was, and its columns have none."""
+    """Hypotheses without parents have none in JSON, and no column of them."""
     bare, whole = Hypotheses(((1.0, 2.0),), (1.0,)), Hypotheses(((3.0, 4.0), (5.0, 6.0)), (0.25, 0.75), (0, -1))
     assert to_json(bare) == {"values": [[1.0, 2.0]], "weights": [1.0]}
     assert to_json(whole)["parents"] == [0, -1]
-    assert from_json(BANK, to_json(bare)) == bare
     assert "bank_parents" not in columns(BANK, [bare])
     parents = columns(BANK, [bare, whole])["bank_parents"]
     assert np.isnan(parents[0]).all()

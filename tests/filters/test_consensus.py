@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pftrack.filters.consensus import LEAST_AGREEMENT, NOTHING_KNOWN_PX2, agreeing, middle
+from pftrack.filters.agreement import LEAST_AGREEMENT, NOTHING_KNOWN_PX2, agreeing, middle
 
 
 def clouds(*middles: tuple[float, float], spread: float = 1.0, count: int = 400) -> tuple[np.ndarray, np.ndarray]:

@@ -1,7 +1,9 @@
 """Every public function of filters, particles, resampling and dynamics refuses what does not fit, in one sentence."""
 
 from collections.abc import Callable
-from inspect import isclass, ismodule
+from importlib import import_module
+from inspect import isclass
+from pkgutil import iter_modules
 
 import numpy as np
 import pytest
@@ -12,21 +14,34 @@ from pftrack import filters
 from pftrack.core.model.model import LinearChain
 from pftrack.core.numerics.random import Gaussian
 from pftrack.filters import (
+    adaptive,
+    affine,
+    affine_pose,
+    agreement,
+    auxiliary,
     beam,
     bootstrap,
-    consensus,
+    disturbances,
     dynamics,
+    extended,
+    fixed_lag,
+    kalman,
+    layers,
     particles,
-    random_effects,
+    perspective,
+    rao_blackwell,
     resampling,
-    trajectories,
+    sequential,
     truncation,
+    unscented,
+    unscented_particle,
 )
 from pftrack.filters.dynamics import LinearDynamics, random_walk
 from pftrack.filters.particles import ParticleSet
 from pftrack.filters.trajectories import cloud as clouds
 from pftrack.filters.trajectories import gaussian, whole
-from pftrack.vision.likelihoods import camera, chromaticity, counting, edges, histogram, points, template
+from pftrack.vision import matching
+from pftrack.vision.likelihoods import chromaticity, counting, edges, histogram, points, template
 
 SIZES = {"N": 6, "d": 4, "k": 2, "m": 3, "F": 5, "T": 7, "n": 8, "M": 6, "K": 9}
 """How long each side is; all differ, but for those that are the same."""
@@ -52,6 +67,9 @@ def linear(transition: np.ndarray, offset: np.ndarray, noise: np.ndarray) -> Lin
     return LinearDynamics(transition, offset, noise)
 
 
+GUARDS = {"alone", "answers"}
+"""Modules that look at what a stranger's functions return, and take no arrays."""
+
 Door = tuple[Callable[..., object], dict[str, str]]
 
 MODEL = {"transition": "d d", "offset": "d", "noise": "d k"}
@@ -63,22 +81,22 @@ BOUNDS = PRIOR | {"rows": "m d", "low": "m", "high": "m"}
 POSE = {"mean": "3", "covariance": "3 3", "measured": "6", "r": "6 6", "reference": "2 3"}
 
 
-def layer(points: np.ndarray, reference: np.ndarray, noise: np.ndarray) -> filters.affine.AffineLayer:
-    return filters.affine.AffineLayer(points, reference, noise)
+def layer(points: np.ndarray, reference: np.ndarray, noise: np.ndarray) -> affine.AffineLayer:
+    return affine.AffineLayer(points, reference, noise)
 
 
-def pinhole(points: np.ndarray, start: np.ndarray, noise: np.ndarray) -> filters.perspective.PerspectiveLayer:
-    return filters.perspective.PerspectiveLayer(points, 500.0, start, noise_sd=noise)
+def pinhole(points: np.ndarray, start: np.ndarray, noise: np.ndarray) -> perspective.PerspectiveLayer:
+    return perspective.PerspectiveLayer(points, 500.0, start, noise_sd=noise)
 
 
-def features(coordinates: np.ndarray, log_likelihoods: np.ndarray) -> filters.adaptive.Features:
+def features(coordinates: np.ndarray, log_likelihoods: np.ndarray) -> adaptive.Features:
     parents = np.zeros(np.shape(coordinates)[::2], np.int64)
-    drawn = filters.adaptive.Draw(coordinates, np.zeros(len(coordinates), np.int64), parents)
-    return filters.adaptive.weigh(drawn, log_likelihoods, rng())
+    drawn = adaptive.Draw(coordinates, np.zeros(len(coordinates), np.int64), parents)
+    return adaptive.weigh(drawn, log_likelihoods, rng())
 
 
 FEATURES = features(np.zeros((5, 4, 6)), np.zeros((5, 6)))
-SEEN_BY = filters.unscented.update_batch
+SEEN_BY = unscented.update_batch
 
 CHAIN = {
     "mean": "d",
@@ -93,22 +111,22 @@ CHAIN = {
 
 
 def _draw(means: np.ndarray, covariances: np.ndarray, ratios: np.ndarray) -> object:
-    projection = filters.layers.Projection(means, covariances)
-    return filters.adaptive.draw(FEATURES, projection, ratios, 1.0, 6, rng())
+    projection = layers.Projection(means, covariances)
+    return adaptive.draw(FEATURES, projection, ratios, 1.0, 6, rng())
 
 
 def _rao_blackwell(values: np.ndarray) -> object:
     upper = layer(np.ones((5, 3)), np.ones((2, 4)), np.ones(4))
-    return filters.rao_blackwell.step(filters.rao_blackwell.begin(upper, 6), upper, lambda _: values, rng())
+    return rao_blackwell.step(rao_blackwell.begin(upper, 6), upper, lambda _: values, rng())
 
 
 def _auxiliary(states: np.ndarray, values: np.ndarray) -> object:
     counts = {"prediction_count": 3, "observation_count": 3}
-    return filters.auxiliary.step(cloud(states), WALK, lambda _: values, rng(), weights="corrected", **counts)
+    return auxiliary.step(cloud(states), WALK, lambda _: values, rng(), weights="corrected", **counts)
 
 
 def _unscented_particle(states: np.ndarray, values: np.ndarray, z: np.ndarray, r: np.ndarray) -> object:
-    return filters.unscented_particle.step(
+    return unscented_particle.step(
         cloud(states), WALK, lambda _: values, rng(), measurement=z, observe=lambda x: x[..., :3], noise_covariance=r
     )
 
@@ -139,60 +157,60 @@ DOORS: dict[str, Door] = {
     "auxiliary.step": (_auxiliary, {"states": "N d", "values": "N"}),
     "unscented_particle.step": (_unscented_particle, {"states": "N d", "values": "N", "z": "m", "r": "m m"}),
     "unscented_particle.UnscentedParticles": (
-        lambda means, c: filters.unscented_particle.UnscentedParticles(means, HOLD, PARENTS, c),
+        lambda means, c: unscented_particle.UnscentedParticles(means, HOLD, PARENTS, c),
         {"means": "N d", "c": "N d d"},
     ),
-    "kalman.predict": (lambda mean, covariance: filters.kalman.predict(Gaussian(mean, covariance), WALK), PRIOR),
+    "kalman.predict": (lambda mean, covariance: kalman.predict(Gaussian(mean, covariance), WALK), PRIOR),
     "kalman.update": (
-        lambda mean, covariance, **s: filters.kalman.update(Gaussian(mean, covariance), *s.values()),
+        lambda mean, covariance, **s: kalman.update(Gaussian(mean, covariance), *s.values()),
         PRIOR | SEEN,
     ),
     "kalman.innovate": (
-        lambda mean, covariance, **s: filters.kalman.innovate(Gaussian(mean, covariance), *s.values()),
+        lambda mean, covariance, **s: kalman.innovate(Gaussian(mean, covariance), *s.values()),
         PRIOR | SEEN,
     ),
     "kalman.condition": (
-        lambda mean, covariance, z, p, slope, r: filters.kalman.condition(Gaussian(mean, covariance), z, p, slope, r),
+        lambda mean, covariance, z, p, slope, r: kalman.condition(Gaussian(mean, covariance), z, p, slope, r),
         PRIOR | {"z": "m", "p": "m", "slope": "m d", "r": "m m"},
     ),
     "extended.predict": (
-        lambda mean, covariance, moved, slope, q: filters.extended.predict(
+        lambda mean, covariance, moved, slope, q: extended.predict(
             Gaussian(mean, covariance), lambda _: moved, lambda _: slope, q
         ),
         PRIOR | {"moved": "d", "slope": "d d", "q": "d d"},
     ),
     "extended.update": (
-        lambda mean, covariance, z, h, slope, r: filters.extended.update(
+        lambda mean, covariance, z, h, slope, r: extended.update(
             Gaussian(mean, covariance), z, lambda _: h, lambda _: slope, r
         ),
         PRIOR | {"z": "m", "h": "m", "slope": "m d", "r": "m m"},
     ),
     "unscented.transform": (
-        lambda m, c: filters.unscented.transform(m, c, lambda x: x),
+        lambda m, c: unscented.transform(m, c, lambda x: x),
         {"m": "n d", "c": "n d d"},
     ),
     "unscented.predict": (
-        lambda mean, covariance, q: filters.unscented.predict(Gaussian(mean, covariance), lambda x: x, q),
+        lambda mean, covariance, q: unscented.predict(Gaussian(mean, covariance), lambda x: x, q),
         PRIOR | {"q": "d d"},
     ),
     "unscented.update": (
-        lambda mean, covariance, z, r: filters.unscented.update(Gaussian(mean, covariance), z, lambda x: x[..., :3], r),
+        lambda mean, covariance, z, r: unscented.update(Gaussian(mean, covariance), z, lambda x: x[..., :3], r),
         PRIOR | {"z": "m", "r": "m m"},
     ),
     "unscented.update_batch": (
         lambda m, c, z, r: SEEN_BY(m, c, z, lambda x: x[..., :3], r),
         {"m": "n d", "c": "n d d", "z": "m", "r": "m m"},
     ),
-    "fixed_lag.augment": (lambda mean, covariance: filters.fixed_lag.augment(Gaussian(mean, covariance), 2), PRIOR),
+    "fixed_lag.augment": (lambda mean, covariance: fixed_lag.augment(Gaussian(mean, covariance), 2), PRIOR),
     "fixed_lag.smooth": (
-        lambda paths: filters.fixed_lag.smooth(filters.fixed_lag.Lineage(paths), cloud(np.zeros((6, 4))), 0),
+        lambda paths: fixed_lag.smooth(fixed_lag.Lineage(paths), cloud(np.zeros((6, 4))), 0),
         {"paths": "T N d"},
     ),
     "disturbances.smooth_disturbances": (
-        lambda **arrays: filters.disturbances.smooth_disturbances(LinearChain(**arrays)),
+        lambda **arrays: disturbances.smooth_disturbances(LinearChain(**arrays)),
         CHAIN,
     ),
-    "adaptive.begin": (lambda positions: filters.adaptive.begin(positions, 1.0, 6, rng()), {"positions": "F 2"}),
+    "adaptive.begin": (lambda positions: adaptive.begin(positions, 1.0, 6, rng()), {"positions": "F 2"}),
     "adaptive.draw": (_draw, {"means": "F 2 2", "covariances": "F 2 2 2", "ratios": "F"}),
     "adaptive.weigh": (features, {"coordinates": "F 4 N", "log_likelihoods": "F N"}),
     "affine.AffineLayer": (layer, LAYER),
@@ -200,15 +218,15 @@ DOORS: dict[str, Door] = {
         lambda p, v: (it := layer(np.ones((5, 3)), np.ones((2, 4)), np.ones(4))).update(it.begin(), p, v, rng()),
         {"p": "F 2", "v": "F 2"},
     ),
-    "affine_pose.entries": (filters.affine_pose.entries, CAMERA),
+    "affine_pose.entries": (affine_pose.entries, CAMERA),
     "affine_pose.extended_step": (
-        lambda mean, covariance, measured, r, reference: filters.affine_pose.extended_step(
+        lambda mean, covariance, measured, r, reference: affine_pose.extended_step(
             Gaussian(mean, covariance), measured, r, reference, 0.1
         ),
         POSE,
     ),
     "affine_pose.particle": (
-        lambda p, measured, r, reference: filters.affine_pose.particle(p, measured, r, reference, 0.1, rng(), 6),
+        lambda p, measured, r, reference: affine_pose.particle(p, measured, r, reference, 0.1, rng(), 6),
         {"p": "N 3", "measured": "6", "r": "6 6", "reference": "2 3"},
     ),
     "perspective.PerspectiveLayer": (pinhole, {"points": "F 3", "start": "6", "noise": "6"}),
@@ -224,8 +242,8 @@ DOORS: dict[str, Door] = {
         lambda w, parents: beam.select_best("abcdef", w, parents, 2, lambda one, other: one == other),
         {"w": "6", "parents": "6"},
     ),
-    "consensus.agreeing": (
-        lambda **arrays: consensus.agreeing(*arrays.values(), 1.0, 1.0),
+    "agreement.agreeing": (
+        lambda **arrays: agreement.agreeing(*arrays.values(), 1.0, 1.0),
         {"places": "F N 2", "w": "F N", "at": "F 2", "doubts": "F"},
     ),
     "gaussian.Gaussians": (gaussian.Gaussians, {"means": "T K 2 2", "covariances": "T K 3", "drives": "T K"}),
@@ -279,32 +297,32 @@ LOOPS: dict[str, Door] = {
         {"means": "N d", "noise": "d k", "normals": "k M"},
     ),
     "kalman.condition_on_innovation": (
-        filters.kalman.condition_on_innovation,
+        kalman.condition_on_innovation,
         PRIOR | {"z": "m", "slope": "m d", "r": "m m"},
     ),
-    "sequential.condition": (filters.sequential.condition, PRIOR | {"z": "m", "slope": "m d", "variances": "m"}),
-    "sequential.decorrelate": (filters.sequential.decorrelate, {"z": "m", "slope": "m d", "r": "m m"}),
+    "sequential.condition": (sequential.condition, PRIOR | {"z": "m", "slope": "m d", "variances": "m"}),
+    "sequential.decorrelate": (sequential.decorrelate, {"z": "m", "slope": "m d", "r": "m m"}),
     "sequential.predict_second_order": (
-        filters.sequential.predict_second_order,
+        sequential.predict_second_order,
         {"mean": "d", "covariance": "d d", "noise_sd": "2"},
     ),
-    "affine.predict": (filters.affine.predict, CAMERA | {"noise": "4"}),
-    "affine.project": (filters.affine.project, CAMERA | {"points": "F 3"}),
+    "affine.predict": (affine.predict, CAMERA | {"noise": "4"}),
+    "affine.project": (affine.project, CAMERA | {"points": "F 3"}),
     "affine.observe": (
-        filters.affine.observe,
+        affine.observe,
         CAMERA | {"points": "F 3", "positions": "F 2", "variances": "F 2"},
     ),
-    "perspective.features": (lambda q, p: filters.perspective.features(q, p, 500.0), {"q": "6", "p": "F 3"}),
+    "perspective.features": (lambda q, p: perspective.features(q, p, 500.0), {"q": "6", "p": "F 3"}),
     "perspective.project": (
-        lambda mean, covariance, p, c: filters.perspective.project(mean, covariance, p, 500.0, c),
+        lambda mean, covariance, p, c: perspective.project(mean, covariance, p, 500.0, c),
         {"mean": "12", "covariance": "12 12", "p": "F 3", "c": "2"},
     ),
-    "random_effects.fit_gain": (random_effects.fit_gain, {"slope": "m d", "w": "m"}),
-    "random_effects.excess_variance": (
-        random_effects.excess_variance,
+    "agreement.fit_gain": (agreement.fit_gain, {"slope": "m d", "w": "m"}),
+    "agreement.excess_variance": (
+        agreement.excess_variance,
         {"z": "m", "slope": "m d", "v": "m", "shown": "m"},
     ),
-    "random_effects.fit_covariance": (random_effects.fit_covariance, {"gain": "d m", "v": "m"}),
+    "agreement.fit_covariance": (agreement.fit_covariance, {"gain": "d m", "v": "m"}),
     "truncation.least_room": (truncation.least_room, BOUNDS),
     "truncation.log_share": (truncation.log_share, BOUNDS),
     "truncation.truncate": (truncation.truncate, BOUNDS),
@@ -346,12 +364,20 @@ MISSING = {
 """What may be NaN, or is not looked through since that takes longer than a step may."""
 
 WITHOUT_ARRAYS = {
-    *("resampling.adaptive", "resampling.decide", "resampling.parents", "resampling.systematic_parents"),
+    *("resampling.decide", "resampling.parents", "resampling.systematic_parents"),
     *("kalman.steady_lag", "dynamics.random_walk", "dynamics.constant_velocity", "particles.normalise"),
-    *("auxiliary.correction", "switching.exceeds", "switching.hard", "switching.soft", "rao_blackwell.begin"),
+    "particles.evaluate",
+    *("auxiliary.correction", "auxiliary.exceeds", "auxiliary.hard", "auxiliary.soft", "rao_blackwell.begin"),
     *("fixed_lag.augment_dynamics", "fixed_lag.block", "fixed_lag.begin_lineage", "fixed_lag.extend_lineage"),
     *("adaptive.hold", "adaptive.orphan", "adaptive.propagate", "adaptive.surviving"),
-    *("beam.backtrack", "consensus.middle", "truncation.mills_ratio", "gaussian.logs_mode", "whole.track_error"),
+    *(
+        "beam.backtrack",
+        "agreement.middle",
+        "agreement.compare",
+        "truncation.mills_ratio",
+        "gaussian.logs_mode",
+        "whole.track_error",
+    ),
     *("gaussian.nothing", "gaussian.without", "gaussian.select", "gaussian.smooth", "whole.beginnings"),
     *("cloud.nothing", "cloud.without", "cloud.select", "counting.bin_table", "counting.bin_colours"),
     *("counting.assign_bins", "counting.count_window", "counting.shift"),
@@ -417,11 +443,11 @@ SENTENCES: dict[str, tuple[Callable[[], object], str]] = {
         "moments takes arrays and numbers of other types or dimensions, got 2-D float64, 2-D float64",
     ),
     "a colour picture of numbers": (
-        lambda: camera.small_grey(PICTURE.astype(float)),  # type: ignore[arg-type]
+        lambda: matching.small_grey(PICTURE.astype(float)),  # type: ignore[arg-type]
         "the picture must be an array .* of uint8, got an array of float64",
     ),
     "a small picture in colour": (
-        lambda: camera.camera_shift(PICTURE, PICTURE, GREY),
+        lambda: matching.camera_shift(PICTURE, PICTURE, GREY),
         r"picture must be \(height, width\), got \(16, 20, 3\)",
     ),
     "a strange space": (
@@ -451,7 +477,7 @@ SENTENCES: dict[str, tuple[Callable[[], object], str]] = {
         ),
         "a cloud needs nodes",
     ),
-    "a sigma of NaN": (lambda: filters.switching.soft(np.array([np.nan]), 1.0, 2.0, 5), "got none or NaN"),
+    "a sigma of NaN": (lambda: auxiliary.soft(np.array([np.nan]), 1.0, 2.0, 5), "got none or NaN"),
 }
 """What was read beyond its end or taken for numbers, and what is said of it now."""
 
@@ -481,9 +507,9 @@ def arrays_of(door: Door) -> dict[str, np.ndarray]:
 
 def test_every_public_function_is_asked() -> None:
     """What a module lists is a door, a function of loops, or takes no arrays that have to fit together."""
-    modules = {name: getattr(filters, name) for name in filters.__all__ if ismodule(getattr(filters, name))}
-    others = particles, resampling, dynamics, beam, consensus, random_effects, truncation
-    others = (*others, *(trajectories.gaussian, trajectories.cloud, whole), counting, edges, histogram, template)
+    found = [each.name for each in iter_modules(filters.__path__) if not each.ispkg and each.name not in GUARDS]
+    modules = {name: import_module(f"pftrack.filters.{name}") for name in found}
+    others = gaussian, clouds, whole, counting, edges, histogram, template
     modules |= {module.__name__.rpartition(".")[2]: module for module in others}
     public = {
         f"{module}.{name}"

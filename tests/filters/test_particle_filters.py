@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from pftrack.core.numerics.random import Gaussian, log_density
 from pftrack.filters import auxiliary, bootstrap, kalman, unscented_particle
 from pftrack.filters.dynamics import LinearDynamics, autoregression, random_walk
-from pftrack.filters.particles import ParticleSet
-from pftrack.filters.posterior import LogLikelihood, Posterior
+from pftrack.filters.particles import LogLikelihood, ParticleSet, Posterior
 
 MODEL = random_walk(2, 0.7)
 NOISE = np.eye(2)

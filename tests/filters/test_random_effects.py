@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pftrack.filters.random_effects import excess_variance, fit_covariance, fit_gain
+from pftrack.filters.agreement import excess_variance, fit_covariance, fit_gain
 
 JACOBIAN = np.random.default_rng(1).standard_normal((16, 5))
 ALL = np.ones(16)

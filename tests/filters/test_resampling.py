@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pftrack.filters.particles import ParticleSet, normalise
-from pftrack.filters.resampling import RESAMPLERS, Resampler, adaptive, residual, systematic, systematic_parents
+from pftrack.filters.resampling import RESAMPLERS, Resampler, decide, residual, systematic, systematic_parents
 
 ALL = pytest.mark.parametrize("resample", RESAMPLERS.values(), ids=RESAMPLERS)
 
@@ -71,15 +71,15 @@ def test_variance_orders_the_family() -> None:
         assert scatter[name].sum() < 0.75 * scatter["multinomial"].sum()
 
 
-def test_adaptive_waits_until_the_effective_sample_size_falls() -> None:
+def test_it_waits_until_the_effective_sample_size_falls() -> None:
     """Resampling happens below the threshold, at threshold one always, and whenever the number changes."""
     rng = np.random.default_rng(0)
     even = ParticleSet.uniform(np.zeros((10, 1)))
     uneven = ParticleSet(np.zeros((10, 1)), normalise(np.array([5.0] + [0.0] * 9))[0], np.arange(10))
-    assert adaptive(systematic, 0.5)(rng, even, 10) is None
-    assert adaptive(systematic, 0.5)(rng, uneven, 10) is not None
-    assert adaptive(systematic, 1.0)(rng, even, 10) is not None
-    assert adaptive(systematic, 0.5)(rng, even, 20) is not None
+    assert decide(systematic, 0.5, rng, even, 10) is None
+    assert decide(systematic, 0.5, rng, uneven, 10) is not None
+    assert decide(systematic, 1.0, rng, even, 10) is not None
+    assert decide(systematic, 0.5, rng, even, 20) is not None
 
 
 @pytest.mark.parametrize("count", [1, 7, 1000])

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from pftrack.vision.likelihoods.camera import camera_shift, small_grey
+from pftrack.vision.matching import camera_shift, small_grey
 
 
 def textured(height: int, width: int, seed: int = 0) -> np.ndarray:

@@ -6,6 +6,7 @@ import importlib
 import inspect
 import pkgutil
 import re
+from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
 from types import ModuleType
@@ -104,7 +105,7 @@ def _write(app: Sphinx) -> None:
 def _page(room: str, seen: dict[int, str]) -> str:
     parts = [_title(f"``{room}``", "=")]
     for module in _modules(room):
-        names = [name for name in getattr(module, "__all__", []) if not isinstance(getattr(module, name), ModuleType)]
+        names = [name for name in _public(module) if not isinstance(getattr(module, name), ModuleType)]
         if module.__name__ != room and not names:
             continue
         if module.__name__ != room:
@@ -112,6 +113,17 @@ def _page(room: str, seen: dict[int, str]) -> str:
         parts.append(f".. automodule:: {module.__name__}\n   :no-members:\n   :no-index:")
         parts += [_entry(module, name, seen) for name in names if not name.startswith("__")]
     return "\n\n".join(parts) + "\n"
+
+
+def _public(module: ModuleType) -> Sequence[str]:
+    """Return what a package lists, and of a module the functions and classes that it defines."""
+    if hasattr(module, "__path__") or hasattr(module, "__all__"):
+        return getattr(module, "__all__", ())
+    return [
+        name
+        for name, thing in vars(module).items()
+        if not name.startswith("_") and callable(thing) and getattr(thing, "__module__", "") == module.__name__
+    ]
 
 
 def _title(text: str, line: str) -> str:

@@ -216,6 +216,17 @@ def text_of(path: Path) -> str:
         raise ValueError(f"{path.name} is no text") from None
 
 
+def _numbers(text: str, count: int, form: str) -> list[float]:
+    """Return the finite numbers of a mark that is written as so many, separated by commas."""
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count or not all(map(math.isfinite, numbers)):
+        raise ValueError(f"expected {count} finite numbers ({form}), got {text[:60]!r}")
+    return numbers
+
+
 Coordinate = Annotated[float, Field(ge=-LARGEST_PX, le=LARGEST_PX), NOT_BOOLEAN]
 Point = tuple[Coordinate, Coordinate]
 
@@ -281,13 +292,7 @@ class LongBody(Mark):
         Raises:
             ValueError: There are not seven finite numbers, or they are no body.
         """
-        parts = text.split(",")
-        try:
-            numbers = [float(part) for part in parts]
-        except ValueError:
-            numbers = []
-        if len(numbers) != 7 or not all(map(math.isfinite, numbers)):
-            raise ValueError(f"expected 7 finite numbers ({cls.text}), got {text[:60]!r}")
+        numbers = _numbers(text, 7, cls.text)
         points = [numbers[0:2], numbers[2:4], numbers[4:6]]
         return cls.read(dict(zip(("head", "root", "tip"), points, strict=True)) | {"half_width": numbers[6]})
 
@@ -372,15 +377,7 @@ class Box(Mark):
         Raises:
             ValueError: There are not four finite numbers, or the box has no area.
         """
-        parts = text.split(",")
-        if len(parts) != 4:
-            raise ValueError(f"expected 4 numbers (x,y,w,h), got {len(parts)}: {text!r}")
-        try:
-            x, y, w, h = (float(part) for part in parts)
-        except ValueError:
-            raise ValueError(f"expected 4 numbers (x,y,w,h), got {text!r}") from None
-        if not all(math.isfinite(value) for value in (x, y, w, h)):
-            raise ValueError(f"expected 4 finite numbers (x,y,w,h), got {text!r}")
+        x, y, w, h = _numbers(text, 4, cls.text)
         return cls.read({"x": x, "y": y, "width": w, "height": h})
 
     @classmethod

@@ -211,20 +211,6 @@ def to_json(value: SeriesValue) -> Any:  # noqa: ANN401 - JSON
     return value if math.isfinite(value) else None
 
 
-def from_json(series: Series, raw: Any) -> SeriesValue:  # noqa: ANN401 - JSON
-    """Return the value that `to_json` made, with NaN for None.
-
-    Raises:
-        ValueError: It is no value of the declared shape.
-    """
-    try:
-        value = _read(series.shape, raw)
-    except (KeyError, TypeError, ValueError):
-        raise ValueError(f"{series.name} is declared as {series.shape}, got {raw!r}") from None
-    check_value(series, value)
-    return value
-
-
 def columns(series: Series, values: Sequence[SeriesValue | None]) -> dict[str, Floats]:
     """Return the values of a series over L frames as arrays by name, None where a frame has no such measurement."""
     if series.shape != "hypotheses":
@@ -277,19 +263,6 @@ def _is_vector(value: object, components: tuple[str, ...]) -> bool:
         and len(value) == (len(components) or len(value))
         and all(isinstance(number, int | float) for number in value)
     )
-
-
-def _read(shape: SeriesShape, raw: Any) -> SeriesValue:  # noqa: ANN401 - JSON
-    if shape == "hypotheses":
-        values, weights = tuple(_numbers(one) for one in raw["values"]), _numbers(raw["weights"])
-        return Hypotheses(values, weights, tuple(int(parent) for parent in raw.get("parents", ())))
-    if shape == "interval":
-        return Interval(*_numbers(raw))
-    return _numbers(raw) if shape == "vector" else _numbers([raw])[0]
-
-
-def _numbers(raw: Iterable[Any]) -> tuple[float, ...]:
-    return tuple(math.nan if number is None else float(number) for number in raw)
 
 
 def _pad(values: Sequence[Any]) -> Floats:

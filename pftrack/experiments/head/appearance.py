@@ -19,7 +19,7 @@ from pftrack.core.numerics.random import Gaussian
 from pftrack.experiments.head.detection import Box
 from pftrack.experiments.shared.pose.beliefs import Solid
 from pftrack.experiments.shared.pose.methods import slopes_at
-from pftrack.filters.consensus import middle
+from pftrack.filters.agreement import middle
 from pftrack.vision.geometry.face import FEATURES, FaceModel, HeadSurface
 from pftrack.vision.likelihoods import separation, template
 from pftrack.vision.likelihoods.separation import Part, Reliefs, Views

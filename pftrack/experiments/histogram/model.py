@@ -30,7 +30,6 @@ from pftrack.experiments.shared.sampling.loop import Motion
 from pftrack.experiments.shared.sampling.samplers import LoopModel, crop
 from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.filters.resampling import systematic
-from pftrack.vision.likelihoods.camera import camera_shift, small_grey
 from pftrack.vision.likelihoods.counting import BINS, Space, bin_colours, bin_table
 from pftrack.vision.likelihoods.histogram import (
     NO_BACKGROUND,
@@ -44,6 +43,7 @@ from pftrack.vision.likelihoods.histogram import (
     similarities,
     similarity,
 )
+from pftrack.vision.matching import camera_shift, small_grey
 
 DIMENSION = 5
 """Of the state: position (u, v) in px, velocity in px/frame, logarithm of the size beside the first one."""

@@ -12,7 +12,3 @@ From recorded tracks, for later runs:
 - `diffusion`: the covariance of these changes, from which particles are moved on;
 - `guidance`: how an experiment declares that it can be learned from, and the dynamics that follow what was learned.
 """
-
-from pftrack.filters.learning import charts, diffusion, mixture_em, online_em
-
-__all__ = ["charts", "diffusion", "mixture_em", "noise_em", "online_em"]

@@ -30,8 +30,6 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.numerics.compiled import compiled
 
-__all__ = ["Chart", "Reading", "advance", "advance_states", "body_velocity", "changes", "steps"]
-
 Reading: TypeAlias = Literal["document", "increments", "world", "fixed", "motion"]
 """In which frame the changes of a place are learned and added."""
 

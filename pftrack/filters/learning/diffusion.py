@@ -24,8 +24,6 @@ from pftrack.core.arrays import Floats
 from pftrack.core.numerics.matrices import cholesky, eigenvalues, product
 from pftrack.filters.learning.charts import Chart, Reading, changes, steps
 
-__all__ = ["Diffusion", "Learned", "LearnedError", "Spread", "learn"]
-
 VERSION: Literal[1] = 1
 
 CHANGES_EACH = 5

@@ -27,8 +27,6 @@ from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials, logarithms
 from pftrack.core.numerics.matrices import contiguous_copy, total
 
-__all__ = ["Mixture", "Settings", "adapt", "begin", "gaussian_log_density", "kernel_log_density", "responsibilities"]
-
 STEEPEST = 500.0
 """Log ratios of densities beyond this count as this."""
 

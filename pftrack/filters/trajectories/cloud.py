@@ -26,8 +26,6 @@ from pftrack.filters.resampling import systematic_parents
 from pftrack.filters.trajectories.gaussian import locate
 from pftrack.filters.trajectories.tree import came_from, copy, grow, positions_of, sample_positions, sprout
 
-__all__ = ["MOST_PARTICLES", "Cloud", "Law", "Moments", "nothing", "select", "step", "without"]
-
 MOST_PARTICLES = 20_000
 """Of one track: a tree numbers its nodes with 16 bits."""
 

@@ -14,8 +14,6 @@ from pftrack.core.numerics.checks import check
 from pftrack.core.numerics.random import Purpose
 from pftrack.filters.trajectories import cloud, gaussian
 
-__all__ = ["GRID", "Method", "Settings", "Smoothed", "follow", "likelihood_surface", "track_error"]
-
 Method: TypeAlias = Literal["lg", "lng", "nlng", "mcf-gaussian"]
 """Linear Gaussian, linear with Cauchy noise, self-organising with Cauchy noise; and, to check the particles by the
 Kalman filter, particles with Gaussian noise."""

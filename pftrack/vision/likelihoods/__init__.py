@@ -8,10 +8,6 @@ constant that is the same for all states. Likelihoods know no filters.
   how many windows are counted at once;
 - `points`: measured positions of several features, each with its own noise, and features that may be hidden;
 - `template`: patches of the first frame by normalised correlation;
-- `separation`: whether a likelihood tells a target from what is around it, and templates in relief;
-- `camera`: how far a picture has moved.
+- `edges`: how near an outline is to the picture's edges;
+- `separation`: whether a likelihood tells a target from what is around it, and templates in relief.
 """
-
-from pftrack.vision.likelihoods import chromaticity, histogram, points, separation, template
-
-__all__ = ["chromaticity", "histogram", "points", "separation", "template"]

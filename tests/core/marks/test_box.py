@@ -22,8 +22,8 @@ def test_a_box_is_read_from_text_and_json() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("1,2,3", r"expected 4 numbers \(x,y,w,h\), got 3"),
-        ("a,b,c,d", "expected 4 numbers"),
+        ("1,2,3", r"expected 4 finite numbers \(x,y,w,h\), got '1,2,3'"),
+        ("a,b,c,d", "expected 4 finite numbers"),
         ("nan,2,3,4", "expected 4 finite numbers"),
     ],
 )

@@ -11,8 +11,7 @@ from pftrack.experiments.ball.parameters import BallTrackerParameters
 from pftrack.experiments.ball.trackers import TRACKERS
 from pftrack.experiments.shared.reports import PointState
 from pftrack.filters import auxiliary, bootstrap, switching
-from pftrack.filters.particles import ParticleSet
-from pftrack.filters.posterior import Posterior
+from pftrack.filters.particles import ParticleSet, Posterior
 from pftrack.filters.resampling import RESAMPLERS
 from pftrack.vision.likelihoods import chromaticity
 

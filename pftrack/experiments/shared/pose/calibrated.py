@@ -15,7 +15,7 @@ of the fit:
 
 - the variance of a point is v / (1 - kappa), unbiased, with kappa the sum of its particles' squared weights;
 - beyond it all points have one variance in excess, from how badly they fit the solid
-  (`pftrack.filters.random_effects`), its mean over the last frames, since it changes as slowly as the pose;
+  (`pftrack.filters.agreement`), its mean over the last frames, since it changes as slowly as the pose;
 - a point that may be hidden is as sure as those of its particles that see it, as often as it is seen
   (`pftrack.vision.likelihoods.points`);
 - a solid and a camera that are known exactly say by how much the affine camera is wrong: that is taken off the
@@ -42,7 +42,7 @@ from pftrack.core.numerics.random import Gaussian
 from pftrack.experiments.shared.pose.beliefs import GAUSSIAN, Belief, Solid
 from pftrack.experiments.shared.pose.parameters import PoseTrackerParameters
 from pftrack.filters import perspective
-from pftrack.filters.random_effects import excess_variance, fit_covariance, fit_gain
+from pftrack.filters.agreement import excess_variance, fit_covariance, fit_gain
 
 PERSISTENCE = 0.8
 """Weight of the past in the variance in excess: the memory is five frames."""

@@ -19,8 +19,9 @@ import numpy as np
 from pftrack.core.arrays import Floats
 from pftrack.core.numerics.elementary import exponential
 from pftrack.core.numerics.random import Gaussian, Generator
-from pftrack.filters import adaptive, consensus
+from pftrack.filters import adaptive
 from pftrack.filters.adaptive import Draw, Features
+from pftrack.filters.agreement import ROUNDS, agreeing, middle
 from pftrack.filters.layers import Projection, UpperLayer
 from pftrack.filters.learning import mixture_em
 from pftrack.filters.learning.mixture_em import Mixture
@@ -259,16 +260,14 @@ def _update_by_agreement(
     telling = best > log_likelihoods.min(axis=1)
     expected = _expected(proposed)
     if proposed.expected is None and telling.any():
-        expected = expected + consensus.middle((features.means - expected)[telling])
+        expected = expected + middle((features.means - expected)[telling])
     doubts = np.where(telling, exponential(-DOUBT * np.maximum(best, LEAST_LOG_LIKELIHOOD)), np.inf)
     positions, weights = np.ascontiguousarray(features.positions), exponential(features.log_weights)
     upper = proposed.upper
-    for attempt in range(consensus.ROUNDS):
+    for attempt in range(ROUNDS):
         if attempt > 0:
             expected = layer.project(upper).positions
-        means, variances = consensus.agreeing(
-            positions, weights, expected, doubts, settings.slack_px, settings.sd_floor_px
-        )
+        means, variances = agreeing(positions, weights, expected, doubts, settings.slack_px, settings.sd_floor_px)
         upper = layer.update(proposed.upper, means, variances, rng)
     return upper
 

@@ -20,11 +20,10 @@ from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials
 from pftrack.core.numerics.matrices import inner_product
 from pftrack.core.numerics.random import standard_normals
-from pftrack.filters.auxiliary import correction
+from pftrack.filters.auxiliary import correction, exceeds, hard, soft
 from pftrack.filters.dynamics import diffuse, predict
 from pftrack.filters.particles import moments, normalise
 from pftrack.filters.resampling import parents
-from pftrack.filters.switching import exceeds, hard, soft
 
 LogLikelihood: TypeAlias = Callable[[NDArray[np.uint8], Floats, Any], Floats]
 
