@@ -42,7 +42,6 @@ PLACES = {
     ("pftrack/core/model/parameters.py", "resampling"): "a role of parameters",
     ("pftrack/core/model/parameters.py", "sharpness"): "a role of parameters",
     ("pftrack/core/model/marks.py", "head"): "the front end of a body",
-    ("pftrack/vision/likelihoods/__init__.py", "histogram"): "a likelihood, by the field's name for it",
     ("pftrack/teaching/lessons/figure.py", "histogram"): "a kind of trace, by the field's name for it",
     ("pftrack/teaching/lessons/__init__.py", "resampling"): "the id of a lesson",
     ("pftrack/teaching/lessons/traces.py", "histogram"): "the same kind of trace",

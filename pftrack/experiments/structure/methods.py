@@ -431,7 +431,7 @@ def _upgrade(
         focal_px: Of the pinhole that is to be near it.
     """
     try:
-        transform = metric_transform(motion, shape)
+        transform = metric_transform(motion)
     except ValueError:
         # The views do not differ enough. Then the cameras are alike in the mean, in every direction.
         mean = product(motion.T, motion) / len(motion)

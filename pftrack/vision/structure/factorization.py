@@ -3,13 +3,12 @@
 Seen by an affine camera, the positions of n points in T frames, one row a coordinate and less the mean of the row, are
 a matrix of rank three: W = M S, motion times shape. The three greatest singular values and their vectors give such
 factors, up to an invertible matrix A. That the rows of a camera are orthogonal and of equal length determines A up to a
-rotation and a mirror image (`metric_upgrade`); which of the two mirror images it is no affine camera can tell.
+rotation and a mirror image (`metric_transform`); which of the two mirror images it is no affine camera can tell.
 
 All positions count alike, so a point that is hidden spoils all others: `variational` weighs them.
 """
 
-from dataclasses import dataclass, replace
-from typing import Literal, TypeAlias
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,13 +19,9 @@ from pftrack.core.numerics.matrices import (
     eigenvalues,
     inner_product,
     least_squares,
-    product,
     singular_values,
-    solve_system,
 )
 from pftrack.vision.structure.tracks import Tracks
-
-Camera: TypeAlias = Literal["orthographic", "scaled"]
 
 UNSEEN_DEPTH = 1e-10
 """The third singular value, relative to the first, that is rounding."""
@@ -81,65 +76,25 @@ def factorize(tracks: Tracks) -> Factorization:
     return Factorization(left[:, :3] * roots, right[:, :3] * roots, offsets, strengths)
 
 
-def metric_upgrade(
-    found: Factorization, camera: Camera = "orthographic", depth_sign: tuple[int, int, int] | None = None
-) -> Factorization:
-    """Return motion and shape after the map that makes the cameras' rows orthogonal, in px.
+def metric_transform(motion: Floats) -> Floats:
+    """Return A (3, 3) such that the rows of the motion M A are orthogonal and of length 1, and the shape A^-1 s in px.
 
     Args:
-        found: Factors up to an affine map.
-        camera: `orthographic`: all rows have length 1. `scaled`: those of a frame have the same length, which is 1 in
-            the first frame.
-        depth_sign: (near, far, sign): of two points by index, whether the second lies further from the camera of the
-            first frame (1) or nearer (-1). That chooses one of the two mirror images.
+        motion: (2 T, 3) up to an affine map.
 
     Raises:
         ValueError: The cameras do not determine the map, since there are too few or they do not differ in rotation.
     """
-    transform = metric_transform(found.motion, found.shape, camera, depth_sign)
-    shape = product(found.shape, solve_system(transform, np.eye(3)).T)
-    return replace(found, motion=product(found.motion, transform), shape=shape)
+    return _root(_metric(motion))
 
 
-def metric_transform(
-    motion: Floats,
-    shape: Floats,
-    camera: Camera = "orthographic",
-    depth_sign: tuple[int, int, int] | None = None,
-) -> Floats:
-    """Return A (3, 3) such that the motion M A and the shape A^-1 s are metric; see `metric_upgrade`.
-
-    Args:
-        motion: (2 T, 3) up to an affine map.
-        shape: (n, 3) points s that fit it.
-        camera: As for `metric_upgrade`.
-        depth_sign: The same.
-    """
-    transform = _root(_metric(motion, camera))
-    if depth_sign is None:
-        return transform
-    near, far, sign = depth_sign
-    first = product(motion[:2], transform)
-    apart = product(solve_system(transform, np.eye(3)), shape[far] - shape[near])
-    # Right and down span the picture, so that what they have at right angles is the line of sight.
-    depth = float((np.cross(first[0], first[1]) * apart).sum())
-    return transform if sign * depth >= 0.0 else transform * np.array([1.0, 1.0, -1.0])
-
-
-def _metric(motion: Floats, camera: Camera) -> Floats:
+def _metric(motion: Floats) -> Floats:
     """Return Q = A A^T (3, 3) by least squares from what must hold for each pair of rows."""
     across, down = motion[0::2], motion[1::2]
     if len(across) < FEWEST_METRIC_VIEWS:
         raise ValueError(f"expected at least {FEWEST_METRIC_VIEWS} views for a metric shape, got {len(across)}")
-    if camera == "orthographic":
-        equations = np.concatenate([_quadratic(across, across), _quadratic(down, down), _quadratic(across, down)])
-        wanted = np.repeat([1.0, 1.0, 0.0], len(across))
-    else:
-        first = 0.5 * (_quadratic(across[:1], across[:1]) + _quadratic(down[:1], down[:1]))
-        equations = np.concatenate(
-            [_quadratic(across, across) - _quadratic(down, down), _quadratic(across, down), first]
-        )
-        wanted = np.append(np.zeros(2 * len(across)), 1.0)
+    equations = np.concatenate([_quadratic(across, across), _quadratic(down, down), _quadratic(across, down)])
+    wanted = np.repeat([1.0, 1.0, 0.0], len(across))
     entries, determined = least_squares(equations, wanted)
     if not determined:
         raise ValueError("expected views that differ in rotation; these do not determine a metric shape")

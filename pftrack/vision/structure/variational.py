@@ -19,7 +19,7 @@ from pftrack.core.arrays import Floats
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import product, singular_values, solve_system
 from pftrack.core.numerics.random import Generator
-from pftrack.vision.structure.factorization import Camera, invert, metric_transform
+from pftrack.vision.structure.factorization import invert, metric_transform
 from pftrack.vision.structure.passes import free_energy, moments, posterior_points, posterior_rows
 from pftrack.vision.structure.tracks import FEWEST_POINTS, Tracks, check_view
 
@@ -130,21 +130,14 @@ def initial_motion(
     return motion, np.broadcast_to(FIRST_VARIANCE * np.eye(4), (height, 4, 4)).copy()
 
 
-def metric(
-    found: Variational, camera: Camera = "orthographic", depth_sign: tuple[int, int, int] | None = None
-) -> Variational:
+def metric(found: Variational) -> Variational:
     """Return the posterior after the map that makes the cameras orthographic; the shape is then in px.
-
-    Args:
-        found: A posterior.
-        camera: As for `factorization.metric_upgrade`.
-        depth_sign: The same.
 
     Raises:
         ValueError: The cameras do not determine the map.
     """
     transform = np.eye(4)
-    transform[:3, :3] = metric_transform(found.motion[:, :3], found.shape, camera, depth_sign)
+    transform[:3, :3] = metric_transform(found.motion[:, :3])
     inverse = solve_system(transform, np.eye(4))[:3, :3].copy()
     return replace(
         found,

@@ -11,13 +11,12 @@ def body(points: int = 9, seed: int = 0) -> NDArray[np.float64]:
     return np.random.default_rng(seed).normal(size=(points, 3)) * [20.0, 30.0, 10.0]
 
 
-def cameras(frames: int = 20, *, turn: float = 1.0, scaled: bool = False) -> NDArray[np.float64]:
+def cameras(frames: int = 20, *, turn: float = 1.0) -> NDArray[np.float64]:
     """(2 T, 4) rows of cameras that look at a body from all sides, first from the front."""
     rows = []
     for index in range(frames):
         theta = turn * np.array([0.5 * np.sin(0.4 * index), 0.7 * np.sin(0.25 * index), 0.2 * np.sin(0.1 * index)])
-        scale = 1.0 + 0.3 * np.sin(0.3 * index) if scaled else 1.0
-        rows.append(np.column_stack([scale * rotation(theta)[:2], [5.0 + index, 3.0 - 0.5 * index]]))
+        rows.append(np.column_stack([rotation(theta)[:2], [5.0 + index, 3.0 - 0.5 * index]]))
     return np.concatenate(rows)
 
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from pftrack.core.numerics.matrices import product
-from pftrack.vision.structure.factorization import Camera, Factorization, factorize, metric_upgrade
+from pftrack.vision.structure.factorization import Factorization, factorize, metric_transform
 from pftrack.vision.structure.tracks import shape_error
 from tests.vision.structure.bodies import body, cameras, seen
 
@@ -25,25 +25,14 @@ def test_noise_free_tracks_are_recovered(points: int, frames: int) -> None:
         assert shape_error(found.shape, shape) < 1e-8
 
 
-@pytest.mark.parametrize("camera", ["orthographic", "scaled"])
-def test_the_metric_upgrade_is_exact(camera: Camera) -> None:
+def test_the_metric_map_is_exact() -> None:
     """On noise-free tracks distances between points are right to 1e-8, in px, up to a mirror image."""
-    found = metric_upgrade(factorize(seen(BODY, cameras(scaled=camera == "scaled"))), camera)
-    assert np.abs(gram(found.shape) - gram(BODY)).max() < 1e-8 * gram(BODY).max()
-    lengths = np.linalg.norm(found.motion, axis=1)
-    assert lengths[::2] == pytest.approx(lengths[1::2])
-    assert (found.motion[::2] * found.motion[1::2]).sum(axis=1) == pytest.approx(0.0, abs=1e-9)
-
-
-@pytest.mark.parametrize("sign", [1, -1])
-def test_a_depth_sign_chooses_the_mirror_image(sign: int) -> None:
-    """With the true sign of a depth the shape is a rotation of the truth, with the wrong one its mirror image."""
-    near, far = int(BODY[:, 2].argmin()), int(BODY[:, 2].argmax())
-    found = metric_upgrade(factorize(seen(BODY, cameras())), depth_sign=(near, far, sign))
-    cross = (found.shape - found.shape.mean(axis=0)).T @ (BODY - BODY.mean(axis=0))
-    assert np.sign(np.linalg.det(cross)) == sign
-    # Positions are the same either way.
-    assert np.allclose(found.motion @ found.shape.T + found.offsets[:, None], seen(BODY, cameras()).matrix)
+    found = factorize(seen(BODY, cameras()))
+    transform = metric_transform(found.motion)
+    shape, motion = found.shape @ np.linalg.inv(transform).T, found.motion @ transform
+    assert np.abs(gram(shape) - gram(BODY)).max() < 1e-8 * gram(BODY).max()
+    assert np.linalg.norm(motion, axis=1) == pytest.approx(1.0)
+    assert (motion[::2] * motion[1::2]).sum(axis=1) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_body_that_does_not_turn_has_no_depth() -> None:
@@ -70,10 +59,10 @@ def test_depth_that_noise_hides_is_told() -> None:
 def test_views_that_do_not_differ_give_no_metric_shape() -> None:
     """Two views are too few, and one that is repeated does not count twice."""
     with pytest.raises(ValueError, match="at least 3 views for a metric shape, got 2"):
-        metric_upgrade(factorize(seen(BODY, cameras(2))))
+        metric_transform(factorize(seen(BODY, cameras(2))).motion)
     repeated = np.tile(cameras(2), (3, 1))
     with pytest.raises(ValueError, match="differ in rotation"):
-        metric_upgrade(factorize(seen(BODY, repeated)))
+        metric_transform(factorize(seen(BODY, repeated)).motion)
 
 
 def test_a_missing_point_is_refused_by_its_number() -> None:

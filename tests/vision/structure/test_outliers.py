@@ -69,7 +69,7 @@ def test_a_factorization_does_without_them() -> None:
     variances = np.full(clean.shape, NOISE**2)
 
     def error(fit: variational.Variational) -> float:
-        inverse = np.linalg.inv(metric_transform(fit.motion[:, :3], fit.shape))
+        inverse = np.linalg.inv(metric_transform(fit.motion[:, :3]))
         shape = fit.shape @ inverse.T
         shape /= np.sqrt(np.square(shape - shape.mean(axis=0)).sum())
         known = (POINTS - POINTS.mean(axis=0)) / np.sqrt(np.square(POINTS - POINTS.mean(axis=0)).sum())
