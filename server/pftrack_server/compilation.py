@@ -24,8 +24,7 @@ log = structlog.get_logger(__name__)
 PATIENCE_S = 10.0
 """So long whoever starts a session waits: an experiment that only has to be looked at is ready by then."""
 
-LOOK_EVERY_S = 0.1
-LOG_EVERY_S = 10.0
+LOOK_EVERY_S, LOG_EVERY_S = 0.1, 10.0
 
 
 class Compilation:
