@@ -470,6 +470,10 @@ SENTENCES: dict[str, tuple[Callable[[], object], str]] = {
         ),
         "a cloud needs nodes",
     ),
+    "tracks without measurements": (
+        lambda: _follow_cloud(**{**arrays_of(DOORS["cloud.step"]), "measurements": np.zeros((0, 2))}),
+        r"got \(0, 2\)",
+    ),
     "a sigma of NaN": (lambda: auxiliary.soft(np.array([np.nan]), 1.0, 2.0, 5), "got none or NaN"),
 }
 """What was read beyond its end or taken for numbers, and what is said of it now."""

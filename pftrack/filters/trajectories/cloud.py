@@ -227,7 +227,7 @@ def step(
     check_count("count", count)
     if count > MOST_PARTICLES:
         raise ValueError(f"count must be at most {MOST_PARTICLES}, got {count}")
-    if len(observed):
+    if len(observed) or len(before.known):  # without any track there is nothing to do
         check(
             missing=True,
             known=(before.known, "K"),
