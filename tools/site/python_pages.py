@@ -116,8 +116,8 @@ def _page(room: str, seen: dict[int, str]) -> str:
 
 
 def _public(module: ModuleType) -> Sequence[str]:
-    """Return what a package lists, and of a module the functions and classes that it defines."""
-    if hasattr(module, "__path__") or hasattr(module, "__all__"):
+    """Return what a module lists; of a filter, which lists nothing, the functions and classes that it defines."""
+    if hasattr(module, "__all__") or not module.__name__.startswith("pftrack.filters."):
         return getattr(module, "__all__", ())
     return [
         name
