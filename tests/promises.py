@@ -18,8 +18,8 @@ from pftrack.cli import output
 from pftrack.core.model.recipe import Recipe
 from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.experiment import INTERFACE
-from pftrack.runs.run import Run
 from pftrack.runs.table import columns_in
+from tests.making import whole_run
 from tools.site import command_line
 from tools.site.rest import description
 
@@ -73,8 +73,7 @@ def keys_of(value: Any) -> Any:
 def columns(name: str) -> list[str]:
     """Return the columns of an experiment's exported tables, by its default tracker."""
     experiment = EXPERIMENTS[name]
-    run = Run(experiment, experiment.simulate(), frames=2)
-    run.finish()
+    run = whole_run(experiment, frames=2)
     return [column.name for column in columns_in(run)]
 
 

@@ -10,9 +10,9 @@ from pftrack.core.model.source import History
 from pftrack.experiments.hand.recording import HandTips
 from pftrack.experiments.hand.scene import HandSceneParameters, HandSource
 from pftrack.vision.rendering.film import FilmWriter
-from tests.browser.clips import encoded
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
+from tests.making import encoded
 
 FRAMES = 6
 CLIP = Path(__file__).parents[2] / ".." / "shared" / "data" / "hand_silhouette" / "img"
@@ -47,7 +47,7 @@ def encode(*, arm: bool = True) -> bytes:
     if not arm:
         for picture in pictures:
             picture[WRIST_PX:] = picture[0, 0]
-    return encoded(pictures, rate=10)
+    return encoded(pictures, 10)
 
 
 def to_the_end(shown: SessionPage, server: Server) -> None:

@@ -11,9 +11,9 @@ from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.runs.run import Run
 from tests.browser.accessible import check, fits
-from tests.browser.clips import encoded
 from tests.browser.host import Server
 from tests.browser.views import SessionPage
+from tests.making import encoded
 
 FRAMES = 50
 SCENE: dict[str, Value] = {"occlusion_width_px": 200, "period_s": 3, "amplitude_px": 120, "distracter_radius_px": 0}
@@ -24,9 +24,9 @@ BALL = find("ball")
 def film() -> tuple[bytes, dict[int, tuple[float, float]]]:
     """A ball that disappears behind a wide pillar, as a video, and the corner of its box in some of the pictures."""
     steps = list(Run(BALL, BALL.simulate(), frames=FRAMES, timeline=(Change(0, SCENE),)))
+    film = encoded([step.frame.image_rgb for step in steps], crf="4")
     corners = [[float(value) - 5 for value in step.frame.target.position] for step in steps]
-    known = {frame: (corners[frame][0], corners[frame][1]) for frame in (0, 20, FRAMES - 1)}
-    return encoded((step.frame.image_rgb for step in steps), crf=4), known
+    return film, {frame: (corners[frame][0], corners[frame][1]) for frame in (0, 20, FRAMES - 1)}
 
 
 def test_a_clip_is_explained_by_a_few_marks(

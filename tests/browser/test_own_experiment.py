@@ -2,14 +2,13 @@
 
 from typing import Any
 
-import numpy as np
 import pytest
 
-from tests.browser.clips import encoded
 from tests.browser.conftest import CHOSEN, TOKEN
 from tests.browser.host import Server
 from tests.browser.views import PAINTED, Gallery, SessionPage, View
 from tests.conftest import FRUGAL
+from tests.making import disc_film
 
 NAME = "turning"
 SIZE = (160, 120)
@@ -25,9 +24,7 @@ def server(beside_others: Server) -> Server:
 @pytest.fixture(scope="module")
 def clip() -> bytes:
     """A bright disc that walks to the right over grey."""
-    y, x = np.mgrid[: SIZE[1], : SIZE[0]]
-    discs = [np.hypot(x - 40 - 2 * index, y - 60) <= 9 for index in range(FRAMES)]
-    return encoded(np.where(disc[..., None], np.uint8([220] * 3), np.uint8([90] * 3)) for disc in discs)
+    return disc_film(FRAMES, ground=90, colours=[(220, 220, 220)] * FRAMES)
 
 
 def ready(page: Any, server: Server) -> SessionPage:
@@ -171,31 +168,3 @@ def test_its_mark_is_made_on_an_upload(gallery: Gallery, server: Server, clip: b
     u, v = server.column(shown.id, "estimate")[FRAMES - 1]
     assert u == pytest.approx(40 + 2 * (FRAMES - 1), abs=2)
     assert v == pytest.approx(60, abs=2)
-
-
-# What a sweep's page does is in test_sweep.py, a sweep of this experiment in tests/test_own_experiment.py.
-@pytest.mark.slow
-def test_its_sweep_is_drawn_and_leads_to_a_run(page: Any, server: Server) -> None:
-    """The form is filled with its own example; the map is complete; a row opens as that very run."""
-    page.goto("./")
-    page.locator(f"[data-experiment={NAME}] >> text=Sweep over conditions").click()
-    form = View(page)
-    form.until(lambda: "40 runs" in page.inner_text(".plan-size"), "the form holds five conditions, two methods")
-    page.locator("[data-field=trials] input").fill("1")
-    page.locator("[data-field=frames] input").fill("20")
-    form.until(lambda: "10 runs" in page.inner_text(".plan-size"), "fewer are planned")
-    page.click("text=Start the sweep")
-    page.wait_for_url(lambda address: "/sweep/" in address and not address.split("#")[0].endswith("new"))
-    form.until(lambda: page.locator(".map canvas").count() > 0, "there is a map")
-    form.until(lambda: page.inner_text(".bar-words").startswith("Complete"), "the sweep is complete", 120)
-    grid = page.locator("[data-map=straight] .figure-plot").evaluate("(plot) => ({ ...plot.dataset })")
-    left, top, width, height = (float(grid[name]) for name in ("left", "top", "width", "height"))
-    middle = {"x": left + 3.5 * width / 5, "y": top + height / 2}
-    page.locator("[data-map=straight] .figure-picture").click(position=middle)
-    item = page.locator("li.run").first
-    item.wait_for()
-    with page.context.expect_page() as opening:
-        item.locator(".run-title").click()
-    opening.value.wait_for_url("**/session/*", wait_until="commit")
-    session = server.session(opening.value.url.split("?")[0].rsplit("/", 1)[1])
-    assert (session["recipe"]["experiment"], session["parameters"]["occlusion_width_px"]) == (NAME, 60)

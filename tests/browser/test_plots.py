@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from pftrack.experiments import find
 from pftrack.vision.geometry.face import FEATURES
-from tests.browser.clips import encoded
 from tests.browser.host import Server
 from tests.browser.views import SessionPage
-from tests.experiments.head.heads import empty, simulated
+from tests.experiments.head.heads import empty, pictures, simulated
+from tests.making import encoded
 
 Watch = Callable[..., SessionPage]
 HEAD = find("head")
@@ -221,8 +221,8 @@ def test_a_face_behind_a_pillar_is_lost_and_found_again(watch: Watch, server: Se
 @pytest.fixture(scope="module")
 def clip() -> bytes:
     """A face that is there, away for 20 frames, and there again, 320 x 240 px."""
-    pictures = [frame.picture for frame in simulated(60)]
-    return encoded(empty(each) if 20 <= index < 40 else each for index, each in enumerate(pictures))
+    shown = pictures(60)
+    return encoded([empty(picture) if 20 <= index < 40 else picture for index, picture in enumerate(shown)])
 
 
 def test_on_a_recording_without_truth_the_tracker_says_what_was_lost(watch: Watch, server: Server, clip: bytes) -> None:

@@ -5,7 +5,6 @@ from typing import Any
 
 import pytest
 
-from pftrack.experiments import EXPERIMENTS
 from tests.browser.host import Server
 from tests.browser.presented import faults, places
 from tests.browser.test_compare import ComparePage, ball, link
@@ -103,7 +102,7 @@ def test_lessons_fit_a_low_screen(low: Any, numbers: range) -> None:
         low.keyboard.press("Escape")
 
 
-@pytest.mark.parametrize("experiment", EXPERIMENTS.own)
+@pytest.mark.parametrize("experiment", ["ball", "head", "linkage"])
 def test_sessions_fit_a_low_screen(low: Any, watch: Callable[..., SessionPage], experiment: str) -> None:
     """Presented at 1280 x 720 a session has its picture, worlds, readings and as many plots as have room, all whole."""
     shown = watch(experiment=experiment, frames=12)

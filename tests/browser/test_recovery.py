@@ -13,33 +13,6 @@ from tests.browser.views import PARTICLES, Gallery, SessionPage, View
 Watch = Callable[..., SessionPage]
 
 
-# Beside the flat view, in which test_flat.py kills a worker.
-@pytest.mark.slow
-@pytest.mark.scene
-def test_a_killed_worker_is_reported_and_restarts_where_it_was(
-    watch: Watch, server: Server, complaints: Complaints
-) -> None:
-    """The scene is covered by what happened; one button brings the run back to the same frame and numbers."""
-    shown = watch()
-    server.seek(shown.id, 30)
-    shown.stands_at(30)
-    errors = server.column(shown.id, "error")
-    complaints.expected = ("status of 503",)  # whatever the page was just asking of the worker
-    server.kill_worker(shown.id)
-    notice = shown.page.locator(".notice")
-    notice.wait_for()
-    assert "The tracker stopped" in notice.inner_text()
-    shown.until(lambda: shown.page.locator(".play").is_disabled(), "the play button cannot be pressed")
-    notice.locator("button").click()
-    shown.until(lambda: shown.page.locator(".play").is_enabled(), "the play button can be pressed")
-    notice.wait_for(state="hidden")
-    shown.stands_at(30)
-    shown.until(lambda: shown.in_scene(PARTICLES, 0) > 0, "the scene is back")
-    shown.press("ArrowRight")
-    shown.stands_at(31)
-    assert server.column(shown.id, "error")[:31] == errors
-
-
 def test_a_session_that_is_gone_is_said_to_be(page: Any, complaints: Complaints) -> None:
     """A link to a session that does not exist leads back to the gallery.
 

@@ -7,7 +7,7 @@ import pytest
 from tests.browser.accessible import check
 from tests.browser.conftest import Complaints
 from tests.browser.host import Server, until
-from tests.browser.views import SessionPage, View
+from tests.browser.views import Gallery, SessionPage, View
 
 SMALL: dict[str, Any] = {
     "experiment": "ball",
@@ -335,3 +335,13 @@ def my_work_lists_it(sweep: SweepPage, page: Any) -> None:
     page.locator("[data-experiment=sine] >> text=Sweep over conditions").click()
     page.wait_for_selector(".plan-size")
     assert page.locator("[aria-label=Experiment]").input_value() == "sine"
+
+
+def test_what_is_only_drawn_is_nothing_to_sweep_over(gallery: Gallery) -> None:
+    """The number of particles may be varied, and not which mode a ghost shows."""
+    gallery.card("fish").get_by_text("Sweep over conditions").click()
+    offered = gallery.page.get_by_label("Varied parameter").first.locator("option")
+    offered.first.wait_for(state="attached")
+    titles = offered.all_inner_texts()
+    assert "Particles" in titles
+    assert not {"Shown mode", "Along the mode, sd", "Swaying mode"} & set(titles)

@@ -2,10 +2,6 @@
 
 from typing import Any
 
-import numpy as np
-import pytest
-
-from tests.browser.clips import encoded
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
 
@@ -51,7 +47,11 @@ def test_a_path_is_brought_in_and_smoothed(gallery: Gallery, server: Server) -> 
     go = page.locator("button:has-text('Track it')")
     go.wait_for()
     assert "mouse.csv, 60 frames of tracks" in page.inner_text(".target header")
-    assert page.locator("#target-experiment").input_value() == "trajectories"
+    choice = page.locator("#target-experiment")
+    assert choice.input_value() == "trajectories"
+    choice.select_option("structure")
+    assert page.locator("#target-truth").count() == 0
+    choice.select_option("trajectories")
     page.locator("img.target-picture").wait_for()
     go.click()
     shown = SessionPage(page, server).ready()
@@ -62,40 +62,3 @@ def test_a_path_is_brought_in_and_smoothed(gallery: Gallery, server: Server) -> 
     smoothed = [float(line.split(",")[7]) for line in table[1:]]
     assert len(smoothed) == 60
     assert all(abs(y - 80 - 0.05 * frame**2) < 6.0 for frame, y in enumerate(smoothed[:40]))
-
-
-@pytest.fixture(scope="module")
-def clip() -> bytes:
-    """Rectangles of many greys that move to the left by 2 px a frame, 160 x 120 px."""
-    rng = np.random.default_rng(0)
-    wide = np.full((120, 240, 3), 128, np.uint8)
-    for x, y, level in rng.integers(0, [240, 120, 256], (160, 3)).tolist():
-        wide[y : y + 10, x : x + 14] = level
-    return encoded(wide[:, 2 * index : 2 * index + 160] for index in range(24))
-
-
-# test_linkage.py and test_hand.py follow films.
-@pytest.mark.slow
-def test_corners_of_a_film_are_followed_with_nothing_marked(gallery: Gallery, server: Server, clip: bytes) -> None:
-    """A film is chosen and tracked at once; its corners move as the picture does, and the search is shown beside it."""
-    page = gallery.page
-    gallery.choose("walk.mp4", clip, "video/mp4")
-    go = page.locator("button:has-text('Track it')")
-    go.wait_for()
-    page.locator("#target-experiment").select_option("trajectories")
-    gallery.until(go.is_enabled, "nothing needs to be marked")
-    go.click()
-    shown = SessionPage(page, server).ready()
-    page.get_by_text("Search, px").wait_for()
-    shown.play_to_the_end()
-    rows = server.column(shown.id, "series")
-    assert rows[0]["tracks"] > 10
-    assert all(row["seen_share"] > 0.5 for row in rows)
-    table = page.request.get(f"api/v1/sessions/{shown.id}/exports/paths").text().splitlines()
-    cells = [line.split(",") for line in table[1:]]
-    ends: dict[str, list[float]] = {}
-    for frame, track, x, *_ in cells:
-        if x and int(frame) in {0, 10}:
-            ends.setdefault(track, []).append(float(x))
-    moved = sorted(both[1] - both[0] for both in ends.values() if len(both) == 2)
-    assert moved[len(moved) // 2] == -20.0

@@ -1,14 +1,11 @@
 """One's own video: from the drop zone over the box of the target to a running session."""
 
-from io import BytesIO
-
-import av
-import numpy as np
 import pytest
 
 from tests.browser.accessible import check, fits
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
+from tests.making import disc_film
 
 FRAMES = 30
 
@@ -16,17 +13,7 @@ FRAMES = 30
 @pytest.fixture(scope="module")
 def clip() -> bytes:
     """A red disc that walks to the right over grey, 160 x 120 px."""
-    file = BytesIO()
-    with av.open(file, "w", format="mp4") as container:
-        stream = container.add_stream("libx264", rate=30, options={"crf": "12"})
-        stream.width, stream.height, stream.pix_fmt = 160, 120, "yuv420p"
-        y, x = np.mgrid[:120, :160]
-        for index in range(FRAMES):
-            picture = np.full((120, 160, 3), 110, np.uint8)
-            picture[np.hypot(x - 40 - 2 * index, y - 60) <= 9] = (210, 40, 40)
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
-        container.mux(stream.encode(None))
-    return file.getvalue()
+    return disc_film(FRAMES)
 
 
 def test_a_clip_becomes_a_session_that_tracks(gallery: Gallery, server: Server, clip: bytes) -> None:

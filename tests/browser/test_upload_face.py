@@ -1,7 +1,5 @@
 """A face on one's own video: its points appear, are corrected, are tracked, and the pose is that of the person."""
 
-import csv
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,16 +8,12 @@ from numpy.typing import NDArray
 
 from pftrack.vision.geometry.face import gaze
 from tests.browser.host import Server
-from tests.browser.test_flat import OCCLUDER
 from tests.browser.views import Gallery, SessionPage, View
 from tests.experiments.head.heads import empty, film, marked, pictures, simulated
 
 BEGIN, END, WIDTH = 44, 72, 320
 """The simulated driver looks ahead until the first of these frames, and far to one side in the last one."""
 COUNT = END - BEGIN
-TURNED = 120
-"""By then the person of the real clip has turned to both sides and back."""
-CLIP = Path(__file__).parents[2] / ".." / "shared" / "data" / "face_turning"
 
 # Where the page shows each feature, in px of the picture.
 SHOWN = """Object.fromEntries([...document.querySelectorAll('.point:not([hidden])')].map((point) => {
@@ -29,9 +23,6 @@ SHOWN = """Object.fromEntries([...document.querySelectorAll('.point:not([hidden]
     const name = point.dataset.handle.replace('points.', '');
     return [name, [place(left, image.naturalWidth), place(top, image.naturalHeight)]];
 }))"""
-
-# Unfolds all that a control is in.
-UNFOLD = "(it) => { for (let at = it; at; at = at.parentElement) if (at.localName === 'details') at.open = true; }"
 
 # What a link to a session says of it.
 SHARED = "async (session) => (await import('./static/session/share.js')).bodyOf(session)"
@@ -286,61 +277,3 @@ def it_fits_and_can_be_touched(form: Form, found: dict[str, list[float]]) -> Non
     dragged = {"lmou": np.add(found["lmou"], (12 / shown, 16 / shown))}
     form.until(lambda: near(form.points, dragged, 0.5), "it was dragged")
     assert form.page.evaluate("scrollY") == top
-
-
-def reference(column: str) -> NDArray[np.float64]:
-    with (CLIP / "reference_pose.csv").open() as file:
-        return np.array([float(row[column]) for row in csv.DictReader(file)])
-
-
-@pytest.mark.slow
-def test_a_real_head_turns_and_is_covered(gallery: Gallery, server: Server) -> None:
-    """On the real clip yaw goes the way that the person turns; under the occluder the pose is less sure for a while.
-
-    A face that is turned has a wider band than one that looks ahead, so that each frame is held against itself.
-    """
-    if not CLIP.exists():
-        pytest.skip("the sample clips are not beside this checkout")
-    gallery.choose("clip.mp4", (CLIP / "clip.mp4").read_bytes(), "video/mp4")
-    form = Form(gallery.page)
-    form.follow_a_head()
-    form.settled()
-    shown = form.track(server)
-    server.seek(shown.id, TURNED - 1)
-    shown.stands_at(TURNED - 1)
-    yaw, known = series(server, shown.id, "yaw_deg"), reference("yaw_deg")[:TURNED]
-    assert not any(server.column(shown.id, "searching"))
-    assert np.abs((yaw - yaw[0]) - (known - known[0])).mean() < 5
-    assert np.corrcoef(yaw, known)[0, 1] > 0.9
-    assert np.ptp(yaw) > 15
-    clear = series(server, shown.id, "yaw_deg_sd")
-
-    cover, uncover, end = 40, 65, 110
-    server.seek(shown.id, cover)
-    shown.stands_at(cover)
-    free = occluded(shown)
-    set_number(shown, "Occluder width (px)", 200)
-    server.seek(shown.id, uncover)
-    shown.stands_at(uncover)
-    shown.until(lambda: occluded(shown) > free + 0.15, "the occluder is in the picture")
-    set_number(shown, "Occluder width (px)", 0)
-    server.seek(shown.id, end)
-    shown.stands_at(end)
-    sd = series(server, shown.id, "yaw_deg_sd")
-    assert sd[uncover] > 3 * clear[uncover]
-    assert sd[end] < 1.5 * clear[end]
-    assert abs((yaw[end] - yaw[0]) - (known[end] - known[0])) < 10
-
-
-def occluded(shown: SessionPage) -> float:
-    """Return what share of the picture is as grey as the occluder, near its upper edge."""
-    return float(shown.page.evaluate(OCCLUDER)) / 320
-
-
-def set_number(shown: SessionPage, label: str, value: int) -> None:
-    """Type a number into the panel."""
-    box = shown.page.locator(".controls").get_by_label(label, exact=True).and_(shown.page.locator("[type=number]"))
-    box.evaluate(UNFOLD)
-    box.fill(str(value))
-    box.press("Enter")
-    shown.until(lambda: shown.session["parameters"]["occlusion_width_px"] == value, f"{label} is {value}")

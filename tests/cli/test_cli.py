@@ -21,7 +21,7 @@ def test_list_names_every_experiment(call: Call) -> None:
     assert listed[0]["trackers"][0].keys() == {"id", "title", "description"}
 
 
-@pytest.mark.parametrize("name", EXPERIMENTS)
+@pytest.mark.parametrize("name", ["ball", "head"])
 def test_show_gives_every_parameter_with_all_that_is_declared(call: Call, name: str) -> None:
     """`show` prints each parameter's name, default, bounds and help; `--json` the declarations themselves."""
     shown = json.loads(call("show", name, "--json")[1])

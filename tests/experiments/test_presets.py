@@ -4,7 +4,7 @@ from pftrack.core.model.parameters import declarations, flat
 from pftrack.core.model.preset import Preset
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import EXPERIMENTS, Experiment, find
-from pftrack.runs.run import Run
+from tests.making import whole_run
 
 BALL = find("ball")
 
@@ -13,8 +13,7 @@ BALL = find("ball")
 def test_presets_of_the_ball_do_what_they_say(preset: Preset) -> None:
     """A preset that is said to work succeeds, one that is said to break fails."""
     timeline = (Change(0, preset.parameters),)
-    run = Run(BALL, BALL.simulate(), tracker=preset.tracker, seed=preset.seed, timeline=timeline)
-    run.finish()
+    run = whole_run(BALL, tracker=preset.tracker, seed=preset.seed, timeline=timeline)
     assert run.summary().verdict.success == preset.title.startswith("works")
 
 
@@ -99,8 +98,7 @@ def finished(experiment: Experiment, name: str) -> tuple[float, bool]:
 
 def outcome(experiment: Experiment, preset: Preset) -> tuple[float, bool]:
     timeline = (Change(0, preset.parameters),) if preset.parameters else ()
-    run = Run(experiment, experiment.simulate(), tracker=preset.tracker, seed=preset.seed, timeline=timeline)
-    run.finish()
+    run = whole_run(experiment, tracker=preset.tracker, seed=preset.seed, timeline=timeline)
     summary = run.summary().as_dict()
     return summary["mean_error"], summary["success"]
 
@@ -110,8 +108,7 @@ def test_presets_of_the_signal_do_what_they_say() -> None:
     sine = find("sine")
     errors = {}
     for preset in sine.presets:
-        run = Run(sine, sine.simulate(), tracker=preset.tracker, timeline=(Change(0, preset.parameters),))
-        run.finish()
+        run = whole_run(sine, tracker=preset.tracker, values=preset.parameters)
         errors[preset.name] = run.summary().verdict.mean_error
     assert errors["works"] < 1.25 * errors["kalman"]
     assert errors["few"] > 1.25 * errors["kalman"]
@@ -124,15 +121,7 @@ FISH = find("fish")
 @pytest.mark.parametrize("preset", FISH.presets, ids=lambda preset: preset.name)
 def test_presets_of_the_fish_do_what_they_say(preset: Preset) -> None:
     """What works is inside the fish in every frame, what breaks is not, and what is worse turns head to tail."""
-    run = Run(
-        FISH,
-        FISH.simulate(),
-        tracker=preset.tracker,
-        seed=preset.seed,
-        frames=48,
-        timeline=(Change(0, preset.parameters),),
-    )
-    run.finish()
+    run = whole_run(FISH, tracker=preset.tracker, seed=preset.seed, frames=48, values=preset.parameters)
     turned = max(row.number("heading_error") for row in run.diagnostics) > 150
     assert turned == preset.title.startswith("worse")
     assert run.summary().verdict.success == (not preset.title.startswith("breaks"))

@@ -8,27 +8,18 @@ import pytest
 
 from pftrack.core.model.band import Direction
 from pftrack.core.model.parameters import Value
-from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.runs.coverage import count_held, pool_counts
 from pftrack.runs.run import Run
 from pftrack.testing.coverage import find_contradictions, judge
+from tests.making import whole_run
 
 CLEAR: Mapping[str, Value] = {"occlusion_width_px": 0, "distracter_radius_px": 0, "clutter_count": 0}
 
 
 def run_of(name: str, chosen: Mapping[str, Value], seed: int) -> Run:
     experiment, frames = find(name), 361 if name == "sine" else 120
-    run = Run(
-        experiment,
-        experiment.simulate(),
-        tracker="kalman",
-        seed=seed,
-        frames=frames,
-        timeline=(Change(0, dict(chosen)),),
-    )
-    run.finish()
-    return run
+    return whole_run(experiment, tracker="kalman", seed=seed, frames=frames, values=dict(chosen))
 
 
 def contradictions(name: str, chosen: Mapping[str, Value], seeds: int) -> list[str]:

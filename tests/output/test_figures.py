@@ -13,14 +13,13 @@ from pftrack.experiments import EXPERIMENTS, find
 from pftrack.output.figures import sheet
 from pftrack.output.figures.sheet import KINDS, drawable, figure_of
 from pftrack.runs.run import Run
+from tests.making import whole_run
 
 
 def finished(name: str, frames: int, **more: object) -> Run:
     """Return a short run of an experiment."""
     found = find(name)
-    run = Run(found, found.simulate(), frames=frames, **more)  # type: ignore[arg-type] - of Run
-    run.finish()
-    return run
+    return whole_run(found, frames=frames, **more)
 
 
 @pytest.fixture(scope="module")

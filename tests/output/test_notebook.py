@@ -8,38 +8,20 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.marks import Box
-from pftrack.core.model.recipe import Change, Recipe
+from pftrack.core.model.recipe import Recipe
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.output.exports.formats import NOTEBOOK, exports_of
 from pftrack.output.exports.notebook import run_cells, run_notebook
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
 from pftrack.vision.rendering.film import FilmWriter
-from tests.notebooks import executed, executed_here
+from tests.notebooks import executed_here
 
 SAME = "The same estimates as in the run that was exported.\n"
 
 
 def source(content: bytes) -> str:
     return "\n".join("".join(cell["source"]) for cell in json.loads(content)["cells"])
-
-
-# tests/server/test_exports.py runs one of a session.
-@pytest.mark.slow
-def test_a_run_with_changes_comes_to_the_same_numbers() -> None:
-    """Executed in a kernel, it computes as far as the run had come, with the changes on the way."""
-    ball = find("ball")
-    changes = (Change(0, {"sample_count": 60}), Change(5, {"tracker": "apf", "process_noise_px": 4}))
-    run = Run(ball, ball.simulate(), tracker="condensation", seed=7, frames=40, timeline=changes)
-    run.seek(12)
-    run.seek(3)
-    printed = executed(run_notebook(run))
-    assert SAME in printed
-    table = next(text for text in printed if "log_evidence" in text).splitlines()
-    assert len(table) == 1 + 13
-    shown = dict(zip(table[0].split(), table[13].split(), strict=True))
-    assert float(shown["error"]) == pytest.approx(run.diagnostics[12].error, rel=1e-4)
-    assert "step_ms" not in shown
 
 
 def test_a_recording_is_named_and_not_carried(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.reproduce.hand import MOTIONS, RANKINGS, WIDTHS, Outcome, mean, right_figure, steps
 from pftrack.reproduce.pool import Pool
-from pftrack.runs.run import Run
+from tests.making import whole_run
 
 HAND = find("hand")
 
@@ -39,8 +39,7 @@ def test_presets_do_what_they_say(preset: Preset) -> None:
     errors = {}
     for chosen in (preset, HAND.presets[0]):
         timeline = (Change(0, chosen.parameters),)
-        run = Run(HAND, HAND.simulate(), tracker=chosen.tracker, seed=chosen.seed, timeline=timeline)
-        run.finish()
+        run = whole_run(HAND, tracker=chosen.tracker, seed=chosen.seed, timeline=timeline)
         errors[chosen.name] = run.summary()
     found, works = errors[preset.name], errors[HAND.presets[0].name]
     kind = preset.title.partition(":")[0]

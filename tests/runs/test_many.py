@@ -9,7 +9,6 @@ from pftrack.core.model.band import Calibration
 from pftrack.core.model.marks import Box
 from pftrack.core.model.measures import Measure
 from pftrack.core.model.parameters import ParameterError, Value, revise
-from pftrack.core.model.recipe import Change
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame
 from pftrack.experiments import find
@@ -19,6 +18,7 @@ from pftrack.runs import many, scoring
 from pftrack.runs.loss_probability import loss_probabilities
 from pftrack.runs.run import Run
 from tests.experiments.head.heads import Pictures, pictures
+from tests.making import whole_run
 
 CONDITION: dict[str, Value] = {"occlusion_width_px": 55, "distracter_radius_px": 11, "layout": 3, "sample_count": 120}
 BALL = find("ball")
@@ -37,9 +37,7 @@ class Silent:
 
 
 def live(tracker: str, seed: int, values: Mapping[str, Value], frames: int = 60) -> Run:
-    run = Run(BALL, BALL.simulate(), tracker=tracker, seed=seed, frames=frames, timeline=(Change(0, values),))
-    run.finish()
-    return run
+    return whole_run(BALL, tracker=tracker, seed=seed, frames=frames, values=values)
 
 
 @pytest.mark.parametrize(

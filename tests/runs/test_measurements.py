@@ -16,6 +16,7 @@ from pftrack.core.model.series import Series
 from pftrack.experiments import find
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.run import Run
+from tests.making import whole_run
 
 SINE = find("sine")
 BALL = find("ball")
@@ -32,9 +33,7 @@ def _warned_of_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def finished(experiment: Experiment, frames: int = 6) -> Run:
-    run = Run(experiment, experiment.simulate(), seed=3, frames=frames)
-    run.finish()
-    return run
+    return whole_run(experiment, seed=3, frames=frames)
 
 
 @pytest.mark.parametrize(

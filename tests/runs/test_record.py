@@ -17,6 +17,7 @@ from pftrack.runs.record import RecordError, read, read_saved, save
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
 from tests.experiments.head.heads import Pictures, pictures
+from tests.making import whole_run
 from tests.sources.conftest import film
 
 BALL = find("ball")
@@ -25,9 +26,7 @@ CHANGES = (Change(0, {"sample_count": 150}), Change(12, {"occlusion_width_px": 8
 
 @pytest.fixture
 def run() -> Run:
-    made = Run(BALL, BALL.simulate(), seed=9, frames=30, timeline=CHANGES)
-    made.finish()
-    return made
+    return whole_run(BALL, seed=9, frames=30, timeline=CHANGES)
 
 
 def _rewritten(path: Path, **changes: object) -> Path:

@@ -10,14 +10,13 @@ from pftrack.experiments import find
 from pftrack.runs.record import Saved, read_saved, save
 from pftrack.runs.reproduction import departure, difference
 from pftrack.runs.run import Run
+from tests.making import whole_run
 
 
 @pytest.fixture
 def run() -> Run:
     experiment = find("sine")
-    run = Run(experiment, experiment.simulate(), seed=4, frames=12)
-    run.finish()
-    return run
+    return whole_run(experiment, seed=4, frames=12)
 
 
 @pytest.fixture

@@ -13,6 +13,7 @@ from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.runs.recursion import Keyframes
 from pftrack.runs.run import EndOfRun, PastError, Run
+from tests.making import whole_run
 
 BALL = find("ball")
 TRACKERS = pytest.mark.parametrize("tracker", BALL.trackers)
@@ -122,13 +123,6 @@ def test_branch_shares_the_past_and_only_that() -> None:
     assert branch.estimates_sha256 == finished(timeline=branch.timeline.changes).estimates_sha256
 
 
-def test_branch_without_changes_is_the_trunk_again() -> None:
-    """A branch that changes nothing comes to the numbers of a run without the later changes."""
-    branch = finished(timeline=CHANGES).branch(9)
-    branch.finish()
-    assert branch.estimates_sha256 == finished().estimates_sha256
-
-
 def test_a_branch_from_the_last_frame_has_nothing_to_change() -> None:
     """A change there would count from a frame that the run does not have, and no recipe may hold it."""
     run = finished(frames=5)
@@ -151,8 +145,7 @@ def test_the_past_is_the_past() -> None:
 def test_what_is_only_drawn_changes_in_the_past_and_at_the_end() -> None:
     """It changes no number, so nothing has to be computed again; what is to change later stays."""
     fish = find("fish")
-    run = Run(fish, fish.simulate(), frames=4)
-    run.finish()
+    run = whole_run(fish, frames=4)
     before = run.estimates_sha256
     run.change({"shown_mode": 2})
     run.seek(1)
@@ -161,8 +154,7 @@ def test_what_is_only_drawn_changes_in_the_past_and_at_the_end() -> None:
     assert run.estimates_sha256 == before
     with pytest.raises(PastError, match="branch"):
         run.change({"shown_mode": 1, "sample_count": 100})
-    again = Run(fish, fish.simulate(), frames=4, timeline=run.timeline.changes)
-    again.finish()
+    again = whole_run(fish, frames=4, timeline=run.timeline.changes)
     assert again.estimates_sha256 == before
 
 
@@ -210,16 +202,6 @@ def test_bad_beginnings_are_refused(options: dict[str, object]) -> None:
         ball(**options)
 
 
-def test_trackers_take_over_from_each_other() -> None:
-    """Any tracker can follow any other in mid-run, particles from a Gaussian and back included."""
-    names = list(BALL.trackers)
-    timeline = tuple(Change(3 * n + 1, {"tracker": name}) for n, name in enumerate([*names, *reversed(names)]))
-    run = ball(timeline=timeline)
-    for step in run:
-        assert np.isfinite(step.state.estimate).all()
-    assert run.tracker_at(3 * (2 * len(names) - 1) + 1) == names[0]
-
-
 def test_success_counts_lost_frames() -> None:
     """The summary counts what the diagnostics say, and frame by frame lost means further than three radii."""
     run = finished(tracker="condensation", frames=60)
@@ -258,13 +240,11 @@ def test_a_keyframe_counts_once_in_the_budget() -> None:
 def test_signals_run_beside_their_exact_answer() -> None:
     """A run of a signal carries the exact posterior mean beside the particles', and has no notion of lost."""
     sine = find("sine")
-    run = Run(sine, sine.simulate(), seed=1, frames=100)
-    run.finish()
+    run = whole_run(sine, seed=1, frames=100)
     summary = run.summary().as_dict()
     assert summary["success"] is None
     assert summary["mean_error_px"] is None
-    exact = Run(sine, sine.simulate(), tracker="kalman", seed=1, frames=100)
-    exact.finish()
+    exact = whole_run(sine, tracker="kalman", seed=1, frames=100)
     assert [row.vector("exact") for row in run.diagnostics[1:]] == [row.estimate for row in exact.diagnostics[1:]]
     assert summary["mean_error"] < 3 * exact.summary().verdict.mean_error
 

@@ -47,6 +47,11 @@ class BranchModel:
         return values, tracker
 
     @property
+    def timeline(self) -> list[dict[str, Any]]:
+        """Its changes as a client writes them."""
+        return [{"frame": frame, "values": values} for frame, values in sorted(self.changes.items()) if values]
+
+    @property
     def branch_point(self) -> int | None:
         """Frame at which a change leaves it; None where a change counts from its next frame on."""
         if self.position == FRAMES - 1:
@@ -72,7 +77,8 @@ class BranchModel:
         inforce, tracker = self.at(self.position + 1)
         given = {**inforce, **values}
         tracker = given.pop("tracker", tracker)
-        return BranchModel(seed, tracker, {0: given})
+        defaults = flat(find(EXPERIMENT).simulate().parameters)
+        return BranchModel(seed, tracker, {0: {name: given[name] for name in given if given[name] != defaults[name]}})
 
     @property
     def estimates_sha256(self) -> str:

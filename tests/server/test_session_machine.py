@@ -24,7 +24,7 @@ from hypothesis.stateful import (
 from pftrack.experiments import find
 from pftrack.runs.scoring import estimates_hash
 from pftrack_server.settings import Settings
-from tests.server.asking import columns, get
+from tests.server.asking import columns, get, timeline_of
 from tests.server.host import Server, begin, error_of, running, steer
 from tests.server.session_model import EXPERIMENT, FIXED, FRAMES, BranchModel, SavedRun, SessionModel
 from tests.waiting import wait_for
@@ -249,6 +249,8 @@ class SessionMachine(RuleBasedStateMachine):
             set(self.model.branches),
         )
         assert (told["position"], told["computed"], told["frames"]) == (branch.position, branch.computed, FRAMES)
+        assert told["branch_point"] == branch.branch_point
+        assert timeline_of(told) == branch.timeline
         assert (told["parameters"], told["tracker"]) == branch.at(branch.position + 1)
         estimates = np.array(columns(self.client, self.model.id)["estimate"])
         assert len(estimates) == branch.computed + 1

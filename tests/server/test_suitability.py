@@ -3,15 +3,14 @@
 import base64
 import json
 from collections import OrderedDict
-from io import BytesIO
 from typing import Any
 
-import av
 import cv2
 import httpx
 import numpy as np
 import pytest
 
+from tests.making import disc_film
 from tests.server.host import Server
 
 FRAMES = 12
@@ -20,17 +19,7 @@ FRAMES = 12
 @pytest.fixture(scope="module")
 def clip() -> bytes:
     """A red disc at 40, 60 on grey, 160 x 120 px."""
-    file = BytesIO()
-    with av.open(file, "w", format="mp4") as container:
-        stream = container.add_stream("libx264", rate=30, options={"crf": "12"})
-        stream.width, stream.height, stream.pix_fmt = 160, 120, "yuv420p"
-        y, x = np.mgrid[:120, :160]
-        for _ in range(FRAMES):
-            picture = np.full((120, 160, 3), 110, np.uint8)
-            picture[np.hypot(x - 40, y - 60) <= 9] = (210, 40, 40)
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
-        container.mux(stream.encode(None))
-    return file.getvalue()
+    return disc_film(FRAMES, speed_px=0)
 
 
 @pytest.fixture
@@ -117,17 +106,9 @@ def test_experiments_say_whether_they_can_tell(client: httpx.Client) -> None:
 
 def test_the_verdict_changes_while_tracking(client: httpx.Client) -> None:
     """A disc that loses its colour separates no more, and the session says so and since when."""
-    file = BytesIO()
-    with av.open(file, "w", format="mp4") as container:
-        stream = container.add_stream("libx264", rate=30, options={"crf": "12"})
-        stream.width, stream.height, stream.pix_fmt = 160, 120, "yuv420p"
-        y, x = np.mgrid[:120, :160]
-        for frame in range(2 * FRAMES):
-            picture = np.full((120, 160, 3), 110, np.uint8)
-            picture[np.hypot(x - 40, y - 60) <= 9] = (210, 40, 40) if frame < FRAMES else (112, 110, 110)
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
-        container.mux(stream.encode(None))
-    upload = client.post("/api/v1/uploads", files={"file": ("fade.mp4", file.getvalue())}).json()["id"]
+    colours = [(210, 40, 40)] * FRAMES + [(112, 110, 110)] * FRAMES
+    film = disc_film(2 * FRAMES, speed_px=0, colours=colours)
+    upload = client.post("/api/v1/uploads", files={"file": ("fade.mp4", film)}).json()["id"]
     told = ask(client, upload, box(31, 51)).json()["remark"]
     assert "looked at picture 0, and around the same place in 8 pictures up to 23" in told.lower()
     for experiment in ("ball", "histogram"):

@@ -7,13 +7,13 @@ import zlib
 from pathlib import Path
 from typing import Any
 
-import av
 import httpx
 import numpy as np
 import pytest
 from PIL import Image
 
 from tests.conftest import BASE
+from tests.making import encoded
 from tests.server.confined import children
 from tests.server.host import Server, begin, error_of, steer
 from tests.session_requests import session_request
@@ -38,17 +38,10 @@ def png(grey: int, size: tuple[int, int] = SIZE) -> bytes:
 
 def video(frames: int = 24) -> bytes:
     """A short video of a red square that moves."""
-    buffer = io.BytesIO()
-    with av.open(buffer, "w", format="mp4") as container:
-        stream = container.add_stream("libx264", rate=25)
-        stream.width, stream.height = SIZE
-        stream.pix_fmt = "yuv420p"
-        for number in range(frames):
-            picture = np.full((SIZE[1], SIZE[0], 3), 90, np.uint8)
-            picture[20:30, 10 + number : 20 + number] = (220, 20, 20)
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
-        container.mux(stream.encode())
-    return buffer.getvalue()
+    pictures = np.full((frames, SIZE[1], SIZE[0], 3), 90, np.uint8)
+    for number, picture in enumerate(pictures):
+        picture[20:30, 10 + number : 20 + number] = (220, 20, 20)
+    return encoded(pictures, 25)
 
 
 def send(client: httpx.Client, *files: tuple[str, bytes]) -> httpx.Response:

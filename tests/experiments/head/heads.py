@@ -2,9 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import cache
-from io import BytesIO
 
-import av
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,6 +11,7 @@ from pftrack.core.model.source import Frame, FrameIndex, History
 from pftrack.experiments.head.scene import HeadSource
 from pftrack.experiments.head.scene_parameters import HeadSceneParameters
 from pftrack.vision.geometry.face import FEATURES
+from tests.making import encoded
 
 Picture = NDArray[np.uint8]
 
@@ -67,15 +66,7 @@ def empty(picture: Picture) -> Picture:
 
 def film(shown: Sequence[Picture], frame_rate_hz: int = 30) -> bytes:
     """Return pictures as a video, compressed so little that features keep their places."""
-    file = BytesIO()
-    height, width = shown[0].shape[:2]
-    with av.open(file, "w", format="mp4") as container:
-        stream = container.add_stream("libx264", rate=frame_rate_hz, options={"crf": "10", "preset": "ultrafast"})
-        stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
-        for picture in shown:
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
-        container.mux(stream.encode(None))
-    return file.getvalue()
+    return encoded(shown, frame_rate_hz, crf="10", preset="ultrafast")
 
 
 def marked(index: int = 0, *, width: int = 320) -> dict[str, tuple[float, float]]:

@@ -15,6 +15,7 @@ from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.runs.run import Run
 from tests.experiments.head.heads import Picture, Pictures
+from tests.making import whole_run
 
 HEAD = find("head")
 CLIP = Path(__file__).parents[3] / ".." / "shared" / "data" / "face_turning"
@@ -103,8 +104,7 @@ def test_without_it_the_cover_does() -> None:
 
 def test_a_face_unlike_the_mean_is_not_taken_for_a_covered_one() -> None:
     """This person's first turn misfits the mean face, which was taken for a cover: the yaw was not followed at all."""
-    run = Run(HEAD, HEAD.simulate(), seed=1, frames=110, timeline=(Change(0, {"person": 400}),))
-    run.finish()
+    run = whole_run(HEAD, seed=1, frames=110, values={"person": 400})
     off = [abs(row.estimate[1] - row.truth[1]) for row in run.diagnostics if row.truth is not None]
     assert np.max([abs(row.truth[1]) for row in run.diagnostics if row.truth is not None]) > 30.0
     assert np.max(off) < 12.0

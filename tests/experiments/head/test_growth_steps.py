@@ -22,6 +22,7 @@ from pftrack.vision.model_files import as_json
 from pftrack.vision.structure.growing import Growing
 from pftrack.vision.structure.tracks import residuals
 from tests.experiments.head.heads import simulated
+from tests.making import whole_run
 
 HEAD = find("head")
 SMALL: dict[str, Value] = {"image_width_px": 320, "feature_noise_px": 3}
@@ -173,8 +174,7 @@ def test_positions_are_as_sure_as_particles_and_templates_allow(state: PoseState
 
 def test_frames_in_which_features_may_be_hidden_teach_nothing() -> None:
     """The face is learned only where it is clear that all features are seen."""
-    run = Run(HEAD, HEAD.simulate(), seed=1, frames=12, timeline=(Change(0, {"person": 102, **SMALL}),))
-    run.finish()
+    run = whole_run(HEAD, seed=1, frames=12, values={"person": 102, **SMALL})
     state, frame, values = (
         run.current.state,
         simulated(14)[13],

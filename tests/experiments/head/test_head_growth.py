@@ -12,6 +12,7 @@ from pftrack.experiments import find
 from pftrack.experiments.head.draw import MEAN_FACE, UNCERTAINTY, front, points_of, surface_of
 from pftrack.runs.run import Run
 from pftrack.vision.geometry.face import FEATURES, mean_model
+from tests.making import whole_run
 
 HEAD = find("head")
 VALUES = {"face_model": "growing", "person": 102, "image_width_px": 320, "feature_noise_px": 3}
@@ -19,9 +20,7 @@ VALUES = {"face_model": "growing", "person": 102, "image_width_px": 320, "featur
 
 @pytest.fixture(scope="module")
 def run() -> Run:
-    run = Run(HEAD, HEAD.simulate(), seed=1, frames=40, timeline=(Change(0, VALUES),))
-    run.finish()
-    return run
+    return whole_run(HEAD, seed=1, frames=40, values=VALUES)
 
 
 def worlds(run: Run, frame: int) -> dict[str, Primitive]:

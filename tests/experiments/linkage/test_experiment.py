@@ -16,6 +16,7 @@ from pftrack.core.model.setup import Setup
 from pftrack.experiments import find
 from pftrack.experiments.linkage.recording import direction_error
 from pftrack.runs.run import Run
+from tests.making import whole_run
 
 LINKAGE = find("linkage")
 FRAMES = {"cross": 51, "cross-one": 51, "mirror3": 91, "mirror2": 81}
@@ -170,8 +171,7 @@ def test_all_trackers_cope_with_what_is_not_seen_and_with_outliers(tracker: str)
 def test_regions_count_an_observation_outside_every_bound() -> None:
     """It is left out, the prediction stands, and the frame is marked."""
     values: dict[str, Value] = {"outlier_share": 0.5, "outlier_px": 200}
-    run = Run(LINKAGE, LINKAGE.simulate(), tracker="ellipsoids", frames=10, timeline=(Change(0, values),))
-    run.finish()
+    run = whole_run(LINKAGE, tracker="ellipsoids", frames=10, values=values)
     assert sum(row.number("outlier") for row in run.diagnostics) > 2.0
 
 

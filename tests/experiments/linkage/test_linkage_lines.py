@@ -25,6 +25,7 @@ from pftrack.experiments.linkage.model import (
 from pftrack.experiments.linkage.scene import LinkageSource, LinkMeasurements
 from pftrack.filters import kalman
 from pftrack.runs.run import Run
+from tests.making import whole_run
 
 LINKAGE = find("linkage")
 SCENE: dict[str, Value] = {
@@ -61,9 +62,7 @@ def observation(rng: np.random.Generator) -> np.ndarray:
 
 def run_of(tracker: str, frames: int, seed: int = 0, **values: Value) -> Run:
     timeline = (Change(0, {**SCENE, **values}),)
-    run = Run(LINKAGE, LINKAGE.simulate(), tracker=tracker, seed=seed, frames=frames, timeline=timeline)
-    run.finish()
-    return run
+    return whole_run(LINKAGE, tracker=tracker, seed=seed, frames=frames, timeline=timeline)
 
 
 def test_derivatives_are_those_of_differences() -> None:

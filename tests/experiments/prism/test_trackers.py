@@ -20,6 +20,7 @@ from pftrack.experiments.shared.pose.methods import METHODS, Method
 from pftrack.experiments.shared.pose.parameters import AS_PUBLISHED
 from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.runs.run import Run
+from tests.making import whole_run
 
 MIRROR = np.array([2, 3, 0, 1, 6, 7, 4, 5])
 """Which vertex is the mirror image of each in the plane y = 0."""
@@ -233,15 +234,13 @@ def test_the_camera_may_change_in_mid_run(method: Method) -> None:
 def test_a_pose_may_turn_as_was_learned() -> None:
     """Turns learned from a run guide the pose of another; what was learned in another experiment is refused."""
     experiment = find("prism")
-    run = Run(experiment, experiment.simulate(), frames=40, timeline=(Change(0, AS_PUBLISHED),))
-    run.finish()
+    run = whole_run(experiment, frames=40, values=AS_PUBLISHED)
     assert experiment.guidance is not None
     learned = experiment.guidance.learn([experiment.guidance.states(run.diagnostics)])
     turns = np.diff([row.estimate for row in run.diagnostics], axis=0) * np.pi / 180
     assert learned.diffusion("fixed").covariance == pytest.approx(np.cov(turns.T))
     values = {**AS_PUBLISHED, "learned": learned.text}
-    guided = Run(experiment, experiment.simulate(), frames=40, timeline=(Change(0, values),))
-    guided.finish()
+    guided = whole_run(experiment, frames=40, values=values)
     assert guided.estimates_sha256 != run.estimates_sha256
     assert guided.summary().verdict.mean_error < 1.2 * run.summary().verdict.mean_error
     head = learned.text.replace('"prism"', '"head"')

@@ -27,15 +27,14 @@ from pftrack.experiments.shared.pose.calibrated import (
 from pftrack.experiments.shared.pose.parameters import PoseTrackerParameters
 from pftrack.filters.affine import AffineLayer
 from pftrack.runs.run import Run
+from tests.making import whole_run
 
 SLOPES = np.array([[4.0, 0.3, 0.2], [-0.1, 5.0, 0.4]])
 
 
 def run(experiment: str, frames: int, seed: int = 1, tracker: str = "pf-asd", **values: Value) -> Run:
     found = find(experiment)
-    made = Run(found, found.simulate(), tracker=tracker, seed=seed, frames=frames, timeline=(Change(0, dict(values)),))
-    made.finish()
-    return made
+    return whole_run(found, tracker=tracker, seed=seed, frames=frames, values=dict(values))
 
 
 def shares(made: Run) -> tuple[float, float]:

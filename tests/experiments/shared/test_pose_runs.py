@@ -11,6 +11,7 @@ from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.experiments.shared.pose.parameters import AS_PUBLISHED
 from pftrack.runs.run import Run
+from tests.making import whole_run
 
 HEAD, PRISM = find("head"), find("prism")
 SMALL: dict[str, Value] = {"image_width_px": 160, "feature_noise_px": 1.5, "slack_px": 2.0, "initial_speed_px": 2.0}
@@ -111,8 +112,7 @@ def test_series_say_what_they_are_called() -> None:
 
 def test_alpha_rises_while_a_corner_hides() -> None:
     """Over the prism's course, alpha of a rear corner is higher while hidden, by Bando's figure."""
-    run = Run(PRISM, PRISM.simulate(), tracker="pf-asd", seed=1, timeline=(Change(0, AS_PUBLISHED),))
-    run.finish()
+    run = whole_run(PRISM, tracker="pf-asd", seed=1, values=AS_PUBLISHED)
     alpha = np.array([row.series["alpha"] for row in run.diagnostics])[:, 1::2]
     visible = np.array([row.series["feature_visible"] for row in run.diagnostics])[:, 1::2] > 0
     assert alpha[~visible].mean() > alpha[visible].mean() + 0.15
@@ -125,8 +125,7 @@ def test_the_camera_can_be_exchanged_in_mid_run() -> None:
     prism = find("prism")
     pinhole = {"upper_layer": "perspective"}
     timeline = (Change(0, AS_PUBLISHED), Change(150, pinhole), Change(300, {"upper_layer": "affine"}))
-    run = Run(prism, prism.simulate(), seed=3, frames=450, timeline=timeline)
-    run.finish()
+    run = whole_run(prism, seed=3, frames=450, timeline=timeline)
     errors = np.array([row.error for row in run.diagnostics])
     assert errors[160:300].mean() < 0.6
     assert 1.0 < errors[:150].mean() < 3.0

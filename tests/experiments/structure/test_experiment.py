@@ -17,17 +17,14 @@ from pftrack.sources.sequence import open_sequence
 from pftrack.sources.tracks.table import read_tracks
 from pftrack.vision.geometry.face import FEATURES, fit_similarity, mean_model, person
 from pftrack.vision.structure.tracks import shape_error
+from tests.making import whole_run
 
 EXPERIMENT = find("structure")
 
 
 def run_of(preset: Preset, frames: int | None = None) -> Run:
     timeline = (Change(0, preset.parameters),) if preset.parameters else ()
-    run = Run(
-        EXPERIMENT, EXPERIMENT.simulate(), tracker=preset.tracker, seed=preset.seed, frames=frames, timeline=timeline
-    )
-    run.finish()
-    return run
+    return whole_run(EXPERIMENT, tracker=preset.tracker, seed=preset.seed, frames=frames, timeline=timeline)
 
 
 @pytest.mark.parametrize("preset", EXPERIMENT.presets, ids=lambda preset: preset.name)
@@ -117,8 +114,7 @@ def apart_mm(points: np.ndarray, true: np.ndarray) -> float:
 def test_the_table_of_a_head_s_tracks_says_what_the_rows_say() -> None:
     """Positions and variances are those of the series; what was not recognised, or not measured, has no line."""
     head = find("head")
-    tracked = Run(head, head.simulate(), seed=3, frames=3, timeline=(Change(0, {"image_width_px": 320}),))
-    tracked.finish()
+    tracked = whole_run(head, seed=3, frames=3, values={"image_width_px": 320})
     rows = tracked.diagnostics
     hidden = (np.nan, *rows[1].series["track_sd_px"][1:])
     past = [rows[0], replace(rows[1], series={**rows[1].series, "track_sd_px": hidden}), replace(rows[2], series={})]

@@ -17,6 +17,7 @@ from pftrack.experiments.structure.methods import StructureTrackerParameters
 from pftrack.experiments.structure.scene import BodyTarget, body_of, normalise, unnamed_shape
 from pftrack.experiments.structure.trackers import TRACKERS, StructureState
 from pftrack.runs.run import Run
+from tests.making import whole_run
 
 EXPERIMENT = find("structure")
 FOCAL = 4e6
@@ -93,8 +94,7 @@ def test_what_is_missing_may_be_anything(tracker: str) -> None:
 )
 def test_a_recursion_that_diverges_is_given_up(seed: int, frames: int, values: dict[str, Any]) -> None:
     """Its covariances may be no numbers; they never reach what is believed."""
-    run = Run(EXPERIMENT, EXPERIMENT.simulate(), seed=seed, frames=frames, timeline=(Change(0, values),))
-    run.finish()
+    run = whole_run(EXPERIMENT, seed=seed, frames=frames, values=values)
     for row in run.diagnostics:
         assert np.isfinite(row.estimate).all()
         assert np.isfinite(row.sigma).all()
@@ -105,8 +105,7 @@ def test_what_no_view_shows_is_not_claimed(body: str) -> None:
     """Without rotation, and of points of one plane, the growing shape has no depth, and says so."""
     still = {"sideways_deg": 0, "upwards_deg": 0} if body == "prism" else {}
     values = {"tracked_body": body, **still}
-    run = Run(EXPERIMENT, EXPERIMENT.simulate(), frames=60, timeline=(Change(0, values),))
-    run.finish()
+    run = whole_run(EXPERIMENT, frames=60, values=values)
     state = run.current.state
     assert not state.placed.known
     assert state.sigma.reshape(-1, 3)[:, 2].min() == 1.0
@@ -117,8 +116,7 @@ def test_what_no_view_shows_is_not_claimed(body: str) -> None:
 def test_it_grows_from_the_mean_face_to_this_one() -> None:
     """The shape begins as the mean of others, and the own one takes over as it predicts better."""
     values = {"tracked_body": "face", "swing_deg": 30}
-    run = Run(EXPERIMENT, EXPERIMENT.simulate(), frames=70, timeline=(Change(0, values),))
-    run.finish()
+    run = whole_run(EXPERIMENT, frames=70, values=values)
     first, last = run.diagnostics[0], run.diagnostics[-1]
     assert first.series["own_weight"] < 0.05
     assert last.series["own_weight"] > 0.9
@@ -127,8 +125,7 @@ def test_it_grows_from_the_mean_face_to_this_one() -> None:
 
 def test_pose_and_spread_are_in_sizes_of_the_body() -> None:
     """Once the prism is known, its pose is right to a degree or two and its points are sure to a few percent."""
-    run = Run(EXPERIMENT, EXPERIMENT.simulate(), frames=211)
-    run.finish()
+    run = whole_run(EXPERIMENT, frames=211)
     assert run.diagnostics[-1].series["turn_error_deg"] < 2.0
     assert 0.001 < float(np.median(run.current.state.sigma)) < 0.1
 
@@ -148,8 +145,7 @@ def test_a_point_that_is_badly_seen_counts_by_its_noise() -> None:
     """Hidden points, measured wildly, spoil singular values and not the growing shape."""
     errors = {}
     for tracker in ("growing", "svd"):
-        run = Run(EXPERIMENT, EXPERIMENT.simulate(), tracker=tracker, frames=211)
-        run.finish()
+        run = whole_run(EXPERIMENT, tracker=tracker, frames=211)
         errors[tracker] = run.diagnostics[-1].error
     assert errors["growing"] < 1.0
     assert errors["svd"] > 8.0

@@ -7,7 +7,6 @@ from typing import Any
 import pytest
 from markdown_it import MarkdownIt
 
-from pftrack.core.model.parameters import revise
 from pftrack.output.exports.notebook import code, markdown, notebook
 from pftrack.runs.opening import make
 from pftrack.teaching.lessons import LESSONS
@@ -20,18 +19,6 @@ from tests.teaching.lessons.demonstrations import DEMONSTRATIONS, demonstration
 
 def cells(content: bytes, kind: str) -> list[str]:
     return ["".join(cell["source"]) for cell in json.loads(content)["cells"] if cell["cell_type"] == kind]
-
-
-# A lecturer's scenario runs in one below.
-@pytest.mark.slow
-def test_a_notebook_runs_in_a_kernel() -> None:
-    """Executed as a person would, it prints the numbers and checks that the library computes."""
-    lesson = LESSONS["probability"]
-    body = demonstration(lesson)
-    parameters = revise(body.parameters, {"count": 1000, "low": -0.5})
-    printed = executed(lesson_notebook(lesson, parameters, 5))
-    assert printed[-2].splitlines() == [str(number) for number in body.show(parameters, 5).numbers]
-    assert printed[-1].splitlines() == [line for it in lesson.checks for line in (it.title, f"    {it.run()}")]
 
 
 @pytest.mark.parametrize("name", DEMONSTRATIONS)

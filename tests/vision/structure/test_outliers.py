@@ -6,13 +6,12 @@ from numpy.typing import NDArray
 
 from pftrack.core.geometry.rotation import rotation
 from pftrack.core.model.parameters import Value
-from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
-from pftrack.runs.run import Run
 from pftrack.vision.structure import variational
 from pftrack.vision.structure.factorization import metric_transform
 from pftrack.vision.structure.growing import find_right, fit_despite_outliers
 from pftrack.vision.structure.tracks import Tracks
+from tests.making import whole_run
 
 POINTS = np.random.default_rng(7).standard_normal((12, 3))
 FOCAL, NOISE = 900.0, 1.0
@@ -92,8 +91,7 @@ def test_wrong_tracks_do_not_spoil_a_face(tracker: str) -> None:
 
     def error(**values: Value) -> float:
         scene: dict[str, Value] = {"tracked_body": "face", "swing_deg": 40, "seen_noise_px": 1, **values}
-        run = Run(experiment, experiment.simulate(), tracker=tracker, seed=7, frames=100, timeline=(Change(0, scene),))
-        run.finish()
+        run = whole_run(experiment, tracker=tracker, seed=7, frames=100, values=scene)
         return float(np.median([row.error for row in run.diagnostics[70:]]))
 
     clean, doubted, believed = error(), error(slip_share=0.05), error(slip_share=0.05, wrong_odds=0)

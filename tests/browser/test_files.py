@@ -1,7 +1,6 @@
-"""A face model that grows, as a person sees it: the mean head becomes the driver's, and can be taken away as a file."""
+"""What can be taken away and brought in: a face model, a notebook, a picture, a film."""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,53 +16,10 @@ from tests.browser.views import SessionPage
 
 VALUES = {"hidden_weight": 0.0, "person": 102, "image_width_px": 320, "feature_noise_px": 3}
 
-# The vertices of the head's model in its own world, as the scene has them, and how many colours they have.
-SURFACE = """(() => {
-    let found = null;
-    window.__viserMutable?.nodeRefFromName['/world head: surface']?.traverse((item) => {
-        if (!item.isMesh) return;
-        const { position, color } = item.geometry.attributes;
-        const colours = new Set();
-        for (let i = 0; color && i < color.count; i += 1) colours.add([color.getX(i), color.getY(i)].join());
-        found = { places: [...position.array], colours: colours.size };
-    });
-    return found;
-})()"""
-
-
-def surface(view: SessionPage) -> dict[str, Any] | None:
-    found: dict[str, Any] | None = view.in_scene(SURFACE, otherwise=None)
-    return found
-
 
 def points_json(count: int) -> bytes:
     """A file of the first points of a person's face."""
     return as_json(FEATURES[:count], person(102).points_mm[:count])
-
-
-# Growth, colours and the mesh in the scene are each looked at without a browser, or in tests/viewer.
-@pytest.mark.slow
-@pytest.mark.scene
-def test_the_mean_head_becomes_the_drivers(watch: Callable[..., SessionPage], server: Server) -> None:
-    """The mesh in the scene begins as the mean face, changes with the frames, and its error falls; or it begins again.
-
-    It is opened once for all of that: the scene of a face takes seconds.
-    """
-    view = watch(experiment="head", parameters=VALUES, frames=50, seed=1)
-    view.until(lambda: surface(view) is not None, "the model is in the scene")
-    first = surface(view)
-    assert first is not None
-    assert len(first["places"]) == 3 * len(front(mean_model()).vertices_mm)
-    server.seek(view.id, 40)
-    view.stands_at(40)
-    view.until(lambda: (surface(view) or first)["places"] != first["places"], "the model looks otherwise")
-    view.until(lambda: (surface(view) or first)["colours"] > 20, "it is coloured by how sure it is")
-    name = f"shape_error {view.session['branch']}"
-    view.page.locator("[data-plot=shape_error]").scroll_into_view_if_needed()
-    view.until(lambda: len((view.trace(name) or {}).get("y", [])) > 40, "the error is plotted")
-    drawn = view.trace(name)
-    assert drawn is not None
-    assert drawn["y"][40] < 0.85 * drawn["y"][0], "the error falls"
 
 
 def test_the_model_is_taken_away_and_brought_back(
