@@ -77,14 +77,6 @@ def test_a_wide_beam_begins_with_the_narrow_ones_hands() -> None:
     assert (one.pose == four.pose).all()
 
 
-def test_the_same_frame_gives_the_same_hands_to_the_bit() -> None:
-    """A state is a function of the one before, the frame and the seed."""
-    for tracker in TRACKERS:
-        values = {"sample_count": 20}
-        one, other = tracked(tracker, 4, values)[-1], tracked(tracker, 4, values)[-1]
-        assert all((one.arrays()[name] == array).all() for name, array in other.arrays().items())
-
-
 @pytest.mark.parametrize("tracker", TRACKERS)
 def test_a_flash_is_waited_for_and_said(tracker: str) -> None:
     """In a frame that is all white nothing moves and the reason is told; the next one is followed again."""
