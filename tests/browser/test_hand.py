@@ -50,19 +50,12 @@ def encode(*, arm: bool = True) -> bytes:
     return encoded(pictures, 10)
 
 
-def to_the_end(shown: SessionPage, server: Server) -> None:
-    """Go to the last frame without a look at those on the way."""
-    last = shown.session["frames"] - 1
-    server.seek(shown.id, last)
-    shown.stands_at(last)
-
-
 def test_a_hand_is_kept_by_four_hypotheses_and_the_tree_shows_each(gallery: Gallery, server: Server) -> None:
     """Of the four hands that are kept a click shows one of the others."""
     page = gallery.page
     gallery.preset("hand", "wrist")
     kept = SessionPage(page, server).ready()
-    to_the_end(kept, server)
+    kept.go_to_the_end()
     kept.until(lambda: kept.verdict == "held (by truth)", "the turn is survived")
     rows = server.column(kept.id, "series")
     frame, hands = next((place, row["hands"]) for place, row in enumerate(rows) if len(row["hands"]["weights"]) == 4)

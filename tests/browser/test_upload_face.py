@@ -100,13 +100,6 @@ def series(server: Server, session: str, name: str) -> NDArray[np.float64]:
     return np.array([row[name] for row in server.column(session, "series")], dtype=np.float64)
 
 
-def to_the_end(shown: SessionPage, server: Server) -> None:
-    """Go to the last frame without a look at those on the way."""
-    last = shown.session["frames"] - 1
-    server.seek(shown.id, last)
-    shown.stands_at(last)
-
-
 def true_poses() -> list[tuple[float, float, float]]:
     poses = []
     for frame in simulated(END, width=WIDTH)[BEGIN:]:
@@ -167,7 +160,7 @@ def test_points_are_found_corrected_and_tracked(gallery: Gallery, server: Server
     shown.until(lambda: "yaw" in shown.page.inner_text(".flat-caption"), "the pose is said below the picture")
     assert near(shown.session["recipe"]["footage"]["mark"]["points"], marks, 0.01)
     assert shown.page.evaluate(SHARED, shown.session)["recipe"] == shown.session["recipe"]
-    to_the_end(shown, server)
+    shown.go_to_the_end()
     yaw, truth = series(server, shown.id, "yaw_deg"), np.array(true_poses())[:, 0]
     assert abs(truth).max() > 15
     assert np.corrcoef(yaw, truth)[0, 1] > 0.9

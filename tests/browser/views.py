@@ -228,6 +228,12 @@ class SessionPage(View):
             self.page.click(".play")
         self.stands_at(last)
 
+    def go_to_the_end(self) -> None:
+        """Go to the last frame without a look at those on the way."""
+        last = self.session["frames"] - 1
+        self._server.seek(self.id, last)
+        self.stands_at(last)
+
     def branch(self, tracker: str) -> None:
         """Go on from here with another tracker."""
         branches = len(self.session["branches"])

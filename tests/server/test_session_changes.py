@@ -14,8 +14,6 @@ class TestParameters:
         ("values", "field"),
         [
             ({"sample_count": 0}, "sample_count"),
-            ({"sample_count": -1}, "sample_count"),
-            ({"sample_count": 10**9}, "sample_count"),
             ({"sample_count": 10**30}, "sample_count"),
             ({"sample_count": "abc"}, "sample_count"),
             ({"sample_count": None}, "sample_count"),
