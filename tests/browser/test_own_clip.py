@@ -55,7 +55,7 @@ def test_a_clip_is_explained_by_a_few_marks(
     expect(page.locator(".verdict")).to_have_text(re.compile(r"^lost since \d+ \(by truth\)$"))
     since = server.column(shown.id, "lost_since")[-1]
     page.locator(".why-ask").click()
-    expect(page.locator(".why-sentence")).to_have_text(re.compile(rf"^Lost in frame {since}: "))
+    expect(page.locator(".why-sentence")).to_have_text(re.compile(rf"^Lost in frame {since}(, first in frame \d+)?: "))
     check(page)
     page.get_by_role("button", name="What if…").click()
     card = page.get_by_role("region", name="What would have saved it")
