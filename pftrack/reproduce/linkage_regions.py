@@ -15,8 +15,7 @@ import numpy as np
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Recipe
-from pftrack.experiments.linkage.sets.plane import TRACE, VOLUME, cut, trace_ratio
-from pftrack.experiments.linkage.sets.regions import LENGTHENED, OUTER, PRINTED, predict
+from pftrack.experiments.linkage.sets.ellipsoids import LENGTHENED, OUTER, PRINTED, cut, predict, trace_ratio
 from pftrack.output.figures.picture import save
 from pftrack.reproduce.finding import Finding, References
 from pftrack.reproduce.linkage import RunResult, measure, split
@@ -225,16 +224,16 @@ def count_lost_points(rng: np.random.Generator, cases: int, count: int) -> tuple
 
     Args:
         rng: Source of ellipsoids, strips and points.
-        cases: For each of six dimensions, both kinds of least and both ways of tightening.
+        cases: A quarter of those for each of six dimensions.
         count: Points of each case.
     """
     tested = outside = 0
-    for size, least, tighten, _ in product(range(2, 8), (TRACE, VOLUME), (False, True), range(cases)):
+    for size, _ in product(range(2, 8), range(4 * cases)):
         centre, shape = rng.normal(size=size) * 20.0, random_shape(rng, size)
         strip = random_strip(rng, centre, shape)
         points = points_of_both(rng, count, (centre, shape), strip)
         tested += count
-        if cut(centre, shape, *strip, least, tighten):
+        if cut(centre, shape, *strip):
             outside += int((values(points, centre, shape) > 1.0 + TOLERANCE).sum())
         else:
             outside += count

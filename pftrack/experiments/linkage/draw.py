@@ -27,11 +27,10 @@ from pftrack.core.model.drawing import (
 )
 from pftrack.core.model.palette import COLOURS, Colour
 from pftrack.core.model.source import Frame
-from pftrack.experiments.linkage.model import Chain, describe, pose_size, reference_attitude
+from pftrack.experiments.linkage.model import Chain, Strip, describe, intersect, pose_size, reference_attitude
 from pftrack.experiments.linkage.parameters import LinkageTrackerParameters
 from pftrack.experiments.linkage.scene import LinkageTarget, LinkMeasurements, attitude, places
 from pftrack.experiments.linkage.set_trackers import Region
-from pftrack.experiments.linkage.sets.plane import Strip, intersect
 from pftrack.experiments.linkage.sets.regions import CENTRE
 from pftrack.experiments.linkage.shape import LINKS, joint_angles
 from pftrack.experiments.linkage.state import LinkageState

@@ -29,7 +29,6 @@ from pftrack.core.model.source import Frame
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import multiply, solve
 from pftrack.experiments.linkage.scene import LinkMeasurements
-from pftrack.experiments.linkage.sets.plane import Strip, extent, intersect
 from pftrack.experiments.linkage.shape import (
     LINKS,
     Constraints,
@@ -324,6 +323,50 @@ def _point(row: int) -> int:
 # a polygon: a joint, where the strips of its two links cross. The difference of a link's ends lies within the
 # difference of the extents of their polygons, along the line and across it. Across it that is twice the bound of the
 # errors; along it, it is known where both ends are: where another line or a point tells of each of them.
+
+FAR_PX = 1e6
+"""Half the side of the square that stands for the plane."""
+
+SLACK_PX = 1e-6
+"""By how much strips are widened, so that rounding loses nothing."""
+
+Strip: TypeAlias = tuple[Floats, float, float]
+"""(n, low, high) of low <= n . p <= high, with n (2,) a unit vector."""
+
+
+def intersect(strips: list[Strip]) -> Floats:
+    """Return the corners (k, 2) of all that is in every strip and in the square; none if nothing is."""
+    corners = FAR_PX * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    for normal, low, high in strips:
+        corners = _clip(corners, normal, high + SLACK_PX)
+        corners = _clip(corners, -normal, SLACK_PX - low)
+    return corners
+
+
+def extent(corners: Floats, direction: Floats) -> tuple[float, float]:
+    """Return the least and the greatest of direction . p over a polygon; infinite both where it has no end on a side.
+
+    Args:
+        corners: (k, 2), at least one.
+        direction: (2,) unit vector.
+    """
+    along = (corners * direction).sum(axis=1)
+    low, high = float(along.min()), float(along.max())
+    return (low, high) if max(-low, high) < 0.5 * FAR_PX else (-np.inf, np.inf)
+
+
+def _clip(corners: Floats, normal: Floats, limit: float) -> Floats:
+    """Return the corners of the part of a convex polygon in which n . p <= limit (Sutherland and Hodgman 1974)."""
+    beyond = (corners * normal).sum(axis=1) - limit
+    kept: list[Floats] = []
+    for k in range(len(corners)):
+        one, other = beyond[k - 1], beyond[k]
+        if (one > 0.0) != (other > 0.0):
+            kept.append(corners[k - 1] + one / (one - other) * (corners[k] - corners[k - 1]))
+        if other <= 0.0:
+            kept.append(corners[k])
+    return np.array(kept).reshape(-1, 2)
+
 
 AXES = np.eye(2)
 

@@ -25,23 +25,22 @@ from pftrack.core.numerics.random import Stream
 from pftrack.experiments.linkage.model import bound_places, link_images, read_observation
 from pftrack.experiments.linkage.parameters import LinkageTrackerParameters
 from pftrack.experiments.linkage.scene import LinkageTarget, in_degrees
-from pftrack.experiments.linkage.sets.merging import Known, Observe, frame_step
-from pftrack.experiments.linkage.sets.plane import SLACK
+from pftrack.experiments.linkage.sets.ellipsoids import LENGTHENED, OUTER, PRINTED, SLACK
+from pftrack.experiments.linkage.sets.plane import DIRECTION_CELLS, observe_in_plane
 from pftrack.experiments.linkage.sets.regions import (
     CENTRE,
     HIGH,
-    LENGTHENED,
     LOW,
-    OUTER,
-    PRINTED,
     SHAPE,
+    Known,
+    Observe,
     Ways,
     circumscribe,
-    observe_in_plane,
+    frame_step,
     region_of,
 )
 from pftrack.experiments.linkage.sets.regions import contains as in_region
-from pftrack.experiments.linkage.sets.space import Link, observe_in_space
+from pftrack.experiments.linkage.sets.space import ATTITUDE_CELLS, Link, observe_in_space
 from pftrack.experiments.linkage.shape import LINKS, Bounds
 from pftrack.experiments.linkage.state import NOTHING, SERIES, Events, LinkageState, measure
 from pftrack.experiments.shared.reports import hypotheses_cloud
@@ -311,12 +310,6 @@ FROM_SDS = 3.0
 
 Box = tuple[Floats, Floats]
 
-PASSES = 2
-"""How often a frame goes through observations and bounds."""
-
-DIRECTION_CELLS, ATTITUDE_CELLS = 128, 7
-"""Into how many cells the range of a direction is cut in the plane, and each angle in space."""
-
 
 def start(method: str, target: Target, frame: Frame, parameters: LinkageTrackerParameters, rng: Stream) -> LinkageState:
     """Begin with the box of all that is possible at first; the first observation is that of the next frame."""
@@ -355,16 +348,16 @@ def step(
     before, own = _regions(state, parameters, ellipsoids=treated.ellipsoids)
     seen = read_observation(frame, state.origin_px, in_space=state.in_space)
     known, observe = _observing(seen, state.reference, parameters, treated)
-    found = frame_step(
+    regions, parents, events = frame_step(
         [region.array for region in before],
         observe,
         known,
         known_bounds(parameters.bounds, scale, float(parameters.motion_bound_rad), in_space=state.in_space),
-        PASSES,
         treated,
     )
-    members = tuple(_set_ellipsoid(Region(one, scale, True), ellipsoids=treated.ellipsoids) for one in found.regions)
-    parents = found.parents if own else np.full(len(members), -1)
+    members = tuple(_set_ellipsoid(Region(one, scale, True), ellipsoids=treated.ellipsoids) for one in regions)
+    if not own:
+        parents = np.full(len(members), -1)
     root = None
     if state.in_space:
         last = state.low[ROOT], state.high[ROOT]
@@ -375,7 +368,7 @@ def step(
         root,
         state.origin_px,
         state.reference,
-        Events(found.splits, found.merges, found.refuted, 0, found.outlier),
+        events,
     )
 
 
@@ -385,9 +378,7 @@ def ways(method: str, parameters: LinkageTrackerParameters) -> Ways:
     literal = method == "ellipsoids-literal"
     return Ways(
         ellipsoids=method != "box-guides",
-        contraction=not literal,
-        sampled=not literal,
-        sides=method == "ellipsoids",
+        guided=not literal,
         splitting=parameters.split_regions,
         way=WAYS_OF_PREDICTION[parameters.predicted_ellipsoid] if literal else OUTER,
     )

@@ -2,17 +2,30 @@
 
 For compiled code a region is one array (n + 3, n): the ellipsoid's centre, the low and the high guides, and the
 ellipsoid's shape matrix. So it is copied, passed on and kept in one piece. A region moves, strips cut it, and its two
-parts bound each other; all of these work in place and return whether anything is left.
+parts bound each other; all of these work in place and return whether anything is left. A frame lets a family of regions
+move, observes, constrains, and drops each region that lies in another. What is observed is the caller's affair.
+
+Source: Shimada 1997, sections 5.1 and 5.6.
 """
 
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from pftrack.core.arrays import Floats, Ints
 from pftrack.core.numerics.compiled import compiled
-from pftrack.core.numerics.matrices import orthogonalise, solve_system
-from pftrack.experiments.linkage.sets.plane import SLACK, TRACE, cut, cut_along, label_components, link_cells
+from pftrack.core.numerics.matrices import solve_system
+from pftrack.experiments.linkage.sets.ellipsoids import (
+    SLACK,
+    box_in_ellipsoid,
+    cut,
+    cut_along,
+    ellipsoid_in_ellipsoid,
+    predict,
+)
+from pftrack.experiments.linkage.state import Events
 
 CENTRE, LOW, HIGH, SHAPE = 0, 1, 2, 3
 """Rows of a region; the shape has all from its first."""
@@ -23,17 +36,14 @@ class Ways(NamedTuple):
 
     Attributes:
         ellipsoids: Whether there are ellipsoids at all, or boxes alone.
-        contraction: Whether every strip shrinks the guides by interval arithmetic.
-        sampled: Whether guides shrink to the cells that fit the observation.
-        sides: Whether the guides are strips for the ellipsoid.
+        guided: Whether guides shrink by interval arithmetic and to the cells that fit the observation, and are strips
+            for the ellipsoid; if not, they shrink to the ellipsoid's extent alone.
         splitting: Whether cells that fall apart make regions of their own.
         way: Of prediction: `OUTER`, or one that may lose the truth.
     """
 
     ellipsoids: bool
-    contraction: bool
-    sampled: bool
-    sides: bool
+    guided: bool
     splitting: bool
     way: int
 
@@ -64,69 +74,6 @@ def contains(region: Floats, point: Floats, *, ellipsoids: bool = True) -> bool:
     off, shape = point - region[CENTRE], region[SHAPE:]
     rounding = slack * slack * max(float(np.trace(shape)), 1.0)
     return float((off * solve_system(shape + rounding * np.eye(len(off)), off)).sum()) <= 1.0 + slack
-
-
-# The sum of an ellipsoid and a ball is not an ellipsoid. For every p > 0, (1 + 1/p) P + (1 + p) U contains it, where U
-# is the ball's shape, and p = sqrt(tr P / tr U) has the least trace (Kurzhanski and Valyi 1997). Shimada prints P + du
-# I, which is not even of one unit, and describes in words the ellipsoid whose semi-axes are each longer by du, which
-# touches the sum on the axes and lies inside it elsewhere. They are here for what they lose.
-#
-# Source: Shimada 1997, section 5.3, eq. 5.31, corrected (docs/methods/linkages.md).
-
-OUTER, LENGTHENED, PRINTED = 0, 1, 2
-"""The bound that holds; every semi-axis longer by du, as the source's words say; P + du I, as it is printed."""
-
-FLOOR, RELATIVE_FLOOR = 1e-12, 1e-12
-"""Added to all squared semi-axes, absolutely and relative to their mean, which keeps them positive for ever."""
-
-
-@compiled
-def predict(shape: Floats, moved: int, radius: float, way: int) -> None:
-    """Add a motion to an ellipsoid, in place.
-
-    Args:
-        shape: P, (n, n).
-        moved: The motion is in the first so many coordinates.
-        radius: Of the ball of all motions, in the unit of the coordinates.
-        way: `OUTER`, `LENGTHENED` or `PRINTED`; the last two change all coordinates, as the source has it.
-    """
-    size = shape.shape[0]
-    trace = 0.0
-    for i in range(size):
-        trace += shape[i, i]
-    if way == PRINTED:
-        for i in range(size):
-            shape[i, i] += radius
-    elif way == LENGTHENED:
-        _lengthen(shape, radius)
-    elif radius > 0.0:
-        ratio = np.sqrt(max(trace, 0.0) / (moved * radius * radius))
-        for i in range(size):
-            for j in range(size):
-                # No ratio: a point, which becomes the ball.
-                shape[i, j] *= 1.0 + 1.0 / ratio if ratio > 0.0 else 1.0
-        for i in range(moved):
-            shape[i, i] += (1.0 + ratio) * radius * radius
-    for i in range(size):
-        shape[i, i] += FLOOR + RELATIVE_FLOOR * max(trace, 0.0) / size
-
-
-@compiled
-def _lengthen(shape: Floats, radius: float) -> None:
-    """Make every semi-axis longer by the radius, in place."""
-    size = shape.shape[0]
-    scaled, axes = orthogonalise(shape)
-    for i in range(size):
-        for j in range(size):
-            shape[i, j] = 0.0
-    for k in range(size):
-        square = 0.0
-        for i in range(size):
-            square += scaled[k, i] * axes[k, i]
-        half = np.sqrt(max(square, 0.0)) + radius
-        for i in range(size):
-            for j in range(size):
-                shape[i, j] += half * half * axes[k, i] * axes[k, j]
 
 
 # Guides: an ellipsoid that contains a cut ellipsoid contains more than that, so a bound that was known gets lost in it
@@ -218,16 +165,10 @@ def circumscribe(low: Floats, high: Floats, centre: Floats, shape: Floats) -> No
 @compiled
 def apply_strip(region: Floats, normal: Floats, least: float, most: float, ways: Ways) -> bool:
     """Cut a region (n + 3, n) by the strip least <= m'x <= most."""
-    if ways.contraction and not contract(region[LOW], region[HIGH], normal, least, most):
+    if ways.guided and not contract(region[LOW], region[HIGH], normal, least, most):
         return False
     return not ways.ellipsoids or cut(
-        region[CENTRE],
-        region[SHAPE:],
-        normal,
-        0.5 * (least + most),
-        0.5 * (most - least),
-        TRACE,
-        True,
+        region[CENTRE], region[SHAPE:], normal, 0.5 * (least + most), 0.5 * (most - least)
     )
 
 
@@ -239,7 +180,7 @@ def settle(region: Floats, ways: Ways) -> bool:
     low, high, centre, shape = region[LOW], region[HIGH], region[CENTRE], region[SHAPE:]
     if not shrink_to_extent(low, high, centre, shape):
         return False
-    if not ways.sides:
+    if not ways.guided:
         return True
     return cut_by_guides(low, high, centre, shape) and shrink_to_extent(low, high, centre, shape)
 
@@ -253,19 +194,13 @@ def move(region: Floats, moved: int, radius: float, ways: Ways) -> None:
         high[j] += radius
     if ways.ellipsoids:
         predict(region[SHAPE:], moved, radius, ways.way)
-        if ways.sides and not settle(region, ways):
+        if ways.guided and not settle(region, ways):
             # What has moved is not empty: they are apart by rounding alone.
             circumscribe(low, high, region[CENTRE], region[SHAPE:])
 
 
 @compiled
-def constrain(
-    region: Floats,
-    rows: Floats,
-    least: Floats,
-    most: Floats,
-    ways: Ways,
-) -> bool:
+def constrain(region: Floats, rows: Floats, least: Floats, most: Floats, ways: Ways) -> bool:
     """Cut a region by all of least <= A x <= most.
 
     Args:
@@ -290,148 +225,104 @@ def constrain(
     return settle(region, ways)
 
 
-# The shown length r cos theta of a link in the plane bends, so it is not a strip. The cells of `plane` cover what fits;
-# a strip across the gradient of r cos theta that holds all their corners holds them. Where the cells fall apart into
-# runs, the link may lean either towards the camera or away from it, and each run makes a region.
-#
-# Source: Shimada 1997, section 5.2, eqs. 5.22 to 5.25, section 5.6 and appendix D, eq. D.4, corrected
-# (docs/methods/linkages.md).
-
-MOST_STEPS, CLOSE_PX = 20, 1e-4
-"""Of the search for the point to linearise at."""
-
-
 @compiled
-def observe_in_plane(
-    region: Floats,
-    axes: tuple[int, int],
-    scale: float,
-    seen: float,
-    bound: float,
-    cells: int,
-    most: int,
-    ways: Ways,
-) -> Floats:
-    """Return what an observation leaves of a region: none, one or several (K, n + 3, n).
+def lies_in(one: Floats, other: Floats, ellipsoids: bool) -> bool:
+    """Return whether a region lies in another: its box in the other's, and it in the other's ellipsoid.
 
     Args:
-        region: (n + 3, n).
-        axes: Coordinates of the direction (S theta) and of the length (r).
-        scale: S, px/rad.
-        seen: r cos theta as observed, px.
-        bound: Of its error, px.
-        cells: Into how many the interval of directions is cut.
-        most: Into how many it may split; what would be more stays one.
-        ways: How.
+        one: A region.
+        other: The other.
+        ellipsoids: Whether they have ellipsoids, or boxes alone.
     """
-    angle, length = axes
-    low, high, shape = region[LOW], region[HIGH], region[SHAPE:]
-    ellipse = (-1.0, 0.0, 0.0)
-    if ways.ellipsoids:
-        ellipse = (shape[angle, angle] / (scale * scale), shape[angle, length] / scale, shape[length, length])
-    place = (region[CENTRE, angle] / scale, region[CENTRE, length])
-    edges, shortest, longest = link_cells(
-        (low[angle] / scale, high[angle] / scale), (low[length], high[length]), seen, bound, place, ellipse, cells
-    )
-    feasible, sizes = np.empty(cells, np.bool_), np.empty(1, np.int64)
-    sizes[0] = cells
-    for n in range(cells):
-        feasible[n] = shortest[n] <= longest[n]
-    labels, runs = label_components(feasible, sizes)
-    apart = ways.splitting and 1 < runs <= most
-    point = _linearisation_point(place, ellipse, seen) if ways.ellipsoids else place
-    if runs > 1 and not apart:
-        runs = 1
-        for n in range(cells):
-            labels[n] = min(labels[n], 0)
-    children = np.empty((runs, region.shape[0], region.shape[1]))
-    left = 0
-    for run in range(runs):
-        child = children[left]
-        for i in range(region.shape[0]):
-            for j in range(region.shape[1]):
-                child[i, j] = region[i, j]
-        if apart:
-            point = _middle(edges, shortest, longest, labels, run)
-        slopes = (-point[1] * np.sin(point[0]) / scale, np.cos(point[0]))
-        if _restrict(child, axes, scale, (edges, shortest, longest), labels, run, slopes, apart, ways):
-            left += 1
-    return children[:left]
-
-
-@compiled
-def _linearisation_point(
-    place: tuple[float, float], ellipse: tuple[float, float, float], seen: float
-) -> tuple[float, float]:
-    """Return the (theta, r) nearest to the centre, as the ellipse measures, that shows what was seen (App. D)."""
-    wide, both, tall = ellipse
-    theta, r = place
-    for _ in range(MOST_STEPS):
-        by_angle, by_length = -r * np.sin(theta), np.cos(theta)
-        rest = seen - r * by_length
-        along_angle = wide * by_angle + both * by_length
-        along_length = both * by_angle + tall * by_length
-        spread = by_angle * along_angle + by_length * along_length
-        gap = rest - by_angle * (place[0] - theta) - by_length * (place[1] - r)
-        if not spread > 0.0:
-            break
-        theta, r = place[0] + along_angle * gap / spread, place[1] + along_length * gap / spread
-        if not abs(seen - r * np.cos(theta)) > CLOSE_PX:
-            break
-    # Any point will do: a poor one only makes a wider strip.
-    return (theta, r) if abs(theta - place[0]) < np.pi and abs(r) < 1e6 else place
-
-
-@compiled
-def _middle(
-    edges: Floats,
-    shortest: Floats,
-    longest: Floats,
-    labels: Ints,
-    run: int,
-) -> tuple[float, float]:
-    """Return the mean (theta, r) of the middles of a run's cells."""
-    theta, r, cells = 0.0, 0.0, 0
-    for n in range(labels.shape[0]):
-        if labels[n] == run:
-            theta += 0.5 * (edges[n] + edges[n + 1])
-            r += 0.5 * (shortest[n] + longest[n])
-            cells += 1
-    return theta / cells, r / cells
-
-
-@compiled
-def _restrict(
-    region: Floats,
-    axes: tuple[int, int],
-    scale: float,
-    cells: tuple[Floats, Floats, Floats],
-    labels: Ints,
-    run: int,
-    slopes: tuple[float, float],
-    apart: bool,
-    ways: Ways,
-) -> bool:
-    """Hold a region to the cells (edges, least and greatest lengths) of a run, in place; return whether it is left."""
-    angle, length = axes
-    edges, shortest, longest = cells
-    least, most = np.inf, -np.inf
-    first, last, bottom, top = np.inf, -np.inf, np.inf, -np.inf
-    for n in range(labels.shape[0]):
-        if labels[n] != run:
-            continue
-        first, last = min(first, edges[n] * scale), max(last, edges[n + 1] * scale)
-        bottom, top = min(bottom, shortest[n]), max(top, longest[n])
-        for side in (edges[n], edges[n + 1]):
-            for r in (shortest[n], longest[n]):
-                value = slopes[0] * side * scale + slopes[1] * r
-                least, most = min(least, value), max(most, value)
-    low, high = region[LOW], region[HIGH]
-    if ways.sampled or apart:
-        low[angle], high[angle] = max(low[angle], first - SLACK), min(high[angle], last + SLACK)
-        low[length], high[length] = max(low[length], bottom - SLACK), min(high[length], top + SLACK)
-        if low[angle] > high[angle] or low[length] > high[length]:
+    for j in range(one.shape[1]):
+        if one[LOW, j] < other[LOW, j] or one[HIGH, j] > other[HIGH, j]:
             return False
-    normal = np.zeros(region.shape[1])
-    normal[angle], normal[length] = slopes
-    return apply_strip(region, normal, least, most, ways) and settle(region, ways)
+    if not ellipsoids:
+        return True
+    centre, shape = other[CENTRE], other[SHAPE:]
+    return ellipsoid_in_ellipsoid(one[CENTRE], one[SHAPE:], centre, shape) or box_in_ellipsoid(
+        one[LOW], one[HIGH], centre, shape
+    )
+
+
+PASSES = 2
+"""How often a frame goes through observations and bounds."""
+
+MOST_REGIONS = 16
+"""A region that would become more than there is room for is not split, which loses nothing."""
+
+Observe: TypeAlias = Callable[[Floats, int, int], Floats]
+"""(region (n + 3, n), number of the observation, into how many it may split) -> what is left of it, (K, n + 3, n)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Known:
+    """What is known beforehand, and how far a frame may move.
+
+    Attributes:
+        rows: A, (m, n), of least <= A x <= most in the coordinates of the regions.
+        least: (m,), -inf for a row with one side only.
+        most: (m,), inf for a row with one side only.
+        moved: So many of the first coordinates move.
+        radius: All together by at most that much in a frame, in their unit.
+    """
+
+    rows: Floats
+    least: Floats
+    most: Floats
+    moved: int
+    radius: float
+
+
+def frame_step(
+    before: Sequence[Floats],
+    observe: Observe,
+    links: Sequence[int],
+    known: Known,
+    ways: Ways,
+) -> tuple[list[Floats], Ints, Events]:
+    """Take one frame: predict, observe, constrain and merge.
+
+    Args:
+        before: The regions of the frame before.
+        observe: Take one observation into account.
+        links: What was observed, by number.
+        known: What is known beforehand.
+        ways: How regions are treated.
+
+    Returns:
+        The regions that are left, (n + 3, n) each, the number (K,) of the region of the frame before that each comes
+        from, and what happened. If none is possible, the observation is left out.
+    """
+    predicted = [(region.copy(), parent) for parent, region in enumerate(before)]
+    for region, _ in predicted:
+        move(region, known.moved, known.radius, ways)
+    here = [(region.copy(), parent) for region, parent in predicted]
+    merged: set[int] = set()
+    for _ in range(PASSES):
+        for link in links:
+            after: list[tuple[Floats, int]] = []
+            for number, (region, parent) in enumerate(here, start=1):
+                # Those that are still to come need a place each.
+                room = MOST_REGIONS - len(after) - (len(here) - number)
+                after += [(child, parent) for child in observe(region, link, room)]
+            here = after
+        here = [pair for pair in here if constrain(pair[0], known.rows, known.least, known.most, ways)]
+        here = _distinct(here, merged, ways)
+    left = here or predicted
+    parents = [parent for _, parent in left]
+    ended = set(range(len(before))) - set(parents)
+    splits = len(parents) - len(set(parents))
+    events = Events(splits, len(ended & merged), len(ended - merged), outlier=not here)
+    return [region for region, _ in left], np.array(parents), events
+
+
+def _distinct(pairs: list[tuple[Floats, int]], merged: set[int], ways: Ways) -> list[tuple[Floats, int]]:
+    """Return regions without those that lie in another, and note the parents of these."""
+    left = list(pairs)
+    for pair in pairs:
+        others = [other for other in left if other is not pair]
+        if any(lies_in(pair[0], other[0], ways.ellipsoids) for other in others):
+            left = others
+            merged.add(pair[1])
+    return left

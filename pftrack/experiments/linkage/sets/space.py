@@ -19,11 +19,15 @@ from pftrack.core.arrays import Floats, Ints
 from pftrack.core.geometry.rotation import matrix, right_jacobian
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import factorise, multiply, substitute
-from pftrack.experiments.linkage.sets.plane import MARGIN, SLACK, below, label_components
+from pftrack.experiments.linkage.sets.cells import MARGIN, Grid, below, find_extents, find_runs, shrink_to_cells
+from pftrack.experiments.linkage.sets.ellipsoids import SLACK
 from pftrack.experiments.linkage.sets.regions import CENTRE, HIGH, LOW, SHAPE, Ways, apply_strip, settle
 
 BEND = 1.5
 """Of the squared half widths of a cell: how far a_k may be from its slopes there."""
+
+ATTITUDE_CELLS = 7
+"""Into how many cells the range of each angle is cut."""
 
 TURNS = 3
 """Numbers of the rotation vector, the first coordinates of a region."""
@@ -43,26 +47,6 @@ class Link(NamedTuple):
     length: int
     scale: float
     reference: Floats
-
-
-class Grid(NamedTuple):
-    """Cells of directions, and what lengths fit in each.
-
-    Attributes:
-        axes: (d,) coordinates that it is over.
-        start: (d,) where it begins, rad.
-        half: (d,) half widths of a cell, rad.
-        cells: Along each axis.
-        shortest: (cells^d,) px, the last axis together.
-        longest: (cells^d,) px; below the shortest where nothing fits.
-    """
-
-    axes: Ints
-    start: Floats
-    half: Floats
-    cells: int
-    shortest: Floats
-    longest: Floats
 
 
 @compiled
@@ -93,19 +77,21 @@ def space_cells(
 def _grid(region: Floats, link: Link, cells: int, ways: Ways) -> Grid:
     """Return a grid over the guides, as far as the ellipsoid reaches, with nothing in its cells."""
     dimension = TURNS + 1 if link.angle >= 0 else TURNS
-    axes, start, half = np.empty(dimension, np.int64), np.empty(dimension), np.empty(dimension)
-    total = 1
+    axes, half = np.empty(dimension, np.int64), np.empty(dimension)
+    starts, ends = np.empty((dimension, cells)), np.empty((dimension, cells))
     for axis in range(dimension):
-        total *= cells
         j = axis if axis < TURNS else link.angle
         low, high = region[LOW, j], region[HIGH, j]
         if ways.ellipsoids:
             extent = np.sqrt(region[SHAPE + j, j]) + SLACK
             low, high = max(low, region[CENTRE, j] - extent), min(high, region[CENTRE, j] + extent)
-        axes[axis], start[axis] = j, low / link.scale
         # What is nowhere has no width either; the ellipsoid finds it empty.
-        half[axis] = 0.5 * max(high - low, 0.0) / (cells * link.scale)
-    return Grid(axes, start, half, cells, np.empty(total), np.empty(total))
+        axes[axis], half[axis] = j, 0.5 * max(high - low, 0.0) / (cells * link.scale)
+        for m in range(cells):
+            starts[axis, m] = low / link.scale + 2 * m * half[axis]
+            ends[axis, m] = starts[axis, m] + 2 * half[axis]
+    total = cells**dimension
+    return Grid(axes, link.length, starts, ends, half, np.empty(total), np.empty(total))
 
 
 @compiled
@@ -143,7 +129,7 @@ def _fill(
     ways: Ways,
 ) -> None:
     """Bound the lengths in each cell by the guide, the ellipsoid and the observation, in place."""
-    dimension, cells = grid.axes.shape[0], grid.cells
+    dimension, cells = grid.low.shape
     white, slope, rest, reach = _conditional(grid, region, link)
     lean, half = 0.0, np.zeros(TURNS + 1)
     for axis in range(dimension):
@@ -158,7 +144,7 @@ def _fill(
     for n in range(grid.shortest.shape[0] // thetas):
         place = n
         for axis in range(TURNS - 1, -1, -1):
-            omega[axis] = grid.start[axis] + (2 * (place % cells) + 1) * half[axis]
+            omega[axis] = grid.low[axis, 0] + (2 * (place % cells) + 1) * half[axis]
             off[axis] = omega[axis] - region[CENTRE, axis] / link.scale
             place //= cells
         turn, slopes = rotate(link.reference, omega)
@@ -180,11 +166,12 @@ def _fill(
 @compiled
 def _directions(grid: Grid) -> Floats:
     """Return theta of each cell along its axis, with cosine and sine, (cells, 3); for the first link 0 alone."""
-    thetas = grid.cells if grid.axes.shape[0] > TURNS else 1
+    dimension, cells = grid.low.shape
+    thetas = cells if dimension > TURNS else 1
     directions = np.zeros((thetas, 3))
     for m in range(thetas):
-        if grid.axes.shape[0] > TURNS:
-            directions[m, 0] = grid.start[TURNS] + (2 * m + 1) * grid.half[TURNS]
+        if dimension > TURNS:
+            directions[m, 0] = grid.low[TURNS, 0] + (2 * m + 1) * grid.half[TURNS]
         directions[m, 1], directions[m, 2] = np.cos(directions[m, 0]), np.sin(directions[m, 0])
     return directions
 
@@ -269,55 +256,28 @@ def observe_in_space(
         ways: How.
     """
     grid = space_cells(region, link, seen, bound, cells, ways)
-    total = grid.shortest.shape[0]
-    feasible, sizes = np.empty(total, np.bool_), np.empty(grid.axes.shape[0], np.int64)
-    for axis in range(sizes.shape[0]):
-        sizes[axis] = cells
-    for n in range(total):
-        feasible[n] = grid.shortest[n] <= grid.longest[n]
-    labels, runs = label_components(feasible, sizes)
-    apart = ways.splitting and 1 < runs <= most
-    if runs > 1 and not apart:
-        runs = 1
-        for n in range(total):
-            labels[n] = min(labels[n], 0)
+    labels, runs, apart = find_runs(grid, most, ways)
     children = np.empty((runs, region.shape[0], region.shape[1]))
     left = 0
     for run in range(runs):
-        for i in range(region.shape[0]):
-            for j in range(region.shape[1]):
-                children[left, i, j] = region[i, j]
-        if _restrict(children[left], link, grid, labels, run, apart, ways):
+        child = children[left]
+        child[:] = region
+        first, last, middle = find_extents(grid, labels, run)
+        if (ways.guided or apart) and not shrink_to_cells(child, grid, link.scale, first, last):
+            continue
+        if _apply_strips(child, link, grid, labels, run, middle, ways) and settle(child, ways):
             left += 1
     return children[:left]
 
 
 @compiled
-def _restrict(
-    region: Floats,
-    link: Link,
-    grid: Grid,
-    labels: Ints,
-    run: int,
-    apart: bool,
-    ways: Ways,
-) -> bool:
-    """Hold a region to the cells of a run, in place; return whether it is left."""
-    dimension, size = grid.axes.shape[0], region.shape[1]
-    first, last, middle = _extents(grid, labels, run)
-    if ways.sampled or apart:
-        for axis in range(dimension + 1):
-            j, scale = link.length, 1.0
-            if axis < dimension:
-                j, scale = grid.axes[axis], link.scale
-            region[LOW, j] = max(region[LOW, j], first[axis] * scale - SLACK)
-            region[HIGH, j] = min(region[HIGH, j], last[axis] * scale + SLACK)
-            if region[LOW, j] > region[HIGH, j]:
-                return False
+def _apply_strips(region: Floats, link: Link, grid: Grid, labels: Ints, run: int, middle: Floats, ways: Ways) -> bool:
+    """Cut a region, in place, by what is shown along each axis about the mean (d + 1,) of a run."""
+    dimension = grid.axes.shape[0]
     turn, slopes = rotate(link.reference, middle[:TURNS].copy())
     theta = middle[TURNS] if dimension > TURNS else 0.0
     for k in range(2):
-        normal, tilt = np.zeros(size), np.empty(TURNS + 1)
+        normal, tilt = np.zeros(region.shape[1]), np.empty(TURNS + 1)
         normal[link.length], tilt[0], tilt[1], tilt[2], tilt[3] = image(turn, slopes, np.cos(theta), np.sin(theta), k)
         for axis in range(dimension):
             tilt[axis] *= middle[dimension]
@@ -325,38 +285,13 @@ def _restrict(
         least, most = _extremes(grid, labels, run, tilt, normal[link.length])
         if not apply_strip(region, normal, least, most, ways):
             return False
-    return settle(region, ways)
-
-
-@compiled
-def _extents(grid: Grid, labels: Ints, run: int) -> tuple[Floats, Floats, Floats]:
-    """Return the least, the greatest and the mean angles and, last of each (d + 1,), lengths of the cells of a run."""
-    dimension = grid.axes.shape[0]
-    first, last, middle = np.empty(dimension + 1), np.empty(dimension + 1), np.zeros(dimension + 1)
-    members = 0
-    for n in range(labels.shape[0]):
-        if labels[n] != run:
-            continue
-        place = n
-        for axis in range(dimension, -1, -1):
-            low, high = grid.shortest[n], grid.longest[n]
-            if axis < dimension:
-                low = grid.start[axis] + 2 * (place % grid.cells) * grid.half[axis]
-                high = low + 2 * grid.half[axis]
-                place //= grid.cells
-            first[axis] = low if members == 0 else min(first[axis], low)
-            last[axis] = high if members == 0 else max(last[axis], high)
-            middle[axis] += 0.5 * (low + high)
-        members += 1
-    for axis in range(dimension + 1):
-        middle[axis] /= members
-    return first, last, middle
+    return True
 
 
 @compiled
 def _extremes(grid: Grid, labels: Ints, run: int, tilt: Floats, slope: float) -> tuple[float, float]:
     """Return the least and the greatest of a linear function over the cells of a run."""
-    dimension = grid.axes.shape[0]
+    dimension, cells = grid.low.shape
     room = 0.0
     for axis in range(dimension):
         room += abs(tilt[axis]) * grid.half[axis]
@@ -366,8 +301,8 @@ def _extremes(grid: Grid, labels: Ints, run: int, tilt: Floats, slope: float) ->
             continue
         place, value = n, 0.0
         for axis in range(dimension - 1, -1, -1):
-            value += tilt[axis] * (grid.start[axis] + (2 * (place % grid.cells) + 1) * grid.half[axis])
-            place //= grid.cells
+            value += tilt[axis] * (grid.low[axis, 0] + (2 * (place % cells) + 1) * grid.half[axis])
+            place //= cells
         one, other = slope * grid.shortest[n], slope * grid.longest[n]
         least, most = min(least, value + min(one, other) - room), max(most, value + max(one, other) + room)
     return least, most

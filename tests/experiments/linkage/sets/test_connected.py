@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from pftrack.experiments.linkage.sets.plane import label_components
+from pftrack.experiments.linkage.sets.cells import label_components
 
 
 def runs(pattern: str) -> tuple[list[int], int]:

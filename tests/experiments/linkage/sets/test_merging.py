@@ -1,7 +1,7 @@
 import numpy as np
 
-from pftrack.experiments.linkage.sets.merging import box_in_ellipsoid, ellipsoid_in_ellipsoid, lies_in
-from pftrack.experiments.linkage.sets.regions import contains, region_of
+from pftrack.experiments.linkage.sets.ellipsoids import box_in_ellipsoid, ellipsoid_in_ellipsoid
+from pftrack.experiments.linkage.sets.regions import contains, lies_in, region_of
 from pftrack.reproduce.linkage_regions import random_shape, values
 
 

@@ -1,23 +1,16 @@
 import numpy as np
 import pytest
 
-from pftrack.experiments.linkage.sets.regions import (
-    HIGH,
-    LOW,
-    OUTER,
-    SHAPE,
-    Ways,
-    contains,
-    observe_in_plane,
-    region_of,
-)
+from pftrack.experiments.linkage.sets.ellipsoids import OUTER
+from pftrack.experiments.linkage.sets.plane import observe_in_plane
+from pftrack.experiments.linkage.sets.regions import HIGH, LOW, SHAPE, Ways, contains, region_of
 from tests.experiments.linkage.sets.ellipsoids import lost, within
 
-FULL = Ways(True, True, True, True, True, OUTER)
+FULL = Ways(True, True, True, OUTER)
 TREATMENTS = {
     "full": FULL,
-    "literal": FULL._replace(contraction=False, sampled=False, sides=False),
-    "boxes": FULL._replace(ellipsoids=False, sides=False),
+    "literal": FULL._replace(guided=False),
+    "boxes": FULL._replace(ellipsoids=False),
     "unsplit": FULL._replace(splitting=False),
 }
 SCALE = 55.0

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pftrack.experiments.linkage.sets.regions import OUTER, predict
+from pftrack.experiments.linkage.sets.ellipsoids import OUTER, predict
 from pftrack.reproduce.linkage_regions import random_shape, sticks_out
 
 

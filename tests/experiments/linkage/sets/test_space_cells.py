@@ -2,12 +2,13 @@ import numpy as np
 import pytest
 
 from pftrack.core.geometry.rotation import matrix
-from pftrack.experiments.linkage.sets.regions import CENTRE, OUTER, SHAPE, Ways, region_of
+from pftrack.experiments.linkage.sets.ellipsoids import OUTER
+from pftrack.experiments.linkage.sets.regions import CENTRE, SHAPE, Ways, region_of
 from pftrack.experiments.linkage.sets.space import Link, image, observe_in_space, rotate, space_cells
 from tests.experiments.linkage.sets.ellipsoids import lost, within
 
-FULL = Ways(True, True, True, True, True, OUTER)
-BOXES = FULL._replace(ellipsoids=False, sides=False)
+FULL = Ways(True, True, True, OUTER)
+BOXES = FULL._replace(ellipsoids=False)
 REFERENCE = matrix(np.array([0.5, -0.4, 0.2]))
 SCALE = 55.0
 
@@ -50,7 +51,7 @@ def test_no_pose_that_fits_is_lost(half_rad: float, ways: Ways) -> None:
         fits = inside[np.abs(seen - truth).max(axis=1) <= bound]
         grid = space_cells(region, link, truth, np.full(2, bound), 4, ways)
         for point in fits:
-            off = (point[grid.axes] / SCALE - grid.start) / np.maximum(2 * grid.half, 1e-12)
+            off = (point[grid.axes] / SCALE - grid.low[:, 0]) / np.maximum(2 * grid.half, 1e-12)
             place = np.ravel_multi_index(tuple(np.clip(off.astype(int), 0, 3)), (4,) * len(grid.axes))
             assert grid.shortest[place] <= point[link.length] <= grid.longest[place]
         left = observe_in_space(region, link, truth, np.full(2, bound), 4, 8, ways)
