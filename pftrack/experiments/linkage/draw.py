@@ -315,22 +315,20 @@ def _extent(name: str, one: ShownHypothesis, joints: Floats, turn: Floats, reach
             continue
         drawn[f"box {name} {link + 1}"] = Mesh(vertices.astype(np.float32), BAND, colour, opacity, "guide boxes")
         if one.shape is not None:
-            curve = _shadow(one, link)
+            curve = _shadow(one.shape, one.middle, link)
             along = joints[link] + _place(curve[:, 0], np.maximum(curve[:, 1], 0.0) / reach, turn)
             if _near(along):
                 drawn[f"ellipsoid {name} {link + 1}"] = Polyline(along.astype(np.float32), colour, 1.5, "ellipsoids")
     return drawn
 
 
-def _shadow(one: ShownHypothesis, link: int) -> Floats:
+def _shadow(shape: Floats, middle: Floats, link: int) -> Floats:
     """Return points (2 STEPS, 2), direction and length of a link, on the border of the ellipsoid's projection."""
-    if one.shape is None:
-        return np.zeros((0, 2))
     rows = [link, LINKS + link]
-    values, vectors = np.linalg.eigh(one.shape[np.ix_(rows, rows)])
+    values, vectors = np.linalg.eigh(shape[np.ix_(rows, rows)])
     turns = np.linspace(0.0, 2.0 * np.pi, 2 * STEPS)
     round_ = np.stack([np.cos(turns), np.sin(turns)], axis=1) * np.sqrt(np.maximum(values, 0.0))
-    return np.asarray(one.middle[rows] + round_ @ vectors.T)
+    return np.asarray(middle[rows] + round_ @ vectors.T)
 
 
 def _place(angles: Floats, radius: Floats | float, turn: Floats) -> Any:  # noqa: ANN401
@@ -417,7 +415,7 @@ def lengths_world(
         drawn |= _box_of_lengths(f"{number}", one, middle, half)
     if len(cloud := particles(state)):
         places = (cloud[:, -LINKS:] - middle) / half
-        near = places[np.sqrt(np.square(places).sum(axis=1)) < RADIUS]
+        near = places[np.linalg.norm(places, axis=1) < RADIUS]
         drawn["particles"] = dots(near, COLOURS["prediction"], 0.5 * DOT, "particles")
     if isinstance(target, LinkageTarget):
         drawn["truth"] = _dot((target.r - middle) / half, "truth", 1.2 * DOT)

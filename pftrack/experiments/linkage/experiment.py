@@ -14,7 +14,8 @@ import numpy as np
 
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, Layer, Picture, Primitive
-from pftrack.core.model.glossary import cite
+from pftrack.core.model.glossary import Term, cite
+from pftrack.core.model.plot import ERROR, INNOVATION, PARTICLES, SAMPLE_SIZE, STEP_TIME, Plot, Reading
 from pftrack.core.model.preset import ExampleSweep, read_failures, read_presets
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame
@@ -30,20 +31,20 @@ from pftrack.experiments.linkage.draw import (
     truth,
 )
 from pftrack.experiments.linkage.parameters import SimulatedLinkageParameters
-from pftrack.experiments.linkage.plots import HELD_AT_END, MEASURES, PLOTS, READINGS, TERMS
-from pftrack.experiments.linkage.quality import CALIBRATION, LOSS_DECLARATION
-from pftrack.experiments.linkage.recording import (
+from pftrack.experiments.linkage.quality import (
+    CALIBRATION,
+    HELD_AT_END,
+    LOSS_DECLARATION,
+    MEASURES,
     SERIES,
-    WANTED,
-    LinkagePoints,
-    RecordedLinkageParameters,
     direction_error,
     is_missed,
     measure,
     report,
-    wire,
 )
+from pftrack.experiments.linkage.recording import WANTED, LinkagePoints, RecordedLinkageParameters, wire
 from pftrack.experiments.linkage.scene import NAMES, LinkageSource, LinkageTarget, LinkMeasurements, in_radians
+from pftrack.experiments.linkage.shape import LINKS
 from pftrack.experiments.linkage.trackers import TRACKERS
 from pftrack.experiments.shared.sketch import SECOND_RUN, caption, error_words
 from pftrack.experiments.video import PICTURES, Video
@@ -110,6 +111,89 @@ def _unseen(frame: Frame) -> list[str]:
 def _is_lost(errors: Any, _sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many, on either model
     return errors > parameters.lost_deg
 
+
+def _length(link: int) -> Plot:
+    return Plot(
+        f"length-{link}",
+        f"length of link {link}",
+        "interval",
+        "What is believed: two standard deviations, 95 % of particles or all that is not excluded; and the truth.",
+        "px",
+        (f"length_{link}",),
+        truth=f"true_length_{link}",
+    )
+
+
+def _direction(link: int) -> Plot:
+    return Plot(
+        f"direction-{link}",
+        f"direction of link {link}",
+        "band",
+        "The angle to the image, within two standard deviations; at 0 and 180 the link lies parallel to the image.",
+        "°",
+        (f"direction_{link}",),
+        f"direction_{link}_sd",
+        f"true_direction_{link}",
+    )
+
+
+PLOTS = (
+    ERROR,
+    _length(3),
+    Plot(
+        "tree",
+        "tree of hypotheses",
+        "tree",
+        "Where hypotheses split and end, and the way back from the most probable one.",
+        series=("hypotheses",),
+        shown="shown_hypothesis",
+    ),
+    Plot(
+        "contained",
+        "truth contained",
+        "frequency",
+        "Share of the frames so far in which the truth is among what is held possible: 1 of regions as long as motion, "
+        "errors and bounds are as said, and no other kind of tracker came before.",
+        series=("contained",),
+        levels=(1.0,),
+        needs_truth=True,
+    ),
+    _direction(3),
+    _length(2),
+    _direction(2),
+    _length(1),
+    _direction(1),
+    Plot(
+        "count",
+        "hypotheses",
+        "value",
+        "How many hypotheses there are: more after a split, fewer once some are refuted.",
+        series=("hypothesis_count",),
+    ),
+    INNOVATION,
+    SAMPLE_SIZE,
+)
+
+READINGS = (
+    Reading("error", "error"),
+    *(Reading(f"length {link}", "interval", "px", f"length_{link}") for link in range(1, LINKS + 1)),
+    *(
+        Reading(f"direction {link}", "value", "°", f"direction_{link}", f"direction_{link}_sd")
+        for link in range(1, LINKS + 1)
+    ),
+    Reading("bounds cut", "value", series="cut"),
+    PARTICLES,
+    STEP_TIME,
+)
+
+TERMS = (
+    Term(
+        "length", "of a link of the chain, in the picture's unit; with one camera it shows only in the course of time"
+    ),
+    Term("direction", "where a link points, as an angle from the axis of the picture"),
+    Term("bounds cut", "how much the known bounds have cut off from what is believed"),
+    Term("mirror", "two poses of a link that one camera sees alike: towards it and away from it"),
+)
 
 EXPERIMENT = Experiment(
     id="linkage",

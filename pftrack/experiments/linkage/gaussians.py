@@ -110,9 +110,6 @@ SAME_ANGLE_RAD, SAME_LENGTH_PX = 0.05, 2.0
 LN_100 = 4.605170185988092
 
 NO_MIRRORS = -1.0
-SCORE_MEMORY = 0.7
-"""What a hypothesis keeps of its score from frame to frame."""
-
 DEVIATIONS_SHOWN = 2.0
 """Half the width of the box of what a Gaussian holds possible."""
 
@@ -211,7 +208,6 @@ def filter_step(
         constrained=method != "ekf",
         mirrors=float(parameters.mirror_tau) if mirrors else NO_MIRRORS,
         rejection=float(parameters.rejection_sd),
-        memory=SCORE_MEMORY,
         rounds=int(parameters.linearisations),
     )
     found = candidates(

@@ -36,6 +36,9 @@ from pftrack.filters.truncation import least_room, log_share, truncate
 
 MOST_POINTS = 8
 
+SCORE_MEMORY = 0.7
+"""What a hypothesis keeps of its score from frame to frame."""
+
 
 class Filtering(NamedTuple):
     """What a step of these filters needs beside the belief.
@@ -50,7 +53,6 @@ class Filtering(NamedTuple):
         constrained: Whether they are used.
         mirrors: Sine below which a link is almost parallel to the image; negative to have no mirror images.
         rejection: How many standard deviations beyond a bound refute a candidate; only where there are mirror images.
-        memory: Of scores.
         rounds: How often an observation is linearised: once at the point, then at what the round before came to.
     """
 
@@ -63,7 +65,6 @@ class Filtering(NamedTuple):
     constrained: bool
     mirrors: float
     rejection: float
-    memory: float
     rounds: int
 
 
@@ -164,14 +165,7 @@ def linearisation_points(state: Floats, attitude: Floats, limit: float) -> Float
     return points[:count].copy()
 
 
-@compiled
-def candidates(
-    means: Floats,
-    covariances: Floats,
-    attitudes: Floats,
-    scores: Floats,
-    given: Filtering,
-) -> Candidates:
+def candidates(means: Floats, covariances: Floats, attitudes: Floats, scores: Floats, given: Filtering) -> Candidates:
     """Return what may be believed after a frame.
 
     Args:
@@ -181,6 +175,15 @@ def candidates(
         scores: (K,).
         given: Observation, noise and constraints.
     """
+    found, filled = _find_candidates(means, covariances, attitudes, scores, given)
+    return Candidates(*(part[:filled] for part in found))
+
+
+@compiled
+def _find_candidates(
+    means: Floats, covariances: Floats, attitudes: Floats, scores: Floats, given: Filtering
+) -> tuple[Candidates, int]:
+    """Return room for candidates, and how many there are."""
     count, size = means.shape
     most = count * (1 + MOST_POINTS)
     found = Candidates(
@@ -198,14 +201,14 @@ def candidates(
     filled = count
     for k in range(count):
         mean, covariance = predict(means[k], covariances[k], given.noise)
-        _fill(found, k, mean, covariance, attitudes[k], given.memory * scores[k], k)
+        _fill(found, k, mean, covariance, attitudes[k], SCORE_MEMORY * scores[k], k)
         if rows.shape[0] == 0:
             continue
         lower, _ = factorise(covariance)
         points = linearisation_points(mean, attitudes[k], given.mirrors)
         for p in range(points.shape[0]):
             _candidate(found, filled, mean, covariance, lower, attitudes[k], points[p], rows, given)
-            found.scores[filled] += given.memory * scores[k]
+            found.scores[filled] += SCORE_MEMORY * scores[k]
             found.parents[filled] = k
             filled += 1
     for n in range(filled):
@@ -213,17 +216,7 @@ def candidates(
         found.attitudes[n] = attitude
         found.poses[n, :LINKS] = directions(joints(found.means[n]))
         found.poses[n, LINKS:] = found.means[n, size - LINKS :]
-    return Candidates(
-        found.means[:filled],
-        found.covariances[:filled],
-        found.attitudes[:filled],
-        found.scores[:filled],
-        found.parents[:filled],
-        found.log_evidences[:filled],
-        found.distances[:filled],
-        found.cuts[:filled],
-        found.poses[:filled],
-    )
+    return found, filled
 
 
 @compiled
@@ -274,23 +267,19 @@ def _candidate(
     if given.constrained:
         found.cuts[place] = truncate(updated, left, given.rows, given.low, given.high)
     rest = seen - project(updated, attitude, given.seen)[rows]
-    score = -0.5 * (_square(lower, updated - mean) + np.sum(rest * rest) / given.variance)
+    moved = whiten(lower, (updated - mean).reshape(mean.shape[0], 1))
+    score = -0.5 * (np.sum(moved * moved) + np.sum(rest * rest) / given.variance)
     _fill(found, place, updated, left, attitude, -np.inf if refuted else score, 0)
 
 
 @compiled
-def _square(lower: Floats, difference: Floats) -> float:
-    """Return d' P^-1 d of (n,), given the root of P (n, n); directions in which P has no spread do not count."""
-    size = difference.shape[0]
+def whiten(lower: Floats, differences: Floats) -> Floats:
+    """Return L^-1 d of differences (n, m), given the root L (n, n) of a spread; 0 in directions that have no spread."""
     scale = lower.copy()
-    for i in range(size):
+    for i in range(lower.shape[0]):
         if not lower[i, i] > 0.0:
             scale[i, i] = np.inf
-    whitened = substitute(scale, difference.copy().reshape(size, 1))
-    square = 0.0
-    for i in range(size):
-        square += whitened[i, 0] * whitened[i, 0]
-    return float(square)
+    return substitute(scale, differences)
 
 
 # The prediction is linearised at itself and at its mirror images (`linearisation_points`), each iterated to the pose of

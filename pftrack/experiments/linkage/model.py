@@ -121,18 +121,9 @@ def slopes(state: Floats, attitude: Floats) -> Floats:
     size = state.shape[0]
     lengths = state[size - LINKS :]
     if size == PLANE_STATES:
-        found = slopes_in_plane(state[:LINKS], lengths)
-        whole = np.zeros((LINKS, size))
-        whole[:, :LINKS] = found[:, :LINKS]
-        whole[:, size - LINKS :] = found[:, LINKS:]
-        return whole
+        return slopes_in_plane(state[:LINKS], lengths)
     turn = quaternion_matrix(compose(attitude, quaternion(state[:LINKS])))
-    found = slopes_in_space(turn, right_jacobian(state[:LINKS]), joints(state), lengths)
-    whole = np.zeros((8, size))
-    whole[:, :5] = found[:, :5]
-    whole[:, 5:7] = found[:, 6:8]
-    whole[:, size - LINKS :] = found[:, 8:]
-    return whole
+    return slopes_in_space(turn, right_jacobian(state[:LINKS]), joints(state), lengths)
 
 
 @compiled

@@ -19,7 +19,7 @@ GAUSSIANS = ("ekf", "ekf-truncated", "ekf-mirrors", "ukf")
 SAMPLED = (*GAUSSIANS, "particles")
 JOINTS, LENGTHS, NOISE, START = "Joints", "Lengths", "Motion and noise", "What is known at first"
 ELLIPSOIDS = ("ellipsoids", "ellipsoids-literal")
-SETTED = (*ELLIPSOIDS, "box-guides")
+REGIONS = (*ELLIPSOIDS, "box-guides")
 MIRRORS, PARTICLES, SETS = "Mirrored hypotheses", "Particles", "Regions"
 
 TABLE_4_1: Mapping[str, float] = {
@@ -163,7 +163,7 @@ class _Particles(Parameters, group=PARTICLES, trackers=("particles",)):
 class _Sets(
     Parameters,
     group=SETS,
-    trackers=SETTED,
+    trackers=REGIONS,
     constants={
         "region_passes": 2,
         "direction_cells": 128,

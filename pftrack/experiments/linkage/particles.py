@@ -6,11 +6,11 @@ import numpy as np
 
 from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.source import Frame
-from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials
 from pftrack.core.numerics.matrices import cholesky, contiguous_copy, product
 from pftrack.core.numerics.random import Stream
 from pftrack.experiments.linkage.gaussians import chains, constraints, from_moments, noise, state_of
+from pftrack.experiments.linkage.linearised import whiten
 from pftrack.experiments.linkage.model import PLANE_STATES, Chain, read_observation, reference_attitude
 from pftrack.experiments.linkage.parameters import LinkageTrackerParameters
 from pftrack.experiments.linkage.sampled import (
@@ -20,7 +20,6 @@ from pftrack.experiments.linkage.sampled import (
     advance,
     begin,
     draw_states,
-    filter_again,
     given,
     keep,
     log_factors,
@@ -56,10 +55,7 @@ def filtered(particles: LengthParticles, settings: Settings, rng: Stream) -> Len
     """Return particles as they would be, had these settings been in force from the beginning."""
     chances = rng.random((len(particles.history), len(particles)))
     known = particles.values if settings.unknown else particles.values * (np.arange(particles.values.shape[1]) < LINKS)
-    begun = start_chains(particles.base, known, particles.origins)
-    noises = given(known, settings)
-    before = filter_again(begun, noises, particles.history[:-1], chances[:-1])
-    chains, _ = advance(before, noises, particles.history[-1], chances[-1])
+    before, chains = _filter_again(particles, known, particles.origins, settings, chances)
     possible = (chains.evidences > -np.inf) & keep(known[:, :LINKS], settings.bounds)
     gained = np.where(possible, chains.evidences - particles.chains.evidences, -np.inf)
     log_weights, log_sum = normalise(particles.log_weights + gained)
@@ -73,6 +69,16 @@ def filtered(particles: LengthParticles, settings: Settings, rng: Stream) -> Len
         earlier=before.evidences,
         key=settings.key,
     )
+
+
+def _filter_again(
+    particles: LengthParticles, values: Floats, origins: Ints, settings: Settings, chances: Floats
+) -> tuple[Chains, Chains]:
+    """Return chains with other values (K, ...) before the last frame of the history, and after it."""
+    known = given(values, settings)
+    begun = start_chains(particles.base, values, origins)
+    before, _ = advance(begun, known, particles.history[:-1], chances[:-1])
+    return before, advance(before, known, particles.history[-1:], chances[-1:])[0]
 
 
 def move(particles: LengthParticles, settings: Settings, rng: Stream, portion: float = 1.0) -> LengthParticles:
@@ -103,14 +109,12 @@ def _move(particles: LengthParticles, chosen: Ints, settings: Settings, rng: Str
     present, origins = particles.values[chosen], particles.origins[chosen]
     kernels = KERNELS[(len(KERNELS) * rng.random(turns)).astype(np.int64)]
     kept, wide = kernels[:, :1], kernels[:, 1:]
-    whitened = _whiten(root, present - mean)
+    whitened = _whiten_rows(root, present - mean)
     other = kept * whitened + wide * rng.standard_normal(whitened.shape)
     proposed = mean + product(other, root.T)
     # log q(x | x*) - log q(x* | x)
     returning = 0.5 * ((1.0 - kept * kept) / (wide * wide) * (np.square(other) - np.square(whitened))).sum(axis=1)
-    known, chances = given(proposed, settings), rng.random((frames, turns))
-    before = filter_again(start_chains(particles.base, proposed, origins), known, particles.history[:-1], chances[:-1])
-    chains, _ = advance(before, known, particles.history[-1], chances[-1])
+    before, chains = _filter_again(particles, proposed, origins, settings, rng.random((frames, turns)))
     densities = _log_prior(particles.base, proposed, origins, settings)
     densities += _temper(before.evidences, chains.evidences, portion) + returning
     present_densities = _log_prior(particles.base, present, origins, settings)
@@ -141,7 +145,7 @@ def _log_prior(base: Beam[Chain], values: Floats, origins: Ints, settings: Setti
     for k in np.unique(origins).tolist():
         chosen, chain = np.flatnonzero(origins == k), base.members[k]
         root = cholesky(chain.covariance[-LINKS:, -LINKS:])
-        off = _whiten(root, values[chosen, :LINKS] - chain.mean[-LINKS:])
+        off = _whiten_rows(root, values[chosen, :LINKS] - chain.mean[-LINKS:])
         densities[chosen] = -0.5 * np.square(off).sum(axis=1)
     densities[~keep(values[:, :LINKS], settings.bounds)] = -np.inf
     if settings.unknown:
@@ -152,22 +156,9 @@ def _log_prior(base: Beam[Chain], values: Floats, origins: Ints, settings: Setti
     return densities
 
 
-def _whiten(root: Floats, off: Floats) -> Floats:
-    """Return (N, n) of which L x is what is given; 0 in a direction without spread."""
-    return _substitute(contiguous_copy(root), contiguous_copy(off))
-
-
-@compiled
-def _substitute(root: Floats, off: Floats) -> Floats:
-    found = np.zeros(off.shape)
-    for n in range(off.shape[0]):
-        for i in range(off.shape[1]):
-            if root[i, i] > 0.0:
-                rest = off[n, i]
-                for k in range(i):
-                    rest -= root[i, k] * found[n, k]
-                found[n, i] = rest / root[i, i]
-    return found
+def _whiten_rows(root: Floats, off: Floats) -> Floats:
+    """Return L^-1 x of each of some rows (N, n)."""
+    return contiguous_copy(whiten(contiguous_copy(root), contiguous_copy(off.T)).T)
 
 
 FEW = 0.5
@@ -214,11 +205,11 @@ def _see(
 ) -> tuple[LengthParticles, float, bool]:
     """Return particles that have seen a frame, log p(y) without its power of 2 pi, and whether it was left out."""
     chances, known = rng.random(len(before)), given(before.values, settings)
-    following, distances = advance(before.chains, known, seen, chances)
+    following, distances = advance(before.chains, known, seen[None], chances[None])
     outlier = bool(distances.min() > limit) or not np.any(following.evidences > -np.inf)
     if outlier:
         seen = np.full_like(seen, np.nan)
-        following, _ = advance(before.chains, known, seen, chances)
+        following, _ = advance(before.chains, known, seen[None], chances[None])
     particles = replace(
         before,
         chains=following,

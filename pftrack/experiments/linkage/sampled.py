@@ -82,72 +82,42 @@ class Given(NamedTuple):
 
 
 @compiled
-def advance(chains: Chains, given: Given, seen: Floats, chances: Floats) -> tuple[Chains, Floats]:
-    """Take a frame.
+def advance(chains: Chains, given: Given, history: Floats, chances: Floats) -> tuple[Chains, Floats]:
+    """Take some frames.
 
     Args:
-        chains: Of the frame before.
+        chains: Of the frame before them.
         given: Noises and bounds.
-        seen: (m, 3) observation, see `observation`.
-        chances: (N,) uniform numbers by which sides are drawn.
+        history: (T, m, 3) observations, see `read_observation`.
+        chances: (T, N) uniform numbers by which sides are drawn.
 
     Returns:
-        The chains, and how far the observation was from what each predicted, (N,) standard deviations.
+        The chains, and how far the last observation was from what each predicted, (N,) standard deviations.
     """
-    following = _copy(chains)
-    distances = np.zeros(chains.evidences.shape[0])
-    rows = observed_rows(seen)
-    for n in range(distances.shape[0]):
-        distances[n] = _step(following, n, given, n, seen, rows, chances[n])
-    return following, distances
-
-
-@compiled
-def filter_again(begun: Chains, given: Given, history: Floats, chances: Floats) -> Chains:
-    """Take all frames from the first on.
-
-    Args:
-        begun: Before the first of them.
-        given: Noises and bounds.
-        history: (T, m, 3) observations.
-        chances: (T, N) uniform numbers.
-    """
-    following = _copy(begun)
-    for t in range(history.shape[0]):
-        rows = observed_rows(history[t])
-        for n in range(begun.evidences.shape[0]):
-            _step(following, n, given, n, history[t], rows, chances[t, n])
-    return following
-
-
-@compiled
-def _copy(chains: Chains) -> Chains:
-    return Chains(
+    following = Chains(
         chains.means.copy(),
         chains.covariances.copy(),
         chains.attitudes.copy(),
         chains.evidences.copy(),
         chains.shares.copy(),
     )
+    distances = np.zeros(chains.evidences.shape[0])
+    for t in range(history.shape[0]):
+        rows = observed_rows(history[t])
+        for n in range(distances.shape[0]):
+            distances[n] = _step(following, n, given, history[t], rows, chances[t, n])
+    return following, distances
 
 
 @compiled
-def _step(
-    chains: Chains,
-    n: int,
-    given: Given,
-    which: int,
-    seen: Floats,
-    rows: Ints,
-    chance: float,
-) -> float:
+def _step(chains: Chains, n: int, given: Given, seen: Floats, rows: Ints, chance: float) -> float:
     """Take a frame with one chain, in place, and return how far what was seen was from what was predicted."""
     bounds = Constraints(given.rows, given.low, given.high)
-    mean, covariance = predict(chains.means[n], chains.covariances[n], given.noises[which])
+    mean, covariance = predict(chains.means[n], chains.covariances[n], given.noises[n])
     attitude, distance = chains.attitudes[n].copy(), 0.0
     if rows.shape[0] > 0:
         mean, covariance, gained, distance = see(
-            mean, covariance, attitude, given.variances[which], bounds, seen, rows, chance
+            mean, covariance, attitude, given.variances[n], bounds, seen, rows, chance
         )
         chains.evidences[n] += gained
     share = log_share(mean, covariance, given.rows, given.low, given.high)

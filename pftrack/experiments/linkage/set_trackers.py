@@ -10,7 +10,7 @@ Source: Shimada 1997, chapter 5.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import lru_cache
 
 import numpy as np
 from typing_extensions import override
@@ -19,7 +19,6 @@ from pftrack.core.arrays import Floats
 from pftrack.core.model.likelihood import Amount, Cloud, Contributions, Part
 from pftrack.core.model.model import Model, Values
 from pftrack.core.model.source import Frame, Target
-from pftrack.core.model.tracker import Tracker
 from pftrack.core.numerics.matrices import product
 from pftrack.core.numerics.random import Stream
 from pftrack.experiments.linkage.model import bound_places, link_images, read_observation
@@ -42,7 +41,7 @@ from pftrack.experiments.linkage.sets.regions import (
 from pftrack.experiments.linkage.sets.regions import contains as in_region
 from pftrack.experiments.linkage.sets.space import ATTITUDE_CELLS, Link, observe_in_space
 from pftrack.experiments.linkage.shape import LINKS, Bounds
-from pftrack.experiments.linkage.state import NOTHING, SERIES, Events, LinkageState, measure
+from pftrack.experiments.linkage.state import NOTHING, Events, LinkageState
 from pftrack.experiments.shared.reports import hypotheses_cloud
 from pftrack.filters.beam import Beam
 from pftrack.filters.particles import ParticleSet, normalise
@@ -501,39 +500,3 @@ def _state(
         0.0,
         events,
     )
-
-
-def _tracker(name: str, title: str, description: str) -> Tracker:
-    return Tracker(
-        name,
-        title,
-        description,
-        partial(start, name),
-        partial(step, name),
-        series=SERIES,
-        measure=measure,
-        model=Chain(),
-    )
-
-
-TRACKERS = {
-    tracker.id: tracker
-    for tracker in (
-        _tracker(
-            "ellipsoids",
-            "Guided ellipsoids",
-            "Keeps every pose and length that is possible, in ellipsoids and boxes that bound each other.",
-        ),
-        _tracker(
-            "ellipsoids-literal",
-            "Ellipsoids as in the source",
-            "Keeps what is possible in ellipsoids, whose extent alone bounds the lengths.",
-        ),
-        _tracker(
-            "box-guides",
-            "Guides alone",
-            "Keeps what is possible in boxes, shrunk by interval arithmetic, without any ellipsoid.",
-        ),
-    )
-}
-"""Trackers that believe in regions, by name."""

@@ -58,14 +58,14 @@ def image_in_plane(theta: Floats, r: Floats) -> Floats:
 
 @compiled
 def slopes_in_plane(theta: Floats, r: Floats) -> Floats:
-    """Return the derivatives (3, 6) of `image_in_plane` by theta_1..3, px/rad, and by r_1..3."""
+    """Return the derivatives (3, 9) of `image_in_plane` by theta_1..3, px/rad, by their change, 0, and by r_1..3."""
     absolute = directions(theta)
-    slopes = np.zeros((LINKS, 2 * LINKS))
+    slopes = np.zeros((LINKS, 3 * LINKS))
     for i in range(LINKS):
         for k in range(i + 1):
             for j in range(k, i + 1):
                 slopes[i, k] -= r[j] * np.sin(absolute[j])
-            slopes[i, LINKS + k] = np.cos(absolute[k])
+            slopes[i, 2 * LINKS + k] = np.cos(absolute[k])
     return slopes
 
 
@@ -93,7 +93,9 @@ def image_in_space(turn: Floats, t: Floats, theta: Floats, r: Floats) -> Floats:
 
 @compiled
 def slopes_in_space(turn: Floats, jacobian: Floats, theta: Floats, r: Floats) -> Floats:
-    """Return the derivatives (8, 11) of `image_in_space`, row by row, by omega, t, theta and r.
+    """Return the derivatives (8, 17) of `image_in_space`, row by row.
+
+    They are by omega, t and theta_2..3, by their change in a frame, 0, and by r_1..3.
 
     Args:
         turn: (3, 3) rotation of the plane of the chain, by R(omega) on its right side.
@@ -102,7 +104,7 @@ def slopes_in_space(turn: Floats, jacobian: Floats, theta: Floats, r: Floats) ->
         r: (3,) px.
     """
     absolute = directions(theta)
-    slopes = np.zeros((2 * (LINKS + 1), 5 + 2 * LINKS))
+    slopes = np.zeros((2 * (LINKS + 1), 14 + LINKS))
     x, y = 0.0, 0.0
     for i in range(LINKS + 1):
         for k in range(2):
@@ -114,9 +116,9 @@ def slopes_in_space(turn: Floats, jacobian: Floats, theta: Floats, r: Floats) ->
                 slopes[row, m] = -(first * jacobian[0, m] + second * jacobian[1, m] + third * jacobian[2, m])
             for j in range(i):
                 along, across = np.cos(absolute[j]), np.sin(absolute[j])
-                slopes[row, 8 + j] = turn[k, 0] * along + turn[k, 1] * across
-                for joint in range(j + 1):
-                    slopes[row, 5 + joint] += r[j] * (turn[k, 1] * along - turn[k, 0] * across)
+                slopes[row, 14 + j] = turn[k, 0] * along + turn[k, 1] * across
+                for joint in range(1, j + 1):
+                    slopes[row, 4 + joint] += r[j] * (turn[k, 1] * along - turn[k, 0] * across)
         if i < LINKS:
             x += r[i] * np.cos(absolute[i])
             y += r[i] * np.sin(absolute[i])

@@ -15,21 +15,18 @@ from functools import partial
 from pftrack.core.model.tracker import Tracker
 from pftrack.experiments.linkage import gaussians, particles, set_trackers
 from pftrack.experiments.linkage.set_trackers import Chain, ChainParticles
-from pftrack.experiments.linkage.state import GAUSSIAN_SERIES, PARTICLE_SERIES, measure
+from pftrack.experiments.linkage.state import GAUSSIAN_SERIES, PARTICLE_SERIES, SERIES, measure
 
 
 def _filter(name: str, title: str, description: str) -> Tracker:
-    step = partial(gaussians.filter_step, name)
-    return Tracker(
-        name,
-        title,
-        description,
-        gaussians.start,
-        step,
-        series=GAUSSIAN_SERIES,
-        measure=measure,
-        model=Chain(),
-    )
+    step = gaussians.unscented_step if name == "ukf" else partial(gaussians.filter_step, name)
+    started = name, title, description, gaussians.start, step
+    return Tracker(*started, series=GAUSSIAN_SERIES, measure=measure, model=Chain())
+
+
+def _sets(name: str, title: str, description: str) -> Tracker:
+    started = name, title, description, partial(set_trackers.start, name), partial(set_trackers.step, name)
+    return Tracker(*started, series=SERIES, measure=measure, model=Chain())
 
 
 TRACKERS = {
@@ -46,15 +43,10 @@ TRACKERS = {
             "One extended Kalman filter, its Gaussian cut by the bounds of joints and lengths in each frame.",
         ),
         _filter("ekf", "EKF", "One extended Kalman filter that knows no bounds."),
-        Tracker(
+        _filter(
             "ukf",
             "UKF with bounds",
             "One unscented Kalman filter, its Gaussian cut by the bounds of joints and lengths in each frame.",
-            gaussians.start,
-            gaussians.unscented_step,
-            series=GAUSSIAN_SERIES,
-            measure=measure,
-            model=Chain(),
         ),
         Tracker(
             "particles",
@@ -66,6 +58,21 @@ TRACKERS = {
             measure=measure,
             model=ChainParticles(),
         ),
+        _sets(
+            "ellipsoids",
+            "Guided ellipsoids",
+            "Keeps every pose and length that is possible, in ellipsoids and boxes that bound each other.",
+        ),
+        _sets(
+            "ellipsoids-literal",
+            "Ellipsoids as in the source",
+            "Keeps what is possible in ellipsoids, whose extent alone bounds the lengths.",
+        ),
+        _sets(
+            "box-guides",
+            "Guides alone",
+            "Keeps what is possible in boxes, shrunk by interval arithmetic, without any ellipsoid.",
+        ),
     )
-} | set_trackers.TRACKERS
+}
 """All trackers by name, in the order in which they are shown."""
