@@ -415,7 +415,7 @@ def lengths_world(
         drawn |= _box_of_lengths(f"{number}", one, middle, half)
     if len(cloud := particles(state)):
         places = (cloud[:, -LINKS:] - middle) / half
-        near = places[np.linalg.norm(places, axis=1) < RADIUS]
+        near = places[np.sqrt(np.square(places).sum(axis=1)) < RADIUS]
         drawn["particles"] = dots(near, COLOURS["prediction"], 0.5 * DOT, "particles")
     if isinstance(target, LinkageTarget):
         drawn["truth"] = _dot((target.r - middle) / half, "truth", 1.2 * DOT)

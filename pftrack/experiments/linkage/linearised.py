@@ -201,7 +201,8 @@ def _find_candidates(
     filled = count
     for k in range(count):
         mean, covariance = predict(means[k], covariances[k], given.noise)
-        _fill(found, k, mean, covariance, attitudes[k], SCORE_MEMORY * scores[k], k)
+        found.means[k], found.covariances[k], found.attitudes[k] = mean, covariance, attitudes[k]
+        found.scores[k], found.parents[k] = SCORE_MEMORY * scores[k], k
         if rows.shape[0] == 0:
             continue
         lower, _ = factorise(covariance)
@@ -209,7 +210,7 @@ def _find_candidates(
         for p in range(points.shape[0]):
             _candidate(found, filled, mean, covariance, lower, attitudes[k], points[p], rows, given)
             found.scores[filled] += SCORE_MEMORY * scores[k]
-            found.parents[filled] = k
+            found.attitudes[filled], found.parents[filled] = attitudes[k], k
             filled += 1
     for n in range(filled):
         attitude = recentre(found.means[n], found.covariances[n], found.attitudes[n].copy())
@@ -217,24 +218,6 @@ def _find_candidates(
         found.poses[n, :LINKS] = directions(joints(found.means[n]))
         found.poses[n, LINKS:] = found.means[n, size - LINKS :]
     return found, filled
-
-
-@compiled
-def _fill(
-    found: Candidates,
-    place: int,
-    mean: Floats,
-    covariance: Floats,
-    attitude: Floats,
-    score: float,
-    parent: int,
-) -> None:
-    """Write a candidate down."""
-    found.means[place] = mean
-    found.covariances[place] = covariance
-    found.attitudes[place] = attitude
-    found.scores[place] = score
-    found.parents[place] = parent
 
 
 @compiled
@@ -269,7 +252,8 @@ def _candidate(
     rest = seen - project(updated, attitude, given.seen)[rows]
     moved = whiten(lower, (updated - mean).reshape(mean.shape[0], 1))
     score = -0.5 * (np.sum(moved * moved) + np.sum(rest * rest) / given.variance)
-    _fill(found, place, updated, left, attitude, -np.inf if refuted else score, 0)
+    found.means[place], found.covariances[place] = updated, left
+    found.scores[place] = -np.inf if refuted else score
 
 
 @compiled

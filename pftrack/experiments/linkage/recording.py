@@ -24,12 +24,12 @@ from pftrack.core.arrays import Floats
 from pftrack.core.model.marks import FeaturePoints
 from pftrack.core.model.parameters import ParameterError, Value, parameter, revise
 from pftrack.core.model.setup import Setup
-from pftrack.core.model.source import Frame, FrameSequence, History, Measurements, Target, Truth
+from pftrack.core.model.source import Frame, FrameSequence, History, Target, Truth
 from pftrack.core.numerics.elementary import direction
 from pftrack.core.numerics.matrices import product
 from pftrack.experiments.linkage.parameters import LinkageParameters
 from pftrack.experiments.linkage.quality import HELD_AT_END
-from pftrack.experiments.linkage.scene import NAMES, LinkageTarget, in_degrees
+from pftrack.experiments.linkage.scene import NAMES, LinkageTarget, in_degrees, measure_points
 from pftrack.experiments.shared.recording import OccluderParameters, paint_strip, strip
 from pftrack.sources.tracks.sequence import TrackSequence
 from pftrack.vision.matching import LARGEST_TEMPLATE_PX, cut, match
@@ -148,7 +148,7 @@ class RecordedLinkage:
         points, sd = self._at(index)
         left, right = strip(parameters, self.size[0])
         seen = np.isfinite(points).all(axis=1) & ~((left <= points[:, 0]) & (points[:, 0] < right))
-        measured = Measurements(np.where(seen[:, None], points, np.nan), np.where(seen[:, None], sd, np.inf))
+        measured = measure_points(points, sd, seen)
         return Frame(index, float(self._times_s[index]), image_rgb=image, measurements=measured)
 
 

@@ -482,11 +482,11 @@ class LinkageSource:
         if not spatial:
             points[:, 1], sd[:, 1] = true_px[:, 1], np.inf
         if not spatial or parameters.links_seen_as == "points":
-            return _measurements(points, sd, visible)
+            return measure_points(points, sd, visible)
         measured = visible & False
         if parameters.links_seen_as == "lines-and-ends":
             measured[[0, -1]] = visible[[0, -1]]
-        seen = _measurements(points, sd, measured)
+        seen = measure_points(points, sd, measured)
         errors = sd[1:] * self._noise(index, (len(points) - 1, 2), LINES_DRAW)
         numbers = uniforms(self._seed, index, Purpose.SCENE.value, LINES_DRAW - 1, 3 * len(errors)).reshape(3, -1)
         errors = errors + _outliers(numbers[0], numbers[1:].T, parameters)
@@ -523,7 +523,7 @@ def _outliers(chances: Floats, ways: Floats, parameters: LinkageSceneParameters)
     return np.where(off, parameters.outlier_px * (2.0 * ways - 1.0), 0.0)
 
 
-def _measurements(points: Floats, sd: Floats, seen: Bools) -> Measurements:
+def measure_points(points: Floats, sd: Floats, seen: Bools) -> Measurements:
     """Return points (n, 2) with their deviations, but for those that are not seen (n,)."""
     return Measurements(np.where(seen[:, None], points, np.nan), np.where(seen[:, None], sd, np.inf))
 

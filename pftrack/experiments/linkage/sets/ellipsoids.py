@@ -96,7 +96,7 @@ def _cut(
     norm: float,
 ) -> bool:
     """Cut, given P m, e = rho - m'c, w, G = m'Pm, m'P^2 m and m'm."""
-    size, trace = centre.shape[0], 0.0
+    size, trace = centre.shape[0], np.trace(shape)
     half = np.sqrt(max(spread, 0.0))
     if abs(gap) > half_width + half + SLACK * np.sqrt(norm):
         return False
@@ -105,8 +105,6 @@ def _cut(
     low, high = max(gap - half_width, -half), min(gap + half_width, half)
     gap, half_width = 0.5 * (low + high), max(0.5 * (high - low), 0.0)
     width2, gap2 = max(half_width * half_width / spread, NARROWEST * NARROWEST), gap * gap / spread
-    for i in range(size):
-        trace += shape[i, i]
     ratio = trace_ratio(trace, square / spread, width2, gap2)
     if not ratio > 1.0:
         return True
@@ -187,21 +185,15 @@ def predict(shape: Floats, moved: int, radius: float, way: int) -> None:
         radius: Of the ball of all motions, in the unit of the coordinates.
         way: `OUTER`, `LENGTHENED` or `PRINTED`; the last two change all coordinates, as the source has it.
     """
-    size = shape.shape[0]
-    trace = 0.0
-    for i in range(size):
-        trace += shape[i, i]
+    size, trace = shape.shape[0], np.trace(shape)
     if way == PRINTED:
-        for i in range(size):
-            shape[i, i] += radius
+        shape += radius * np.eye(size)
     elif way == LENGTHENED:
         _lengthen(shape, radius)
     elif radius > 0.0:
         ratio = np.sqrt(max(trace, 0.0) / (moved * radius * radius))
-        for i in range(size):
-            for j in range(size):
-                # No ratio: a point, which becomes the ball.
-                shape[i, j] *= 1.0 + 1.0 / ratio if ratio > 0.0 else 1.0
+        if ratio > 0.0:  # else it is a point, which becomes the ball
+            shape *= 1.0 + 1.0 / ratio
         for i in range(moved):
             shape[i, i] += (1.0 + ratio) * radius * radius
     for i in range(size):
@@ -213,9 +205,7 @@ def _lengthen(shape: Floats, radius: float) -> None:
     """Make every semi-axis longer by the radius, in place."""
     size = shape.shape[0]
     scaled, axes = orthogonalise(shape)
-    for i in range(size):
-        for j in range(size):
-            shape[i, j] = 0.0
+    shape[:] = 0.0
     for k in range(size):
         square = 0.0
         for i in range(size):

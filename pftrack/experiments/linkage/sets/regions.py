@@ -151,15 +151,9 @@ def cut_by_guides(low: Floats, high: Floats, centre: Floats, shape: Floats) -> b
 @compiled
 def circumscribe(low: Floats, high: Floats, centre: Floats, shape: Floats) -> None:
     """Put in place the ellipsoid of the least trace around a box: its squared semi-axes are h_j sum(h)."""
-    size = low.shape[0]
-    total = 0.0
-    for j in range(size):
-        total += 0.5 * (high[j] - low[j]) + SLACK
-    for j in range(size):
-        for k in range(size):
-            shape[j, k] = 0.0
-        centre[j] = 0.5 * (low[j] + high[j])
-        shape[j, j] = (0.5 * (high[j] - low[j]) + SLACK) * total
+    half = 0.5 * (high - low) + SLACK
+    centre[:] = 0.5 * (low + high)
+    shape[:] = np.diag(half * half.sum())
 
 
 @compiled
