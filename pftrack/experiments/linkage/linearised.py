@@ -176,7 +176,7 @@ def candidates(means: Floats, covariances: Floats, attitudes: Floats, scores: Fl
         given: Observation, noise and constraints.
     """
     found, filled = _find_candidates(means, covariances, attitudes, scores, given)
-    return Candidates(*(part[:filled] for part in found))
+    return Candidates._make(part[:filled] for part in found)
 
 
 @compiled
