@@ -17,8 +17,8 @@ from pftrack.core.arrays import Floats, Ints
 from pftrack.core.numerics.matrices import contiguous_copy, product, solve_system
 from pftrack.core.numerics.random import Gaussian
 from pftrack.experiments.head.detection import Box
-from pftrack.experiments.shared.pose.beliefs import Solid
 from pftrack.experiments.shared.pose.methods import slopes_at
+from pftrack.experiments.shared.pose.state import Solid
 from pftrack.filters.agreement import middle
 from pftrack.vision.geometry.face import FEATURES, FaceModel, HeadSurface
 from pftrack.vision.likelihoods import separation, template

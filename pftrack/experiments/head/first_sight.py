@@ -31,8 +31,8 @@ from pftrack.experiments.head import parameters as face_growth
 from pftrack.experiments.head.appearance import FirstSight, Form
 from pftrack.experiments.head.parameters import HeadTrackerParameters, starting_model
 from pftrack.experiments.shared.pose import methods as pose
-from pftrack.experiments.shared.pose.beliefs import STUDENT_4, STUDENT_8, Solid, Widths
 from pftrack.experiments.shared.pose.calibrated import pin
+from pftrack.experiments.shared.pose.state import STUDENT_4, STUDENT_8, Solid, Widths
 from pftrack.filters.perspective import PerspectiveLayer
 from pftrack.vision.geometry.face import FEATURES, FaceModel, fit_similarity, mean_model
 from pftrack.vision.likelihoods import template

@@ -37,12 +37,11 @@ from pftrack.experiments.head.first_sight import (
 )
 from pftrack.experiments.head.parameters import HeadTrackerParameters, position_variances
 from pftrack.experiments.shared.pose import methods as pose
-from pftrack.experiments.shared.pose.beliefs import Solid
 from pftrack.experiments.shared.pose.calibrated import pose_and_band
 from pftrack.experiments.shared.pose.layered import FeatureLikelihood
 from pftrack.experiments.shared.pose.methods import METHODS, Method, measurement, report
 from pftrack.experiments.shared.pose.particles import PoseModel
-from pftrack.experiments.shared.pose.state import PoseState
+from pftrack.experiments.shared.pose.state import PoseState, Solid
 from pftrack.vision.geometry.face import FEATURES, FaceModel, fit_similarity
 from pftrack.vision.likelihoods import separation, template
 from pftrack.vision.likelihoods.template import Templates
@@ -157,9 +156,9 @@ def step(method: Method, state: PoseState, frame: Frame, parameters: HeadTracker
         return partial(_log_likelihood, seen, parameters)
 
     belief = pose.advance(state, likelihood, parameters, method, rng)
-    angles, calibration = pose_and_band(state.calibration, state.solid, belief, parameters)
+    angles, excess = pose_and_band(state.excess_px2, state.solid, belief, parameters)
     switched = pose.has_switched(state.belief, belief)
-    after = replace(state, belief=belief, pose=angles, switched=switched, calibration=calibration)
+    after = replace(state, belief=belief, pose=angles, switched=switched, excess_px2=excess)
     means = after.feature_means
     correlations = look(means[:, None])[:, 0]
     recognised = correlations >= parameters.recognised_correlation

@@ -19,7 +19,6 @@ from pftrack.core.numerics.random import Gaussian, Generator, Stream
 from pftrack.experiments.prism.scene import NAMES, PRINCIPAL_PX, VERTICES_MM, PrismParameters
 from pftrack.experiments.shared.filtered import Update
 from pftrack.experiments.shared.pose import methods as pose
-from pftrack.experiments.shared.pose.beliefs import Solid
 from pftrack.experiments.shared.pose.calibrated import pose_and_band
 from pftrack.experiments.shared.pose.layered import FeatureLikelihood
 from pftrack.experiments.shared.pose.methods import METHODS, Method, measurement, report
@@ -34,7 +33,7 @@ from pftrack.experiments.shared.pose.particles import (
     PoseParticles,
     project_all,
 )
-from pftrack.experiments.shared.pose.state import PoseState
+from pftrack.experiments.shared.pose.state import PoseState, Solid
 from pftrack.filters.particles import ParticleSet
 from pftrack.vision.likelihoods import points
 
@@ -84,8 +83,8 @@ def step(method: Method, state: PoseState, frame: Frame, parameters: TrackedPris
         rng,
     )
     switched = pose.has_switched(state.belief, belief)
-    angles, calibration = pose_and_band(state.calibration, state.solid, belief, parameters)
-    return PoseState(state.solid, belief, angles, recognised_points(measured), switched, calibration=calibration)
+    angles, excess = pose_and_band(state.excess_px2, state.solid, belief, parameters)
+    return PoseState(state.solid, belief, angles, recognised_points(measured), switched, excess_px2=excess)
 
 
 def solid_of(points_mm: np.ndarray[tuple[int, ...], np.dtype[np.float64]], parameters: TrackedPrismParameters) -> Solid:
@@ -155,7 +154,7 @@ class Prism(PoseModel):
     @override
     def start(self, target: Target, frame: Frame, parameters: TrackedPrismParameters, rng: Stream) -> PoseState:
         states = self.begin(target, frame, parameters, rng, self.count(parameters))
-        belief = PoseParticles.of(ParticleSet.uniform(states), _solid_at(target, parameters), 0.0)
+        belief = PoseParticles(ParticleSet.uniform(states), _solid_at(target, parameters), 0.0)
         return PoseState(_solid_at(target, parameters), belief, belief.pose, recognised_points(measured_of(frame)))
 
     @override
@@ -171,7 +170,7 @@ class Prism(PoseModel):
 
     @override
     def believe(self, known: PoseState, update: Update, frame: Frame, parameters: TrackedPrismParameters) -> PoseState:
-        belief = PoseParticles.of(update.particles, known.solid, update.log_evidence)
+        belief = PoseParticles(update.particles, known.solid, update.log_evidence)
         seen = recognised_points(measured_of(frame))
         return PoseState(known.solid, belief, belief.pose, seen, repeatable=update.repeatable)
 

@@ -15,9 +15,7 @@ from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments import find
 from pftrack.experiments.prism.scene import VERTICES_MM
 from pftrack.experiments.shared.pose import layered
-from pftrack.experiments.shared.pose.beliefs import GAUSSIAN, STUDENT_4, STUDENT_8, AffineLayers, Solid
 from pftrack.experiments.shared.pose.calibrated import (
-    Calibration,
     depth_slopes,
     nearness,
     pin,
@@ -25,6 +23,7 @@ from pftrack.experiments.shared.pose.calibrated import (
     seen_moments,
 )
 from pftrack.experiments.shared.pose.parameters import PoseTrackerParameters
+from pftrack.experiments.shared.pose.state import GAUSSIAN, STUDENT_4, STUDENT_8, Layers, Solid
 from pftrack.filters.affine import AffineLayer
 from pftrack.runs.run import Run
 from tests.making import whole_run
@@ -64,7 +63,7 @@ def test_a_wrong_depth_shows_only_when_the_solid_turns() -> None:
     assert np.abs(depth_slopes(VERTICES_MM, np.array([0.0, 0.5, 0.0]), SLOPES)).max() > 1.0
 
 
-def believe(hidden: NDArray[np.float64], points: int = 8) -> tuple[Solid, AffineLayers]:
+def believe(hidden: NDArray[np.float64], points: int = 8) -> tuple[Solid, Layers]:
     """A belief in a prism whose points, where they are seen, are told by the same particles, however surely hidden."""
     random = np.random.default_rng(3)
     theta, count = np.array([0.1, -0.2, 0.05]), 50
@@ -79,7 +78,7 @@ def believe(hidden: NDArray[np.float64], points: int = 8) -> tuple[Solid, Affine
     coordinates = np.concatenate([positions, positions], axis=2).transpose(0, 2, 1)[:points]
     features = replace(begun.features, coordinates=coordinates, log_weights=np.log(weights[:points]))
     pose = Gaussian(theta, np.eye(3))
-    return solid, AffineLayers(replace(begun, features=features, hidden=hidden[:points], pose=pose))
+    return solid, Layers(replace(begun, features=features, hidden=hidden[:points], pose=pose))
 
 
 def test_the_moments_of_a_hidden_point_are_those_of_it_seen() -> None:
@@ -108,9 +107,9 @@ def test_where_too_few_points_are_seen_the_excess_stays_as_it_was() -> None:
     wanted = revise(PoseTrackerParameters(), {"pose_band": "calibrated", "upper_layer": "affine"})
     solid, belief = believe(np.where(np.arange(8) < 2, 0.0, 0.9999))
     solid = replace(solid, pinned_mm=solid.points_mm)
-    narrow, kept = pose_and_band(Calibration(0.0), solid, belief, wanted)
-    wide, _ = pose_and_band(Calibration(50.0), solid, belief, wanted)
-    assert kept == Calibration(0.0)
+    narrow, kept = pose_and_band(0.0, solid, belief, wanted)
+    wide, _ = pose_and_band(50.0, solid, belief, wanted)
+    assert kept == 0.0
     assert np.linalg.det(wide.covariance) > np.linalg.det(narrow.covariance)
     assert pose_and_band(None, solid, belief, wanted) == (belief.pose, None)
 

@@ -14,10 +14,9 @@ from pftrack.experiments.prism import trackers as prism
 from pftrack.experiments.prism.scene import VERTICES_MM, PrismSource
 from pftrack.experiments.prism.trackers import TrackedPrismParameters
 from pftrack.experiments.shared.pose import methods as pose
-from pftrack.experiments.shared.pose.beliefs import AffineLayers, JointParticles, Solid
 from pftrack.experiments.shared.pose.drawing import place_points
 from pftrack.experiments.shared.pose.parameters import AS_PUBLISHED, PoseTrackerParameters
-from pftrack.experiments.shared.pose.state import PoseState
+from pftrack.experiments.shared.pose.state import JointParticles, Layers, PoseState, Solid
 from pftrack.vision.geometry.face import FEATURES, mean_model
 
 FOCAL, PRINCIPAL = 800.0, np.array([320.0, 240.0])
@@ -79,7 +78,7 @@ def test_particles_of_the_pose_are_kept() -> None:
     source, history = PrismSource(1, parameters), History(((0, parameters),))
     state = prism.start("pf-asd", source.start, source.frame(0, history), parameters, rng())
     after = prism.step("pf-asd", state, source.frame(1, history), parameters, Stream(1, 1, Purpose.TRACK))
-    assert isinstance(after.belief, AffineLayers)
+    assert isinstance(after.belief, Layers)
     angles = after.belief.layers.upper.theta_particles
     assert angles is not None
     assert angles.shape == (300, 3)

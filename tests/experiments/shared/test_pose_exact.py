@@ -16,10 +16,9 @@ from pftrack.core.model.parameters import Value, revise
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments.prism.scene import NAMES, VERTICES_MM
 from pftrack.experiments.shared.pose import methods as pose
-from pftrack.experiments.shared.pose.beliefs import JointParticles, Layers, Solid
 from pftrack.experiments.shared.pose.methods import measurement, report
 from pftrack.experiments.shared.pose.parameters import AS_PUBLISHED, PoseTrackerParameters
-from pftrack.experiments.shared.pose.state import PoseState
+from pftrack.experiments.shared.pose.state import JointParticles, Layers, PoseState, Solid
 from pftrack.filters.affine import ENTRY_NOISE, AffineBelief, AffineLayer
 from pftrack.filters.layers import Projection
 from pftrack.filters.learning import mixture_em

@@ -29,8 +29,6 @@ the errors of a head have heavier tails than a Gaussian, and its band is that of
 freedom (`Solid.widths`). Its 95 % lie within 1.96 standard deviations, like a Gaussian's, but its 50 % within 0.52.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from pftrack.core.arrays import Floats
@@ -39,8 +37,8 @@ from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials
 from pftrack.core.numerics.matrices import contiguous_copy, multiply, product
 from pftrack.core.numerics.random import Gaussian
-from pftrack.experiments.shared.pose.beliefs import GAUSSIAN, Belief, Solid
 from pftrack.experiments.shared.pose.parameters import PoseTrackerParameters
+from pftrack.experiments.shared.pose.state import GAUSSIAN, Belief, Solid
 from pftrack.filters import perspective
 from pftrack.filters.agreement import excess_variance, fit_covariance, fit_gain
 
@@ -54,24 +52,13 @@ NEAREST = 0.1
 """How near a point is taken to come to the camera, as a share of the solid's distance."""
 
 
-@dataclass(frozen=True, slots=True)
-class Calibration:
-    """What the band remembers.
-
-    Attributes:
-        excess_px2: Variance of the points' positions beyond their particles', mean over the last frames.
-    """
-
-    excess_px2: float
-
-
 def pose_and_band(
-    before: Calibration | None, solid: Solid, belief: Belief, parameters: PoseTrackerParameters
-) -> tuple[Gaussian, Calibration | None]:
-    """Return the belief in the angles as the parameters ask for it, and what its band remembers.
+    before: float | None, solid: Solid, belief: Belief, parameters: PoseTrackerParameters
+) -> tuple[Gaussian, float | None]:
+    """Return the belief in the angles as the parameters ask for it, and the excess that its band remembers, px^2.
 
     Args:
-        before: What it remembered of the last frame, if it was asked for then.
+        before: The excess of the last frame, px^2, if the band was asked for then.
         solid: What is tracked.
         belief: In this frame.
         parameters: In force.
@@ -101,15 +88,15 @@ def pose_and_band(
     if not np.isfinite(gain).all() or (before is None and not np.isfinite(excess)):
         return belief.pose, before
     if before is not None:
-        news = excess - before.excess_px2 if np.isfinite(excess) else 0.0  # too few points may be seen to tell it
-        excess = before.excess_px2 + (1.0 - PERSISTENCE) * news
+        news = excess - before if np.isfinite(excess) else 0.0  # too few points may be seen to tell it
+        excess = before + (1.0 - PERSISTENCE) * news
     deeper = product(gain, depth_slopes(points_mm, theta, reference).ravel())[:3]
     doubt = solid.depth_doubt**2 * deeper[:, None] * deeper
     band = solid.misfit_share * fit_covariance(gain, variances + excess)[:3, :3] + doubt
     mistake = product(gain, bend.ravel())[:3]
     # This is how far off half of the frames are; heavier tails leave that as it is and add to the variance.
     band *= (GAUSSIAN.half / solid.widths.half) ** 2
-    return Gaussian(theta - mistake, band), Calibration(float(excess))
+    return Gaussian(theta - mistake, band), float(excess)
 
 
 @compiled

@@ -18,17 +18,9 @@ from pftrack.core.model.series import Reduction, Series, SeriesValue
 from pftrack.core.numerics.matrices import least_squares, pinhole_jacobian, product
 from pftrack.core.numerics.random import Gaussian, Generator
 from pftrack.experiments.shared.pose import layered
-from pftrack.experiments.shared.pose.beliefs import (
-    AffineLayers,
-    Belief,
-    JointParticles,
-    Layers,
-    PerspectiveLayers,
-    Solid,
-)
-from pftrack.experiments.shared.pose.layered import FeatureLikelihood, Layered, Rival
+from pftrack.experiments.shared.pose.layered import FeatureLikelihood, Layered
 from pftrack.experiments.shared.pose.parameters import PoseTrackerParameters
-from pftrack.experiments.shared.pose.state import PoseState
+from pftrack.experiments.shared.pose.state import Belief, JointParticles, Layers, PoseState, Solid
 from pftrack.filters import adaptive, rao_blackwell
 from pftrack.filters.affine import ENTRY_NOISE, AffineBelief, AffineLayer
 from pftrack.filters.layers import UpperLayer
@@ -103,17 +95,17 @@ def advance(
         belief = _begin_layers(state.solid, belief.means, parameters, method, rng, belief.pose)
     elif belief.kind != parameters.upper_layer:
         upper = _upper(state.solid, parameters, belief.means, belief.pose)
-        belief = _layers(replace(belief.layers, upper=upper), parameters)
+        belief = Layers(replace(belief.layers, upper=upper))
     layer, settings = _layer(state.solid, parameters), _settings(parameters, method)
     own, apart = likelihood(state), _steer(belief.layers, parameters, method)
     if settings.hidden_weight == 0.0:
-        return _layers(layered.step(apart, layer, own, settings, rng), parameters)
+        return Layers(layered.step(apart, layer, own, settings, rng))
     rival, others = belief.rival, own
     if rival is not None:
         rival = replace(rival, layers=_steer(rival.layers, parameters, method))
-        others = likelihood(replace(state, belief=_layers(rival.layers, parameters)))
+        others = likelihood(replace(state, belief=Layers(rival.layers)))
     apart, rival = layered.step_rivals(apart, rival, layer, (own, others), settings, rng)
-    return _layers(apart, parameters, rival)
+    return Layers(apart, rival)
 
 
 def transfer(state: PoseState, solid: Solid, parameters: PoseTrackerParameters) -> PoseState:
@@ -129,7 +121,7 @@ def transfer(state: PoseState, solid: Solid, parameters: PoseTrackerParameters) 
         kept = belief
     else:
         upper = _upper(solid, parameters, belief.means, belief.pose)
-        kept = _layers(replace(belief.layers, upper=upper), parameters)
+        kept = Layers(replace(belief.layers, upper=upper))
     return replace(state, solid=solid, belief=kept)
 
 
@@ -144,7 +136,7 @@ def hold(belief: Belief) -> Belief:
 def slopes(state: PoseState, parameters: PoseTrackerParameters) -> Floats:
     """Return by how many px a mm of the solid's frame will move a point beside each of its points, (F, 2, 3)."""
     belief, solid = state.belief, state.solid
-    if isinstance(belief, PerspectiveLayers):
+    if isinstance(belief, Layers) and belief.kind == "perspective":
         layer = _layer(solid, parameters)
         return slopes_at(solid, layer.predict(belief.layers.upper).mean[:6])
     return np.tile(belief.camera(solid)[:, :3], (len(solid.points_mm), 1, 1))
@@ -195,7 +187,7 @@ def _begin_layers(
     rng: Generator,
     pose: Gaussian,
     spread_px: float | None = None,
-) -> Layers[Any]:
+) -> Layers:
     """Return layers in a solid of this pose whose features are here."""
     begun = layered.begin(
         _layer(solid, parameters),
@@ -207,12 +199,7 @@ def _begin_layers(
         spread_px=parameters.initial_sd_px if spread_px is None else spread_px,
         speed_px=parameters.speed_at_start,
     )
-    return _layers(begun, parameters)
-
-
-def _layers(apart: Layered[Any], parameters: PoseTrackerParameters, rival: Rival[Any] | None = None) -> Layers[Any]:
-    """Return layers as the belief of their kind."""
-    return AffineLayers(apart, rival) if parameters.upper_layer == "affine" else PerspectiveLayers(apart, rival)
+    return Layers(begun)
 
 
 def _settings(parameters: PoseTrackerParameters, method: Method) -> layered.Settings:

@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Self
+from functools import cached_property
 
 import numpy as np
 from typing_extensions import override
 
-from pftrack.core.arrays import Floats, Ints
+from pftrack.core.arrays import Floats
 from pftrack.core.geometry.rotation import rotation
 from pftrack.core.model.likelihood import Cloud, Component, Contributions, Part
 from pftrack.core.model.model import Model, Values
@@ -17,9 +17,8 @@ from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials
 from pftrack.core.numerics.matrices import contiguous_copy
 from pftrack.core.numerics.random import Gaussian
-from pftrack.experiments.shared.pose.beliefs import JointParticles, Layers, Solid
 from pftrack.experiments.shared.pose.layered import FeatureLikelihood
-from pftrack.experiments.shared.pose.state import PoseState
+from pftrack.experiments.shared.pose.state import Belief, JointParticles, Layers, PoseState, Solid
 from pftrack.filters.particles import ParticleSet
 
 
@@ -52,89 +51,74 @@ def _project_all(poses: Floats, points_mm: Floats, focal_px: float) -> Floats:
     return seen
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PoseParticles:
-    """The posterior of a solid's pose by particles, and of its points by where these see them; see `Belief`.
+@dataclass(frozen=True, eq=False)
+class PoseParticles(Belief):
+    """The posterior of a solid's pose by particles, and of its points by where these see them.
 
     Attributes:
         particles: (N, 6) angles, rad, and place in the camera's frame, mm.
-        positions: (F, N, 2) px, where each sees the points.
-        log_evidence: Log p(z_t | z_{1:t-1}) up to a constant.
-        moments: Mean (6,) and covariance (6, 6) of the particles.
+        solid: What they are poses of.
+        evidence: Log p(z_t | z_{1:t-1}) up to a constant.
     """
 
     particles: ParticleSet
-    positions: Floats
-    log_evidence: float
-    moments: tuple[Floats, Floats]
-
-    @classmethod
-    def of(cls, particles: ParticleSet, solid: Solid, log_evidence: float) -> Self:
-        """Return the belief that particles are before a solid's camera."""
-        return cls(particles, project_all(particles.states, solid), log_evidence, particles.moments)
+    solid: Solid
+    evidence: float
 
     @property
+    @override
+    def log_evidence(self) -> float:
+        return self.evidence
+
+    @cached_property
+    @override
+    def positions(self) -> Floats:
+        """(F, N, 2) px, where each particle sees the points."""
+        return project_all(self.particles.states, self.solid)
+
+    @property
+    @override
     def pose(self) -> Gaussian:
-        """Belief in the angles, rad."""
-        mean, covariance = self.moments
+        mean, covariance = self.particles.moments
         return Gaussian(mean[:3], covariance[:3, :3])
 
     @property
+    @override
     def log_weights(self) -> Floats:
-        """(N,), of all points at once."""
         return self.particles.log_weights
 
     @property
-    def upper_counts(self) -> Ints:
-        """(F,) all of them: each particle's own pose predicts its points."""
-        return np.full(len(self.positions), len(self.particles))
-
-    @property
+    @override
     def means(self) -> Floats:
-        """(F, 2) px."""
         weights = exponentials(self.log_weights)
         return np.asarray((self.positions * weights[:, None]).sum(axis=1))
 
     @property
+    @override
     def covariances(self) -> Floats:
-        """(F, 2, 2) px^2."""
         off = self.positions - self.means[:, None]
         weights = exponentials(self.log_weights)
         return np.asarray((off[:, :, :, None] * off[:, :, None, :] * weights[:, None, None]).sum(axis=1))
 
     @property
-    def hidden(self) -> Floats:
-        """(F,) none: each particle explains all points, as its file has it."""
-        return np.zeros(len(self.positions))
-
-    @property
-    def all_visible(self) -> bool:
-        """Nothing tells that a point is hidden."""
-        return True
-
-    @property
-    def follows_solid(self) -> None:
-        """There is one prediction only."""
-        return
-
-    @property
+    @override
     def place_mm(self) -> Floats:
         """(3,) mean of the places."""
-        return self.moments[0][3:]
+        return self.particles.mean[3:]
 
+    @override
     def camera(self, solid: Solid) -> Floats:
         """Return the affine camera that sees the solid as the pinhole does near its origin."""
-        turn, (x, y, z) = rotation(self.moments[0][:3]), self.place_mm
-        scale = solid.focal_px / max(z, 1.0)
-        return np.column_stack([scale * turn[:2], solid.principal_px + scale * np.array([x, y])])
+        return solid.camera_at(self.particles.mean[:3], self.place_mm)
 
+    @override
     def own_series(self) -> Mapping[str, SeriesValue]:
         """Return what all clouds of particles report."""
         return {"unique_ancestors": float(self.particles.unique_ancestors)}
 
     @property
+    @override
     def nbytes(self) -> int:
-        """About how much memory it takes, bytes."""
         return self.particles.nbytes + self.positions.nbytes + 1024
 
 
@@ -161,7 +145,7 @@ def _joint(names: tuple[str, ...], belief: JointParticles) -> Cloud:
     )
 
 
-def _apart(names: tuple[str, ...], belief: Layers[object]) -> Cloud:
+def _apart(names: tuple[str, ...], belief: Layers) -> Cloud:
     features, said = belief.layers.features, belief.layers.log_likelihoods
     count = features.log_weights.shape[1]
     drawn = np.stack([features.upper_counts, count - features.upper_counts], axis=1)
