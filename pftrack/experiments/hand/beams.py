@@ -143,7 +143,7 @@ def log_score(
 
 @compiled
 def _log_prior(pose: Floats, origin: int, predictions: Predictions, task: Task) -> float:
-    return log_prior(log_shares(pose, predictions, task.settings), origin, task.settings.mixture)
+    return log_prior(log_shares(pose, predictions, task.settings), origin, task.settings.reference)
 
 
 @compiled
@@ -274,8 +274,8 @@ def search(
                     )
     for n in range(count):
         shares = log_shares(palms[n], predictions, task.settings)
-        scores[n] += log_prior(shares, origins[n], task.settings.mixture) - shares[origins[n]]
-        if task.settings.mixture:
+        scores[n] += log_prior(shares, origins[n], task.settings.reference) - shares[origins[n]]
+        if not task.settings.reference:
             origins[n] = np.argmax(shares)
     return Hands(palms, scores, origins, assignments, tried)
 
@@ -367,15 +367,15 @@ def _palms(
             misfit = x_p(convex_hull(palm_points(around[n], task.scale, task.shape)), seen, task.scale)
             score = priors[n] + predictions.log_weights[i]
             score += cell_log_fit(misfit * misfit, ideals[i, 0], task.settings.palm_fit_sd)
-            if task.settings.mixture:
+            if not task.settings.reference:
                 shares = palm_log_shares(around[n], predictions, task.settings)
-                others[tried] = log_prior(shares, i, True) - shares[i]
+                others[tried] = log_prior(shares, i, False) - shares[i]
             scores[tried], origins[tried] = score if misfit <= MOST_X_P else -np.inf, i
             for j in range(25):
                 poses[tried, j] = around[n, j]
             tried += 1
-    chosen = _best_that_differ(poses, scores + others, tried, seen, task, task.settings.reach)
-    if chosen.shape[0] == 0 and task.settings.reach:  # then some protrusion is no finger
+    chosen = _best_that_differ(poses, scores + others, tried, seen, task, not task.settings.reference)
+    if chosen.shape[0] == 0:  # then some protrusion is no finger
         chosen = _best_that_differ(poses, scores + others, tried, seen, task, False)
     count = chosen.shape[0]
     kept, kept_scores, kept_origins = np.empty((count, 25)), np.empty(count), np.empty(count, np.int64)

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats, Ints
+from pftrack.core.files import PictureKey
 from pftrack.core.model.source import Backdrop
 from pftrack.core.numerics.compiled import compiled
 from pftrack.experiments.hand.silhouette import (
@@ -70,13 +71,11 @@ class HandFeatures(NamedTuple):
         silhouette: The mask, how much smaller than the picture it is, and whether it may be a hand.
         protrusions: What looks like fingers, in no order; none if the silhouette cannot be a hand.
         wrist: (2,) where the arm becomes wider; None if there is no arm or it does not.
-        arm: (k, 2) axis of the arm from the border to the wrist, or as far as it goes; of no points if there is none.
     """
 
     silhouette: Silhouette
     protrusions: tuple[Protrusion, ...]
     wrist: Floats | None
-    arm: Floats
 
     @property
     def finding(self) -> Finding:
@@ -88,33 +87,20 @@ def features_of(
     image_rgb: NDArray[np.uint8], settings: SilhouetteSettings, backdrop: Backdrop | None = None
 ) -> HandFeatures:
     """Return the features of the hand in a picture (height, width, 3); arguments as for `silhouette_of`."""
-    found = silhouette_of(image_rgb, settings, backdrop)
-    return features_in(found) if image_rgb.flags.writeable else _cached_features(_Found(found))
-
-
-class _Found:
-    """A silhouette as a key, by the identity of its mask."""
-
-    def __init__(self, silhouette: Silhouette) -> None:
-        self.silhouette = silhouette
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Found) and other.silhouette is self.silhouette
-
-    def __hash__(self) -> int:
-        return id(self.silhouette)
+    if image_rgb.flags.writeable:
+        return features_in(silhouette_of(image_rgb, settings, backdrop))
+    return _cached_features(PictureKey(image_rgb), settings, backdrop)
 
 
 @lru_cache(maxsize=2)
-def _cached_features(found: _Found) -> HandFeatures:
-    return features_in(found.silhouette)
+def _cached_features(picture: PictureKey, settings: SilhouetteSettings, backdrop: Backdrop | None) -> HandFeatures:
+    return features_in(silhouette_of(picture.image_rgb, settings, backdrop))
 
 
 def features_in(silhouette: Silhouette) -> HandFeatures:
     """Return the features of a silhouette."""
-    nothing = HandFeatures(silhouette, (), None, np.zeros((0, 2)))
     if not silhouette.finding.ok:
-        return nothing
+        return HandFeatures(silhouette, (), None)
     mask = silhouette.mask.astype(np.uint8)
     broad = min(int(contacts(silhouette.mask).max(initial=0)), max(mask.shape) // 2)
     pad = max(LEAST_PAD_PX, int(PAD_SHARE * broad))
@@ -124,20 +110,20 @@ def features_in(silhouette: Silhouette) -> HandFeatures:
     radii = np.asarray(cv2.distanceTransform(padded, cv2.DIST_L2, cv2.DIST_MASK_PRECISE), np.float32)
     pixels, begins = free_lines(skeleton(padded), radii, LEAST_GAIN_PX)
     height, width = mask.shape
-    protrusions, arm, wrist, widest = [], nothing.arm, None, 0.0
+    protrusions, wrist, widest = [], None, 0.0
     for first, last in pairwise(begins.tolist()):
         line = pixels[first:last]
         widths = radii[line[:, 1], line[:, 0]].astype(np.float64)
         if not _within(line[0] - corner, width, height):
             if widths[0] > widest:
                 widest = widths[0]
-                arm, wrist = _arm(line - corner, widths)
+                wrist = _wrist_of(line - corner, widths)
             continue
         protrusion = _protrusion(line, widths, padded)
         # One that runs on to the border is no finger: a fist on its arm is one line from end to end.
         if protrusion is not None and _within(protrusion.axis[-1] - corner, width, height):
             protrusions.append(Protrusion(protrusion.axis - corner, protrusion.radii))
-    return HandFeatures(silhouette, tuple(protrusions), wrist, arm)
+    return HandFeatures(silhouette, tuple(protrusions), wrist)
 
 
 def _within(place: NDArray[np.generic], width: int, height: int) -> bool:
@@ -157,17 +143,14 @@ def _protrusion(line: Ints, widths: Floats, padded: NDArray[np.uint8]) -> Protru
     return Protrusion(axis, radii) if len(axis) > LEAST_LENGTH_PX else None
 
 
-def _arm(line: Ints, widths: Floats) -> tuple[Floats, Floats | None]:
-    """Return the arm's axis and its wrist, if it becomes wider, given pixels and widths from outside the border on."""
-    places = _smooth(line.astype(np.float64))
+def _wrist_of(line: Ints, widths: Floats) -> Floats | None:
+    """Return an arm's wrist (2,), if it becomes wider, given its pixels and widths from outside the border on."""
     smooth = _smooth(np.column_stack([widths, widths]))[:, 0].copy()
     cut = _cut(smooth, 2, ARM_FROM, ARM_RATIO)
     if cut == len(smooth) > ARM_FROM and smooth[-1] > LEAST_ARM_RATIO * smooth[2:].mean():
         cut -= 1  # a finger's line joins the arm's before that is clearly wider
     at = _wrist(smooth, cut)
-    if at < 0:
-        return places, None
-    return places[: at + 1], places[at]
+    return None if at < 0 else _smooth(line.astype(np.float64))[at]
 
 
 @compiled

@@ -24,6 +24,8 @@ from pftrack.experiments.hand.parameters import (
     HIDDEN_COST,
     HIDDEN_FIT_SD,
     JOINT_COST,
+    LAST_JOINT,
+    MIDDLE_JOINT,
     HandTrackerParameters,
     Task,
     settings,
@@ -301,7 +303,8 @@ def finger_fit(
         return -HIDDEN_COST + cell_log_fit(misfit * misfit, ideals, HIDDEN_FIT_SD)
     axis = seen.axes[protrusion, : seen.lengths[protrusion]]
     best = -np.inf
-    for end in range(TIP, task.settings.lowest_end - 1, -1):
+    lowest = LAST_JOINT if task.settings.reference else MIDDLE_JOINT
+    for end in range(TIP, lowest - 1, -1):
         price = JOINT_COST if end < TIP else 0.0
         across, down = axis[0, 0] - places[end, 0], axis[0, 1] - places[end, 1]
         square = across * across + down * down

@@ -233,9 +233,8 @@ class Settings(NamedTuple):
         unit: Length of the palm axis beside that for which costs of lengths are given.
         cover_sd: Share of the silhouette's area by which a right hand differs; infinite if that does not count.
         cells: Whether likelihoods are means over the cells of candidates.
-        mixture: Whether a hand's prior is the sum over all predictions.
-        lowest_end: Number of the joint nearest to the palm at which a protrusion may end, 3 being the tip.
-        reach: Whether palms are refused whose fingers do not reach all protrusions.
+        reference: Whether a hand's prior is that of one prediction, not the sum over all; protrusions end at tips and
+            last joints only; and palms are taken whose fingers do not reach all protrusions.
         growth_sd: By which share the hand may be seen larger or smaller than in the frame before; 0 if it may not.
         sweeps: How often each number of a pose is moved uphill before hands are ranked.
     """
@@ -254,9 +253,7 @@ class Settings(NamedTuple):
     unit: float
     cover_sd: float
     cells: bool
-    mixture: bool
-    lowest_end: int
-    reach: bool
+    reference: bool
     growth_sd: float
     sweeps: int
 
@@ -294,9 +291,7 @@ def settings(parameters: HandTrackerParameters, scale: float) -> Settings:
         unit=unit,
         cover_sd=float(parameters.cover_sd) if parameters.cover_term else math.inf,
         cells=parameters.scoring == "cells",
-        mixture=parameters.scoring != "reference",
-        lowest_end=LAST_JOINT if parameters.scoring == "reference" else MIDDLE_JOINT,
-        reach=parameters.scoring != "reference",
+        reference=parameters.scoring == "reference",
         growth_sd=float(parameters.growth_sd),
         sweeps=SWEEPS if parameters.ranking == "refined" else 0,
     )
@@ -360,9 +355,9 @@ def log_shares(pose: Floats, predictions: Predictions, settings: Settings) -> Fl
 
 
 @compiled
-def log_prior(shares: Floats, origin: int, mixture: bool) -> float:
+def log_prior(shares: Floats, origin: int, reference: bool) -> float:
     """Return the log prior of a hand of shares (I,): of all predictions (eq. 2.13), or of the one it was found near."""
-    return float(normalise(shares)[1] if mixture else shares[origin])
+    return float(shares[origin] if reference else normalise(shares)[1])
 
 
 @compiled

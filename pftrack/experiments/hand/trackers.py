@@ -128,7 +128,8 @@ def step(follow: Follow, state: HandState, frame: Frame, parameters: HandTracker
         return restart(state, found)
     if not fingers(found, state.scale):
         return waiting(state, found, NO_FINGER)
-    return judge(state, follow(state, found, parameters, rng), parameters)
+    fresh = replace(state, protrusions=len(found.protrusions), finding="", waited=0, misfits=0, searching=False)
+    return judge(state, follow(fresh, found, parameters, rng), parameters)
 
 
 def _by_beam(state: HandState, found: HandFeatures, parameters: HandTrackerParameters, rng: Stream) -> HandState:
@@ -145,12 +146,7 @@ def _by_beam(state: HandState, found: HandFeatures, parameters: HandTrackerParam
         origins=before[hands.beam.parents],
         fit=hands.fit,
         scale=hands.growth * state.scale,
-        protrusions=len(found.protrusions),
         tried=hands.tried,
-        finding="",
-        waited=0,
-        misfits=0,
-        searching=False,
         particles=None,
         log_evidence=hands.log_evidence,
     )
@@ -185,12 +181,7 @@ def _by_particles(state: HandState, found: HandFeatures, parameters: HandTracker
         beam=Beam(tuple(view.back(chosen)), hands.log_weights, hands.parents),
         origins=view.back(chosen),
         fit=differences(chosen, view.seen, view.task) / view.seen.area,
-        protrusions=len(found.protrusions),
         tried=len(cloud.states),
-        finding="",
-        waited=0,
-        misfits=0,
-        searching=False,
         particles=ParticleSet(back, cloud.log_weights, cloud.ancestors),
         log_evidence=cloud.log_evidence,
     )

@@ -38,26 +38,23 @@ def test_a_finger_of_which_the_middle_joint_is_seen_fits_its_protrusion() -> Non
     assert np.hypot(*(ends[nearest] - places[1, :2])) < 3.0
     assert np.hypot(*(ends[nearest] - places[TIP, :2])) > 10.0
     fits = {
-        lowest: finger_fit(
+        reference: finger_fit(
             places,
             NO_MOVES,
             NO_IDEALS,
             MODEL.radii[INDEX],
             nearest,
             seen,
-            task._replace(settings=task.settings._replace(lowest_end=lowest)),
+            task._replace(settings=task.settings._replace(reference=reference)),
             -np.inf,
         )
-        for lowest in (1, 2, TIP)
+        for reference in (False, True)
     }
-    assert fits[1] == pytest.approx(-JOINT_COST, abs=0.8)
-    assert fits[1] > fits[2] + 1.0 > fits[TIP]
+    assert fits[False] == pytest.approx(-JOINT_COST, abs=0.8)
+    assert fits[False] > fits[True] + 1.0
 
 
 def test_ends_at_joints_are_tried_by_default() -> None:
-    """All but the root, from which no axis is left; the simplification has the tip and the last joint."""
-    lowest = [
-        settings(HandTrackerParameters(scoring=one), SCALE).lowest_end for one in ("points", "cells", "reference")
-    ]
-    assert lowest == [1, 1, 2]
-    assert settings(HandTrackerParameters(), SCALE).lowest_end == 1
+    """Only the simplification leaves out all but the tip and the last joint."""
+    simple = [settings(HandTrackerParameters(scoring=one), SCALE).reference for one in ("points", "cells", "reference")]
+    assert simple == [False, False, True]

@@ -102,12 +102,12 @@ def test_palms_on_which_predictions_agree_are_looked_at_first() -> None:
     nothing = tables_of(np.ones((SIDE, SIDE), bool), [])
     poses = np.array([pose_of(0.2), pose_of(0.22), pose_of(-0.7)])
     expected, chosen = Predictions(poses, np.log([0.3, 0.3, 0.4])), {}
-    for mixture in (True, False):
-        task = POINTS._replace(settings=POINTS.settings._replace(palm_count=1, mixture=mixture))
+    for reference in (False, True):
+        task = POINTS._replace(settings=POINTS.settings._replace(palm_count=1, reference=reference))
         hands = search(expected, np.empty((3, 6, 0)), nothing, task)
-        chosen[mixture] = hands.poses[0, 3]
-    assert chosen[True] == pytest.approx(0.21, abs=0.06)
-    assert chosen[False] == pytest.approx(-0.7)
+        chosen[reference] = hands.poses[0, 3]
+    assert chosen[False] == pytest.approx(0.21, abs=0.06)
+    assert chosen[True] == pytest.approx(-0.7)
 
 
 def test_all_palms_that_are_looked_at_reach_what_is_seen() -> None:
@@ -116,13 +116,13 @@ def test_all_palms_that_are_looked_at_reach_what_is_seen() -> None:
     seen, turned = sight(pose), pose_of(0.0)
     turned[2] = 0.35
     one = Predictions(turned[None], np.zeros(1))
-    without = POINTS._replace(settings=POINTS.settings._replace(reach=False))
-    reached = {
-        task.settings.reach: [reaches(hand, seen, task) for hand in search(one, np.empty((1, 6, 0)), seen, task).poses]
-        for task in (POINTS, without)
-    }
-    assert all(reached[True])
-    assert not all(reached[False])
+    without = POINTS._replace(settings=POINTS.settings._replace(reference=True))
+    reached = {}
+    for task in (POINTS, without):
+        poses = search(one, np.empty((1, 6, 0)), seen, task).poses
+        reached[task.settings.reference] = [reaches(hand, seen, task) for hand in poses]
+    assert all(reached[False])
+    assert not all(reached[True])
 
 
 def test_both_ends_of_a_protrusion_are_in_reach_of_one_finger() -> None:
