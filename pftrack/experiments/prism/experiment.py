@@ -4,6 +4,7 @@ Eight vertices of a solid are measured, the hidden ones wildly. The solid's pose
 does each vertex's own past; the adaptive sampling distribution learns which of the two is right, vertex by vertex.
 """
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TypeAlias
@@ -12,6 +13,7 @@ import numpy as np
 
 from pftrack.core.arrays import Bools, Floats
 from pftrack.core.geometry.rotation import rotation
+from pftrack.core.model.band import Calibration, Miscalibration
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, Layer, Links, Picture, Primitive
 from pftrack.core.model.glossary import cite
@@ -21,7 +23,6 @@ from pftrack.core.model.preset import ExampleSweep, read_presets
 from pftrack.core.model.setup import Setup
 from pftrack.core.numerics.matrices import pinhole
 from pftrack.experiments.experiment import Experiment, Quality
-from pftrack.experiments.prism.quality import CALIBRATION, LOSS_DECLARATION
 from pftrack.experiments.prism.scene import (
     FACES,
     FRAMES,
@@ -34,11 +35,14 @@ from pftrack.experiments.prism.scene import (
     visible_faces,
 )
 from pftrack.experiments.prism.trackers import MODEL, TRACKERS, TrackedPrismParameters
+from pftrack.experiments.shared.loss_probability import Scenes, read_declaration
 from pftrack.experiments.shared.pose.drawing import (
+    BANDS,
     BY_PREDICTION,
     POSE_PLOTS,
     POSE_READINGS,
     POSE_TERMS,
+    PUBLISHED,
     beside,
     camera,
     dashes,
@@ -67,6 +71,34 @@ SEEN_BY = np.array([[{a, b} <= set(face) for face in FACES] for a, b in EDGES])
 AXES_MM = 8.0
 TICK = np.array([[-4.0, 0.0, 0.0], [4.0, 0.0, 0.0]], dtype=np.float32)
 """The ends of the mark of a measurement, px around it."""
+
+
+# `docs/explanation/calibration.md` has the bands. `python -m tools.loss_probability fit prism` fits the probability of
+# a loss and writes `loss_probability.json`.
+
+FAULTS = (
+    PUBLISHED,
+    Miscalibration(("alpha-0",), {"pose_band": ("calibrated",)}, {"noise_px": (0, 10)}, direction="underconfident"),
+    Miscalibration(("rb-pf",), ranges={"noise_px": (0, 1)}),
+    Miscalibration(("pf-asd", "alpha-1", "rb-pf"), ranges={"noise_px": (20, math.inf)}),
+)
+
+CALIBRATION = Calibration(bands=BANDS, faults=FAULTS, presets=("bando", "noise"))
+
+SCENES = Scenes(
+    {
+        "speed": (0.5, 4.0),
+        "noise_px": (0.5, 8.0),
+        "yaw_amplitude_deg": (20.0, 60.0),
+        "pitch_amplitude_deg": (5.0, 40.0),
+    },
+    {"sample_count": (5, 10, 25, 50)},
+    fitted=60,
+    judged=30,
+)
+"""Slow and fast turns, near to what can be seen and beyond it, measured well and badly."""
+
+LOSS_DECLARATION = read_declaration(Path(__file__).with_name("loss_probability.json"), TRACKERS, SCENES)
 
 
 def simulate() -> Setup:
