@@ -29,7 +29,8 @@ from pftrack.core.model.recipe import Change
 from pftrack.core.model.source import History
 from pftrack.core.numerics.elementary import wrap
 from pftrack.experiments import find
-from pftrack.experiments.head.appearance import EYE_DISTANCE_PX, eye_distance
+from pftrack.experiments.head.appearance import EYE_DISTANCE_PX
+from pftrack.experiments.head.detection import eye_distance
 from pftrack.experiments.head.parameters import AS_PUBLISHED
 from pftrack.experiments.head.scene import SCRIPT_FRAMES
 from pftrack.experiments.shared.pose.methods import Method

@@ -10,6 +10,7 @@ or any of those that are kept; and once the last frame is known, the hand of eac
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
@@ -30,7 +31,12 @@ from pftrack.experiments.hand.scene import HandTarget
 from pftrack.experiments.hand.shape import FINGERS, finger_slice
 from pftrack.experiments.hand.silhouette import Finding, suggest_parameters
 from pftrack.experiments.hand.state import HandState
-from pftrack.experiments.shared.recording import RecordedBackdrop, RecordingParameters, RecordingSource
+from pftrack.experiments.shared.recording import (
+    RecordedBackdrop,
+    RecordingParameters,
+    RecordingSource,
+    frames_to_search,
+)
 from pftrack.filters.beam import backtrack
 
 TIPS = {
@@ -79,8 +85,8 @@ class HandTips(FeaturePoints):
         return np.array([self.points.get(name, (np.nan, np.nan)) for name in TIPS])
 
 
-CLOSELY_SEARCHED, THEN_EVERY, MOST_SEARCHED = 60, 5, 400
-"""Pictures that are looked into one by one, then every so-many-th, and in all; each takes some ms."""
+to_search = partial(frames_to_search, closely=60, most=400)
+"""Each picture takes some ms."""
 
 FAR_MARK, LOST_MARK = 0.25, 0.6
 """How far a tip may be from its mark, in palm axes, in a hand that fits well, and in one that fits at all."""
@@ -113,13 +119,6 @@ def wire(sequence: FrameSequence, mark: HandTips | None, start: int, truth: Trut
     target = HandTarget.of(hand.pose, hand.scale, hand.shape, hand.shape, hidden=None)
     source = RecordingSource(sequence, (0.0, 0.0, 1.0, 1.0), start, None, start=target)
     return Setup(lambda _seed, _parameters: source, parameters, Footage.of(sequence, mark, start, truth))
-
-
-def frames_to_search(first: int, last: int) -> Sequence[int]:
-    """Return the numbers of the pictures to look for an open hand in, from the first to the last."""
-    near = range(first, min(first + CLOSELY_SEARCHED, last + 1))
-    every = max(THEN_EVERY, -(-(last + 1 - near.stop) // (MOST_SEARCHED - CLOSELY_SEARCHED)))
-    return [*near, *range(near.stop, last + 1, every)]
 
 
 def search(sequence: FrameSequence, frames: Sequence[int]) -> Iterator[Sighting]:
@@ -155,7 +154,7 @@ def _guess(features: HandFeatures, frame: int, reason: str) -> Sighting:
     return Sighting(frame, HandTips.of(found.tips), placed=placed, remarks=found.remarks)
 
 
-FINDER = Finder(frames_to_search, search, lambda _sequence, sighting: sighting, HandTips)
+FINDER = Finder(to_search, search, lambda _sequence, sighting: sighting, HandTips)
 
 
 def suits(sequence: FrameSequence, footage: Footage, parameters: RecordedHandParameters) -> Suitability:
@@ -213,7 +212,7 @@ def _first(sequence: FrameSequence, start: int) -> tuple[int, HandTips]:
         ValueError: There is none; it says why the first picture has none.
     """
     reason = ""
-    for frame in frames_to_search(start, sequence.frame_count - 1):
+    for frame in to_search(start, sequence.frame_count - 1):
         try:
             return frame, _tips(find_open_hand(_features(sequence, frame, _parameters(sequence, frame))))
         except NoOpenHandError as error:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pftrack.core.arrays import Floats, Ints
 from pftrack.core.numerics.matrices import contiguous_copy, product, solve_system
 from pftrack.core.numerics.random import Gaussian
-from pftrack.experiments.head.detection import Box
+from pftrack.experiments.head.detection import Box, eye_distance
 from pftrack.experiments.shared.pose.methods import slopes_at
 from pftrack.experiments.shared.pose.state import Solid
 from pftrack.filters.agreement import middle
@@ -187,12 +187,6 @@ def around(points_px: Floats) -> Box:
     side = 1.5 * float((high - low).max())
     x, y = (low + high) / 2.0 - side / 2.0
     return float(x), float(y), side, side
-
-
-def eye_distance(points_px: Floats) -> float:
-    """Return the distance between the eyes among points (11, 2), px."""
-    left, right = (points_px[FEATURES.index(name)] for name in ("leye", "reye"))
-    return float(np.hypot(*(left - right)))
 
 
 def widen(pose: Gaussian, sd_rad: float) -> Gaussian:

@@ -337,16 +337,10 @@ class DetectedFace:
     warnings: tuple[str, ...] = ()
 
     @property
-    def eye_distance_px(self) -> float:
-        """Between the centres of the eyes."""
-        left, right = (self.points_px[FEATURES.index(name)] for name in ("leye", "reye"))
-        return float(np.hypot(*(left - right)))
-
-    @property
     def aside(self) -> bool:
         """Whether it looks aside, so that its points are not where those of a face from the front would be."""
         middle = sum(float(self.points_px[FEATURES.index(name), 0]) for name in ("leye", "reye")) / 2.0
-        return abs(self.box[0] + self.box[2] / 2.0 - middle) > ASIDE * self.eye_distance_px
+        return abs(self.box[0] + self.box[2] / 2.0 - middle) > ASIDE * eye_distance(self.points_px)
 
     @property
     def placed(self) -> tuple[str, ...]:
@@ -354,13 +348,17 @@ class DetectedFace:
         return PLACED if self.eyes_seen == 2 else FEATURES
 
 
-def detect(grey: NDArray[np.uint8], model: FaceModel | None = None, *, refine: bool = True) -> DetectedFace:
+def eye_distance(points_px: Floats) -> float:
+    """Return the distance between the eyes among points (11, 2), px."""
+    left, right = (points_px[FEATURES.index(name)] for name in ("leye", "reye"))
+    return float(np.hypot(*(left - right)))
+
+
+def detect(grey: NDArray[np.uint8]) -> DetectedFace:
     """Find the face to be tracked: the largest of those with two eyes, or else the largest.
 
     Args:
         grey: (height, width), 8 bit.
-        model: By which the points are placed; the mean model if not given.
-        refine: Whether points are looked for near their places.
 
     Raises:
         FaceError: There is no upright frontal face that is wholly in the picture.
@@ -372,7 +370,7 @@ def detect(grey: NDArray[np.uint8], model: FaceModel | None = None, *, refine: b
             "too small",
             f"expected a picture of at least {least} x {least} px to find a face in, got {width} x {height}",
         )
-    faces = _all_faces(grey, model or mean_model(), refine=refine)
+    faces = _all_faces(grey)
     face = max(faces, key=_merit, default=None)
     if face is None or face.eyes_seen < 2:
         # An inverted face looks a little like an upright one, with one eye at most.
@@ -398,7 +396,7 @@ def spot(grey: NDArray[np.uint8]) -> DetectedFace | None:
         grey: (height, width), 8 bit.
     """
     height, width = grey.shape
-    face = max(_all_faces(grey, mean_model(), refine=True), key=_merit, default=None)
+    face = max(_all_faces(grey), key=_merit, default=None)
     sure = face is not None and face.eyes_seen == 2 and all(_within(x, y, width, height) for x, y in face.points_px)
     return face if sure else None
 
@@ -456,14 +454,14 @@ def find_again(
     for (left, top, right, bottom), effort in regions:
         part = np.ascontiguousarray(grey[top:bottom, left:right])
         for x, y, w, h in faces(part, effort):
-            face = _locate(grey, (x + left, y + top, w, h), model or mean_model(), effort, refine=True)
+            face = _locate(grey, (x + left, y + top, w, h), model or mean_model(), effort)
             if face.eyes_seen == 2 and all(_within(u, v, width, height) for u, v in face.points_px):
                 return face
     return None
 
 
-def _all_faces(grey: NDArray[np.uint8], model: FaceModel, *, refine: bool) -> list[DetectedFace]:
-    return [_locate(grey, box, model, CLOSE, refine=refine) for box in faces(grey)]
+def _all_faces(grey: NDArray[np.uint8]) -> list[DetectedFace]:
+    return [_locate(grey, box, mean_model(), CLOSE) for box in faces(grey)]
 
 
 def _merit(face: DetectedFace) -> tuple[bool, float]:
@@ -471,7 +469,7 @@ def _merit(face: DetectedFace) -> tuple[bool, float]:
     return face.eyes_seen == 2, face.box[2]
 
 
-def _locate(grey: NDArray[np.uint8], box: Box, model: FaceModel, effort: Effort, *, refine: bool) -> DetectedFace:
+def _locate(grey: NDArray[np.uint8], box: Box, model: FaceModel, effort: Effort) -> DetectedFace:
     """Place all points of a face whose box is known."""
     eyes, seen = _eye_centres(box, find_eyes(grey, box, effort))
     if seen < 2 and effort is not CLOSE:
@@ -482,7 +480,7 @@ def _locate(grey: NDArray[np.uint8], box: Box, model: FaceModel, effort: Effort,
         what = "one eye was found" if seen else "no eyes were found"
         warnings = (f"{what}, so that the points are placed by proportion; drag them to where they belong",)
     points = place(model, {"reye": eyes[0], "leye": eyes[1]})
-    if refine and seen == 2:
+    if seen == 2:
         points = refine_points(grey, points, model)
     return DetectedFace(points, box, seen, warnings)
 

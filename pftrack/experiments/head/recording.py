@@ -9,6 +9,7 @@ between them.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple, Self
@@ -23,11 +24,19 @@ from pftrack.core.model.recipe import Footage
 from pftrack.core.model.setup import WELL, Finder, Setup, Sighting, Suitability, grade
 from pftrack.core.model.source import FrameSequence, Landmarks, Target, Truth
 from pftrack.core.numerics.elementary import wrap
-from pftrack.experiments.head.appearance import EYE_DISTANCE_PX, around, eye_distance
-from pftrack.experiments.head.detection import DetectedFace, FaceError, by_proportion, detect, in_box, spot
+from pftrack.experiments.head.appearance import EYE_DISTANCE_PX, around
+from pftrack.experiments.head.detection import (
+    DetectedFace,
+    FaceError,
+    by_proportion,
+    detect,
+    eye_distance,
+    in_box,
+    spot,
+)
 from pftrack.experiments.head.first_sight import camera_of
 from pftrack.experiments.head.parameters import HeadTrackerParameters
-from pftrack.experiments.shared.recording import RecordingParameters, RecordingSource
+from pftrack.experiments.shared.recording import RecordingParameters, RecordingSource, frames_to_search
 from pftrack.sources.truth import Form, TruthKind, read_table
 from pftrack.vision.geometry.face import FEATURES, LINKS, TITLES, FaceModel, fit_similarity, mean_model, place, theta_of
 from pftrack.vision.likelihoods.template import luma
@@ -56,30 +65,13 @@ class FaceBox(Box):
         return cls.of(x, y, width, height)
 
 
-# Only so many pictures are looked into, however long the recording is: the first ones one by one, since most recordings
-# begin with the face, and the others spread evenly, since who enters late stays for a while.
-
-CLOSELY_SEARCHED, THEN_EVERY = 50, 5
-"""So many pictures are looked at one by one for a first face, and of later ones at most every so-many-th."""
-
 LOOKS_A_SECOND = 10
 """Pictures that are looked at for a face from the front, within a second of the first one from the side."""
 
 MOST_SEARCHED = 200
 """Pictures in all, of 0.1 s each."""
 
-
-def frames_to_search(first: int, last: int) -> Sequence[int]:
-    """Return the numbers of the pictures to look for a first face in.
-
-    Args:
-        first: Number of the first picture.
-        last: Number of the last picture.
-    """
-    near = range(first, min(first + CLOSELY_SEARCHED, last + 1))
-    rest = last + 1 - near.stop
-    every = max(THEN_EVERY, -(-rest // (MOST_SEARCHED - CLOSELY_SEARCHED)))
-    return [*near, *range(near.stop, last + 1, every)]
+to_search = partial(frames_to_search, closely=50, most=MOST_SEARCHED)
 
 
 def search(sequence: FrameSequence, frames: Sequence[int]) -> Iterator[Sighting]:
@@ -139,7 +131,7 @@ def first_face(sequence: FrameSequence, start: int) -> tuple[int, Floats]:
         FaceError: There is none; it says what is wrong with the picture `start`.
     """
     refused = "expected a face with two eyes, found none"
-    for sighting in search(sequence, frames_to_search(start, sequence.frame_count - 1)):
+    for sighting in search(sequence, to_search(start, sequence.frame_count - 1)):
         if sighting.sure:
             found = better(sequence, sighting)
             assert isinstance(found.mark, FacePoints)  # noqa: S101 - no other kind is found
@@ -165,7 +157,7 @@ def _handles(names: Sequence[str]) -> tuple[str, ...]:
     return tuple(f"points.{name}" for name in names)
 
 
-FINDER = Finder(frames_to_search, search, better, FacePoints, within, hints=(FaceBox,))
+FINDER = Finder(to_search, search, better, FacePoints, within, hints=(FaceBox,))
 
 # The truth is a table of poses, one a frame, with the columns `frame, yaw_deg, pitch_deg, roll_deg` and the signs of
 # `pftrack.vision.geometry.face.gaze`.
@@ -260,7 +252,7 @@ def wire(sequence: FrameSequence, mark: Mark | None, start: int, truth: Truth | 
         return RecordingSource(sequence, _clip(found, sequence.size), first, known.at if known else None, start=target)
 
     # The face where it was found: it is not looked for again when the run is made again.
-    footage = Footage.of(sequence, FacePoints.model_validate({"points": _points_by_name(found)}), first, truth)
+    footage = Footage.of(sequence, _points(found), first, truth)
     return Setup(open_source, defaults(found, sequence.frame_rate_hz), footage)
 
 
@@ -289,10 +281,6 @@ def defaults(points: Floats, frame_rate_hz: float) -> RecordedHeadParameters:
             "find_again": True,
         },
     )
-
-
-def _points_by_name(points: Floats) -> dict[str, list[float]]:
-    return {name: position.tolist() for name, position in zip(FEATURES, points, strict=True)}
 
 
 def _check_points(points: Floats, size: tuple[int, int]) -> None:

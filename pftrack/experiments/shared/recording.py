@@ -6,7 +6,7 @@ twenty layouts in all (Bando 2007, ch. 3 section 3). On a simulated scene they a
 make an easy clip hard, live.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
@@ -167,6 +167,26 @@ class RecordedBackdrop:
         count = min(first or self.sequence.frame_count, self.sequence.frame_count)
         looked_at = min(count, MOST_LOOKED_AT)
         return (self.sequence.picture(place * count // looked_at) for place in range(looked_at))
+
+
+THEN_EVERY = 5
+
+
+def frames_to_search(first: int, last: int, *, closely: int, most: int) -> Sequence[int]:
+    """Return the numbers of the pictures of a recording to look for a target in, however long it is.
+
+    The first ones are looked into one by one, since most recordings begin with the target, and the others spread
+    evenly, since what enters late stays for a while.
+
+    Args:
+        first: Number of the first picture.
+        last: Number of the last picture.
+        closely: How many are looked into one by one; of later ones at most every fifth.
+        most: How many are looked into in all.
+    """
+    near = range(first, min(first + closely, last + 1))
+    every = max(THEN_EVERY, -(-(last + 1 - near.stop) // (most - closely)))
+    return [*near, *range(near.stop, last + 1, every)]
 
 
 class RecordingParameters(OverlayParameters, group=GROUP):

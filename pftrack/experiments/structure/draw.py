@@ -32,7 +32,7 @@ from pftrack.experiments.shared.pose.drawing import dashes
 from pftrack.experiments.shared.sketch import at_height, circle, colours, dots, lines
 from pftrack.experiments.structure.scene import BodyTarget
 from pftrack.experiments.structure.trackers import MIRROR, StructureState
-from pftrack.vision.geometry.face import Similarity, fit_similarity
+from pftrack.vision.geometry.face import fit_similarity
 
 SHARE = 100.0
 """Percent of the body's size."""
@@ -81,18 +81,13 @@ def true_shape(target: object) -> Floats | None:
     return target.position.reshape(-1, 3)
 
 
-def align_similarity(points: Floats, other: Floats) -> Similarity:
-    """Return the similarity, never a mirror image, that lays a shape on another one."""
-    return fit_similarity(points, other)
-
-
 def measure(frame: Frame, state: StructureState) -> Mapping[str, SeriesValue]:
     """Return the values of the series, where the truth is known."""
     true, target = true_shape(frame.target), frame.target
     if true is None or not isinstance(target, BodyTarget) or not state.placed.known:
         return {}
     points = state.placed.points
-    lay = align_similarity(points, true)
+    lay = fit_similarity(points, true)
     apart, mirrored = (_apart(one, true) for one in (points, points * MIRROR))
     off = state.placed.camera[:, :3] @ lay.rotation.T @ target.turn.T
     return {
@@ -113,7 +108,7 @@ def _within(state: StructureState, true: Floats) -> Mapping[str, SeriesValue]:
 
 def _apart(points: Floats, true: Floats) -> float:
     """Return what a similarity leaves of the true shape, relative to its size."""
-    return float(np.sqrt(np.square(align_similarity(points, true)(points) - true).sum() / np.square(true).sum()))
+    return float(np.sqrt(np.square(fit_similarity(points, true)(points) - true).sum() / np.square(true).sum()))
 
 
 TRAIL_FRAMES = 15
@@ -174,7 +169,7 @@ def shape_in_picture(state: StructureState, height: float) -> dict[str, Primitiv
 
 def second_in_picture(state: StructureState, points: Floats, height: float) -> dict[str, Primitive]:
     """Draw the shape (n, 3) of a second run, laid on this one's and seen by its camera."""
-    places = _project(state, align_similarity(points, state.placed.points)(points))
+    places = _project(state, fit_similarity(points, state.placed.points)(points))
     return _body("second", places, state.body.edges, COLOURS["second"], 1.5, "second run", height)
 
 
@@ -246,7 +241,7 @@ def shape_world(state: StructureState, target: Target | None, second: Floats | N
     placed, body, true = state.placed, state.body, true_shape(target)
     points, covariances, turn = placed.points, placed.covariances, placed.camera[:, :3]
     if true is not None and placed.known:
-        lay = align_similarity(points, true)
+        lay = fit_similarity(points, true)
         points, turn = lay(points), turn @ lay.rotation.T
         covariances = lay.scale**2 * (lay.rotation @ covariances @ lay.rotation.T)
     near = np.linalg.norm(points, axis=1) < RADIUS
@@ -275,7 +270,7 @@ def shape_world(state: StructureState, target: Target | None, second: Floats | N
     if not len(body.edges):
         drawn |= _scatter(points, near, body.names)
     if second is not None:
-        other = align_similarity(second, points)(second)
+        other = fit_similarity(second, points)(second)
         drawn["second edges"] = Links(_segments(other, body.edges), COLOURS["second"], 1.5, "second run")
         inside = other[np.linalg.norm(other, axis=1) < RADIUS]
         drawn["second points"] = dots(inside, COLOURS["second"], 0.7 * POINT, "second run")

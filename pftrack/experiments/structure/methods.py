@@ -7,9 +7,9 @@ plain one to what counts of all of them.
 
 import math
 from dataclasses import dataclass, replace
-from typing import TypeAlias
 
 import numpy as np
+from typing_extensions import override
 
 from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.parameters import Parameters, parameter
@@ -192,8 +192,8 @@ class Found:
 
 
 @dataclass(frozen=True, eq=False)
-class Plain:
-    """Belief of the plain factorization: nothing beyond what is seen.
+class Belief:
+    """What a method believes; of the plain factorization there is nothing beyond what is seen.
 
     Attributes:
         found: The shape; None as long as there is none.
@@ -202,28 +202,33 @@ class Plain:
 
     found: Found | None = None
     strength: float = math.nan
-    nbytes: int = 0
 
-
-@dataclass(frozen=True, eq=False)
-class Windowed:
-    """Belief of the online variational method; the batch method's as long as the window is not full.
-
-    Attributes:
-        found: The shape; None as long as there is none.
-        strength: As of `Plain`.
-        online: What the method knows; None as long as the window is not full.
-        free_energy: Of the window.
-    """
-
-    found: Found | None = None
-    strength: float = math.nan
-    online: Online | None = None
-    free_energy: float = math.nan
+    @property
+    def log_evidence(self) -> float:
+        """The log density that the belief gave to the last frame before it was taken; 0 where a method has none."""
+        return 0.0
 
     @property
     def nbytes(self) -> int:
         """How much memory it takes."""
+        return 0
+
+
+@dataclass(frozen=True, eq=False)
+class Windowed(Belief):
+    """Belief of the online variational method; the batch method's as long as the window is not full.
+
+    Attributes:
+        online: What the method knows; None as long as the window is not full.
+        free_energy: Of the window.
+    """
+
+    online: Online | None = None
+    free_energy: float = math.nan
+
+    @property
+    @override
+    def nbytes(self) -> int:
         if self.online is None:
             return 0
         known = self.online
@@ -232,18 +237,14 @@ class Windowed:
 
 
 @dataclass(frozen=True, eq=False)
-class Grown:
+class Grown(Belief):
     """Belief of the recursion, from the mean of other bodies or from the first frames.
 
     Attributes:
-        found: The shape; None as long as there is none.
-        strength: As of `Plain`.
         state: What the method knows; None as long as the frames do not tell a shape.
         misfit: Mean square of the residuals of the last frames in units of their noise; about 1 if all is well.
     """
 
-    found: Found | None = None
-    strength: float = math.nan
     state: Growing | Recursive | None = None
     misfit: float = 1.0
 
@@ -253,25 +254,22 @@ class Grown:
         return self.state.own if isinstance(self.state, Growing) else self.state
 
     @property
+    @override
     def log_evidence(self) -> float:
-        """The log density that the belief gave to the last frame before it was taken."""
         return self.own.log_evidence if self.own is not None else 0.0
 
     @property
+    @override
     def nbytes(self) -> int:
-        """How much memory it takes."""
         return 2 * self.own.precision.nbytes if self.own is not None else 0
 
 
-Belief: TypeAlias = Plain | Windowed | Grown
-
-
-def plain(belief: Belief, seen: Observed, prior: Prior, parameters: StructureTrackerParameters) -> Plain:
+def plain(belief: Belief, seen: Observed, prior: Prior, parameters: StructureTrackerParameters) -> Belief:
     """Factor all frames so far by singular values (Bando 2007, ch. 4 section 5.1)."""
     del belief, parameters
     principal = principal_shape(seen.everything)
     if principal is None:
-        return Plain()
+        return Belief()
     shape, strengths = principal
     count = len(shape)
     means = seen.filled.mean(axis=1, keepdims=True)
@@ -283,7 +281,7 @@ def plain(belief: Belief, seen: Observed, prior: Prior, parameters: StructureTra
     covariances = np.broadcast_to(spread, (count, 3, 3)).copy()
     strength = float(strengths[2] / strengths[3]) if strengths[3] > 0.0 else math.nan
     newest = np.column_stack([motion[-2:], means[-1, 0]])
-    return Plain(_upgrade(shape, covariances, motion, newest, prior.focal_px), strength)
+    return Belief(_upgrade(shape, covariances, motion, newest, prior.focal_px), strength)
 
 
 def windowed(

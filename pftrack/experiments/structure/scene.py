@@ -115,11 +115,19 @@ def _links(points: Sequence[str]) -> Ints:
     return np.array(both, np.int64).reshape(-1, 2)
 
 
-def normalise(points: Floats) -> Floats:
-    """Return points (n, 3) about their centre, their root mean square distance from it 1; all zero if they are one."""
+def normalise_size(points: Floats) -> tuple[Floats, float]:
+    """Return points (n, 3) about their centre, their root mean square distance from it 1, and what that was.
+
+    Points that are all in one place are all 0, and of size 1.
+    """
     centred = points - points.mean(axis=0)
     size = float(np.sqrt(np.square(centred).sum() / len(centred)))
-    return np.asarray(centred / size if size > 0.0 else centred)
+    return (centred / size, size) if size > 0.0 else (centred, 1.0)
+
+
+def normalise(points: Floats) -> Floats:
+    """Return points (n, 3) about their centre and of unit size."""
+    return normalise_size(points)[0]
 
 
 @lru_cache(maxsize=16)

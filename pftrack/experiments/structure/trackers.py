@@ -29,7 +29,6 @@ from pftrack.experiments.structure.methods import (
     Found,
     Grown,
     Observed,
-    Plain,
     Prior,
     StructureTrackerParameters,
     Windowed,
@@ -37,7 +36,7 @@ from pftrack.experiments.structure.methods import (
     plain,
     windowed,
 )
-from pftrack.experiments.structure.scene import BodyTarget, Shape
+from pftrack.experiments.structure.scene import BodyTarget, Shape, normalise_size
 from pftrack.vision.geometry.face import gaze
 from pftrack.vision.structure.cameras import evidence, fit_camera, frontal
 from pftrack.vision.structure.growing import Growing, find_right
@@ -93,7 +92,7 @@ def flat(filled: Floats, rows: Floats, precisions: Floats, focal_px: float) -> P
         precisions: (2, n).
         focal_px: Of the camera.
     """
-    points, size = _normalise_size(np.column_stack([filled, np.zeros(len(filled))]))
+    points, size = normalise_size(np.column_stack([filled, np.zeros(len(filled))]))
     covariances = np.zeros((len(points), 3, 3))
     for axis in range(2):
         known = precisions[axis] > 0.0
@@ -114,7 +113,7 @@ def place(before: Placed, found: Found, rows: Floats, precisions: Floats, focal_
         focal_px: Of the camera.
     """
     centre = found.points.mean(axis=0)
-    points, size = _normalise_size(found.points)
+    points, size = normalise_size(found.points)
     covariances = found.covariances / (size * size)
     camera = found.camera.copy()
     camera[:, 3] = (product(found.camera[:, :3], centre[:, None])[:, 0] + found.camera[:, 3]) / size
@@ -142,13 +141,6 @@ def place_again(before: Placed, rows: Floats, precisions: Floats, focal_px: floa
     """Return the shape of before with the camera of a further frame."""
     few = np.count_nonzero(precisions.max(axis=0)) < FEWEST_TO_PLACE
     return before if few else _settle(before, before, rows, precisions, focal_px, few=False)
-
-
-def _normalise_size(points: Floats) -> tuple[Floats, float]:
-    """Return points about their centre and of unit size, and what their size was."""
-    centred = points - points.mean(axis=0)
-    size = float(np.sqrt(np.square(centred).sum() / len(centred)))
-    return (centred / size, size) if size > 0.0 else (centred, 1.0)
 
 
 def _turn(
@@ -210,7 +202,6 @@ class StructureState:
         belief: The method's own.
         placed: The shape in the common frame of reference, and the camera.
         focal_px: That the camera was assumed to have in this frame.
-        log_evidence: Of this frame before it was taken, where the method has one; else 0.
     """
 
     body: Shape
@@ -220,7 +211,11 @@ class StructureState:
     belief: Belief
     placed: Placed
     focal_px: float
-    log_evidence: float = 0.0
+
+    @property
+    def log_evidence(self) -> float:
+        """Of this frame before it was taken, where the method has one; else 0."""
+        return self.belief.log_evidence
 
     @property
     def estimate(self) -> Floats:
@@ -273,7 +268,7 @@ def start(
     rows, precisions = check_view(positions, variances, len(shape.names))
     focal = prior.focal_px * parameters.lens_factor
     guess = flat(seen.filled[-1], rows, precisions, focal)
-    state = StructureState(shape, prior, target.principal_px, seen, Plain(), guess, focal)
+    state = StructureState(shape, prior, target.principal_px, seen, Belief(), guess, focal)
     return _take(method, state, parameters)
 
 
@@ -298,8 +293,7 @@ def _take(method: Method, state: StructureState, parameters: StructureTrackerPar
         shape = place_again(state.placed, *view, focal)
     else:
         shape = place(state.placed, belief.found, *view, focal)
-    evidence = belief.log_evidence if isinstance(belief, Grown) else 0.0
-    return replace(state, belief=belief, placed=shape, focal_px=focal, log_evidence=evidence)
+    return replace(state, belief=belief, placed=shape, focal_px=focal)
 
 
 def doubt(seen: methods.Observed, belief: Belief, focal_px: float, wrong: float) -> methods.Observed:

@@ -7,7 +7,7 @@ from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import History
 from pftrack.experiments import find
 from pftrack.experiments.head.detection import FaceError
-from pftrack.experiments.head.recording import FINDER, MOST_SEARCHED, FaceBox, first_face, frames_to_search
+from pftrack.experiments.head.recording import FINDER, MOST_SEARCHED, FaceBox, first_face, to_search
 from pftrack.experiments.head.scene import HeadSource
 from pftrack.experiments.head.scene_parameters import HeadSceneParameters
 from pftrack.vision.geometry.face import FEATURES, LINKS, TITLES
@@ -27,7 +27,7 @@ class Counted(Pictures):
 @pytest.mark.parametrize("count", [1, 49, 50, 51, 400, 20_000])
 def test_so_many_pictures_are_looked_into(count: int) -> None:
     """The first ones one by one, later ones evenly, and of a long recording no more than of a short one."""
-    frames = list(frames_to_search(3, 3 + count - 1))
+    frames = list(to_search(3, 3 + count - 1))
     assert frames == sorted(set(frames))
     assert frames[:50] == list(range(3, 3 + min(count, 50)))
     assert frames[-1] < 3 + count

@@ -12,7 +12,8 @@ from pftrack.core.model.parameters import revise
 from pftrack.core.numerics.matrices import pinhole
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.head import trackers as head
-from pftrack.experiments.head.appearance import FirstSight, Form, around, eye_distance
+from pftrack.experiments.head.appearance import FirstSight, Form, around
+from pftrack.experiments.head.detection import eye_distance
 from pftrack.experiments.head.first_sight import fit_pose, solid_of
 from pftrack.experiments.shared.pose import methods as pose
 from pftrack.experiments.shared.pose.methods import METHODS, Method

@@ -10,7 +10,8 @@ from pftrack.core.model.recipe import Change
 from pftrack.core.numerics.random import Gaussian
 from pftrack.experiments import find
 from pftrack.experiments.head import trackers as head
-from pftrack.experiments.head.appearance import HeadMemory, around, eye_distance, widen
+from pftrack.experiments.head.appearance import HeadMemory, around, widen
+from pftrack.experiments.head.detection import eye_distance
 from pftrack.experiments.head.parameters import AS_PUBLISHED
 from pftrack.runs.run import Run
 from tests.experiments.head.moving_face import begun, grey, parameters, stepped
