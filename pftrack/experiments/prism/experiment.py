@@ -24,6 +24,7 @@ from pftrack.core.model.setup import Setup
 from pftrack.core.numerics.matrices import pinhole
 from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.experiments.prism.scene import (
+    EDGES,
     FACES,
     FRAMES,
     NAMES,
@@ -64,7 +65,6 @@ from pftrack.experiments.shared.sketch import SECOND_RUN, at_height, caption, er
 Placed: TypeAlias = tuple[Floats, Bools]
 """Corners (8, 3) px, and which faces (6,) are seen."""
 
-EDGES = sorted({tuple(sorted(pair)) for face in FACES for pair in zip(face, (*face[1:], face[0]), strict=True)})
 SEEN_BY = np.array([[{a, b} <= set(face) for face in FACES] for a, b in EDGES])
 """(12, 6) which edges belong to which faces."""
 

@@ -57,6 +57,10 @@ TOUCHING = np.array([[vertex in corners for corners in FACES] for vertex in rang
 """(8, 6) which vertices belong to which faces."""
 
 
+EDGES = sorted({tuple(sorted(pair)) for face in FACES for pair in zip(face, (*face[1:], face[0]), strict=True)})
+"""Corners at the ends of each of the twelve edges."""
+
+
 def _outward_planes() -> tuple[Floats, Floats]:
     """Return the planes of the faces, normal (6, 3) outwards and offset (6,): a point x is outside if n.x > offset."""
     corners = VERTICES_MM[np.array(FACES)]
@@ -146,7 +150,6 @@ class Sight:
         points_px: (8, 2) measured positions of the vertices, from the principal point.
         noise_sd_px: (8,) standard deviation of each measurement, which is known.
         visible: (8,) whether each vertex is seen.
-        visible_faces: (6,) whether each of `FACES` is seen.
         theta_rad: (3,) true angles.
         translation_mm: (3,) true place of the prism's centre in the camera's frame.
         true_px: (8, 2) where the vertices truly are.
@@ -155,7 +158,6 @@ class Sight:
     points_px: Floats
     noise_sd_px: Floats
     visible: Bools
-    visible_faces: Bools
     theta_rad: Floats
     translation_mm: Floats
     true_px: Floats
@@ -218,15 +220,12 @@ def sight(seed: int, index: int, parameters: PrismParameters, phase: float | Non
     u = index * parameters.speed / FRAMES if phase is None else phase
     theta = _theta(u, parameters)
     translation = _translation(u, parameters)
-    turn = rotation(theta)
-    placed = product(VERTICES_MM, turn.T) + translation
-    # A face is seen if the camera, in the object's frame, lies on its outer side.
-    faces = product(NORMALS, product(-translation, turn)) > OFFSETS
-    visible = np.asarray((TOUCHING & faces).any(axis=1))
+    placed = product(VERTICES_MM, rotation(theta).T) + translation
+    visible = np.asarray((TOUCHING & visible_faces(theta, translation)).any(axis=1))
     noise_sd = np.where(visible, parameters.noise_px, parameters.hidden_noise_px)
     true = pinhole(placed, float(parameters.focal_length_px))
     normals = Stream(seed, index, Purpose.SCENE).standard_normal(true.shape)
-    return Sight(true + noise_sd[:, None] * normals, noise_sd, visible, faces, theta, translation, true)
+    return Sight(true + noise_sd[:, None] * normals, noise_sd, visible, theta, translation, true)
 
 
 def visible_faces(theta_rad: Floats, translation_mm: Floats) -> Bools:

@@ -10,10 +10,10 @@ from functools import partial
 import numpy as np
 from typing_extensions import override
 
-from pftrack.core.arrays import Floats
+from pftrack.core.arrays import Bools, Floats
 from pftrack.core.model.model import State, Values
 from pftrack.core.model.series import Series, SeriesValue
-from pftrack.core.model.source import Frame, Measurements, Target
+from pftrack.core.model.source import Frame, Landmarks, Measurements, Target
 from pftrack.core.model.tracker import Tracker
 from pftrack.core.numerics.random import Gaussian, Generator, Stream
 from pftrack.experiments.prism.scene import NAMES, PRINCIPAL_PX, VERTICES_MM, PrismParameters
@@ -49,6 +49,17 @@ def measured_of(frame: Frame) -> Measurements:
     return frame.measurements
 
 
+def landmarks_of(target: Target) -> Landmarks:
+    """Return the vertices of a target.
+
+    Raises:
+        ValueError: It has none.
+    """
+    if target.landmarks is None:
+        raise ValueError("a prism is tracked by its vertices, got a target without any")
+    return target.landmarks
+
+
 SEEN_FACTOR = 3.0
 """A vertex counts as hidden if its measurement is noisier than the best one by this factor."""
 
@@ -63,9 +74,7 @@ class TrackedPrismParameters(PoseTrackerParameters, PrismParameters, group=FEATU
 
 def start(method: Method, target: Target, frame: Frame, parameters: TrackedPrismParameters, rng: Stream) -> PoseState:
     """Begin at the true vertices of frame 0, where theta = 0."""
-    landmarks = target.landmarks
-    if landmarks is None:
-        raise ValueError("a prism is tracked by its vertices, got a target without any")
+    landmarks = landmarks_of(target)
     solid = solid_of(landmarks.model_mm, parameters)
     belief = pose.begin(solid, landmarks.points_px, parameters, method, rng)
     return PoseState(solid, belief, belief.pose, recognised_points(measured_of(frame)))
@@ -87,7 +96,7 @@ def step(method: Method, state: PoseState, frame: Frame, parameters: TrackedPris
     return PoseState(state.solid, belief, angles, recognised_points(measured), switched, excess_px2=excess)
 
 
-def solid_of(points_mm: np.ndarray[tuple[int, ...], np.dtype[np.float64]], parameters: TrackedPrismParameters) -> Solid:
+def solid_of(points_mm: Floats, parameters: TrackedPrismParameters) -> Solid:
     """Return the prism with vertices (8, 3) mm before the scene's camera."""
     scale = parameters.focal_length_px / parameters.distance_mm
     reference = np.column_stack([scale * np.eye(2, 3), PRINCIPAL_PX])
@@ -95,10 +104,9 @@ def solid_of(points_mm: np.ndarray[tuple[int, ...], np.dtype[np.float64]], param
     return Solid(points_mm, reference, float(parameters.focal_length_px), PRINCIPAL_PX, place)
 
 
-def recognised_points(measured: Measurements) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+def recognised_points(measured: Measurements) -> Bools:
     """Return which vertices (8,) are seen: those whose measurement is not much noisier than the best."""
-    seen: np.ndarray[tuple[int, ...], np.dtype[np.bool_]] = np.less(measured.sd_px, SEEN_FACTOR * measured.sd_px.min())
-    return seen
+    return np.asarray(measured.sd_px < SEEN_FACTOR * measured.sd_px.min())
 
 
 class Prism(PoseModel):
@@ -127,7 +135,8 @@ class Prism(PoseModel):
         self, target: Target, frame: Frame, parameters: TrackedPrismParameters, rng: Generator, count: int
     ) -> Floats:
         """Draw where theta = 0, as certain as a frame's noise."""
-        place = np.concatenate([np.zeros(3), _solid_at(target, parameters).translation_mm])
+        del target, frame
+        place = np.array([0.0, 0.0, 0.0, 0.0, 0.0, parameters.distance_mm])
         return np.asarray(place + _walk_sd(parameters) / 3.0 * rng.standard_normal((count, 6)))
 
     @override
@@ -154,8 +163,9 @@ class Prism(PoseModel):
     @override
     def start(self, target: Target, frame: Frame, parameters: TrackedPrismParameters, rng: Stream) -> PoseState:
         states = self.begin(target, frame, parameters, rng, self.count(parameters))
-        belief = PoseParticles(ParticleSet.uniform(states), _solid_at(target, parameters), 0.0)
-        return PoseState(_solid_at(target, parameters), belief, belief.pose, recognised_points(measured_of(frame)))
+        solid = solid_of(landmarks_of(target).model_mm, parameters)
+        belief = PoseParticles(ParticleSet.uniform(states), solid, 0.0)
+        return PoseState(solid, belief, belief.pose, recognised_points(measured_of(frame)))
 
     @override
     def particles(self, state: PoseState, parameters: TrackedPrismParameters, rng: Generator) -> ParticleSet:
@@ -188,17 +198,6 @@ def _walk_sd(parameters: TrackedPrismParameters) -> Floats:
     """Return how far angles, rad, and place, mm, move in a frame, (6,): as much as features do, at their distance."""
     shift_mm = parameters.feature_noise_px * parameters.distance_mm / parameters.focal_length_px
     return np.concatenate([np.full(3, np.deg2rad(parameters.pose_noise_deg)), np.full(3, shift_mm)])
-
-
-def _solid_at(target: Target, parameters: TrackedPrismParameters) -> Solid:
-    """Return the solid of a target before the scene's camera.
-
-    Raises:
-        ValueError: The target has no vertices.
-    """
-    if target.landmarks is None:
-        raise ValueError("a prism is tracked by its vertices, got a target without any")
-    return solid_of(target.landmarks.model_mm, parameters)
 
 
 MODEL = Prism("measured vertices", NAMES)

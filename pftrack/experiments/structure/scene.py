@@ -21,7 +21,7 @@ from pftrack.core.model.source import Frame, History, Landmarks, Measurements, T
 from pftrack.core.numerics.elementary import exponential
 from pftrack.core.numerics.matrices import pinhole, product
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.experiments.prism.scene import FACES, NAMES, NORMALS, OFFSETS, TOUCHING, VERTICES_MM
+from pftrack.experiments.prism.scene import EDGES, FACES, NAMES, NORMALS, OFFSETS, TOUCHING, VERTICES_MM
 from pftrack.sources.tracks.sequence import TrackSequence
 from pftrack.vision.geometry.face import FEATURES, LINKS, mean_model, person
 
@@ -154,7 +154,6 @@ def _prism() -> Body:
     corners = np.array(FACES)
     points = np.concatenate([VERTICES_MM, VERTICES_MM[corners].mean(axis=1)])
     names = (*NAMES, "front", "rear", "left", "right", "top", "bottom")
-    edges = sorted({tuple(sorted(pair)) for face in FACES for pair in zip(face, (*face[1:], face[0]), strict=True)})
     fans = [
         (8 + place, *pair) for place, face in enumerate(FACES) for pair in zip(face, (*face[1:], face[0]), strict=True)
     ]
@@ -164,7 +163,7 @@ def _prism() -> Body:
     normals = np.broadcast_to(NORMALS, (len(points), *NORMALS.shape))
     offsets = np.where(faces, (OFFSETS - (NORMALS * middle).sum(axis=1)) / size, np.inf)
     triangles = _outwards(np.array(fans, np.int32), points)
-    return Body(Shape(names, np.array(edges), triangles), normalise(points), normals, offsets)
+    return Body(Shape(names, np.array(EDGES), triangles), normalise(points), normals, offsets)
 
 
 def _outwards(triangles: NDArray[np.int32], points: Floats) -> NDArray[np.int32]:

@@ -6,7 +6,17 @@ from pftrack.core.geometry.rotation import rotation
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import History
 from pftrack.core.numerics.matrices import pinhole
-from pftrack.experiments.prism.scene import FACES, FRAMES, REAR, VERTICES_MM, PrismParameters, PrismSource, Sight, sight
+from pftrack.experiments.prism.scene import (
+    FACES,
+    FRAMES,
+    REAR,
+    VERTICES_MM,
+    PrismParameters,
+    PrismSource,
+    Sight,
+    sight,
+    visible_faces,
+)
 
 SCENE = PrismParameters()
 
@@ -64,7 +74,7 @@ def test_the_motion_is_that_of_the_study() -> None:
     """Angles and translation are the sinusoids of docs/methods/adaptive.md, from where it faces the camera."""
     still = sight(0, 0, SCENE)
     assert not still.theta_rad.any()
-    assert still.visible_faces.tolist() == [True, False, True, True, False, False]
+    assert visible_faces(still.theta_rad, still.translation_mm).tolist() == [True, False, True, True, False, False]
     for t, now in enumerate(sights(translation=1)):
         u = t / 625
         theta = [20 * np.sin(6 * np.pi * u), 40 * np.sin(8 * np.pi * u), 15 * np.sin(4 * np.pi * u)]
