@@ -12,7 +12,7 @@ from dataclasses import field
 from functools import cached_property, partial
 from hashlib import blake2b
 from math import prod
-from typing import Annotated, Any, Self, get_args
+from typing import Annotated, Any, Self
 
 from pydantic import BeforeValidator, ConfigDict, TypeAdapter, ValidationError, ValidationInfo
 from pydantic.dataclasses import dataclass
@@ -103,6 +103,8 @@ class Plan:
             experiment = self.wiring
         except LookupError as error:
             raise SweepError(str(error.args[0]), "experiment", value=self.experiment) from None
+        except FilterFileError as error:
+            raise SweepError(str(error), "trackers") from None
         self._check_recording()
         axes, trackers = _axes(experiment, self.axes, self.trackers, self.kind)
         changed = {
@@ -277,8 +279,6 @@ class Plan:
             raise SweepError(f"the description of a sweep lacks {', '.join(missing)}", missing[0])
         try:
             return TypeAdapter(cls).validate_python({**raw, "outlined": outlined})
-        except FilterFileError as error:
-            raise SweepError(str(error)) from None
         except ValidationError as error:
             field = ".".join(str(part) for part in error.errors()[0]["loc"])
             raise SweepError(f"the description of a sweep has {field} in another form", field) from None
@@ -289,8 +289,6 @@ class Plan:
             raise SweepError("a sweep on a recording names the recording and its kind")
         if self.footage is None or self.kind is None:
             return
-        if self.kind not in get_args(Kind):
-            raise SweepError(f"a recording is of the kind {' or '.join(get_args(Kind))}, got {self.kind!r}")
         if self.footage.sha256 is None:
             raise SweepError("a sweep on a recording needs the hash of its content, by which workers know it")
         if not self.frames:

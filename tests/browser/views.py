@@ -203,7 +203,9 @@ class SessionPage(View):
 
     def slide(self, label: str, presses: int) -> float:
         """Move a slider of the panel by its arrow key, not faster than the scene listens; return where it then is."""
-        thumb = self.row(label).locator("[role=slider]")
+        row = self.row(label)
+        own = row.locator("[role=slider]")  # below the box, where that takes more than the slider
+        thumb = own if own.count() else row.locator("xpath=following::*[@role='slider'][1]")
         thumb.focus()
         for _ in range(presses):
             thumb.press("ArrowRight")

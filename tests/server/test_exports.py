@@ -157,7 +157,7 @@ def test_a_saved_run_is_exported_from_its_file(client: httpx.Client, tmp_path: P
     table, told = written(client, client.post(f"{address}/csv"))
     place = tmp_path / told["name"]
     place.write_bytes(table.content)
-    assert (place.name, pd.read_csv(place)["frame"].tolist()) == ("sine-particle-filter-7.csv", list(range(8)))
+    assert (place.name, pd.read_csv(place)["frame"].tolist()) == ("sine-condensation-7.csv", list(range(8)))
     said = error_of(client.post(f"{address}/png", params={"plot": "gain"}), 409)["message"]
     assert "ine has no plot 'gain', only error, sigma" in said
     assert "no export 'docx'; there are csv" in error_of(client.post(f"{address}/docx"), 404)["message"]

@@ -122,7 +122,6 @@ def test_what_a_plan_needs_to_know_of_a_recording(plan: Plan, footage: Footage) 
     wrong = {
         "no parameter 'sway_px' on a recording": {"axes": (Axis("sway_px", (1.0,)),)},
         "names the recording and its kind": {"kind": None},
-        "of the kind video or gif or images or tracks": {"kind": "hologram"},
         "takes no other recording": {"kind": "tracks"},
         "needs the hash": {"footage": footage.model_copy(update={"sha256": None})},
         "number of its frames": {"frames": 0},

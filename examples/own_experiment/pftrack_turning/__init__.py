@@ -7,7 +7,7 @@ from scipy.ndimage import map_coordinates
 from pftrack.core.arrays import Floats
 from pftrack.core.geometry.polygons import paint_disc
 from pftrack.core.model.band import Calibration, Miscalibration
-from pftrack.core.model.glossary import BANDO, Citation
+from pftrack.core.model.glossary import cite
 from pftrack.core.model.likelihood import Component
 from pftrack.core.model.marks import Box
 from pftrack.core.model.model import State
@@ -123,7 +123,7 @@ EXPERIMENT = Experiment(
     id="turning",
     title="A turn out of sight",
     question="Which way did it turn while nobody could see it?",
-    references=(Citation(BANDO, "chapter 2: particle filters"),),
+    references=(cite("bando2007", "chapter 2: particle filters"),),
     description="A disc turns behind a strip. Particles that may turn find it again, others go straight on.",
     unit="px",
     trackers={

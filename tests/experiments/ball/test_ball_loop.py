@@ -10,7 +10,7 @@ from pftrack.experiments.ball.model import dynamics_of as model_of
 from pftrack.experiments.ball.parameters import BallTrackerParameters
 from pftrack.experiments.ball.trackers import TRACKERS
 from pftrack.experiments.shared.reports import PointState
-from pftrack.filters import auxiliary, bootstrap, switching
+from pftrack.filters import auxiliary, bootstrap
 from pftrack.filters.particles import ParticleSet, Posterior
 from pftrack.filters.resampling import RESAMPLERS
 from pftrack.vision.likelihoods import chromaticity
@@ -71,8 +71,8 @@ def test_the_loop_is_the_filters_put_together(tracker: str, weights: str, resamp
         observed = {
             "condensation": 0,
             "apf": 300,
-            "h-spf": switching.hard(state.sigma, parameters.gamma_px, 300),
-            "s-spf": switching.soft(state.sigma, parameters.gamma_min_px, parameters.gamma_max_px, 300),
+            "h-spf": auxiliary.hard(state.sigma, parameters.gamma_px, 300),
+            "s-spf": auxiliary.soft(state.sigma, parameters.gamma_min_px, parameters.gamma_max_px, 300),
         }[tracker]
         expected = by_filters(state, parameters, observed, Stream(9, 1, Purpose.TRACK))
         stepped = TRACKERS[tracker].step(

@@ -35,14 +35,14 @@ def densities() -> np.ndarray:
 def test_the_prior_is_the_sum_over_all_predictions() -> None:
     """Each with the probability of the hand that it comes from."""
     shares = log_shares(POSE, PREDICTIONS, SETTINGS)
-    assert log_prior(shares, 2, True) == pytest.approx(np.log((np.exp(WEIGHTS) * densities()).sum()))
+    assert log_prior(shares, 2, False) == pytest.approx(np.log((np.exp(WEIGHTS) * densities()).sum()))
     assert shares == pytest.approx(WEIGHTS + np.log(densities()))
 
 
 def test_a_prior_of_one_prediction_is_its_share_and_less_than_the_sum() -> None:
     """By no more than how many predictions there are; where there is one, both ways are the same."""
     shares = log_shares(POSE, PREDICTIONS, SETTINGS)
-    own, whole = log_prior(shares, int(shares.argmax()), False), log_prior(shares, 0, True)
+    own, whole = log_prior(shares, int(shares.argmax()), True), log_prior(shares, 0, False)
     assert own == shares.max()
     assert own < whole <= own + np.log(6.0)
     assert log_prior(shares[:1], 0, True) == pytest.approx(log_prior(shares[:1], 0, False))

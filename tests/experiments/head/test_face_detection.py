@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pftrack.experiments.head import detection as cascades
-from pftrack.experiments.head.detection import FaceError, detect, find_again
+from pftrack.experiments.head.detection import FaceError, detect, eye_distance, find_again
 from pftrack.vision.geometry.face import FEATURES, FaceModel, mean_model, place
 
 CLIP = Path(__file__).parents[3] / ".." / "shared" / "data" / "face_turning"
@@ -142,7 +142,7 @@ def test_points_of_a_real_face_are_found() -> None:
         row = next(csv.DictReader(file))
     face = detect(cv2.cvtColor(image_bgr, cv2.COLOR_BGR2GRAY))
     assert face.warnings == ()
-    assert face.eye_distance_px == pytest.approx(47, abs=2)
+    assert eye_distance(face.points_px) == pytest.approx(47, abs=2)
     for name, column in REFERENCE.items():
         known = float(row[f"{column}_x"]), float(row[f"{column}_y"])
         assert np.hypot(*(face.points_px[FEATURES.index(name)] - known)) < 5
