@@ -113,7 +113,8 @@ def in_scene(server: Server, browser: Any, repeats: int) -> dict[str, list[float
     page.wait_for_timeout(3_000)
     scene.evaluate(WATCH % SCENE_PICTURE)
     row = scene.locator(".mantine-Flex-root").filter(has=scene.locator(f"label:text-matches('{LABEL}')")).first
-    found = time_moves(page, scene, row.locator("[role=slider]"), row.locator(".mantine-Slider-track"), repeats)
+    below = row.locator("xpath=following::*[contains(@class, 'mantine-Slider-root')][1]")  # the box has the label
+    found = time_moves(page, scene, below.locator("[role=slider]"), below.locator(".mantine-Slider-track"), repeats)
     page.close()
     server.end(session)
     return found
