@@ -109,7 +109,7 @@ def test_what_was_compiled_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
 
 LIVE = """
 from pathlib import Path
-from pftrack import doctor
+from pftrack.doctor import checks as doctor
 from pftrack.experiments import EXPERIMENTS
 from pftrack.runs.run import Change, Run
 def compiled():
