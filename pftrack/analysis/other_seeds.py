@@ -63,7 +63,7 @@ class Ensemble:
     def quantiles(self) -> Floats:
         """(3, L) errors below which 10, 50 and 90 % of the runs are; NaN where the truth is unknown.
 
-        Each is an error of one of the runs: between two, one of which has no estimate at all, there is nothing.
+        Each is the error of one run; nothing is interpolated towards a run without an estimate.
         """
         ordered = np.sort(self.errors, axis=0)  # NaN come last: where the truth is unknown, those of all runs
         places = [np.maximum(np.ceil(share * self.computed).astype(np.int64) - 1, 0) for share in QUANTILES]
@@ -105,7 +105,7 @@ def check_not_replayed(run: Run, frame: int) -> None:
 
 
 def other_seeds(seed: int, count: int) -> tuple[int, ...]:
-    """Return so many seeds, none of which is the one given: those that follow it."""
+    """Return the seeds that follow the one given, so many."""
     return tuple((seed + 1 + number) % (LARGEST_SEED + 1) for number in range(count))
 
 
@@ -120,7 +120,7 @@ def ensemble(run: Run, *, runs: int = RUNS, frames: int | None = None, scene: Sc
 
     Raises:
         ReplayError: The run is a recording of what was computed elsewhere.
-        ValueError: There are no runs or frames, or there is no such scene.
+        ValueError: There are no runs or frames, or the scene is unknown.
     """
     length = run.frames if frames is None else frames
     for name, given in (("runs", runs), ("frames", length)):
@@ -165,7 +165,7 @@ def ensembling(
 
 
 def _join(parts: Sequence[Losses], seeds: tuple[int, ...], unit: str) -> Ensemble:
-    """Return what runs come to, the first of which have come at least as far as those after them."""
+    """Join what groups of runs have computed; earlier groups have at least as many frames as later ones."""
     frames = parts[0][0].shape[1]
     errors, lost, computed = *np.full((2, len(seeds), frames), np.nan), np.zeros(frames, np.int64)
     begin = 0

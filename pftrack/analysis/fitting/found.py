@@ -78,7 +78,7 @@ def _log_evidence(run: Run, levels: Mapping[int, float] | None) -> Floats:
 
 
 def _bound(evidence: Floats) -> Floats:
-    """Return log evidence (T,) none of which is too far below the others; NaN stays."""
+    """Return log evidence (T,), raised to at most `MOST_BELOW` below the median; NaN stays."""
     possible = evidence[np.isfinite(evidence)]
     usual = float(np.median(possible)) if len(possible) else 0.0
     return np.where(np.isnan(evidence), evidence, np.maximum(evidence, usual - MOST_BELOW))
@@ -103,7 +103,7 @@ def score(runs: Sequence[Run], evidence: Sequence[Floats], first: int, end: int)
         end: The frame after the last.
 
     Raises:
-        ValueError: There is no run, or none of these frames counts.
+        ValueError: There are no runs, or all of these frames are left out.
     """
     among = np.mean([one[first:end] for one in evidence], axis=0) if runs else np.zeros(0)
     known = among[~np.isnan(among)]

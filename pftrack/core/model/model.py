@@ -189,19 +189,19 @@ class Model:
 
     def components(self, parameters: Values) -> tuple[Component, ...]:
         """Return the d coordinates of a state, in order."""
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} has no components")
 
     def begin(self, target: Target, frame: Frame, parameters: Values, rng: Generator, count: int) -> Floats:
         """Return states (count, d) of frame 0, drawn from p(x_0)."""
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} has no begin")
 
     def propagate(self, states: Floats, frame: Frame, parameters: Values, rng: Generator, known: State) -> Floats:
         """Return states (N, d), each drawn from p(x_t | x_{t-1}) given one of the states (N, d)."""
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} has no propagate")
 
     def log_likelihood(self, states: Floats, frame: Frame, parameters: Values, known: State) -> Floats:
         """Return log p(z_t | x_t) (N,) of states (N, d), up to a constant; NaN counts as impossible."""
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} has no log_likelihood")
 
     def linear(self, frame: Frame, parameters: Values, known: State) -> LinearStep | None:
         """Return the model of a frame where it is linear and its noise Gaussian; else None."""
@@ -312,19 +312,19 @@ class Model:
 
     def count(self, parameters: Values) -> int:
         """Return how many particles there are to be."""
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} has no count")
 
     def start(self, target: Target, frame: Frame, parameters: Values, rng: Stream) -> State:
         """Return the state of frame 0, with particles."""
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} has no start")
 
     def particles(self, state: State, parameters: Values, rng: Stream) -> Any:  # noqa: ANN401 - see `ParticleSet`
         """Return the particles of a state, drawn from what it believes if another tracker was at work before."""
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} has no particles")
 
     def believe(self, known: State, update: Any, frame: Frame, parameters: Values) -> State:  # noqa: ANN401
         """Return the state of a frame, given the particles that a filter has made (`filtered.Update`)."""
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} has no believe")
 
     def see(self, frame: Frame, known: State) -> Frame:
         """Return a frame as a filter in a file sees it."""
@@ -333,4 +333,4 @@ class Model:
 
     def project(self, states: Floats, known: State) -> Floats:
         """Return where each state sees the F points of the solid, (F, N, 2) px."""
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} has no project")

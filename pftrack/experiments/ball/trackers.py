@@ -7,49 +7,32 @@ and the path smoothed is the same for all.
 """
 
 from dataclasses import dataclass, replace
-from functools import partial
+
+from typing_extensions import override
 
 from pftrack.core.model.source import Frame
 from pftrack.core.model.tracker import Tracker
 from pftrack.core.numerics.random import Stream
 from pftrack.experiments.ball.model import CENTROID, COLOURED, GUIDED, Centroid, dynamics_of
 from pftrack.experiments.ball.parameters import BallTrackerParameters
-from pftrack.experiments.shared.filtered import Bootstrap, Kalman, PointModel, Update, filtered, resampler
+from pftrack.experiments.shared.filtered import Bootstrap, Filter, Kalman, PointModel, Update, filtered, resampler
 from pftrack.experiments.shared.reports import PointState
 from pftrack.experiments.shared.sampling.samplers import AUXILIARY, CONDENSATION, HARD, NOISE_CONTROL, SOFT, size_of
 from pftrack.filters import unscented_particle
 
 
 @dataclass(frozen=True)
-class Unscented:
+class Unscented(Filter[PointModel]):
     """The unscented particle filter: its proposal looks at what a linear model measures (Bando 2007, ch. 3 section 4).
 
     Attributes:
-        id: Name of the tracker.
-        title: On the screen.
-        description: One sentence on how it works.
         measured: The linear model.
     """
 
-    id: str
-    title: str
-    description: str
     measured: Centroid
 
-    def join(self, model: PointModel) -> Tracker:
-        """Return the tracker of a model."""
-        return Tracker(
-            self.id,
-            self.title,
-            self.description,
-            model.start,
-            partial(self._step, model),
-            series=model.series,
-            measure=model.measure,
-            model=model,
-        )
-
-    def _step(
+    @override
+    def step(
         self, model: PointModel, state: PointState, frame: Frame, parameters: BallTrackerParameters, rng: Stream
     ) -> PointState:
         known: PointState = model.prepare(state, frame, parameters)

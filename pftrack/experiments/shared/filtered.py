@@ -10,7 +10,7 @@ the exact answer beside its own.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
-from typing import Protocol, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from typing_extensions import override
@@ -167,16 +167,9 @@ M = TypeVar("M", bound=PointModel)
 M_contra = TypeVar("M_contra", bound=PointModel, contravariant=True)
 
 
-class Filter(Protocol[M_contra]):
-    """A way of computing the posterior of a model."""
-
-    def join(self, model: M_contra) -> Tracker:
-        """Return the tracker."""
-
-
 @dataclass(frozen=True)
-class Bootstrap:
-    """The bootstrap filter: samples from the dynamics, and weighs by the likelihood (Bando 2007, ch. 2 section 3).
+class Filter(Generic[M_contra]):
+    """A way of computing the posterior of a model.
 
     Attributes:
         id: Name of the tracker.
@@ -188,36 +181,47 @@ class Bootstrap:
     title: str
     description: str
 
-    def join(self, model: PointModel) -> Tracker:
-        """Return the tracker of a model."""
+    def join(self, model: M_contra) -> Tracker:
+        """Return the tracker of a model; by default one that begins and reports as the model says."""
         return Tracker(
             self.id,
             self.title,
             self.description,
             model.start,
-            partial(_step_particles, model),
+            partial(self.step, model),
             series=model.series,
             measure=model.measure,
             model=model,
-            sampling="prior",
         )
 
+    def step(self, model: M_contra, state: Any, frame: Frame, parameters: Values, rng: Stream) -> PointState:  # noqa: ANN401
+        """Return the state of a frame, given that of the frame before."""
+        raise NotImplementedError(f"{type(self).__name__} has no step")
 
-def _step_particles(model: PointModel, state: PointState, frame: Frame, parameters: Values, rng: Stream) -> PointState:
-    known: PointState = model.prepare(state, frame, parameters)
-    particles = model.particles(known, parameters, rng)
-    known = replace(known, particles=particles)
-    posterior = bootstrap.step(
-        particles,
-        Sampled(lambda states, generator: model.propagate(states, frame, parameters, generator, known)),
-        lambda states: model.log_likelihood(states, frame, parameters, known),
-        rng,
-        count=model.count(parameters),
-        resample=resampler(parameters),
-        threshold=resample_below(parameters),
-    )
-    update = Update(posterior.particles, posterior.log_evidence, posterior.resampled)
-    return model.believe(known, update, frame, parameters)
+
+class Bootstrap(Filter[PointModel]):
+    """The bootstrap filter: samples from the dynamics, and weighs by the likelihood (Bando 2007, ch. 2 section 3)."""
+
+    @override
+    def join(self, model: PointModel) -> Tracker:
+        return replace(super().join(model), sampling="prior")
+
+    @override
+    def step(self, model: PointModel, state: PointState, frame: Frame, parameters: Values, rng: Stream) -> PointState:
+        known: PointState = model.prepare(state, frame, parameters)
+        particles = model.particles(known, parameters, rng)
+        known = replace(known, particles=particles)
+        posterior = bootstrap.step(
+            particles,
+            Sampled(lambda states, generator: model.propagate(states, frame, parameters, generator, known)),
+            lambda states: model.log_likelihood(states, frame, parameters, known),
+            rng,
+            count=model.count(parameters),
+            resample=resampler(parameters),
+            threshold=resample_below(parameters),
+        )
+        update = Update(posterior.particles, posterior.log_evidence, posterior.resampled)
+        return model.believe(known, update, frame, parameters)
 
 
 def resampler(parameters: Values) -> Resampler:
@@ -230,51 +234,37 @@ def resample_below(parameters: Values) -> float:
     return float(getattr(parameters, "resampling_threshold", 1.0))
 
 
-@dataclass(frozen=True)
-class Kalman:
-    """The Kalman filter of a linear model, which computes the posterior exactly.
+class Kalman(Filter[PointModel]):
+    """The Kalman filter of a linear model, which computes the posterior exactly."""
 
-    Attributes:
-        id: Name of the tracker.
-        title: On the screen.
-        description: One sentence on how it works.
-    """
-
-    id: str
-    title: str
-    description: str
-
+    @override
     def join(self, model: PointModel) -> Tracker:
-        """Return the tracker of a model."""
-        return Tracker(
-            self.id,
-            self.title,
-            self.description,
-            partial(_start_exact, model),
-            partial(_step_exact, model),
+        return replace(
+            super().join(model),
+            start=partial(_start_exact, model),
             series=NIS,
             measure=lambda state: measure_innovation(state.innovation),
-            model=model,
             sampling="exact",
         )
+
+    @override
+    def step(self, model: PointModel, state: PointState, frame: Frame, parameters: Values, rng: Stream) -> PointState:
+        known = model.prepare(state, frame, parameters)
+        linear = model.linear(frame, parameters, known)
+        if linear is None:
+            raise ValueError(
+                f"a Kalman filter needs a linear model; that of the {model.title} is not linear in this frame"
+            )
+        posterior, log_evidence, normalised = condition(known.reference or known.posterior, linear)
+        following = PointState(
+            posterior, known.tracked, log_evidence=log_evidence, learner=known.learner, innovation=normalised
+        )
+        return model.learn(following, frame, parameters)
 
 
 def _start_exact(model: PointModel, target: Target, frame: Frame, parameters: Values, rng: Stream) -> PointState:
     del frame, rng
     return PointState(model.prior(target, parameters), len(target.position))
-
-
-def _step_exact(model: PointModel, state: PointState, frame: Frame, parameters: Values, rng: Stream) -> PointState:
-    del rng
-    known = model.prepare(state, frame, parameters)
-    linear = model.linear(frame, parameters, known)
-    if linear is None:
-        raise ValueError(f"a Kalman filter needs a linear model; that of the {model.title} is not linear in this frame")
-    posterior, log_evidence, normalised = condition(known.reference or known.posterior, linear)
-    following = PointState(
-        posterior, known.tracked, log_evidence=log_evidence, learner=known.learner, innovation=normalised
-    )
-    return model.learn(following, frame, parameters)
 
 
 def filtered(model: M, *filters: Filter[M]) -> dict[str, Tracker]:

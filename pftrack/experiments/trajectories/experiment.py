@@ -85,8 +85,6 @@ SIGNALS = ("track_log_evidence", "outlying")
 
 LOSS_DECLARATION = read_declaration(Path(__file__).with_name("loss_probability.json"), TRACKERS, SCENES, SIGNALS)
 
-NOISES = "noise_variance_px2", "drive_variance_px2", "lag_frames"
-
 TRACKS = {"trajectories_scene": "tracks"}
 """The simulated tracks, in place of the pictures."""
 

@@ -33,7 +33,7 @@ from pftrack.core.model.tracker import Fold, Tracker
 from pftrack.core.numerics.compiled import read_only
 from pftrack.core.numerics.random import Stream
 from pftrack.experiments.shared import reports
-from pftrack.experiments.shared.filtered import PointModel, Update
+from pftrack.experiments.shared.filtered import Filter, PointModel, Update
 from pftrack.experiments.shared.reports import PointState
 from pftrack.experiments.shared.sampling.loop import LogLikelihood, Loop, Motion, Rule, Scheme, loop_with
 from pftrack.filters.particles import ParticleSet
@@ -160,19 +160,13 @@ def scheme(rule: Rule, parameters: Any, wide_every: int = 0, wide_factor: float 
 
 
 @dataclass(frozen=True)
-class Sampler:
+class Sampler(Filter[LoopModel]):
     """A filter that draws by prediction, by observation, or by both.
 
     Attributes:
-        id: Name of the tracker.
-        title: On the screen.
-        description: One sentence on how it works.
         rule: By which it chooses how particles are drawn.
     """
 
-    id: str
-    title: str
-    description: str
     rule: Rule
 
     @property
@@ -180,22 +174,18 @@ class Sampler:
         """Whether it changes the sampler, or the process noise, from frame to frame."""
         return self.rule in {Rule.HARD, Rule.SOFT, Rule.NOISE}
 
+    @override
     def join(self, model: LoopModel) -> Tracker:
-        """Return the tracker of a model."""
-        return Tracker(
-            self.id,
-            self.title,
-            self.description,
-            model.start,
-            partial(self._step, model),
-            partial(self._fold, model),
+        return replace(
+            super().join(model),
+            fold=partial(self._fold, model),
             series=(*model.series, reports.SAMPLERS, *([reports.ALERT] if self.switches else [])),
             measure=partial(self._measure, model),
-            model=model,
             sampling="prior" if self.rule in {Rule.PREDICTION, Rule.NOISE} else "other",
         )
 
-    def _step(self, model: LoopModel, state: PointState, frame: Frame, parameters: Values, rng: Stream) -> PointState:
+    @override
+    def step(self, model: LoopModel, state: PointState, frame: Frame, parameters: Values, rng: Stream) -> PointState:
         known: PointState = model.prepare(state, frame, parameters)
         found = model.search(known, frame, parameters, rng)
         if found is not None:
