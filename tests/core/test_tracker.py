@@ -20,8 +20,9 @@ def read_by(tracker: Tracker, like: str) -> set[str]:
 def test_it_reads_what_another_one_reads() -> None:
     """Parameters name their readers; one that comes later has exactly those of the tracker that it is like."""
     own = replace(BALL.trackers["kalman"], id="own", title="Own")
-    for name, tracker in BALL.trackers.items():
-        assert read_by(own, name) == read_by(tracker, name)
+    for name in BALL.trackers:
+        read = {each.name for each in BALL.declarations(MODEL) if not each.trackers or name in each.trackers}
+        assert read_by(own, name) == read
 
 
 def test_who_names_readers_is_left_as_it_is() -> None:

@@ -26,6 +26,10 @@ def test_no_point_costs_more_than_the_cap() -> None:
     worst = -0.5 * (10.0 / 3.0) ** 2
     states = np.array([[-500.0, 20.0], [np.nan, 3.0], [np.inf, -np.inf]])
     assert log_likelihood(IMAGE, states, CIRCLE) == pytest.approx(worst)
+    assert log_likelihood(IMAGE, np.array([[87.0, 65.0]]), CIRCLE) == pytest.approx(worst)
+    beside = np.zeros_like(IMAGE)
+    beside[:, :2] = 255  # the nearest pixels of the picture are edges, and the outline is not in it
+    assert log_likelihood(beside, np.array([[-20.0, 40.0]]), CIRCLE) == pytest.approx(worst)
     assert log_likelihood(np.zeros_like(IMAGE), np.array([[40.0, 30.0]]), CIRCLE) == pytest.approx(worst)
 
 
