@@ -1,6 +1,6 @@
 """Texts that people read and mend, such as presets and the glossary: YAML files beside what they speak of."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -13,6 +13,8 @@ _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 def read_texts(path: Path) -> tuple[Mapping[str, Any], Mapping[str, str]]:
     """Return what a YAML file declares under its names, and where each of them stands, as "folder/file, line N".
+
+    What a mapping below a name has is named too, as "name.further name".
 
     Raises:
         ValueError: The file is not YAML, or it does not map names to what it declares; it names file and line.
@@ -27,7 +29,14 @@ def read_texts(path: Path) -> tuple[Mapping[str, Any], Mapping[str, str]]:
         root = yaml.compose(text, Loader=_LOADER)
     except yaml.YAMLError as error:
         raise ValueError(f"{place} is not YAML: {error}") from error
-    return declared, {key.value: f"{place}, line {key.start_mark.line + 1}" for key, _ in root.value}
+    return declared, {name: f"{place}, line {line}" for name, line in _lines(root, "")}
+
+
+def _lines(mapping: yaml.MappingNode, above: str) -> Iterator[tuple[str, int]]:
+    for key, value in mapping.value:
+        yield above + key.value, key.start_mark.line + 1
+        if isinstance(value, yaml.MappingNode):
+            yield from _lines(value, f"{above}{key.value}.")
 
 
 CLOSED = ConfigDict(extra="forbid")
@@ -35,7 +44,32 @@ CLOSED = ConfigDict(extra="forbid")
 
 T = TypeVar("T")
 
-PROBLEMS = {"unexpected_keyword_argument": "has an unknown field {place!r}", "missing": "lacks {place!r}"}
+PROBLEMS = {
+    "unexpected_keyword_argument": "has an unknown field {place!r}",
+    "extra_forbidden": "has an unknown field {place!r}",
+    "missing": "lacks {place!r}",
+    "missing_argument": "lacks {place!r}",
+}
+
+
+def refusal(error: ValidationError, places: Mapping[str, str], file: str, *above: str) -> ValueError:
+    """Return the refusal of what a file declares: file and line, whose it is, and the first problem.
+
+    Args:
+        error: What pydantic says of it.
+        places: Of names, as of `read_texts`.
+        file: What to say instead of a place that is not known.
+        above: Names that what was validated stands below in the file.
+    """
+    # A misspelt field is both unknown and missing, and of that the first says more.
+    first = min(error.errors(), key=lambda each: each["type"].startswith("missing"))
+    way = (*above, *map(str, first["loc"]))
+    known = next((n for n in range(len(way), 0, -1) if ".".join(way[:n]) in places), 0)
+    whose = max(min(known, len(way) - 1), len(above))
+    problem = PROBLEMS.get(first["type"], "has a wrong {place!r}: {msg}")
+    said = problem.format(place=".".join(way[whose:]), msg=first["msg"])
+    place = places[".".join(way[:known])] if known else file
+    return ValueError(f"{place}: {'.'.join(way[:whose]) or file} {said}")
 
 
 def read_as(kind: type[T], path: Path, key: str) -> tuple[T, ...]:
@@ -55,9 +89,5 @@ def read_as(kind: type[T], path: Path, key: str) -> tuple[T, ...]:
         try:
             read.append(adapter.validate_python({**values, key: name, "origin": places[name]}))
         except ValidationError as error:
-            # A misspelt field is both unknown and missing, and of that the first says more.
-            first = min(error.errors(), key=lambda each: each["type"] == "missing")
-            place = ".".join(map(str, first["loc"]))
-            problem = PROBLEMS.get(first["type"], "has a wrong {place!r}: {msg}").format(place=place, msg=first["msg"])
-            raise ValueError(f"{places[name]}: {name} {problem}") from error
+            raise refusal(error, places, path.name, name) from error
     return tuple(read)

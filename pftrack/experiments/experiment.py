@@ -27,7 +27,7 @@ from pftrack.experiments.video import NO_VIDEO, PICTURES, Video
 from pftrack.filters.learning.guidance import Guidance
 from pftrack.sources.results.table import Box
 
-INTERFACE = 3
+INTERFACE = 4
 """Version of what an experiment and the library expect of each other: raised with every change that may break one."""
 
 
@@ -65,8 +65,7 @@ class Experiment:
         references: What it comes from, the main one first.
         description: What is to be seen, a few sentences.
         unit: Of estimate and error: "px", "deg", or "" for a pure number.
-        trackers: By name, in the order in which they are shown.
-        default_tracker: Name of the one to begin with.
+        trackers: By name, in the order in which they are shown; the first is the one to begin with.
         frames: Length of a simulated run.
         presets: Starting points that show something.
         layers: What can be drawn, in the order in which it is listed.
@@ -111,7 +110,6 @@ class Experiment:
     description: str
     unit: str
     trackers: Mapping[str, Tracker]
-    default_tracker: str
     frames: int
     presets: tuple[Preset, ...]
     layers: tuple[Layer, ...]
@@ -172,6 +170,11 @@ class Experiment:
         for name in kept:
             if kept.count(name) > 1:
                 raise ValueError(f"{self.id} declares {name!r} twice among its measures and reductions")
+
+    @property
+    def default_tracker(self) -> str:
+        """Name of the tracker to begin with: the first one."""
+        return next(iter(self.trackers))
 
     @property
     def glossary(self) -> Section:

@@ -68,10 +68,7 @@ def _says_what_it_is(experiment: Experiment) -> None:
     _demand_end(experiment.question, "?", "the experiment's question")
     _demand_end(experiment.description, ".", "the experiment's description")
     demand(experiment.frames > 1, f"a simulated run needs two frames at least, got {experiment.frames}")
-    demand(
-        experiment.default_tracker in experiment.trackers,
-        f"the default tracker must be one of {', '.join(experiment.trackers)}, got {experiment.default_tracker!r}",
-    )
+    demand(experiment.trackers, "an experiment needs a tracker")
     for name, tracker in experiment.trackers.items():
         demand(tracker.id == name, f"the tracker under the name {name!r} has the id {tracker.id!r}")
         _demand_name(name, "tracker")

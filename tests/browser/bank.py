@@ -123,14 +123,13 @@ TRACKERS = (
 
 EXPERIMENT = Experiment(
     id="bank",
-    interface=3,
+    interface=4,
     title="A bank of possibilities",
     question="Which of them is it?",
     references=(Citation(Reference("tests", "phdthesis", ("N. N.",), "The tests", 2026)),),
     description="A signal and its mirror image.",
     unit="",
     trackers={tracker.id: tracker for tracker in TRACKERS},
-    default_tracker="bank",
     frames=60,
     presets=(),
     layers=(Layer("estimate"),),

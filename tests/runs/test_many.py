@@ -159,9 +159,7 @@ def test_an_estimate_that_is_none_is_no_success() -> None:
 
     found = []
     for changed in (replace(tracker, step=lost_for_words, fold=None), replace(tracker, fold=fold)):
-        ball = replace(
-            BALL, trackers={"condensation": changed}, default_tracker="condensation", quality=Quality(Calibration())
-        )
+        ball = replace(BALL, trackers={"condensation": changed}, quality=Quality(Calibration()))
         ((outcome,),) = many.outcomes(ball, ball.simulate(), values={}, trackers=["condensation"], seeds=[1], frames=8)
         assert (outcome.labelled_frames, outcome.lost_frames, outcome.first_lost_frame) == (8, 4, 4)
         assert (outcome.success, outcome.mean_error) == (False, None)

@@ -7,7 +7,7 @@ from pftrack.experiments import find
 def simulate():
     raise RuntimeError("no scene in this house")
 
-EXPERIMENT = replace(find("sine"), id="failing", simulate=simulate, interface=3)
+EXPERIMENT = replace(find("sine"), id="failing", simulate=simulate, interface=4)
 """
 
 SCRIBBLING = """
@@ -22,5 +22,5 @@ def draw(step, past, other=None):
     width = math.nan if step.diagnostics.frame >= 2 else 2.0
     return replace(drawn, primitives={**drawn.primitives, "now": replace(drawn.primitives["now"], width=width)})
 
-EXPERIMENT = replace(SINE, id="scribbling", draw=draw, interface=3)
+EXPERIMENT = replace(SINE, id="scribbling", draw=draw, interface=4)
 """

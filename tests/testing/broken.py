@@ -207,7 +207,7 @@ def folding(alter: Callable[[Any], dict[str, Any]]) -> Experiment:
         return done and replace(done, **alter(done))
 
     trackers = {"h-spf": replace(tracker, fold=fold)}
-    return replace(BALL, trackers=trackers, default_tracker="h-spf", quality=Quality(Calibration()))
+    return replace(BALL, trackers=trackers, quality=Quality(Calibration()))
 
 
 def caption_of_all_frames(drawn: Any, _step: Step, past: Any, _other: Any) -> Any:
@@ -247,7 +247,7 @@ def believing(tracker: str, **other: Any) -> Experiment:
     """Return an experiment of one tracker, whose model has something else than the sound one."""
     model = type("Broken", (SIGNAL,), other)()
     trackers = {tracker: replace(TRACKERS[tracker], model=model)}
-    return replace(SOUND, trackers=trackers, default_tracker=tracker, presets=())
+    return replace(SOUND, trackers=trackers, presets=())
 
 
 def heavier(model: Any, state: Any) -> Any:

@@ -62,7 +62,7 @@ def test_each_check_can_fail(name: str, monkeypatch: pytest.MonkeyPatch) -> None
 
 def named(name: str) -> Experiment:
     kalman = replace(KALMAN, id=name)
-    return replace(SOUND, trackers={name: kalman}, default_tracker=name)
+    return replace(SOUND, trackers={name: kalman})
 
 
 @pytest.mark.parametrize(
@@ -225,7 +225,7 @@ def test_an_estimate_that_depends_on_the_process_is_found(tmp_path: Path, monkey
         "    return replace(state, posterior=replace(state.posterior, mean=state.posterior.mean + os.getpid()))\n"
         "TRACKERS = {'kalman': replace(KALMAN, start=start)}\n"
         "EXPERIMENT = replace(\n"
-        "    SINE, id='pids', trackers=TRACKERS, default_tracker='kalman', quality=Quality(), interface=3\n"
+        "    SINE, id='pids', trackers=TRACKERS, quality=Quality(), interface=4\n"
         ")\n"
     )
     install(tmp_path, "of-the-process", source, "pids = of_the_process:EXPERIMENT")

@@ -130,7 +130,6 @@ EXPERIMENT = Experiment(
         **filtered(Disc(turns=True), Bootstrap("turning", "Turning", "Each particle has a rate of turn.")),
         **filtered(Disc(turns=False), Bootstrap("straight", "Straight on", "Expects no turn.")),
     },
-    default_tracker="turning",
     frames=240,
     presets=(Preset("works", "works", "turning"), Preset("straight", "breaks: expects no turn", "straight")),
     layers=POINT_LAYERS,
@@ -146,5 +145,5 @@ EXPERIMENT = Experiment(
     plots=(*STANDARD_PLOTS, Plot("turn", "turn", "interval", "The probable rates of turn.", "deg", ("turn",))),
     example_sweep=ExampleSweep({"occlusion_width_px": (0, 20, 40, 60, 80)}, ("turning", "straight"), 4, 120),
     model=Disc(turns=True),
-    interface=3,
+    interface=4,
 )

@@ -14,14 +14,16 @@ An experiment lists its bands; those of one that lists none are of its estimate.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal, Protocol, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic import with_config
 
 from pftrack.core.arrays import Bools
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.parameters import Value
+from pftrack.core.texts import CLOSED
 
 HALF, MOST, ALL = 0.5, 0.95, 1.0
 """Shares of the reports in which bands say that they hold the truth."""
@@ -33,25 +35,7 @@ Held: TypeAlias = Mapping[float, Bools]
 """Whether each number of a frame was held by its band, by the band's share; without a truth there are no numbers."""
 
 
-class Band(Protocol):
-    """A way in which trackers say how sure they are of something."""
-
-    @property
-    def of(self) -> str:
-        """What it is about, a word or two."""
-
-    @property
-    def trackers(self) -> tuple[str, ...]:
-        """Names of the trackers that have it; empty if all have."""
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the series that it is made of."""
-
-    def held(self, row: Diagnostics) -> Held:
-        """Return whether the truth was held in a frame."""
-
-
+@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class EstimateBand:
     """The estimate with its standard deviations.
@@ -74,6 +58,7 @@ class EstimateBand:
         return {} if row.truth is None else _within(row.estimate, row.sigma, row.truth)
 
 
+@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class DeviationBand:
     """Series of numbers, each with one of its standard deviations and one of its truths.
@@ -105,6 +90,7 @@ class DeviationBand:
         return _within(*columns, turn=self.turn)
 
 
+@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class IntervalBand:
     """Series of intervals that hold the truth with one probability.
@@ -136,6 +122,7 @@ class IntervalBand:
         return {self.share: ((ends[:, 0] <= truths) & (truths <= ends[:, 1]))[known]}
 
 
+@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class FlagBand:
     """Series of flags that are 1 where the truth was held.
@@ -162,6 +149,9 @@ class FlagBand:
             values = np.array(row.vector(name) or (row.number(name),))
             found[share] = values[np.isfinite(values)] > 0.0
         return found
+
+
+Band: TypeAlias = EstimateBand | DeviationBand | IntervalBand | FlagBand
 
 
 def _within(values: ArrayLike, deviations: ArrayLike, truths: ArrayLike, *, turn: float = 0.0) -> Held:
@@ -194,6 +184,7 @@ DIRECTIONS: Mapping[Direction, str] = {
 Bounds: TypeAlias = tuple[float, float]
 
 
+@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class Miscalibration:
     """A setting in which bands hold the truth less often than they say, or more often.
@@ -222,6 +213,7 @@ class Miscalibration:
         )
 
 
+@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class Calibration:
     """What is said of the bands of an experiment's trackers.

@@ -19,9 +19,11 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import with_config
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.palette import COLOURS, Colour
+from pftrack.core.texts import CLOSED
 
 LayerRole: TypeAlias = Literal["", "through time", "flat only"]
 
@@ -47,6 +49,7 @@ class Key:
             raise ValueError(f"there is no colour {self.colour!r}; there are {', '.join(COLOURS)}")
 
 
+@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class Layer:
     """What can be switched on and off in a drawing.

@@ -11,9 +11,12 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Literal
 
-from pftrack.core.texts import read_texts
+from pydantic import with_config
+
+from pftrack.core.texts import CLOSED, read_texts
 
 
+@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class Term:
     """A word and what it means.

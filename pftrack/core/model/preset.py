@@ -16,6 +16,7 @@ from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.texts import CLOSED, read_as
 
 
+@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class Tour:
     """A preset that loses its target, told to a first visitor.
@@ -78,6 +79,7 @@ def read_presets(path: Path) -> tuple[Preset, ...]:
     return read_as(Preset, path, "name")
 
 
+@with_config(CLOSED)
 @dataclass(frozen=True)
 class ExampleSweep:
     """A sweep that is worth starting as it stands.

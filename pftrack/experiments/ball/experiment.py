@@ -13,28 +13,24 @@ from typing import Any
 import numpy as np
 
 from pftrack.core.model.diagnostics import Diagnostics, Step
-from pftrack.core.model.drawing import Drawing, Key, Layer, Polyline
-from pftrack.core.model.glossary import cite
+from pftrack.core.model.drawing import Drawing, Polyline
 from pftrack.core.model.marks import Box
 from pftrack.core.model.measures import PICTURE_MEASURES
 from pftrack.core.model.palette import COLOURS
 from pftrack.core.model.parameters import revise
-from pftrack.core.model.preset import ExampleSweep, read_presets
 from pftrack.core.model.setup import BESIDE, Setup
 from pftrack.core.model.source import FrameSequence, Truth
 from pftrack.experiments.ball.model import COLOURED
 from pftrack.experiments.ball.parameters import GUIDANCE, GUIDED, BallTrackerParameters, ScoringParameters
-from pftrack.experiments.ball.quality import CALIBRATION, FAILURES, LOSS_DECLARATION
 from pftrack.experiments.ball.recording import look_beside, suits
 from pftrack.experiments.ball.scene import BallSceneParameters, BallSource
 from pftrack.experiments.ball.trackers import TRACKERS
-from pftrack.experiments.experiment import Experiment, Quality
+from pftrack.experiments.declared import read_quality, read_words
+from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.shared.recording import RecordingParameters, RecordingSource
 from pftrack.experiments.shared.reports import JudgedByBox
-from pftrack.experiments.shared.sampling.parameters import TERMS
 from pftrack.experiments.shared.sketch import (
-    BY_SAMPLER,
-    SECOND_RUN,
+    FRAME_HEIGHT_PX,
     at_height,
     caption,
     distance,
@@ -48,9 +44,9 @@ from pftrack.filters import kalman
 from pftrack.filters.fixed_lag import smooth
 from pftrack.vision.likelihoods import chromaticity
 
+FOLDER = Path(__file__).parent
+
 TRAIL_FRAMES = 60
-FRAME_HEIGHT_PX = 3.0
-"""How far one frame of the past is lifted in the space-time view."""
 
 
 class SimulatedBallParameters(ScoringParameters, BallTrackerParameters, BallSceneParameters):
@@ -162,35 +158,10 @@ def _is_lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 -
 
 
 EXPERIMENT = Experiment(
+    **read_words(FOLDER),
     id="ball",
-    title="Ball behind an occluder",
-    family="Places in a picture",
-    question="How wide may the pillar be before the tracker is lost?",
-    references=(cite("bando2007", "chapter 3: switching particle filters"), cite("bando2006")),
-    description=(
-        "A ball swings behind a pillar, among discs of its own colour. A filter that trusts its prediction coasts "
-        "through the dark and may come out beside the ball; one that trusts the picture finds the ball again and may "
-        "find a look-alike instead. The switching filters decide by how sure they are."
-    ),
-    unit="px",
     trackers=TRACKERS,
-    default_tracker="h-spf",
-    frames=240,
-    presets=read_presets(Path(__file__).with_name("presets.yaml")),
-    layers=(
-        Layer("picture"),
-        Layer("particles by sampler", legend=BY_SAMPLER),
-        Layer("particles by weight", shown=False),
-        Layer("estimate", legend=(Key("estimate", "estimate"),)),
-        Layer("truth", legend=(Key("truth", "truth"),)),
-        Layer("uncertainty"),
-        Layer("region of success", shown=False, legend=(Key("lost", "limit of success"),)),
-        Layer("trail", role="flat only"),
-        Layer("path through time", shown=False, role="through time"),
-        Layer("smoothed path", legend=(Key("second", "smoothed path"),)),
-        SECOND_RUN,
-    ),
-    quality=Quality(CALIBRATION, LOSS_DECLARATION),
+    quality=read_quality(FOLDER, TRACKERS),
     model=COLOURED,
     simulate=simulate,
     video=Video(
@@ -207,15 +178,6 @@ EXPERIMENT = Experiment(
     lost=_is_lost,
     series=(BESIDE,),
     measures=PICTURE_MEASURES,
-    target="ball",
     exports=(GUIDANCE.export,),
     guidance=GUIDANCE,
-    failures=FAILURES,
-    example_sweep=ExampleSweep(  # a coarse map of Bando's conditions: 25 cells
-        {"occlusion_width_px": (5, 30, 55, 80, 100), "distracter_radius_px": (1, 6, 11, 16, 20)},
-        trackers=("h-spf", "s-spf", "pc-pf"),
-        trials=20,
-        frames=60,
-    ),
-    terms=TERMS,
 )

@@ -136,7 +136,6 @@ EXPERIMENT = Experiment(
     ),
     unit="px",
     trackers=TRACKERS,
-    default_tracker="beam",
     frames=30,
     presets=PRESETS,
     layers=(

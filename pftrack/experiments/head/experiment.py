@@ -390,7 +390,6 @@ EXPERIMENT = Experiment(
     ),
     unit="deg",
     trackers=TRACKERS,
-    default_tracker="pf-asd",
     frames=900,
     presets=PRESETS,
     layers=(

@@ -16,8 +16,6 @@ from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import (
     Drawing,
-    Key,
-    Layer,
     Links,
     Mesh,
     Picture,
@@ -30,8 +28,6 @@ from pftrack.core.model.drawing import (
 from pftrack.core.model.palette import COLOURS
 from pftrack.experiments.histogram.model import HistogramState
 from pftrack.experiments.shared.sketch import (
-    BY_SAMPLER,
-    SECOND_RUN,
     at_height,
     box,
     caption,
@@ -136,21 +132,6 @@ TRAIL_FRAMES = 60
 MAP_CELLS = 32
 """Windows along the longer side of the picture whose likeness is mapped."""
 MAP_OPACITY = 0.55
-
-LAYERS = (
-    Layer("picture"),
-    Layer("likeness", "Likeness over the picture", shown=False),
-    Layer("particles by sampler", legend=BY_SAMPLER),
-    Layer("particles by weight", shown=False),
-    Layer("estimate", legend=(Key("estimate", "estimate"),)),
-    Layer("truth", legend=(Key("truth", "truth"),)),
-    Layer("uncertainty"),
-    Layer("region of success", shown=False, legend=(Key("lost", "limit of success"),)),
-    Layer("trail", role="flat only"),
-    Layer("path through time", shown=False, role="through time"),
-    Layer("histograms", "Histograms (model outlined)"),
-    SECOND_RUN,
-)
 
 
 def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:

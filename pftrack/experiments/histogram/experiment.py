@@ -8,28 +8,26 @@ person has drawn a box around the target.
 from pathlib import Path
 from typing import Any
 
-from pftrack.core.model.glossary import Term, cite
 from pftrack.core.model.marks import Box
 from pftrack.core.model.measures import MEAN_IOU, PICTURE_MEASURES, held_at_end
 from pftrack.core.model.parameters import revise
-from pftrack.core.model.plot import ERROR, SAMPLE_SIZE, SAMPLERS, SIGMA, STANDARD_READINGS, Plot, Reading
-from pftrack.core.model.preset import ExampleSweep, read_failures, read_presets
 from pftrack.core.model.setup import BESIDE, Setup
 from pftrack.core.model.source import FrameSequence, Truth
-from pftrack.experiments.experiment import Experiment, Quality
-from pftrack.experiments.histogram.draw import HISTOGRAM_WORLD, LAYERS, draw
+from pftrack.experiments.declared import read_quality, read_words
+from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.histogram.draw import HISTOGRAM_WORLD, draw
 from pftrack.experiments.histogram.model import MODEL
 from pftrack.experiments.histogram.parameters import HistogramTrackerParameters, ScoringParameters
-from pftrack.experiments.histogram.quality import CALIBRATION, LOSS_DECLARATION
 from pftrack.experiments.histogram.recording import PICTURES, look_beside, suits
 from pftrack.experiments.histogram.scene import LawnSceneParameters, LawnSource
 from pftrack.experiments.histogram.trackers import TRACKERS
 from pftrack.experiments.shared.recording import RecordingParameters, RecordingSource
 from pftrack.experiments.shared.reports import JudgedByBox
-from pftrack.experiments.shared.sampling.parameters import TERMS
 from pftrack.experiments.shared.sketch import distance
 from pftrack.experiments.video import Video
 from pftrack.vision.likelihoods import chromaticity
+
+FOLDER = Path(__file__).parent
 
 HELD_AT_END = held_at_end()
 """What decides on success: in between the window may wait, or look for its target."""
@@ -98,41 +96,12 @@ def _is_lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 -
     return errors >= parameters.lost_radii * sizes / 2
 
 
-LIKENESS = Plot(
-    "likeness",
-    "likeness",
-    "value",
-    "How like the model the window at the estimate is: rho, 1 for the same colours.",
-    series=("likeness",),
-)
-
-COLOUR_TERMS = (
-    Term(
-        "likeness", "how alike the colours of the window and of the target are, 0 to 1: their Bhattacharyya coefficient"
-    ),
-    Term("lambda", "how much a frame is trusted: the greater, the more a small difference of the colours counts"),
-)
-
 EXPERIMENT = Experiment(
+    **read_words(FOLDER),
     id="histogram",
-    title="A window by its colours",
-    family="Places in a picture",
-    question="Does a cloud of guesses carry a target past its look-alike and behind a column?",
-    references=(cite("kagami2012"), cite("perez2002")),
-    description=(
-        "A red and yellow target meets a look-alike and passes behind a column. Each particle is weighed by how like "
-        "the target the colours in its window are. One number, lambda, says how far a frame is trusted: too little and "
-        "the cloud drifts, too much and it clings to whatever looks best while the target is hidden."
-    ),
-    unit="px",
     trackers=TRACKERS,
-    default_tracker="condensation",
-    frames=120,
-    presets=read_presets(Path(__file__).with_name("presets.yaml")),
-    failures=read_failures(Path(__file__).with_name("failures.yaml")),
-    layers=LAYERS,
+    quality=read_quality(FOLDER, TRACKERS),
     worlds=(HISTOGRAM_WORLD,),
-    quality=Quality(CALIBRATION, LOSS_DECLARATION),
     model=MODEL,
     simulate=simulate,
     video=Video(
@@ -149,14 +118,4 @@ EXPERIMENT = Experiment(
     lost=_is_lost,
     series=(BESIDE,),
     measures=(HELD_AT_END, *PICTURE_MEASURES, MEAN_IOU),
-    target="target",
-    plots=(ERROR, LIKENESS, SIGMA, SAMPLE_SIZE, SAMPLERS),
-    readings=(*STANDARD_READINGS, Reading("likeness", "value", series="likeness")),
-    terms=(*TERMS, *COLOUR_TERMS),
-    example_sweep=ExampleSweep(
-        {"sharpness": (2, 5, 10, 20, 50, 100, 200), "sample_count": (25, 50, 100, 300, 1000)},
-        trackers=("condensation", "h-spf"),
-        trials=10,
-        frames=120,
-    ),
 )

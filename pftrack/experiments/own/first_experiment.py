@@ -67,7 +67,6 @@ EXPERIMENT = Experiment(
     description="A dot runs along a path and is hidden from time to time.",
     unit="px",
     trackers=filtered(Dot(), Bootstrap("bootstrap", "Particle filter", "Moves at random and weighs by brightness.")),
-    default_tracker="bootstrap",
     frames=240,
     presets=(
         Preset("works", "works", "bootstrap"),

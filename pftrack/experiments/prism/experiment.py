@@ -179,7 +179,6 @@ EXPERIMENT = Experiment(
     ),
     unit="deg",
     trackers=TRACKERS,
-    default_tracker="pf-asd",
     frames=FRAMES,
     presets=read_presets(Path(__file__).with_name("presets.yaml")),
     layers=(

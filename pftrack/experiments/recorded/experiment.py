@@ -387,7 +387,6 @@ EXPERIMENT = Experiment(
     ),
     unit="",
     trackers=TRACKERS,
-    default_tracker="recorded",
     frames=FRAMES,
     presets=read_presets(Path(__file__).with_name("presets.yaml")),
     layers=LAYERS,

@@ -4,7 +4,6 @@ The model is linear and the noise Gaussian, so the exact answer is known, and wh
 can be seen: with few particles, and with more dimensions than they can fill.
 """
 
-import math
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
@@ -15,48 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.band import Calibration, Miscalibration
 from pftrack.core.model.diagnostics import Diagnostics, Step
-from pftrack.core.model.drawing import Drawing, Key, Layer, Picture, Points, Polyline, Primitive
-from pftrack.core.model.glossary import cite
+from pftrack.core.model.drawing import Drawing, Picture, Points, Polyline, Primitive
 from pftrack.core.model.palette import COLOURS
-from pftrack.core.model.preset import ExampleSweep, read_presets
 from pftrack.core.model.setup import Setup
-from pftrack.experiments.experiment import Experiment, Quality
-from pftrack.experiments.shared.sketch import BY_SAMPLER, SECOND_RUN, at_height, caption, circle, particle_clouds
+from pftrack.experiments.declared import read_quality, read_words
+from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.shared.sketch import at_height, caption, circle, particle_clouds
 from pftrack.experiments.sine.model import MODEL, TRACKERS, SignalTrackerParameters
 from pftrack.experiments.sine.scene import SignalParameters, SignalSource
 from pftrack.filters import kalman
 
-MODELLED = ("kalman", "condensation")
-ASSUMED, LAG = "assumed_noise_share", "kalman_lag"
-"""Of `SineParameters`."""
-
-FAULTS = (
-    Miscalibration(MODELLED, ranges={ASSUMED: (0, 0.85)}),
-    *(
-        Miscalibration(
-            MODELLED,
-            {"waveform": waveforms},
-            {ASSUMED: (1.15, math.inf), LAG: (0, 1.4), **begun},
-            direction="underconfident",
-        )
-        for waveforms, begun in (
-            (("cosine",), {}),
-            (("sine",), {"initial_sd": (0.011, math.inf)}),
-            (("sine",), {"process_noise_sd": (0.0041, math.inf)}),
-        )
-    ),
-    *(
-        Miscalibration(MODELLED, ranges={ASSUMED: assumed, LAG: (least, math.inf)})
-        for assumed, least in (((0, 1.15), 1), ((1.15, math.inf), 1.4))
-    ),
-    Miscalibration(MODELLED, {"waveform": ("sine",)}, {"initial_sd": (0, 0.01), "process_noise_sd": (0, 0.004)}),
-    Miscalibration(("condensation",), ranges={"sample_count": (0, 50)}),
-    Miscalibration(("condensation",), ranges={"sample_count": (0, 100), "dimension": (2, math.inf)}),
-)
-
-CALIBRATION = Calibration(faults=FAULTS, presets=("works", "few"))
+FOLDER = Path(__file__).parent
 
 WIDTH, HEIGHT, MARGIN = 720, 400, 40
 WINDOW_FRAMES = 360
@@ -150,41 +119,12 @@ def _mean_distance(estimates: Floats, truths: Floats) -> Any:  # noqa: ANN401 - 
 
 
 EXPERIMENT = Experiment(
+    **read_words(FOLDER),
     id="sine",
-    title="A signal in noise",
-    family="Signals in noise",
-    question="How many particles does it take to come near the exact answer?",
-    references=(cite("bando2007", "chapter 2: Kalman filter and particle filter"),),
-    description=(
-        "A sine or cosine is seen through noise. The Kalman filter gives the exact posterior; the particle filter "
-        "approaches it with enough particles, and needs many more in more dimensions."
-    ),
-    unit="",
     trackers=TRACKERS,
-    default_tracker="condensation",
-    frames=361,
-    presets=read_presets(Path(__file__).with_name("presets.yaml")),
-    layers=(
-        Layer("picture"),
-        Layer("observations", legend=(Key("hidden", "observations"),)),
-        Layer("truth", legend=(Key("truth", "truth"),)),
-        Layer("estimate", legend=(Key("estimate", "estimate"),)),
-        Layer("uncertainty"),
-        Layer("exact (Kalman)", legend=(Key("second", "exact"),)),
-        Layer("particles by sampler", legend=BY_SAMPLER),
-        Layer("particles by weight", shown=False),
-        SECOND_RUN,
-    ),
-    quality=Quality(CALIBRATION),
+    quality=read_quality(FOLDER, TRACKERS),
     model=MODEL,
     simulate=simulate,
     draw=draw,
     error=_mean_distance,
-    target="signal",
-    example_sweep=ExampleSweep(
-        {"sample_count": (10, 30, 100, 300, 1000), "dimension": (1, 2, 3, 4, 5)},
-        trackers=("condensation", "kalman"),
-        trials=10,
-        frames=120,
-    ),
 )

@@ -233,7 +233,6 @@ EXPERIMENT = Experiment(
     ),
     unit="%",
     trackers=TRACKERS,
-    default_tracker="growing",
     frames=FRAMES,
     presets=read_presets(Path(__file__).with_name("presets.yaml")),
     layers=(

@@ -4,30 +4,24 @@ A corner that is followed by block matching jumps now and then to a place that l
 noise for Gaussian is dragged along; one that takes it for Cauchy lets go; a third finds the scales of noise and motion
 by itself. Corners are followed through a simulated sequence or any recording; or tracks are simulated, or come from a
 table that another program has written.
-
-`docs/explanation/calibration.md` has the bands of the selected track. `python -m tools.loss_probability fit
-trajectories` fits the probability of a loss and writes `loss_probability.json`.
 """
 
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-from pftrack.core.model.band import Calibration, Miscalibration
 from pftrack.core.model.diagnostics import Diagnostics, Step
-from pftrack.core.model.drawing import Drawing, Key, Layer, Picture, Primitive
-from pftrack.core.model.glossary import cite
+from pftrack.core.model.drawing import Drawing, Picture, Primitive
 from pftrack.core.model.parameters import parameter, revise
-from pftrack.core.model.preset import ExampleSweep, read_presets
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import FrameSequence, Source, Truth
-from pftrack.experiments.experiment import Experiment, Quality
-from pftrack.experiments.shared.loss_probability import Scenes, read_declaration
-from pftrack.experiments.shared.sketch import SECOND_RUN, caption, distance, error_words, paper
+from pftrack.experiments.declared import read_quality, read_words
+from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.shared.sketch import caption, distance, error_words, paper
 from pftrack.experiments.trajectories import draw as sketch
 from pftrack.experiments.trajectories.corner_scene import CornerSceneParameters, CornerSource
 from pftrack.experiments.trajectories.corners import CornerParameters, begin
-from pftrack.experiments.trajectories.draw import EXPORTS, MEASURES, PLOTS, READINGS, TERMS
+from pftrack.experiments.trajectories.draw import EXPORTS, MEASURES
 from pftrack.experiments.trajectories.model import TrajectoriesTrackerParameters
 from pftrack.experiments.trajectories.recording import (
     SCALES_WORLD,
@@ -42,7 +36,6 @@ from pftrack.experiments.trajectories.recording import (
     search_world,
 )
 from pftrack.experiments.trajectories.scene import (
-    FRAMES,
     RecordedPictures,
     TracksSceneParameters,
     TracksSource,
@@ -52,45 +45,7 @@ from pftrack.experiments.trajectories.trackers import MODEL, TRACKERS
 from pftrack.experiments.video import PICTURES, Video
 from pftrack.sources.tracks.sequence import TrackSequence
 
-FAULTS = (Miscalibration(("lng", "lg", "nlng"), direction="underconfident"),)
-
-CALIBRATION = Calibration(faults=FAULTS, presets=("works", "lattice"))
-
-SCENES = Scenes(
-    {
-        "selected_track": (0, 53),
-        "wall_pitch_px": (7, 16),
-        "image_noise_sd": (0.0, 15.0),
-        "gain_jump": (0.0, 0.3),
-        "gain_jump_share": (0.0, 0.3),
-        "scene_speed": (0.5, 2.0),
-        "search_reach_px": (6, 20),
-    },
-    {
-        "match_cost": ("difference", "difference", "correlation"),
-        "noise_variance_px2": (0.3, 1.0, 3.0, 10.0),
-        "drive_variance_px2": (0.1, 1.0, 1.0, 3.0),
-        "sample_count": (300, 1000, 2000),
-        "template_renewal": (False, False, True),
-    },
-    frames=50,
-    fitted=60,
-    judged=30,
-)
-"""Walls of all pitches, in light that jumps, searched near and far. One track a scene is looked at: a run judges no
-more, since its estimate and its truth are that track's."""
-
-SIGNALS = ("track_log_evidence", "outlying")
-"""Of the track itself: the log evidence is that of all tracks together."""
-
-LOSS_DECLARATION = read_declaration(Path(__file__).with_name("loss_probability.json"), TRACKERS, SCENES, SIGNALS)
-
-TRACKS = {"trajectories_scene": "tracks"}
-"""The simulated tracks, in place of the pictures."""
-
-MATCHING = "match_cost", "search_reach_px", "largest_ratio"
-
-PRESETS = read_presets(Path(__file__).with_name("presets.yaml"))
+FOLDER = Path(__file__).parent
 
 
 class RecordedTrajectoriesParameters(TrajectoriesTrackerParameters, CornerParameters):
@@ -185,46 +140,11 @@ def _is_lost(errors: Any, _sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 
 
 
 EXPERIMENT = Experiment(
+    **read_words(FOLDER),
     id="trajectories",
-    title="Feature trajectories",
-    family="Places in a picture",
-    question="Which law of the noise lets a filter ignore a track that has jumped?",
-    references=(cite("ichimura2000"), cite("kitagawa1996")),
-    description=(
-        "Points are followed from frame to frame, and now and then one is found in the wrong place. Each trajectory is "
-        "filtered, and smoothed with the frames that follow. Gaussian noise lets a jump drag the estimate along; with "
-        "Cauchy noise it is let go; and a filter that has the scales of noise and motion in its state finds them."
-    ),
-    unit="px",
     trackers=TRACKERS,
-    default_tracker="nlng",
-    frames=FRAMES,
-    presets=PRESETS,
-    layers=(
-        Layer("picture"),
-        Layer("truth", legend=(Key("truth", "truth"),)),
-        Layer("true paths", role="flat only"),
-        Layer("measurements", legend=(Key("observation", "measured"),), role="flat only"),
-        Layer("filtered", shown=False, legend=(Key("prediction", "filtered, and particles"),), role="flat only"),
-        Layer("smoothed", legend=(Key("estimate", "smoothed"),), role="flat only"),
-        Layer("outliers", legend=(Key("lost", "outlier"),), role="flat only"),
-        Layer("particles", legend=(Key("prediction", "filtered, and particles"),)),
-        Layer("selected track"),
-        Layer(
-            "search",
-            legend=(
-                Key("observation", "where the selected corner is looked for"),
-                Key("prediction", "match"),
-                Key("lost", "nearly as good"),
-            ),
-        ),
-        Layer("scales", title="Scales of noise and motion"),
-        Layer("paths through time", shown=False, role="through time"),
-        Layer("measured paths through time", shown=False, role="through time"),
-        SECOND_RUN,
-    ),
+    quality=read_quality(FOLDER, TRACKERS),
     worlds=(SEARCH_WORLD, SCALES_WORLD),
-    quality=Quality(CALIBRATION, LOSS_DECLARATION),
     model=MODEL,
     simulate=simulate,
     video=Video(
@@ -242,16 +162,5 @@ EXPERIMENT = Experiment(
     series=SERIES,
     measure=measure,
     report=report,
-    target="track",
-    plots=PLOTS,
-    readings=READINGS,
-    terms=TERMS,
     exports=EXPORTS,
-    # How sure one must be of the measurements, and how smooth of the motion, for each law of the noise.
-    example_sweep=ExampleSweep(
-        {"noise_variance_px2": (0.25, 1, 3, 10, 30), "drive_variance_px2": (0.01, 0.1, 1, 10)},
-        trackers=("nlng", "lng", "lg"),
-        trials=2,
-        frames=60,
-    ),
 )

@@ -4,7 +4,6 @@ from typing import Any, Literal, Self, TypeAlias
 
 from pydantic import model_validator
 
-from pftrack.core.model.glossary import Term
 from pftrack.core.model.parameters import ParameterError, Parameters, parameter
 from pftrack.experiments.shared.reports import particle_count, resampling_threshold
 from pftrack.filters.auxiliary import WeightRule
@@ -56,16 +55,6 @@ class SamplingParameters(Parameters, group=SAMPLING, trackers=DRAWING):
     )
     resampling: Resampling = parameter("systematic", "Resampling", "How parents are drawn.", role="resampling")
     resampling_threshold: float = resampling_threshold(trackers=("condensation", "pc-pf", "h-spf", "s-spf"))
-
-
-TERMS = (
-    Term(
-        "gamma",
-        "the threshold of sigma: a tracker that is less sure than this looks at the picture for where to put its "
-        "particles, or lets them move further",
-    ),
-)
-"""Words of those that switch."""
 
 
 def gamma(default: float) -> Any:  # noqa: ANN401 - a field declaration

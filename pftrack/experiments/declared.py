@@ -1,0 +1,154 @@
+"""What an experiment says in YAML files in its folder, so that a sentence or a number can be mended without Python.
+
+- `experiment.yaml`: title, question and description, what it comes from, its words, plots, readings and layers;
+- `presets.yaml` and `failures.yaml`, where there is one: where to begin, and what goes wrong;
+- `quality.yaml`: how far bands of error are to be believed, and on which scenes the probability of a loss was fitted.
+
+Plots, readings and layers that many experiments have are there by their names alone.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NotRequired, TypeVar
+
+from pydantic import TypeAdapter, ValidationError, with_config
+from typing_extensions import TypedDict
+
+from pftrack.core.model import plot
+from pftrack.core.model.band import STANDARD_CALIBRATION, Calibration
+from pftrack.core.model.drawing import Key, Layer
+from pftrack.core.model.glossary import Citation, Term, cite
+from pftrack.core.model.plot import Plot, Reading
+from pftrack.core.model.preset import ExampleSweep, Failure, Preset, read_failures, read_presets
+from pftrack.core.model.tracker import Tracker
+from pftrack.core.texts import CLOSED, read_texts, refusal
+from pftrack.experiments.experiment import Quality
+from pftrack.experiments.shared.loss_probability import NOTHING_DECLARED, Scenes, read_declaration
+from pftrack.experiments.shared.sketch import POINT_LAYERS
+
+KINDS: Mapping[str, tuple[TypeAdapter[Any], str]] = {
+    "layers": (TypeAdapter(Layer), "name"),
+    "plots": (TypeAdapter(Plot), "id"),
+    "readings": (TypeAdapter(Reading), "title"),
+    "terms": (TypeAdapter(Term), "name"),
+}
+"""Sections that map names to what they declare: what that is, and its field that takes the name."""
+
+STANDARD: Mapping[str, Mapping[str, object]] = {
+    "layers": {layer.name: layer for layer in POINT_LAYERS},
+    "plots": {one.id: one for one in plot.STANDARD_PLOTS},
+    "readings": {one.title: one for one in plot.STANDARD_READINGS},
+}
+"""What has no more than a name."""
+
+
+@with_config(CLOSED)
+class Words(TypedDict):
+    """Fields of an `Experiment` that its folder's files declare."""
+
+    title: str
+    family: str
+    question: str
+    references: tuple[Citation, ...]
+    description: str
+    unit: str
+    target: str
+    frames: int
+    layers: tuple[Layer, ...]
+    presets: tuple[Preset, ...]
+    failures: tuple[Failure, ...]
+    plots: NotRequired[tuple[Plot, ...]]
+    readings: NotRequired[tuple[Reading, ...]]
+    terms: NotRequired[tuple[Term, ...]]
+    example_sweep: NotRequired[ExampleSweep]
+
+
+@with_config(CLOSED)
+class _Quality(TypedDict):
+    calibration: NotRequired[Calibration]
+    scenes: NotRequired[Scenes]
+    signals: NotRequired[tuple[str, ...]]
+
+
+T = TypeVar("T")
+
+_WORDS, _QUALITY = TypeAdapter(Words), TypeAdapter(_Quality)
+
+
+def read_words(folder: Path) -> Words:
+    """Return what the files of an experiment's folder say of it.
+
+    Args:
+        folder: With `experiment.yaml`, `presets.yaml`, and `failures.yaml` if there is one.
+
+    Raises:
+        ValueError: A file is not YAML, or lacks a field, or has an unknown or wrong one; it names file and line.
+    """
+    path = folder / "experiment.yaml"
+    declared, places = read_texts(path)
+    failures = folder / "failures.yaml"
+    try:
+        references = tuple(cite(key, place or "") for key, place in declared.get("references", {}).items())
+    except ValueError as error:
+        raise ValueError(f"{places['references']}: {error}") from error
+    return _validate(
+        _WORDS,
+        {
+            **{name: _section(name, given, path, places) for name, given in declared.items()},
+            "references": references,
+            "presets": read_presets(folder / "presets.yaml"),
+            "failures": read_failures(failures) if failures.exists() else (),
+        },
+        path,
+        places,
+    )
+
+
+def read_quality(folder: Path, trackers: Mapping[str, Tracker]) -> Quality:
+    """Return what `quality.yaml` and, where scenes are declared, `loss_probability.json` in a folder say of trackers.
+
+    Raises:
+        ValueError: A file is not as it should be, or speaks of a tracker that is not there; it names the file.
+    """
+    path = folder / "quality.yaml"
+    declared, places = read_texts(path)
+    said = _validate(_QUALITY, declared, path, places)
+    loss, scenes = NOTHING_DECLARED, said.get("scenes")
+    if scenes is not None:
+        loss = read_declaration(folder / "loss_probability.json", trackers, scenes, said.get("signals", ()))
+    return Quality(said.get("calibration", STANDARD_CALIBRATION), loss)
+
+
+def _section(section: str, given: Any, path: Path, places: Mapping[str, str]) -> Any:  # noqa: ANN401 - as in the file
+    """Return what a section declares, in its order; what is no section of names as it stands."""
+    if section not in KINDS or not isinstance(given, dict):
+        return given
+    adapter, key = KINDS[section]
+    standard = STANDARD.get(section, {})
+    return tuple(
+        standard[name]
+        if fields is None and name in standard
+        else _validate(adapter, {**_fields(section, fields), key: name}, path, places, section, name)
+        for name, fields in given.items()
+    )
+
+
+def _fields(section: str, fields: Any) -> Mapping[str, Any]:  # noqa: ANN401 - as in the file
+    if section == "terms" and isinstance(fields, str):
+        return {"meaning": fields}
+    if section == "layers" and fields and "legend" in fields:
+        return {**fields, "legend": tuple(Key(colour, meaning) for colour, meaning in fields["legend"].items())}
+    return fields or {}
+
+
+def _validate(
+    adapter: TypeAdapter[T],
+    values: object,
+    path: Path,
+    places: Mapping[str, str],
+    *above: str,
+) -> T:
+    try:
+        return adapter.validate_python(values)
+    except ValidationError as error:
+        raise refusal(error, places, f"{path.parent.name}/{path.name}", *above) from error
