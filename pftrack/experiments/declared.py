@@ -8,6 +8,7 @@ Plots, readings and layers that many experiments have are there by their names a
 """
 
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any, NotRequired, TypeVar
 
@@ -16,10 +17,12 @@ from typing_extensions import TypedDict
 
 from pftrack.core.model import plot
 from pftrack.core.model.band import STANDARD_CALIBRATION, Calibration
-from pftrack.core.model.drawing import Key, Layer
+from pftrack.core.model.drawing import Key, Layer, World
 from pftrack.core.model.glossary import Citation, Term, cite
 from pftrack.core.model.plot import Plot, Reading
 from pftrack.core.model.preset import ExampleSweep, Failure, Preset, read_failures, read_presets
+from pftrack.core.model.series import Series
+from pftrack.core.model.setup import BESIDE
 from pftrack.core.model.tracker import Tracker
 from pftrack.core.texts import CLOSED, read_texts, refusal
 from pftrack.experiments.experiment import Quality
@@ -31,6 +34,8 @@ KINDS: Mapping[str, tuple[TypeAdapter[Any], str]] = {
     "plots": (TypeAdapter(Plot), "id"),
     "readings": (TypeAdapter(Reading), "title"),
     "terms": (TypeAdapter(Term), "name"),
+    "series": (TypeAdapter(Series), "name"),
+    "worlds": (TypeAdapter(World), "name"),
 }
 """Sections that map names to what they declare: what that is, and its field that takes the name."""
 
@@ -38,6 +43,7 @@ STANDARD: Mapping[str, Mapping[str, object]] = {
     "layers": {layer.name: layer for layer in POINT_LAYERS},
     "plots": {one.id: one for one in plot.STANDARD_PLOTS},
     "readings": {one.title: one for one in plot.STANDARD_READINGS},
+    "series": {BESIDE.name: BESIDE},
 }
 """What has no more than a name."""
 
@@ -60,6 +66,8 @@ class Words(TypedDict):
     plots: NotRequired[tuple[Plot, ...]]
     readings: NotRequired[tuple[Reading, ...]]
     terms: NotRequired[tuple[Term, ...]]
+    series: NotRequired[tuple[Series, ...]]
+    worlds: NotRequired[tuple[World, ...]]
     example_sweep: NotRequired[ExampleSweep]
 
 
@@ -75,6 +83,7 @@ T = TypeVar("T")
 _WORDS, _QUALITY = TypeAdapter(Words), TypeAdapter(_Quality)
 
 
+@cache
 def read_words(folder: Path) -> Words:
     """Return what the files of an experiment's folder say of it.
 
@@ -138,6 +147,9 @@ def _fields(section: str, fields: Any) -> Mapping[str, Any]:  # noqa: ANN401 - a
         return {"meaning": fields}
     if section == "layers" and fields and "legend" in fields:
         return {**fields, "legend": tuple(Key(colour, meaning) for colour, meaning in fields["legend"].items())}
+    if section == "worlds" and fields and "viewpoints" in fields:
+        sides = tuple({"name": name, **side} for name, side in fields["viewpoints"].items())
+        return {**fields, "viewpoints": sides}
     return fields or {}
 
 

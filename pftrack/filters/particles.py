@@ -6,7 +6,7 @@ of Bando 2007, ch. 2 section 3.2), and an impossible value (NaN) becomes a weigh
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeAlias
@@ -77,6 +77,10 @@ class ParticleSet:
     def __len__(self) -> int:
         """Return the number of particles N."""
         return len(self.log_weights)
+
+    def arrays(self) -> Mapping[str, Floats]:
+        """Return states and log weights by name, for a file."""
+        return {"states": self.states, "log_weights": self.log_weights}
 
     @property
     def nbytes(self) -> int:

@@ -105,6 +105,7 @@ SQUARE = 1e-6
 """How far from a right angle `front` and `up` may be, as a cosine."""
 
 
+@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class Viewpoint:
     """A side from which to look at a world.
@@ -141,6 +142,7 @@ FRONT_SIDE_TOP = (
 """Three viewpoints that suit most objects."""
 
 
+@with_config(CLOSED)
 @dataclass(frozen=True)
 class World:
     """A space with a unit, an extent, an upright axis and sides from which to look at it.

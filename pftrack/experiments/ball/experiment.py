@@ -18,13 +18,12 @@ from pftrack.core.model.marks import Box
 from pftrack.core.model.measures import PICTURE_MEASURES
 from pftrack.core.model.palette import COLOURS
 from pftrack.core.model.parameters import revise
-from pftrack.core.model.setup import BESIDE, Setup
+from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import FrameSequence, Truth
-from pftrack.experiments.ball.model import COLOURED
+from pftrack.experiments.ball.model import COLOURED, TRACKERS
 from pftrack.experiments.ball.parameters import GUIDANCE, GUIDED, BallTrackerParameters, ScoringParameters
 from pftrack.experiments.ball.recording import look_beside, suits
 from pftrack.experiments.ball.scene import BallSceneParameters, BallSource
-from pftrack.experiments.ball.trackers import TRACKERS
 from pftrack.experiments.declared import read_quality, read_words
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.shared.recording import RecordingParameters, RecordingSource
@@ -176,7 +175,6 @@ EXPERIMENT = Experiment(
     draw=draw,
     error=distance,
     lost=_is_lost,
-    series=(BESIDE,),
     measures=PICTURE_MEASURES,
     exports=(GUIDANCE.export,),
     guidance=GUIDANCE,

@@ -7,7 +7,7 @@ measure the colour centroid of the whole picture (section 4).
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import ClassVar, NamedTuple
 
@@ -19,14 +19,24 @@ from pftrack.core.arrays import Floats
 from pftrack.core.model.likelihood import Amount, Component, Part, Patches, Residual
 from pftrack.core.model.model import Evidence, LinearChain, LinearStep, NoiseScale, State, Values
 from pftrack.core.model.source import Frame, Target
+from pftrack.core.model.tracker import Tracker
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.random import Gaussian, Generator, Stream
 from pftrack.experiments.ball.parameters import GUIDANCE, BallTrackerParameters, ColourParameters, LoopParameters
-from pftrack.experiments.shared.filtered import Update
+from pftrack.experiments.shared.filtered import Bootstrap, Filter, Kalman, PointModel, Update, filtered, resampler
 from pftrack.experiments.shared.reports import PointState
 from pftrack.experiments.shared.sampling.loop import Motion
-from pftrack.experiments.shared.sampling.samplers import LoopModel, crop, size_of
-from pftrack.filters import fixed_lag
+from pftrack.experiments.shared.sampling.samplers import (
+    AUXILIARY,
+    CONDENSATION,
+    HARD,
+    NOISE_CONTROL,
+    SOFT,
+    LoopModel,
+    crop,
+    size_of,
+)
+from pftrack.filters import fixed_lag, unscented_particle
 from pftrack.filters.dynamics import LinearDynamics, autoregression
 from pftrack.filters.learning import online_em
 from pftrack.filters.learning.guidance import GuidedDynamics
@@ -283,3 +293,76 @@ class Centroid(Coloured):
 
 COLOURED, GUIDED, CENTROID = Coloured(_log_likelihood), Guided(_log_likelihood), Centroid(_log_likelihood)
 """What is believed of the colour under a ball and how it moves, and the same by another motion or measurement."""
+
+
+# Trackers of a ball by its colour: the filters of Bando 2007, ch. 3, with the likelihood of its section 2.2.
+#
+# All of them carry the two newest positions, (u_t, v_t, u_{t-1}, v_{t-1}) in px, and differ in how the posterior of the
+# next frame is sampled. Those that draw by prediction or by observation share one compiled loop
+# (`pftrack.experiments.shared.sampling`), and differ in the rule by which it chooses. Whether the dynamics are learned
+# and the path smoothed is the same for all.
+
+
+@dataclass(frozen=True)
+class Unscented(Filter[PointModel]):
+    """The unscented particle filter: its proposal looks at what a linear model measures (Bando 2007, ch. 3 section 4).
+
+    Attributes:
+        measured: The linear model.
+    """
+
+    measured: Centroid
+
+    @override
+    def step(
+        self, model: PointModel, state: PointState, frame: Frame, parameters: BallTrackerParameters, rng: Stream
+    ) -> PointState:
+        known: PointState = model.prepare(state, frame, parameters)
+        particles = model.particles(known, parameters, rng)
+        known = replace(known, particles=particles)
+        linear = self.measured.linear(frame, parameters, known)
+        posterior = unscented_particle.step(
+            particles,
+            dynamics_of(known, parameters, size_of(frame.picture)),
+            lambda states: model.log_likelihood(states, frame, parameters, known),
+            rng,
+            measurement=linear.measurement,
+            observe=lambda positions: positions,
+            noise_covariance=linear.covariance,
+            recursive=parameters.recursive_covariance,
+            count=model.count(parameters),
+            resample=resampler(parameters),
+        )
+        update = Update(posterior.particles, posterior.log_evidence, posterior.resampled)
+        return model.believe(known, update, frame, parameters)
+
+
+TRACKERS: dict[str, Tracker] = {
+    **filtered(
+        COLOURED,
+        HARD,
+        SOFT,
+        CONDENSATION,
+        AUXILIARY,
+        Unscented(
+            "upf",
+            "Unscented (UPF)",
+            "Draws every particle towards the colour centroid of the whole picture.",
+            CENTROID,
+        ),
+        NOISE_CONTROL,
+    ),
+    **filtered(
+        CENTROID,
+        Kalman("kalman", "Kalman filter", "Follows the colour centroid of the whole picture with one Gaussian."),
+    ),
+    **filtered(
+        GUIDED,
+        Bootstrap(
+            "guided",
+            "Guided diffusion",
+            "Draws every particle by prediction, with accelerations as they were learned from recorded runs.",
+        ),
+    ),
+}
+"""The trackers of a ball, by name, in the order in which they are shown."""

@@ -8,6 +8,7 @@ ellipsoid at two of them, and the changes of the estimate. Its third axis is the
 """
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -23,12 +24,11 @@ from pftrack.core.model.drawing import (
     Polyline,
     Primitive,
     Text,
-    Viewpoint,
-    World,
     WorldDrawing,
 )
 from pftrack.core.model.palette import COLOURS, VIRIDIS, Colour
 from pftrack.core.model.source import Target
+from pftrack.experiments.declared import read_words
 from pftrack.experiments.fish.model import (
     CAP_PX,
     GOLDFISH,
@@ -128,30 +128,8 @@ def _some(poses: Floats, count: int) -> Floats:
 _TABLE = np.array(VIRIDIS, np.uint8)[np.minimum(np.arange(256) * len(VIRIDIS) // (QUARTERS * CAP_PX), len(VIRIDIS) - 1)]
 """Colour of each distance."""
 
-MODES_WORLD = World(
-    "modes",
-    "Learned mode",
-    "px",
-    115.0,
-    middle=(0.0, 15.0, 0.0),
-    up=(0.0, -1.0, 0.0),
-    front=(0.0, 0.0, -1.0),
-    viewpoints=(Viewpoint("above", "Above", 0.0, 0.0), Viewpoint("3-d", "3-D", -35.0, 20.0)),
-)
+MODES_WORLD, CHANGES_WORLD = read_words(Path(__file__).parent)["worlds"]
 
-CHANGES_WORLD = World(
-    "changes",
-    "Turn against bend",
-    "sd",
-    5.0,
-    up=(0.0, 1.0, 0.0),
-    front=(0.0, 0.0, 1.0),
-    viewpoints=(
-        Viewpoint("front", "Front", 0.0, 0.0),
-        Viewpoint("side", "Side", 90.0, 0.0),
-        Viewpoint("3-d", "3-D", -35.0, 20.0),
-    ),
-)
 
 UP = -0.5 * np.pi
 SWAY_FRAMES = 30.0

@@ -13,14 +13,12 @@ from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Picture, Primitive
 from pftrack.core.model.measures import PICTURE_MEASURES
 from pftrack.core.model.palette import COLOURS
-from pftrack.core.model.series import Series, SeriesValue
+from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, Target
 from pftrack.experiments.declared import read_quality, read_words
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.fish.draw import (
-    CHANGES_WORLD,
-    MODES_WORLD,
     changes_world,
     draw_edges,
     draw_particles,
@@ -38,13 +36,6 @@ from pftrack.experiments.shared.sketch import caption, distance, error_words
 from pftrack.experiments.video import Video
 
 FOLDER = Path(__file__).parent
-
-SERIES = (
-    Series("heading_error", "error of the heading", "°"),
-    Series("bend_error", "error of the bend", "°"),
-    Series("true_heading", "true heading", "°"),
-    Series("true_bend", "true bend", "°"),
-)
 
 
 class SimulatedFishParameters(FishTrackerParameters, FishSceneParameters):
@@ -110,7 +101,6 @@ EXPERIMENT = Experiment(
     id="fish",
     trackers=TRACKERS,
     quality=read_quality(FOLDER, TRACKERS),
-    worlds=(MODES_WORLD, CHANGES_WORLD),
     simulate=simulate,
     video=Video(
         wire,
@@ -124,7 +114,6 @@ EXPERIMENT = Experiment(
     draw=draw,
     error=distance,
     missed=is_missed,
-    series=SERIES,
     measure=measure,
     measures=PICTURE_MEASURES,
     guidance=GUIDANCE,

@@ -365,7 +365,7 @@ class FishState:
 
     def arrays(self) -> Mapping[str, Floats]:
         """Return states and log weights of the particles."""
-        return {"states": self.particles.states, "log_weights": self.particles.log_weights}
+        return self.particles.arrays()
 
 
 SERIES = (

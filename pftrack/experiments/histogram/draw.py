@@ -8,6 +8,7 @@ roots both histograms have length 1, and the likeness rho is their scalar produc
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,11 +22,10 @@ from pftrack.core.model.drawing import (
     Picture,
     Primitive,
     Text,
-    Viewpoint,
-    World,
     WorldDrawing,
 )
 from pftrack.core.model.palette import COLOURS
+from pftrack.experiments.declared import read_words
 from pftrack.experiments.histogram.model import HistogramState
 from pftrack.experiments.shared.sketch import (
     at_height,
@@ -53,18 +53,7 @@ AXES: dict[Space, tuple[str, str]] = {
     "chromaticity": ("share of green", "share of red"),
 }
 
-HISTOGRAM_WORLD = World(
-    "histograms",
-    "Histograms",
-    "bins",
-    9.2,
-    middle=(4.5, 2.0, 4.8),
-    viewpoints=(
-        Viewpoint("3-d", "3-D", -35.0, 35.0),
-        Viewpoint("front", "Front", 0.0, 0.0),
-        Viewpoint("top", "Top", 0.0, 90.0),
-    ),
-)
+(HISTOGRAM_WORLD,) = read_words(Path(__file__).parent)["worlds"]
 
 LID = np.array([(4, 5), (5, 7), (7, 6), (6, 4)])
 SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))

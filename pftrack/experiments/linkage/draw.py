@@ -6,6 +6,7 @@ places of hypotheses, weights, and how far they extend.
 """
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,19 +22,25 @@ from pftrack.core.model.drawing import (
     Polyline,
     Primitive,
     Text,
-    Viewpoint,
-    World,
     WorldDrawing,
 )
 from pftrack.core.model.palette import COLOURS, Colour
 from pftrack.core.model.source import Frame
-from pftrack.experiments.linkage.model import Chain, Strip, describe, intersect, pose_size, reference_attitude
+from pftrack.experiments.declared import read_words
+from pftrack.experiments.linkage.model import (
+    LINKS,
+    Chain,
+    describe,
+    joint_angles,
+    pose_size,
+    reference_attitude,
+)
 from pftrack.experiments.linkage.parameters import LinkageTrackerParameters
 from pftrack.experiments.linkage.scene import LinkageTarget, LinkMeasurements, attitude, places
-from pftrack.experiments.linkage.set_trackers import Region
 from pftrack.experiments.linkage.sets.regions import CENTRE
-from pftrack.experiments.linkage.shape import LINKS, joint_angles
+from pftrack.experiments.linkage.sets.space import Strip, intersect
 from pftrack.experiments.linkage.state import LinkageState
+from pftrack.experiments.linkage.trackers import Region
 from pftrack.experiments.shared.sketch import at_height, circle, dots, lines
 from pftrack.filters.beam import Beam
 from pftrack.filters.particles import ParticleSet
@@ -234,19 +241,7 @@ def _name(name: str, text: str, state: LinkageState, row: float, colour: Colour,
 # bounds allow, so that a large one fits in as well. Around each link of a hypothesis lies a sector, which its tip may
 # not leave: the range of directions by that of lengths. The curve within is the ellipsoid's shadow.
 
-DEPTH_WORLD = World(
-    "depth",
-    "From above",
-    "reach",
-    0.9,
-    up=(0.0, -1.0, 0.0),
-    front=(0.0, 0.0, -1.0),
-    viewpoints=(
-        Viewpoint("top", "Top", 0.0, 90.0),
-        Viewpoint("front", "Front", 0.0, 0.0),
-        Viewpoint("3-d", "3-D", -35.0, 35.0),
-    ),
-)
+DEPTH_WORLD, LENGTHS_WORLD = read_words(Path(__file__).parent)["worlds"]
 
 MOST_SHOWN = 8
 STEPS = 24
@@ -373,21 +368,6 @@ BAND = _band()
 # has not excluded, and an ellipsoid. The truth is a point; whatever method runs, the question is whether the point is
 # inside, and how much of the cube is left.
 
-RADIUS = 2.4
-LENGTHS_WORLD = World(
-    "lengths",
-    "Lengths",
-    "half ranges",
-    RADIUS,
-    up=(0.0, 0.0, 1.0),
-    front=(0.0, -1.0, 0.0),
-    viewpoints=(
-        Viewpoint("3-d", "3-D", -30.0, 25.0),
-        Viewpoint("front", "1, 3", 0.0, 0.0),
-        Viewpoint("side", "2, 3", 90.0, 0.0),
-        Viewpoint("top", "1, 2", 0.0, 90.0),
-    ),
-)
 
 DOT, CROSS, LEAST_HALF_PX = 0.13, 0.12, 0.5
 NAME_AT = 1.35
@@ -415,7 +395,7 @@ def lengths_world(
         drawn |= _box_of_lengths(f"{number}", one, middle, half)
     if len(cloud := particles(state)):
         places = (cloud[:, -LINKS:] - middle) / half
-        near = places[np.sqrt(np.square(places).sum(axis=1)) < RADIUS]
+        near = places[np.sqrt(np.square(places).sum(axis=1)) < LENGTHS_WORLD.radius]
         drawn["particles"] = dots(near, COLOURS["prediction"], 0.5 * DOT, "particles")
     if isinstance(target, LinkageTarget):
         drawn["truth"] = _dot((target.r - middle) / half, "truth", 1.2 * DOT)
@@ -430,13 +410,13 @@ def _box_of_lengths(name: str, one: ShownHypothesis, middle: Floats, half: Float
     colour = pale(COLOURS["prediction"], one.weight)
     low, high = ((ends[LINKS:] - middle) / half for ends in (one.low, one.high))
     drawn: dict[str, Primitive] = {}
-    if float(np.linalg.norm(np.maximum(np.abs(low), np.abs(high)))) < RADIUS:
+    if float(np.linalg.norm(np.maximum(np.abs(low), np.abs(high)))) < LENGTHS_WORLD.radius:
         drawn[f"box {name}"] = Links(_box(low, high), colour, 1.0 + one.weight, "guide boxes")
     if one.shape is not None:
         covariance = one.shape[LINKS:, LINKS:] / np.outer(half, half) / SIGMAS**2
         centre = (one.middle[LINKS:] - middle) / half
         reach = np.abs(centre) + SIGMAS * np.sqrt(np.maximum(np.diagonal(covariance), 0.0))
-        if float(np.linalg.norm(reach)) < RADIUS:
+        if float(np.linalg.norm(reach)) < LENGTHS_WORLD.radius:
             drawn[f"ellipsoid {name}"] = Ellipsoids(
                 centre[None].astype(np.float32),
                 covariance[None].astype(np.float32),
@@ -462,12 +442,12 @@ def _ways() -> NDArray[np.float32]:
 
 
 def _dot(place: Floats, colour: str, size: float) -> Points:
-    near = np.array([place] if np.linalg.norm(place) < RADIUS else [], np.float32).reshape(-1, 3)
+    near = np.array([place] if np.linalg.norm(place) < LENGTHS_WORLD.radius else [], np.float32).reshape(-1, 3)
     return dots(near, COLOURS[colour], size, colour)
 
 
 def _cross(place: Floats) -> NDArray[np.float32]:
     """Return three segments (3, 2, 3) that meet at a place; none where it is too far away."""
     arms = np.stack([place - CROSS * np.eye(3), place + CROSS * np.eye(3)], axis=1)
-    near = float(np.linalg.norm(place)) + CROSS < RADIUS
+    near = float(np.linalg.norm(place)) + CROSS < LENGTHS_WORLD.radius
     return np.asarray(arms if near else arms[:0], np.float32)

@@ -22,7 +22,9 @@ from pftrack.core.numerics.matrices import contiguous_copy, solve_system
 from pftrack.core.numerics.random import Gaussian, Stream
 from pftrack.experiments.linkage.linearised import Candidates, Filtering, candidates, predict
 from pftrack.experiments.linkage.model import (
+    LINKS,
     Chain,
+    Constraints,
     describe,
     in_coordinates,
     log_image_lengths,
@@ -34,7 +36,6 @@ from pftrack.experiments.linkage.model import (
 )
 from pftrack.experiments.linkage.parameters import LinkageTrackerParameters
 from pftrack.experiments.linkage.scene import LinkageTarget
-from pftrack.experiments.linkage.shape import LINKS, Constraints
 from pftrack.experiments.linkage.state import NOTHING, Events, LinkageState
 from pftrack.filters import unscented
 from pftrack.filters.beam import Beam, select_best

@@ -22,15 +22,20 @@ from pftrack.core.geometry.rotation import compose, matrix_quaternion, quaternio
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import factorise, multiply, substitute
 from pftrack.experiments.linkage.model import (
+    LINKS,
     PLANE_STATES,
+    Constraints,
+    directions,
+    joint_angles,
     joints,
     log_image_lengths,
+    mirror,
     observed_rows,
     project,
     project_slopes,
     recentre,
+    reverse_in_depth,
 )
-from pftrack.experiments.linkage.shape import LINKS, Constraints, directions, joint_angles, mirror, reverse_in_depth
 from pftrack.filters.kalman import condition_on_innovation
 from pftrack.filters.truncation import least_room, log_share, truncate
 

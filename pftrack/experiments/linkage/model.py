@@ -1,18 +1,21 @@
-"""A Gaussian of a chain's pose, velocity and lengths, and what a camera sees of it.
+"""A chain of three rigid links before an orthographic camera: its shape, what is seen of it, and a Gaussian of both.
 
-The state x of a filter is (pose, change of the pose in a frame, r_1..3). In the plane the pose is theta_1..3. In space
-it is (omega, t, theta_2, theta_3): omega is a small rotation beside a reference attitude q, so that the chain is turned
-by R(q) R(omega). After each update q takes omega over (`recentre`), so that no angle ever grows large.
+The pose is told by the angles theta_i of each link relative to the one before it. Their sums theta*_i =
+theta_1 + ... + theta_i are the links' *directions*; 0 is parallel to the image. Lengths r_i are in px.
 
-What is seen in a frame are numbers that are each a component of a point's image, along a direction: measured points, or
-links that are seen as lines.
+In the plane the image has one coordinate and the root is at 0. In space the chain lies in a plane of its own, which a
+rotation turns, and the root t is seen as well; turning about the normal of that plane and theta_1 are the same motion,
+so theta_1 is 0 there.
 
-Source: Shimada 1997, section 4.1, eqs. 4.9 to 4.11, and appendix A for the attitude.
+Since depth is not seen, the mirror image of a link, nearer than its joint instead of farther, looks the same as long as
+the others keep their directions. Links that are almost parallel to the image are where one turns into the other.
+
+Source: Shimada 1997, section 4.1, eqs. 4.5 to 4.11, section 5.5, eqs. 5.35 to 5.46, and appendix A for the attitude.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
@@ -29,15 +32,190 @@ from pftrack.core.model.source import Frame
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import multiply, solve
 from pftrack.experiments.linkage.scene import LinkMeasurements
-from pftrack.experiments.linkage.shape import (
-    LINKS,
-    Constraints,
-    directions,
-    image_in_plane,
-    image_in_space,
-    slopes_in_plane,
-    slopes_in_space,
-)
+
+LINKS = 3
+
+
+@compiled
+def directions(theta: Floats) -> Floats:
+    """Return the directions theta*, (3,), of joint angles (3,), rad."""
+    return np.array([theta[0], theta[0] + theta[1], theta[0] + theta[1] + theta[2]])
+
+
+@compiled
+def joint_angles(absolute: Floats) -> Floats:
+    """Return the joint angles theta, (3,), of directions (3,), rad."""
+    return np.array([absolute[0], absolute[1] - absolute[0], absolute[2] - absolute[1]])
+
+
+@compiled
+def mirror(absolute: Floats, link: int) -> Floats:
+    """Return directions (3,) of which one is mirrored in depth, to the angle nearest to it, and the others are kept."""
+    following = absolute.copy()
+    following[link] = 2.0 * np.pi * np.floor(absolute[link] / np.pi + 0.5) - absolute[link]
+    return following
+
+
+@compiled
+def image_in_plane(theta: Floats, r: Floats) -> Floats:
+    """Return y_i = sum_{j <= i} r_j cos theta*_j, (3,) px: joint 2, joint 3 and the tip as seen from the root."""
+    absolute = directions(theta)
+    seen = np.empty(LINKS)
+    reached = 0.0
+    for i in range(LINKS):
+        reached += r[i] * np.cos(absolute[i])
+        seen[i] = reached
+    return seen
+
+
+@compiled
+def slopes_in_plane(theta: Floats, r: Floats) -> Floats:
+    """Return the derivatives (3, 9) of `image_in_plane` by theta_1..3, px/rad, by their change, 0, and by r_1..3."""
+    absolute = directions(theta)
+    slopes = np.zeros((LINKS, 3 * LINKS))
+    for i in range(LINKS):
+        for k in range(i + 1):
+            for j in range(k, i + 1):
+                slopes[i, k] -= r[j] * np.sin(absolute[j])
+            slopes[i, 2 * LINKS + k] = np.cos(absolute[k])
+    return slopes
+
+
+@compiled
+def image_in_space(turn: Floats, t: Floats, theta: Floats, r: Floats) -> Floats:
+    """Return where root, joints and tip are seen, (4, 2) px (eqs. 4.5 to 4.8).
+
+    Args:
+        turn: (3, 3) rotation of the plane of the chain.
+        t: (2,) px, where the root is seen.
+        theta: (3,) rad.
+        r: (3,) px.
+    """
+    absolute = directions(theta)
+    seen = np.empty((LINKS + 1, 2))
+    x, y = 0.0, 0.0
+    for i in range(LINKS + 1):
+        for k in range(2):
+            seen[i, k] = t[k] + turn[k, 0] * x + turn[k, 1] * y
+        if i < LINKS:
+            x += r[i] * np.cos(absolute[i])
+            y += r[i] * np.sin(absolute[i])
+    return seen
+
+
+@compiled
+def slopes_in_space(turn: Floats, jacobian: Floats, theta: Floats, r: Floats) -> Floats:
+    """Return the derivatives (8, 17) of `image_in_space`, row by row.
+
+    They are by omega, t and theta_2..3, by their change in a frame, 0, and by r_1..3.
+
+    Args:
+        turn: (3, 3) rotation of the plane of the chain, by R(omega) on its right side.
+        jacobian: (3, 3) right Jacobian of omega; the identity if omega is 0.
+        theta: (3,) rad.
+        r: (3,) px.
+    """
+    absolute = directions(theta)
+    slopes = np.zeros((2 * (LINKS + 1), 14 + LINKS))
+    x, y = 0.0, 0.0
+    for i in range(LINKS + 1):
+        for k in range(2):
+            row = 2 * i + k
+            slopes[row, 3 + k] = 1.0
+            # -R [x]x J_r of the point (x, y, 0).
+            first, second, third = -turn[k, 2] * y, turn[k, 2] * x, turn[k, 0] * y - turn[k, 1] * x
+            for m in range(3):
+                slopes[row, m] = -(first * jacobian[0, m] + second * jacobian[1, m] + third * jacobian[2, m])
+            for j in range(i):
+                along, across = np.cos(absolute[j]), np.sin(absolute[j])
+                slopes[row, 14 + j] = turn[k, 0] * along + turn[k, 1] * across
+                for joint in range(1, j + 1):
+                    slopes[row, 4 + joint] += r[j] * (turn[k, 1] * along - turn[k, 0] * across)
+        if i < LINKS:
+            x += r[i] * np.cos(absolute[i])
+            y += r[i] * np.sin(absolute[i])
+    return slopes
+
+
+@compiled
+def reverse_in_depth(turn: Floats) -> Floats:
+    """Return the rotation (3, 3) of the plane of a chain that is mirrored in depth as a whole: it is seen the same."""
+    other = turn.copy()
+    for i in range(3):
+        for j in range(3):
+            if (i == 2) != (j == 2):
+                other[i, j] = -turn[i, j]
+    return other
+
+
+class Constraints(NamedTuple):
+    """lo <= A (theta_1..3, r_1..3) <= hi.
+
+    Attributes:
+        rows: (m, 6), A.
+        low: (m,) rad or px; may be -inf.
+        high: (m,) rad or px; may be inf.
+    """
+
+    rows: Floats
+    low: Floats
+    high: Floats
+
+    def of(self, *, lengths: bool) -> "Constraints":
+        """Return those on lengths, which are the last of the coordinates, or those on joints alone."""
+        chosen = np.any(self.rows[:, -LINKS:] != 0.0, axis=1) == lengths
+        return Constraints(self.rows[chosen], self.low[chosen], self.high[chosen])
+
+
+Three = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """What joints and lengths may be (tables 4.1 and 5.1); infinite where there is no bound.
+
+    Attributes:
+        joint_low: Of theta_1..3, rad.
+        joint_high: Of the same.
+        joint_difference: Greatest |theta_1 - theta_2| and |theta_2 - theta_3|, rad.
+        length_low: Of r_1..3, px.
+        length_high: Of the same.
+        length_difference: Greatest |r_1 - r_2| and |r_2 - r_3|, px.
+    """
+
+    joint_low: Three
+    joint_high: Three
+    joint_difference: tuple[float, float]
+    length_low: Three
+    length_high: Three
+    length_difference: tuple[float, float]
+
+    def constraints(self, *, in_space: bool) -> Constraints:
+        """Return the bounds as inequalities; in space none has theta_1, which is no coordinate there."""
+        rows = [*np.eye(2 * LINKS)]
+        low = [*self.joint_low, *self.length_low]
+        high = [*self.joint_high, *self.length_high]
+        for at, widest in ((0, self.joint_difference), (LINKS, self.length_difference)):
+            for k in range(LINKS - 1):
+                row = np.zeros(2 * LINKS)
+                row[at + k], row[at + k + 1] = 1.0, -1.0
+                rows.append(row)
+                low.append(-widest[k])
+                high.append(widest[k])
+        kept = [
+            k
+            for k, row in enumerate(rows)
+            if (np.isfinite(low[k]) or np.isfinite(high[k])) and not (in_space and row[0] != 0.0)
+        ]
+        return Constraints(np.array(rows)[kept], np.array(low)[kept], np.array(high)[kept])
+
+
+# The state x of a filter is (pose, change of the pose in a frame, r_1..3). In the plane the pose is theta_1..3. In
+# space it is (omega, t, theta_2, theta_3): omega is a small rotation beside a reference attitude q, so that the chain
+# is turned by R(q) R(omega). After each update q takes omega over (`recentre`), so that no angle ever grows large.
+#
+# What is seen in a frame are numbers that are each a component of a point's image, along a direction: measured points,
+# or links that are seen as lines.
 
 PLANE_STATES = 9
 """Coordinates of a state in the plane; in space there are 17."""
@@ -307,129 +485,3 @@ def log_image_lengths(state: Floats, attitude: Floats, seen: Floats) -> float:
 def _point(row: int) -> int:
     """Return the point of a row of a line: of either end of its link."""
     return (row - POINT_ROWS) // 2 + (row - POINT_ROWS) % 2
-
-
-# Hard bounds of errors say where the image of each link lies in space, whatever was seen of it. A measured point lies
-# in a square, and a link that is seen as a line has both ends in the strip along it. So each point of the chain lies in
-# a polygon: a joint, where the strips of its two links cross. The difference of a link's ends lies within the
-# difference of the extents of their polygons, along the line and across it. Across it that is twice the bound of the
-# errors; along it, it is known where both ends are: where another line or a point tells of each of them.
-
-FAR_PX = 1e6
-"""Half the side of the square that stands for the plane."""
-
-SLACK_PX = 1e-6
-"""By how much strips are widened, so that rounding loses nothing."""
-
-Strip: TypeAlias = tuple[Floats, float, float]
-"""(n, low, high) of low <= n . p <= high, with n (2,) a unit vector."""
-
-
-def intersect(strips: list[Strip]) -> Floats:
-    """Return the corners (k, 2) of all that is in every strip and in the square; none if nothing is."""
-    corners = FAR_PX * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-    for normal, low, high in strips:
-        corners = _clip(corners, normal, high + SLACK_PX)
-        corners = _clip(corners, -normal, SLACK_PX - low)
-    return corners
-
-
-def extent(corners: Floats, direction: Floats) -> tuple[float, float]:
-    """Return the least and the greatest of direction . p over a polygon; infinite both where it has no end on a side.
-
-    Args:
-        corners: (k, 2), at least one.
-        direction: (2,) unit vector.
-    """
-    along = (corners * direction).sum(axis=1)
-    low, high = float(along.min()), float(along.max())
-    return (low, high) if max(-low, high) < 0.5 * FAR_PX else (-np.inf, np.inf)
-
-
-def _clip(corners: Floats, normal: Floats, limit: float) -> Floats:
-    """Return the corners of the part of a convex polygon in which n . p <= limit (Sutherland and Hodgman 1974)."""
-    beyond = (corners * normal).sum(axis=1) - limit
-    kept: list[Floats] = []
-    for k in range(len(corners)):
-        one, other = beyond[k - 1], beyond[k]
-        if (one > 0.0) != (other > 0.0):
-            kept.append(corners[k - 1] + one / (one - other) * (corners[k] - corners[k - 1]))
-        if other <= 0.0:
-            kept.append(corners[k])
-    return np.array(kept).reshape(-1, 2)
-
-
-AXES = np.eye(2)
-
-Extents: TypeAlias = tuple[Floats, Floats]
-"""Middles (4, 2) and half extents (4, 2) of where points are, along the axes of the image; infinite halves are none."""
-
-
-class LinkImage(NamedTuple):
-    """The end of a link less its beginning, in the image.
-
-    Attributes:
-        turn: (3, 3) rotation about the line of sight that makes the two directions along which it is bounded the axes.
-        middle: (2,) along these, px.
-        bound: (2,) of the distance from that, px; infinite where nothing is known, -infinite where nothing is possible.
-    """
-
-    turn: Floats
-    middle: Floats
-    bound: Floats
-
-
-def link_images(seen: Floats, bound: float) -> list[LinkImage | None]:
-    """Return what is known of each link's image, None where it is nothing.
-
-    Args:
-        seen: (8, 3) or (14, 3) observation, see `observation`.
-        bound: Of the error of a measured coordinate, and of an end from its line, px.
-    """
-    if len(seen) == POINT_ROWS:
-        points = seen[:, 0].reshape(-1, 2)
-        shown, both = points[1:] - points[:-1], np.full(2, 2.0 * bound)
-        return [None if np.isnan(one).any() else LinkImage(np.eye(3), one, both) for one in shown]
-    polygons = places_of(seen, bound)
-    return [_link_image(polygons[link], polygons[link + 1], seen, link) for link in range(LINKS)]
-
-
-def places_of(seen: Floats, bound: float) -> list[Floats]:
-    """Return the corners (k, 2) of where each of the four points can be, px from the origin."""
-    strips: list[list[Strip]] = [[] for _ in range(LINKS + 1)]
-    for row, (value, *direction) in enumerate(seen):
-        if not np.isnan(value):
-            past = row - POINT_ROWS
-            point = row // 2 if past < 0 else past // 2 + past % 2
-            strips[point].append((np.array(direction), float(value) - bound, float(value) + bound))
-    return [intersect(one) for one in strips]
-
-
-def _link_image(beginning: Floats, end: Floats, seen: Floats, link: int) -> LinkImage | None:
-    turn, row = np.eye(3), POINT_ROWS + 2 * link
-    if not np.isnan(seen[row, 0]):
-        across, down = seen[row, 1:]
-        turn[:2, :2] = [[across, down], [-down, across]]
-    if not (len(beginning) and len(end)):
-        # Strips that do not meet contradict each other: no link is between what is nowhere.
-        return LinkImage(turn, np.zeros(2), np.full(2, -np.inf))
-    middle, half = np.zeros(2), np.full(2, np.inf)
-    for axis in range(2):
-        (first, last), (low, high) = extent(beginning, turn[axis, :2]), extent(end, turn[axis, :2])
-        if np.isfinite([first, last, low, high]).all():
-            middle[axis], half[axis] = 0.5 * (low - last + high - first), 0.5 * (high - first - low + last)
-    return LinkImage(turn, middle, half) if np.isfinite(half).any() else None
-
-
-def bound_places(seen: Floats, bound: float) -> Extents:
-    """Return how far each point of the chain extends, given what was seen of it."""
-    if len(seen) == POINT_ROWS:
-        points = seen[:, 0].reshape(-1, 2)
-        return points, np.where(np.isnan(points), np.inf, bound)
-    middles, halves = np.zeros((LINKS + 1, 2)), np.full((LINKS + 1, 2), np.inf)
-    for point, corners in enumerate(places_of(seen, bound)):
-        for axis in range(2 if len(corners) else 0):
-            low, high = extent(corners, AXES[axis])
-            if np.isfinite(high):
-                middles[point, axis], halves[point, axis] = 0.5 * (low + high), 0.5 * (high - low)
-    return middles, halves

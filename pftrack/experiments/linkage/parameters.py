@@ -8,8 +8,8 @@ import numpy as np
 from pydantic import model_validator
 
 from pftrack.core.model.parameters import ParameterError, Parameters, parameter
+from pftrack.experiments.linkage.model import Bounds
 from pftrack.experiments.linkage.scene import LinkageSceneParameters
-from pftrack.experiments.linkage.shape import Bounds
 from pftrack.experiments.shared.reports import loss_share, particle_count
 
 FREE_DEG = 360.0

@@ -22,17 +22,23 @@ from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.marks import FeaturePoints
+from pftrack.core.model.measures import held_at_end
 from pftrack.core.model.parameters import ParameterError, Value, parameter, revise
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, FrameSequence, History, Target, Truth
 from pftrack.core.numerics.elementary import direction
 from pftrack.core.numerics.matrices import product
 from pftrack.experiments.linkage.parameters import LinkageParameters
-from pftrack.experiments.linkage.quality import HELD_AT_END
 from pftrack.experiments.linkage.scene import NAMES, LinkageTarget, in_degrees, measure_points
 from pftrack.experiments.shared.recording import OccluderParameters, paint_strip, strip
 from pftrack.sources.tracks.sequence import TrackSequence
 from pftrack.vision.matching import LARGEST_TEMPLATE_PX, cut, match
+
+LAST_FRAMES = 6
+"""Over which Shimada's success of a crossing is judged."""
+
+HELD_AT_END = held_at_end(LAST_FRAMES)
+"""Whether a chain came through: in between a wrong hypothesis may be ahead."""
 
 MATCHING = "Following"
 POINTS = 4

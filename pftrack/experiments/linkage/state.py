@@ -6,15 +6,19 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from pftrack.core.arrays import Floats
+from pftrack.core.model.likelihood import Amount, Cloud, Contributions, Part
+from pftrack.core.model.model import Model, Values
 from pftrack.core.model.series import Hypotheses, Interval, Reduction, Series, SeriesValue
+from pftrack.core.model.source import Frame
 from pftrack.core.numerics.elementary import wrap
-from pftrack.experiments.linkage.sampled import LengthParticles
+from pftrack.experiments.linkage.model import LINKS
 from pftrack.experiments.linkage.scene import in_degrees
-from pftrack.experiments.linkage.shape import LINKS
 from pftrack.experiments.shared import reports
 from pftrack.experiments.shared.filtered import NIS, measure_innovation
+from pftrack.experiments.shared.reports import hypotheses_cloud
 from pftrack.filters.beam import Beam
 from pftrack.filters.kalman import NormalisedInnovation
 from pftrack.filters.particles import ParticleSet
@@ -124,8 +128,7 @@ class LinkageState:
     def arrays(self) -> Mapping[str, NDArray[Any]]:
         """Return particles, or what the hypotheses are made of, with log weights."""
         if isinstance(self.belief, ParticleSet):
-            held = self.belief.arrays() if isinstance(self.belief, LengthParticles) else {}
-            return {"states": self.belief.states, "log_weights": self.belief.log_weights, **held}
+            return self.belief.arrays()
         members: tuple[Hypothesis, ...] = self.belief.members
         parts = [member.arrays() for member in members]
         joined = {name: np.stack([part[name] for part in parts]) for name in parts[0]}
@@ -216,3 +219,61 @@ def _mirror_gap(state: LinkageState) -> float:
     ways = np.abs(wrap(2.0 * state.directions))
     with np.errstate(divide="ignore", invalid="ignore"):
         return float((ways / state.directions_sd).min())
+
+
+FLAT = ("theta 1", "theta 2", "theta 3", "length 1", "length 2", "length 3")
+SPATIAL = ("omega x", "omega y", "omega z", "t x", "t y", *FLAT)
+"""Names of the numbers of an estimate, in the plane and in space; angles in degrees, the others in px."""
+
+
+class Seen(Model):
+    """What there is to see of a chain: hypotheses or particles, and ranges."""
+
+    @override
+    def cloud(self, state: LinkageState) -> Cloud | None:
+        """Return hypotheses, laid open; None of particles, of which a beam makes one hypothesis."""
+        belief = state.belief
+        if isinstance(belief, ParticleSet):
+            return None
+        poses = np.array([member.pose for member in belief.members])
+        return hypotheses_cloud(poses, belief.log_weights, belief.parents)
+
+    @override
+    def update_parts(
+        self, before: LinkageState, state: LinkageState, frame: Frame, parameters: Values
+    ) -> tuple[Part, ...]:
+        """Return how the frame has changed the range of each number, and what happened to hypotheses and bounds.
+
+        A range is all that is not excluded, or two standard deviations to either side. It grows by what may have moved,
+        and is cut by what was seen and by the bounds of joints and lengths.
+        """
+        events = state.events
+        happened = (
+            Amount("bounds that cut", float(events.truncated)),
+            Amount("hypotheses refuted", float(events.refuted)),
+            Amount("hypotheses merged", float(events.merges)),
+            Amount("hypotheses added", float(events.splits)),
+        )
+        if before is state or len(before.low) != len(state.low):
+            return happened
+        old, new = (_widths(each) for each in (before, state))
+        low, high = in_degrees(state.low), in_degrees(state.high)
+        change = 100.0 * (new / np.maximum(old, 1e-12) - 1.0)
+        rows = tuple(map(tuple, np.column_stack([low, high, old, new, np.where(old > 0.0, change, np.nan)]).tolist()))
+        names = SPATIAL if state.in_space else FLAT
+        columns = ("from", "to", "width before", "width", "change (%)")
+        return (Contributions("ranges, before and after the frame (° or px)", columns, names, rows), *happened)
+
+
+class SeenParticles(Seen):
+    """The same by particles."""
+
+    @override
+    def cloud(self, state: LinkageState) -> Cloud | None:
+        """Return particles, laid open; None of hypotheses, of which the particle filter drew its first ones."""
+        belief = state.belief
+        return Cloud(belief.states, belief.log_weights, belief.ancestors) if isinstance(belief, ParticleSet) else None
+
+
+def _widths(state: LinkageState) -> Floats:
+    return np.asarray(in_degrees(state.high) - in_degrees(state.low))

@@ -221,6 +221,4 @@ class PointState:
 
     def arrays(self) -> Mapping[str, Floats]:
         """Return states and log weights of the particles; empty without."""
-        if self.particles is None:
-            return {}
-        return {"states": self.particles.states, "log_weights": self.particles.log_weights}
+        return self.particles.arrays() if self.particles is not None else {}

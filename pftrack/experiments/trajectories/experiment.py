@@ -24,9 +24,6 @@ from pftrack.experiments.trajectories.corners import CornerParameters, begin
 from pftrack.experiments.trajectories.draw import EXPORTS, MEASURES
 from pftrack.experiments.trajectories.model import TrajectoriesTrackerParameters
 from pftrack.experiments.trajectories.recording import (
-    SCALES_WORLD,
-    SEARCH_WORLD,
-    SERIES,
     TemplateSearch,
     empty_search_world,
     in_picture,
@@ -144,7 +141,6 @@ EXPERIMENT = Experiment(
     id="trajectories",
     trackers=TRACKERS,
     quality=read_quality(FOLDER, TRACKERS),
-    worlds=(SEARCH_WORLD, SCALES_WORLD),
     model=MODEL,
     simulate=simulate,
     video=Video(
@@ -159,7 +155,6 @@ EXPERIMENT = Experiment(
     error=distance,
     lost=_is_lost,
     measures=MEASURES,
-    series=SERIES,
     measure=measure,
     report=report,
     exports=EXPORTS,

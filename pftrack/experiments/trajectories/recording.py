@@ -13,6 +13,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import cv2
@@ -21,10 +22,11 @@ from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.diagnostics import Diagnostics
-from pftrack.core.model.drawing import Arrows, Links, Mesh, Points, Primitive, Text, Viewpoint, World, WorldDrawing
+from pftrack.core.model.drawing import Arrows, Links, Mesh, Points, Primitive, Text, WorldDrawing
 from pftrack.core.model.palette import COLOURS, VIRIDIS, Colour
-from pftrack.core.model.series import Reduction, Series, SeriesValue
+from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.source import Frame
+from pftrack.experiments.declared import read_words
 from pftrack.experiments.shared.sketch import colours, dots, lines
 from pftrack.experiments.trajectories.corners import CornerParameters, Corners
 from pftrack.experiments.trajectories.model import TrajectoriesState, TrajectoriesTrackerParameters
@@ -38,7 +40,7 @@ from pftrack.vision.rendering import projection
 SHOWN_PX = 20
 """To so far from the middle costs are shown."""
 
-RADIUS, HEIGHT, FLOOR = 30.0, 14.0, -7.0
+HEIGHT, FLOOR = 14.0, -7.0
 PIXEL, PIECE_AT, BESIDE = 0.9, 22.0, 11.0
 """Side of a pixel of a template, how far behind the costs the templates stand, and how far beside the middle."""
 
@@ -47,19 +49,7 @@ NEARLY = 1.5
 """What costs up to this many times the least is nearly as good."""
 MOST_PEAKS = 40
 
-SEARCH_WORLD = World(
-    "search",
-    "Search",
-    "px",
-    RADIUS,
-    up=(0.0, 0.0, 1.0),
-    front=(0.0, -1.0, 0.0),
-    viewpoints=(
-        Viewpoint("3-d", "3-D", -25.0, 42.0),
-        Viewpoint("top", "Top", 0.0, 90.0),
-        Viewpoint("front", "Front", 0.0, 0.0),
-    ),
-)
+SEARCH_WORLD, SCALES_WORLD = read_words(Path(__file__).parent)["worlds"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,18 +206,6 @@ TICKS = (
 )
 """What stands beside the axes, and where, px."""
 CROSS, POINT = 0.15, 0.1
-WORLD_RADIUS = 2.1
-
-SCALES_WORLD = World(
-    "scales",
-    "Scales",
-    "decades",
-    WORLD_RADIUS,
-    middle=(0.0, 0.0, 0.0),
-    up=(0.0, 0.0, 1.0),
-    front=(0.0, -1.0, 0.0),
-    viewpoints=(Viewpoint("3-d", "3-D", -20.0, 40.0), Viewpoint("top", "Top", 0.0, 90.0)),
-)
 
 
 def scales_world(state: TrajectoriesState, parameters: TrajectoriesTrackerParameters) -> WorldDrawing:
@@ -287,37 +265,6 @@ def _faces() -> NDArray[np.int32]:
     first = (np.arange(STEPS - 1)[:, None] * STEPS + np.arange(STEPS - 1)).ravel()
     corners = np.stack([first, first + 1, first + STEPS, first + STEPS, first + 1, first + STEPS + 1], axis=1)
     return corners.reshape(-1, 3).astype(np.int32)
-
-
-SERIES = (
-    Series("raw_rms_px", "error of the measurements", "px", reductions=(Reduction("raw_rms", "raw error", "mean"),)),
-    Series(
-        "filtered_rms_px",
-        "error of the filtered positions",
-        "px",
-        reductions=(Reduction("filtered_rms", "filtered error", "mean"),),
-    ),
-    Series(
-        "smoothed_rms_px",
-        "error of the smoothed positions",
-        "px",
-        reductions=(Reduction("smoothed_rms", "smoothed error", "mean"),),
-    ),
-    Series(
-        "mismatch_share",
-        "measured far from the truth",
-        reductions=(Reduction("mismatched", "measured far from the truth", "mean"),),
-    ),
-    Series(
-        "smoothed_mismatch_share",
-        "smoothed far from the truth",
-        reductions=(Reduction("smoothed_mismatched", "smoothed far from the truth", "mean"),),
-    ),
-    Series("raw_motion_px", "false motion of the measurements", "px"),
-    Series("false_motion_px", "false motion of the smoothed positions", "px"),
-    Series("resting", "tracks at rest"),
-    Series("smoothed_frame", "frame that was smoothed last"),
-)
 
 
 def true_positions(target: object, state: TrajectoriesState, index: int) -> Floats | None:

@@ -11,9 +11,8 @@ from pftrack.core.model.parameters import ParameterError, Value, revise
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments.ball import model as motion
-from pftrack.experiments.ball.model import COLOURED, colour_model
+from pftrack.experiments.ball.model import COLOURED, TRACKERS, colour_model
 from pftrack.experiments.ball.parameters import MODELLED, BallTrackerParameters, LoopParameters
-from pftrack.experiments.ball.trackers import TRACKERS
 from pftrack.experiments.shared.reports import PointState
 from pftrack.filters import fixed_lag, kalman
 from pftrack.filters.learning import online_em

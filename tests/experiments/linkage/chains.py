@@ -11,9 +11,8 @@ from pftrack.core.model.source import Frame, Measurements
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.linkage.parameters import LinkageTrackerParameters
 from pftrack.experiments.linkage.scene import LENGTH, LinkageSceneParameters, LinkageSource, LinkageTarget, PathName
-from pftrack.experiments.linkage.set_trackers import contains
 from pftrack.experiments.linkage.state import LinkageState
-from pftrack.experiments.linkage.trackers import TRACKERS
+from pftrack.experiments.linkage.trackers import TRACKERS, contains
 
 Array = NDArray[np.float64]
 

@@ -14,7 +14,7 @@ from pftrack.core.model.parameters import ParameterError, Value, revise
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.setup import Setup
 from pftrack.experiments import find
-from pftrack.experiments.linkage.quality import direction_error
+from pftrack.experiments.linkage.experiment import direction_error
 from pftrack.runs.run import Run
 from tests.making import whole_run
 

@@ -9,7 +9,7 @@ from pftrack.core.model.parameters import Value, revise
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.setup import Setup
 from pftrack.experiments import find
-from pftrack.experiments.linkage.set_trackers import begin
+from pftrack.experiments.linkage.trackers import begin
 from pftrack.runs.run import Run
 
 LINKAGE = find("linkage")

@@ -11,8 +11,7 @@ from pftrack.experiments import find
 from pftrack.experiments.linkage import particles as filtering
 from pftrack.experiments.linkage.gaussians import constraints, noise
 from pftrack.experiments.linkage.linearised import predict
-from pftrack.experiments.linkage.particles import move
-from pftrack.experiments.linkage.sampled import Settings, resample
+from pftrack.experiments.linkage.particles import Settings, move, resample
 from pftrack.experiments.linkage.scene import LinkageTarget
 from pftrack.experiments.linkage.state import LinkageState
 from pftrack.filters.particles import ParticleSet

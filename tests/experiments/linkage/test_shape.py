@@ -6,15 +6,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pftrack.core.geometry.rotation import matrix, quaternion
-from pftrack.experiments.linkage.model import UPRIGHT, observe, slopes
-from pftrack.experiments.linkage.shape import (
+from pftrack.experiments.linkage.model import (
+    UPRIGHT,
     Bounds,
     directions,
     image_in_plane,
     image_in_space,
     joint_angles,
     mirror,
+    observe,
     reverse_in_depth,
+    slopes,
 )
 
 THETA, R = np.array([0.4, 0.7, -0.3]), np.array([70.0, 60.0, 50.0])

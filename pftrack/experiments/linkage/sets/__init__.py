@@ -6,6 +6,6 @@ as long as the bounds hold; the price is that the sets are larger than need be.
 
 - `ellipsoids`: what contains a cut and a motion, and what lies in another;
 - `regions`: an ellipsoid and its guides, how they bound each other, and one whole frame of a family of them;
-- `cells`: which angles of a link fit, and the runs that these make;
-- `plane`, `space`: the cells of a link in the plane and in space, and how they cut a region.
+- `cells`: which angles of a link fit, the runs that these make, and how they cut a region in the plane;
+- `space`: the same in space, and where the image of each link lies.
 """

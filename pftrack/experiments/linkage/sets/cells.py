@@ -13,7 +13,7 @@ import numpy as np
 from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.numerics.compiled import compiled
 from pftrack.experiments.linkage.sets.ellipsoids import SLACK
-from pftrack.experiments.linkage.sets.regions import HIGH, LOW, Ways
+from pftrack.experiments.linkage.sets.regions import CENTRE, HIGH, LOW, SHAPE, Ways, apply_strip, settle
 
 MARGIN = 1e-12
 """What rounding may take from a sum of a few numbers, relative to them."""
@@ -164,3 +164,214 @@ def _increment(step: Ints) -> bool:
     if axis >= 0:
         step[axis] += 1
     return bool(axis >= 0)
+
+
+# A link in the plane that shows a given length: a rigorous cover by cells of its direction, and how it cuts a region.
+#
+# A link of length r in the direction theta (0 is parallel to the image) shows r cos theta. The interval of directions
+# is cut into cells, and in each the lengths are bounded by all that is known: the ellipse that the ellipsoid leaves of
+# (theta, r), the guide of r, and the observation, with the exact range of cos over the cell. No pair (theta, r) that
+# fits is outside the cells, which points sampled instead could not promise. It replaces the five points per axis with
+# which Shimada samples (5.47).
+#
+# r cos theta bends, so it is not a strip; a strip across its gradient that holds the corners of all cells holds them.
+#
+# Source: Shimada 1997, sections 5.2 and 5.5, and appendix D, eq. D.4, corrected; see docs/methods/linkages.md.
+
+DIRECTION_CELLS = 128
+"""Into how many cells the range of a direction is cut."""
+
+MOST_STEPS, CLOSE_PX = 20, 1e-4
+"""Of the search for the point to linearise at."""
+
+
+@compiled
+def cosine_range(first: float, last: float) -> tuple[float, float]:
+    """Return the least and the greatest cosine of the angles from first to last, rad."""
+    one, other = np.cos(first), np.cos(last)
+    least, most = min(one, other), max(one, other)
+    begin, end = first / np.pi, last / np.pi
+    whole = np.ceil(begin)
+    if whole <= end:
+        if whole % 2.0 == 0.0:
+            most = 1.0
+        else:
+            least = -1.0
+        if whole + 1.0 <= end:
+            least, most = -1.0, 1.0
+    return least, most
+
+
+@compiled
+def section(first: float, last: float, wide: float, both: float, tall: float) -> tuple[float, float]:
+    """Return the least and the greatest y of the ellipse about 0 where x is between two values; low > high if nowhere.
+
+    The upper edge is b x / a + sqrt((c - b^2 / a) (1 - x^2 / a)): it rises to its apex, sqrt(c) at x = b / sqrt(c), and
+    falls from there.
+
+    Args:
+        first: Least x.
+        last: Greatest x.
+        wide: a of the shape matrix (a, b; b, c).
+        both: b.
+        tall: c.
+    """
+    half, top = np.sqrt(max(wide, 0.0)), np.sqrt(max(tall, 0.0))
+    if first > half + SLACK or last < -half - SLACK:
+        return 1.0, -1.0
+    if not half > SLACK:
+        return -top, top
+    first, last = max(first, -half), min(last, half)
+    slope = both / wide
+    rest = max(tall - both * slope, 0.0)
+    one = np.sqrt(rest * max(1.0 - first * first / wide, 0.0))
+    other = np.sqrt(rest * max(1.0 - last * last / wide, 0.0))
+    low = min(slope * first - one, slope * last - other)
+    high = max(slope * first + one, slope * last + other)
+    apex = both / top if top > 0.0 else 0.0
+    if first <= apex <= last:
+        high = top
+    if first <= -apex <= last:
+        low = -top
+    return low, high
+
+
+@compiled
+def link_cells(
+    angles: tuple[float, float],
+    lengths: tuple[float, float],
+    seen: float,
+    bound: float,
+    place: tuple[float, float],
+    ellipse: tuple[float, float, float],
+    count: int,
+) -> tuple[Floats, Floats, Floats]:
+    """Return the edges (N + 1,) of cells of directions, rad, and the least and greatest length (N,) in each, px.
+
+    Where the least length is above the greatest, nothing in that cell fits.
+
+    Args:
+        angles: Interval of the direction, rad.
+        lengths: Interval of the length, px, not negative.
+        seen: Observed length in the picture, with its sign, px.
+        bound: Of the error of that, px.
+        place: Centre (theta, r) of the ellipse.
+        ellipse: (a, b, c) of its shape matrix, rad^2, rad px and px^2; a < 0 for no ellipse.
+        count: N.
+    """
+    wide, both, tall = ellipse
+    start, end = angles
+    if wide >= 0.0:
+        half = np.sqrt(wide) + SLACK
+        start, end = max(start, place[0] - half), min(end, place[0] + half)
+    edges, low, high = np.empty(count + 1), np.empty(count), np.empty(count)
+    for n in range(count):
+        edges[n], low[n], high[n] = start + (end - start) * (n / count), 1.0, -1.0
+    edges[count] = end
+    if start > end:
+        return edges, low, high
+    slack = SLACK + MARGIN * (abs(seen) + bound + lengths[1])
+    least_seen, most_seen = seen - bound - slack, seen + bound + slack
+    for n in range(count):
+        shortest, longest = lengths
+        if wide >= 0.0:
+            bottom, top = section(edges[n] - place[0], edges[n + 1] - place[0], wide, both, tall)
+            if bottom > top:
+                continue
+            shortest, longest = max(shortest, place[1] + bottom - slack), min(longest, place[1] + top + slack)
+        least, most = cosine_range(edges[n], edges[n + 1])
+        # Some cosine of the cell has r cos between the two: r least <= most_seen and r most >= least_seen.
+        shortest, longest = below(shortest, longest, least, most_seen)
+        low[n], high[n] = below(shortest, longest, -most, -least_seen)
+    return edges, low, high
+
+
+@compiled
+def observe_in_plane(
+    region: Floats,
+    axes: tuple[int, int],
+    scale: float,
+    seen: float,
+    bound: float,
+    cells: int,
+    most: int,
+    ways: Ways,
+) -> Floats:
+    """Return what an observation leaves of a region: none, one or several (K, n + 3, n).
+
+    Args:
+        region: (n + 3, n).
+        axes: Coordinates of the direction (S theta) and of the length (r).
+        scale: S, px/rad.
+        seen: r cos theta as observed, px.
+        bound: Of its error, px.
+        cells: Into how many the interval of directions is cut.
+        most: Into how many it may split; what would be more stays one.
+        ways: How.
+    """
+    angle, length = axes
+    low, high, shape = region[LOW], region[HIGH], region[SHAPE:]
+    ellipse = (-1.0, 0.0, 0.0)
+    if ways.ellipsoids:
+        ellipse = (shape[angle, angle] / (scale * scale), shape[angle, length] / scale, shape[length, length])
+    place = (region[CENTRE, angle] / scale, region[CENTRE, length])
+    edges, shortest, longest = link_cells(
+        (low[angle] / scale, high[angle] / scale), (low[length], high[length]), seen, bound, place, ellipse, cells
+    )
+    half = np.array([0.5 * (edges[cells] - edges[0]) / cells])
+    starts, ends = edges[:cells].copy().reshape(1, cells), edges[1:].copy().reshape(1, cells)
+    grid = Grid(np.array([angle]), length, starts, ends, half, shortest, longest)
+    labels, runs, apart = find_runs(grid, most, ways)
+    point = _linearisation_point(place, ellipse, seen) if ways.ellipsoids else place
+    children = np.empty((runs, region.shape[0], region.shape[1]))
+    left = 0
+    for run in range(runs):
+        child = children[left]
+        child[:] = region
+        first, last, middle = find_extents(grid, labels, run)
+        if (ways.guided or apart) and not shrink_to_cells(child, grid, scale, first, last):
+            continue
+        if apart:
+            point = (middle[0], middle[1])
+        normal = np.zeros(region.shape[1])
+        normal[angle], normal[length] = -point[1] * np.sin(point[0]) / scale, np.cos(point[0])
+        nearest, farthest = _find_extremes(grid, labels, run, normal, scale)
+        if apply_strip(child, normal, nearest, farthest, ways) and settle(child, ways):
+            left += 1
+    return children[:left]
+
+
+@compiled
+def _find_extremes(grid: Grid, labels: Ints, run: int, normal: Floats, scale: float) -> tuple[float, float]:
+    """Return the least and the greatest of a linear function over the corners of a run's cells."""
+    least, most = np.inf, -np.inf
+    for n in range(labels.shape[0]):
+        if labels[n] == run:
+            for side in (grid.low[0, n], grid.high[0, n]):
+                for r in (grid.shortest[n], grid.longest[n]):
+                    value = normal[grid.axes[0]] * side * scale + normal[grid.length] * r
+                    least, most = min(least, value), max(most, value)
+    return least, most
+
+
+@compiled
+def _linearisation_point(
+    place: tuple[float, float], ellipse: tuple[float, float, float], seen: float
+) -> tuple[float, float]:
+    """Return the (theta, r) nearest to the centre, as the ellipse measures, that shows what was seen (App. D)."""
+    wide, both, tall = ellipse
+    theta, r = place
+    for _ in range(MOST_STEPS):
+        by_angle, by_length = -r * np.sin(theta), np.cos(theta)
+        rest = seen - r * by_length
+        along_angle = wide * by_angle + both * by_length
+        along_length = both * by_angle + tall * by_length
+        spread = by_angle * along_angle + by_length * along_length
+        gap = rest - by_angle * (place[0] - theta) - by_length * (place[1] - r)
+        if not spread > 0.0:
+            break
+        theta, r = place[0] + along_angle * gap / spread, place[1] + along_length * gap / spread
+        if not abs(seen - r * np.cos(theta)) > CLOSE_PX:
+            break
+    # Any point will do: a poor one only makes a wider strip.
+    return (theta, r) if abs(theta - place[0]) < np.pi and abs(r) < 1e6 else place

@@ -11,7 +11,7 @@ A strip for each image coordinate, across the gradient of what is shown at the m
 Source: Shimada 1997, section 5.2, eqs. 5.22 to 5.25, and section 5.5, with cells in the place of points.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -19,9 +19,138 @@ from pftrack.core.arrays import Floats, Ints
 from pftrack.core.geometry.rotation import matrix, right_jacobian
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import factorise, multiply, substitute
+from pftrack.experiments.linkage.model import LINKS, POINT_ROWS
 from pftrack.experiments.linkage.sets.cells import MARGIN, Grid, below, find_extents, find_runs, shrink_to_cells
 from pftrack.experiments.linkage.sets.ellipsoids import SLACK
 from pftrack.experiments.linkage.sets.regions import CENTRE, HIGH, LOW, SHAPE, Ways, apply_strip, settle
+
+# Hard bounds of errors say where the image of each link lies in space, whatever was seen of it. A measured point lies
+# in a square, and a link that is seen as a line has both ends in the strip along it. So each point of the chain lies in
+# a polygon: a joint, where the strips of its two links cross. The difference of a link's ends lies within the
+# difference of the extents of their polygons, along the line and across it. Across it that is twice the bound of the
+# errors; along it, it is known where both ends are: where another line or a point tells of each of them.
+
+FAR_PX = 1e6
+"""Half the side of the square that stands for the plane."""
+
+SLACK_PX = 1e-6
+"""By how much strips are widened, so that rounding loses nothing."""
+
+Strip: TypeAlias = tuple[Floats, float, float]
+"""(n, low, high) of low <= n . p <= high, with n (2,) a unit vector."""
+
+
+def intersect(strips: list[Strip]) -> Floats:
+    """Return the corners (k, 2) of all that is in every strip and in the square; none if nothing is."""
+    corners = FAR_PX * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    for normal, low, high in strips:
+        corners = _clip(corners, normal, high + SLACK_PX)
+        corners = _clip(corners, -normal, SLACK_PX - low)
+    return corners
+
+
+def extent(corners: Floats, direction: Floats) -> tuple[float, float]:
+    """Return the least and the greatest of direction . p over a polygon; infinite both where it has no end on a side.
+
+    Args:
+        corners: (k, 2), at least one.
+        direction: (2,) unit vector.
+    """
+    along = (corners * direction).sum(axis=1)
+    low, high = float(along.min()), float(along.max())
+    return (low, high) if max(-low, high) < 0.5 * FAR_PX else (-np.inf, np.inf)
+
+
+def _clip(corners: Floats, normal: Floats, limit: float) -> Floats:
+    """Return the corners of the part of a convex polygon in which n . p <= limit (Sutherland and Hodgman 1974)."""
+    beyond = (corners * normal).sum(axis=1) - limit
+    kept: list[Floats] = []
+    for k in range(len(corners)):
+        one, other = beyond[k - 1], beyond[k]
+        if (one > 0.0) != (other > 0.0):
+            kept.append(corners[k - 1] + one / (one - other) * (corners[k] - corners[k - 1]))
+        if other <= 0.0:
+            kept.append(corners[k])
+    return np.array(kept).reshape(-1, 2)
+
+
+AXES = np.eye(2)
+
+Extents: TypeAlias = tuple[Floats, Floats]
+"""Middles (4, 2) and half extents (4, 2) of where points are, along the axes of the image; infinite halves are none."""
+
+
+class LinkImage(NamedTuple):
+    """The end of a link less its beginning, in the image.
+
+    Attributes:
+        turn: (3, 3) rotation about the line of sight that makes the two directions along which it is bounded the axes.
+        middle: (2,) along these, px.
+        bound: (2,) of the distance from that, px; infinite where nothing is known, -infinite where nothing is possible.
+    """
+
+    turn: Floats
+    middle: Floats
+    bound: Floats
+
+
+def link_images(seen: Floats, bound: float) -> list[LinkImage | None]:
+    """Return what is known of each link's image, None where it is nothing.
+
+    Args:
+        seen: (8, 3) or (14, 3) observation, see `observation`.
+        bound: Of the error of a measured coordinate, and of an end from its line, px.
+    """
+    if len(seen) == POINT_ROWS:
+        points = seen[:, 0].reshape(-1, 2)
+        shown, both = points[1:] - points[:-1], np.full(2, 2.0 * bound)
+        return [None if np.isnan(one).any() else LinkImage(np.eye(3), one, both) for one in shown]
+    polygons = places_of(seen, bound)
+    return [_link_image(polygons[link], polygons[link + 1], seen, link) for link in range(LINKS)]
+
+
+def places_of(seen: Floats, bound: float) -> list[Floats]:
+    """Return the corners (k, 2) of where each of the four points can be, px from the origin."""
+    strips: list[list[Strip]] = [[] for _ in range(LINKS + 1)]
+    for row, (value, *direction) in enumerate(seen):
+        if not np.isnan(value):
+            past = row - POINT_ROWS
+            point = row // 2 if past < 0 else past // 2 + past % 2
+            strips[point].append((np.array(direction), float(value) - bound, float(value) + bound))
+    return [intersect(one) for one in strips]
+
+
+def _link_image(beginning: Floats, end: Floats, seen: Floats, link: int) -> LinkImage | None:
+    turn, row = np.eye(3), POINT_ROWS + 2 * link
+    if not np.isnan(seen[row, 0]):
+        across, down = seen[row, 1:]
+        turn[:2, :2] = [[across, down], [-down, across]]
+    if not (len(beginning) and len(end)):
+        # Strips that do not meet contradict each other: no link is between what is nowhere.
+        return LinkImage(turn, np.zeros(2), np.full(2, -np.inf))
+    middle, half = np.zeros(2), np.full(2, np.inf)
+    for axis in range(2):
+        (first, last), (low, high) = extent(beginning, turn[axis, :2]), extent(end, turn[axis, :2])
+        if np.isfinite([first, last, low, high]).all():
+            middle[axis], half[axis] = 0.5 * (low - last + high - first), 0.5 * (high - first - low + last)
+    return LinkImage(turn, middle, half) if np.isfinite(half).any() else None
+
+
+def bound_places(seen: Floats, bound: float) -> Extents:
+    """Return how far each point of the chain extends, given what was seen of it."""
+    if len(seen) == POINT_ROWS:
+        points = seen[:, 0].reshape(-1, 2)
+        return points, np.where(np.isnan(points), np.inf, bound)
+    middles, halves = np.zeros((LINKS + 1, 2)), np.full((LINKS + 1, 2), np.inf)
+    for point, corners in enumerate(places_of(seen, bound)):
+        for axis in range(2 if len(corners) else 0):
+            low, high = extent(corners, AXES[axis])
+            if np.isfinite(high):
+                middles[point, axis], halves[point, axis] = 0.5 * (low + high), 0.5 * (high - low)
+    return middles, halves
+
+
+# Cells of the link's attitude and direction.
 
 BEND = 1.5
 """Of the squared half widths of a cell: how far a_k may be from its slopes there."""

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.experiments.linkage.sets.plane import cosine_range, link_cells, section
+from pftrack.experiments.linkage.sets.cells import cosine_range, link_cells, section
 from pftrack.reproduce.linkage_regions import random_shape, values
 
 NOTHING = (-1.0, 0.0, 0.0)

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from pftrack.experiments.linkage.sets.cells import observe_in_plane
 from pftrack.experiments.linkage.sets.ellipsoids import OUTER
-from pftrack.experiments.linkage.sets.plane import observe_in_plane
 from pftrack.experiments.linkage.sets.regions import HIGH, LOW, SHAPE, Ways, contains, region_of
 from tests.experiments.linkage.sets.ellipsoids import lost, within
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pftrack.experiments.linkage.model import Strip, extent, intersect
+from pftrack.experiments.linkage.sets.space import Strip, extent, intersect
 
 
 def unit(angle: float) -> np.ndarray:
