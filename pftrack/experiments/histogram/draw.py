@@ -32,6 +32,7 @@ from pftrack.experiments.shared.sketch import (
     box,
     caption,
     error_words,
+    grid_faces,
     particle_clouds,
     paths,
     success_region,
@@ -164,7 +165,4 @@ def _likeness(image_rgb: NDArray[np.uint8], state: HistogramState) -> Mesh:
     rows, columns = found.shape
     across, down = np.meshgrid(np.linspace(0.0, width - 1.0, columns), np.linspace(0.0, height - 1.0, rows))
     vertices = at_height(np.column_stack([across.ravel(), down.ravel()]), 0.5)
-    corner = (columns * np.arange(rows - 1)[:, None] + np.arange(columns - 1)).ravel()
-    quads = np.stack([corner, corner + 1, corner + columns + 1, corner, corner + columns + 1, corner + columns], axis=1)
-    faces = quads.reshape(-1, 3).astype(np.int32)
-    return Mesh(vertices, faces, projection.viridis(found.ravel()), MAP_OPACITY, "likeness")
+    return Mesh(vertices, grid_faces(rows, columns), projection.viridis(found.ravel()), MAP_OPACITY, "likeness")

@@ -41,7 +41,7 @@ from pftrack.experiments.linkage.sets.regions import CENTRE
 from pftrack.experiments.linkage.sets.space import Strip, intersect
 from pftrack.experiments.linkage.state import LinkageState
 from pftrack.experiments.linkage.trackers import Region
-from pftrack.experiments.shared.sketch import at_height, circle, dots, lines
+from pftrack.experiments.shared.sketch import at_height, circle, dots, grid_faces, lines
 from pftrack.filters.beam import Beam
 from pftrack.filters.particles import ParticleSet
 
@@ -355,14 +355,7 @@ def _at(*place: float) -> NDArray[np.float32]:
     return np.array(place, np.float32)
 
 
-def _band() -> NDArray[np.int32]:
-    """Return the triangles (m, 3) between two rows of STEPS corners each."""
-    first = np.arange(STEPS - 1)
-    corners = np.stack([first, first + 1, first + STEPS, first + STEPS, first + 1, first + STEPS + 1], axis=1)
-    return corners.reshape(-1, 3).astype(np.int32)
-
-
-BAND = _band()
+BAND = grid_faces(2, STEPS)
 
 # In the space of the three lengths, what the bounds allow is a cube. Each hypothesis is a box of the lengths that it
 # has not excluded, and an ellipsoid. The truth is a point; whatever method runs, the question is whether the point is

@@ -96,6 +96,13 @@ def rectangle(corner: Floats, size: Floats, colour: Colour, layer: str, height: 
     return Polyline(at_height(corner + ring * size, height), colour, 2.0, layer)
 
 
+def grid_faces(rows: int, columns: int) -> NDArray[np.int32]:
+    """Return the triangles (m, 3) between the corners of a grid, which are numbered row by row."""
+    first = (columns * np.arange(rows - 1)[:, None] + np.arange(columns - 1)).ravel()
+    corners = [first, first + 1, first + columns + 1, first, first + columns + 1, first + columns]
+    return np.stack(corners, axis=1).reshape(-1, 3).astype(np.int32)
+
+
 FRAME_HEIGHT_PX = 3.0
 """How far one frame of the past is lifted in the space-time view."""
 

@@ -6,32 +6,42 @@ by itself. Corners are followed through a simulated sequence or any recording; o
 table that another program has written.
 """
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
+
+from pftrack.core.arrays import Floats
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Picture, Primitive
+from pftrack.core.model.measures import EvaluatedRun, Measure
 from pftrack.core.model.parameters import parameter, revise
+from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.setup import Setup
-from pftrack.core.model.source import FrameSequence, Source, Truth
+from pftrack.core.model.source import Frame, FrameSequence, Source, Truth
 from pftrack.experiments.declared import read_quality, read_words
 from pftrack.experiments.experiment import Experiment
-from pftrack.experiments.shared.sketch import caption, distance, error_words, paper
+from pftrack.experiments.shared.sketch import (
+    caption,
+    distance,
+    error_words,
+    paper,
+)
 from pftrack.experiments.trajectories import draw as sketch
 from pftrack.experiments.trajectories.corner_scene import CornerSceneParameters, CornerSource
 from pftrack.experiments.trajectories.corners import CornerParameters, begin
-from pftrack.experiments.trajectories.draw import EXPORTS, MEASURES
-from pftrack.experiments.trajectories.model import TrajectoriesTrackerParameters
-from pftrack.experiments.trajectories.recording import (
+from pftrack.experiments.trajectories.draw import (
+    EXPORTS,
     TemplateSearch,
     empty_search_world,
     in_picture,
-    measure,
-    report,
     scales_world,
     search_world,
+    true_positions,
 )
+from pftrack.experiments.trajectories.model import TrajectoriesState, TrajectoriesTrackerParameters
 from pftrack.experiments.trajectories.scene import (
     RecordedPictures,
     TracksSceneParameters,
@@ -134,6 +144,95 @@ def _caption(step: Step) -> str:
 
 def _is_lost(errors: Any, _sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many, on either model
     return errors > parameters.lost_px
+
+
+# How far tracks are from the truth, and how far they seem to move, of one frame and of a whole run.
+
+
+def measure(frame: Frame, state: TrajectoriesState) -> Mapping[str, SeriesValue]:
+    """Return the values of the series; those that need the truth are left out where it is not known."""
+    before = frame.index - state.reach
+    values: dict[str, SeriesValue] = {"smoothed_frame": float(before)}
+    now, then = (true_positions(frame.target, state, index) for index in (frame.index, before))
+    if now is None or then is None:
+        return values | _false_motion(state)
+    raw, smoothed = state.raw[0] - now, state.smoothed[state.reach] - then
+    found = {
+        "raw_rms_px": _rms(raw),
+        "filtered_rms_px": _rms(state.filtered[0] - now),
+        "smoothed_rms_px": _rms(smoothed),
+        "mismatch_share": _far(raw, state.outlier_px),
+        "smoothed_mismatch_share": _far(smoothed, state.outlier_px),
+    }
+    return values | {name: value for name, value in found.items() if math.isfinite(value)}
+
+
+def _false_motion(state: TrajectoriesState) -> dict[str, SeriesValue]:
+    """Return how far tracks seem to be from where they began: of those at rest, if pictures tell which those are."""
+    corners = state.corners
+    resting = np.ones(len(state.first), np.bool_) if corners is None else corners.resting
+    moved = {
+        "raw_motion_px": _rms((state.raw[0] - state.first)[resting]),
+        "false_motion_px": _rms((state.smoothed[state.reach] - state.first)[resting]),
+    }
+    values: dict[str, SeriesValue] = {name: value for name, value in moved.items() if math.isfinite(value)}
+    return values if corners is None else values | {"resting": float(resting.sum())}
+
+
+def _rms(off: Floats) -> float:
+    """Return the root mean square length of vectors (K, 2), of those that are known."""
+    squares = np.square(off).sum(axis=1)
+    known = squares[np.isfinite(squares)]
+    return float(np.sqrt(known.mean())) if len(known) else math.nan
+
+
+def _far(off: Floats, limit_px: float) -> float:
+    """Return the share of vectors (K, 2) that are longer than a limit, of those that are known."""
+    lengths = np.hypot(off[:, 0], off[:, 1])
+    known = lengths[np.isfinite(lengths)]
+    return float((known > limit_px).mean()) if len(known) else math.nan
+
+
+def report(rows: Sequence[Diagnostics]) -> Mapping[str, Any]:
+    """Return how many tracks there were, how far they seemed to move, and their errors where the truth is known.
+
+    A frame's smoothed positions are those by the last frame that has smoothed it, so those of the last frames, whose
+    lag is not full yet, do not count.
+    """
+    settled = {int(row.number("smoothed_frame")): row for row in rows}
+    kinds = {
+        "raw_motion_px": rows,
+        "false_motion_px": settled.values(),
+        "raw_rms_px": rows,
+        "filtered_rms_px": rows,
+        "smoothed_rms_px": settled.values(),
+    }
+    found = {name: _whole([row.number(name) for row in some]) for name, some in kinds.items()}
+    tracks = max((row.number("tracks") for row in rows), default=0.0)
+    known = {name: value for name, value in found.items() if value is not None or name == "false_motion_px"}
+    return {"tracks": int(tracks), **known}
+
+
+def _whole(values: Sequence[float]) -> float | None:
+    known = [value * value for value in values if math.isfinite(value)]
+    return math.sqrt(sum(known) / len(known)) if known else None
+
+
+def _errors(course: EvaluatedRun) -> Floats:
+    return course.errors
+
+
+MEASURES = (
+    Measure(
+        "median_track_error_px",
+        "Median error",
+        "Median over the labelled frames of the distance of the selected track's filtered position from the truth.",
+        "median",
+        _errors,
+        unit="px",
+        better="lower",
+    ),
+)
 
 
 EXPERIMENT = Experiment(
