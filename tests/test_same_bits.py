@@ -97,7 +97,7 @@ BY_PROCESSOR = {
 """What NumPy computes by the processor, or leaves to a BLAS that does."""
 
 REPORTS = {
-    ("experiments/shared/sampling/loop.py", "log"): "compiled, though not by its decorator",
+    ("experiments/shared/sampling.py", "log"): "compiled, though not by its decorator",
     ("experiments/shared/pose/methods.py", "exp"): "a share for the screen",
     ("experiments/own/tracker.py", "exp"): "a filter in a person's file",
     ("vision/geometry/face.py", "arctan2"): "angles as a person would say them, for the screen",

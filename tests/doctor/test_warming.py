@@ -13,7 +13,7 @@ from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials, logarithms
 from pftrack.doctor import compiling, memory
 from pftrack.doctor.warming import Progress, Schedule, Warming
-from pftrack.experiments.shared.sampling.loop import loop_with
+from pftrack.experiments.shared.sampling import loop_with
 from pftrack.process import report
 
 

@@ -25,14 +25,14 @@ from pftrack.core.numerics.random import Gaussian, Generator, Stream
 from pftrack.experiments.ball.parameters import GUIDANCE, BallTrackerParameters, ColourParameters, LoopParameters
 from pftrack.experiments.shared.filtered import Bootstrap, Filter, Kalman, PointModel, Update, filtered, resampler
 from pftrack.experiments.shared.reports import PointState
-from pftrack.experiments.shared.sampling.loop import Motion
-from pftrack.experiments.shared.sampling.samplers import (
+from pftrack.experiments.shared.sampling import (
     AUXILIARY,
     CONDENSATION,
     HARD,
     NOISE_CONTROL,
     SOFT,
     LoopModel,
+    Motion,
     crop,
     size_of,
 )

@@ -12,19 +12,17 @@ from pydantic import field_validator
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.experiments.shared.reports import (
     LEARNED_MOTION,
-    correlated_changes,
-    diffusion_scale,
-    learned_motion,
-    loss_share,
-    particle_count,
-    resampling_threshold,
-)
-from pftrack.experiments.shared.sampling.parameters import (
     SAMPLING,
     Resampling,
     SamplingParameters,
     SwitchingParameters,
+    correlated_changes,
+    diffusion_scale,
     large_process_noise,
+    learned_motion,
+    loss_share,
+    particle_count,
+    resampling_threshold,
     velocity_retention,
 )
 from pftrack.filters.learning.charts import Chart

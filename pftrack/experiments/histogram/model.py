@@ -26,8 +26,7 @@ from pftrack.experiments.histogram.parameters import HistogramTrackerParameters
 from pftrack.experiments.shared import reports
 from pftrack.experiments.shared.filtered import Update
 from pftrack.experiments.shared.reports import PointState
-from pftrack.experiments.shared.sampling.loop import Motion
-from pftrack.experiments.shared.sampling.samplers import LoopModel, crop
+from pftrack.experiments.shared.sampling import LoopModel, Motion, crop
 from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.filters.resampling import systematic
 from pftrack.vision.likelihoods.counting import BINS, Space, bin_colours, bin_table

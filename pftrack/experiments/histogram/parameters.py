@@ -1,8 +1,7 @@
 """The parameters of the trackers by colour histograms; each class names those that read its fields."""
 
 from pftrack.core.model.parameters import Parameters, parameter
-from pftrack.experiments.shared.reports import loss_share, particle_count
-from pftrack.experiments.shared.sampling.parameters import (
+from pftrack.experiments.shared.reports import (
     SAMPLING,
     SWITCHING,
     SamplingParameters,
@@ -11,6 +10,8 @@ from pftrack.experiments.shared.sampling.parameters import (
     gamma_max,
     gamma_min,
     large_process_noise,
+    loss_share,
+    particle_count,
     velocity_retention,
 )
 from pftrack.vision.likelihoods.counting import Space

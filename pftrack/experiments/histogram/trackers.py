@@ -18,7 +18,7 @@ from pftrack.core.numerics.random import Gaussian, Stream
 from pftrack.experiments.histogram.model import MODEL, SERIES, SIZE, HistogramState, judge, mark
 from pftrack.experiments.histogram.parameters import HistogramTrackerParameters
 from pftrack.experiments.shared.filtered import filtered
-from pftrack.experiments.shared.sampling.samplers import AUXILIARY, CONDENSATION, HARD, NOISE_CONTROL, SOFT
+from pftrack.experiments.shared.sampling import AUXILIARY, CONDENSATION, HARD, NOISE_CONTROL, SOFT
 from pftrack.vision.likelihoods.counting import bin_table
 from pftrack.vision.likelihoods.histogram import roots_of, similarities
 

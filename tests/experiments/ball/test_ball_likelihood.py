@@ -17,7 +17,7 @@ from pftrack.experiments.ball.model import Coloured
 from pftrack.experiments.ball.model import dynamics_of as dynamics
 from pftrack.experiments.ball.parameters import LoopParameters
 from pftrack.experiments.shared.filtered import filtered
-from pftrack.experiments.shared.sampling.samplers import AUXILIARY, CONDENSATION, HARD
+from pftrack.experiments.shared.sampling import AUXILIARY, CONDENSATION, HARD
 from pftrack.filters import auxiliary, bootstrap
 from pftrack.process import environment
 
