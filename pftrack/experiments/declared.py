@@ -1,6 +1,7 @@
 """What an experiment says in YAML files in its folder, so that a sentence or a number can be mended without Python.
 
-- `experiment.yaml`: title, question and description, what it comes from, its words, plots, readings and layers;
+- `experiment.yaml`: title, question and description, what it comes from, titles of its trackers, its words, plots,
+  readings, layers and worlds;
 - `presets.yaml` and `failures.yaml`, where there is one: where to begin, and what goes wrong;
 - `quality.yaml`: how far bands of error are to be believed, and on which scenes the probability of a loss was fitted.
 
@@ -8,6 +9,7 @@ Plots, readings and layers that many experiments have are there by their names a
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any, NotRequired, TypeVar
@@ -48,10 +50,7 @@ STANDARD: Mapping[str, Mapping[str, object]] = {
 """What has no more than a name."""
 
 
-@with_config(CLOSED)
-class Words(TypedDict):
-    """Fields of an `Experiment` that its folder's files declare."""
-
+class _Texts(TypedDict):
     title: str
     family: str
     question: str
@@ -61,14 +60,31 @@ class Words(TypedDict):
     target: str
     frames: int
     layers: tuple[Layer, ...]
-    presets: tuple[Preset, ...]
-    failures: tuple[Failure, ...]
     plots: NotRequired[tuple[Plot, ...]]
     readings: NotRequired[tuple[Reading, ...]]
     terms: NotRequired[tuple[Term, ...]]
     series: NotRequired[tuple[Series, ...]]
     worlds: NotRequired[tuple[World, ...]]
     example_sweep: NotRequired[ExampleSweep]
+
+
+@with_config(CLOSED)
+class _Title(TypedDict):
+    title: str
+    description: str
+
+
+@with_config(CLOSED)
+class _Said(_Texts):
+    trackers: dict[str, _Title]
+
+
+class Words(_Texts):
+    """Fields of an `Experiment` that its folder's files declare."""
+
+    trackers: Mapping[str, Tracker]
+    presets: tuple[Preset, ...]
+    failures: tuple[Failure, ...]
 
 
 @with_config(CLOSED)
@@ -80,37 +96,47 @@ class _Quality(TypedDict):
 
 T = TypeVar("T")
 
-_WORDS, _QUALITY = TypeAdapter(Words), TypeAdapter(_Quality)
+_SAID, _QUALITY = TypeAdapter(_Said), TypeAdapter(_Quality)
 
 
-@cache
-def read_words(folder: Path) -> Words:
+def read_words(folder: Path, trackers: Mapping[str, Tracker]) -> Words:
     """Return what the files of an experiment's folder say of it.
 
     Args:
         folder: With `experiment.yaml`, `presets.yaml`, and `failures.yaml` if there is one.
+        trackers: By name; they get the titles and descriptions that the first file has of them.
 
     Raises:
         ValueError: A file is not YAML, or lacks a field, or has an unknown or wrong one; it names file and line.
     """
+    said = _read(folder)
+    failures = folder / "failures.yaml"
+    if list(trackers) != list(said["trackers"]):
+        given = f"{', '.join(said['trackers'])}; expected {', '.join(trackers)}"
+        raise ValueError(f"{folder.name}/experiment.yaml: it has titles of the trackers {given}")
+    return {
+        **said,
+        "trackers": {name: replace(tracker, **said["trackers"][name]) for name, tracker in trackers.items()},
+        "presets": read_presets(folder / "presets.yaml"),
+        "failures": read_failures(failures) if failures.exists() else (),
+    }
+
+
+def read_worlds(folder: Path) -> tuple[World, ...]:
+    """Return the worlds that `experiment.yaml` in a folder declares; its errors are those of `read_words`."""
+    return _read(folder)["worlds"]
+
+
+@cache
+def _read(folder: Path) -> _Said:
     path = folder / "experiment.yaml"
     declared, places = read_texts(path)
-    failures = folder / "failures.yaml"
     try:
         references = tuple(cite(key, place or "") for key, place in declared.get("references", {}).items())
     except ValueError as error:
         raise ValueError(f"{places['references']}: {error}") from error
-    return _validate(
-        _WORDS,
-        {
-            **{name: _section(name, given, path, places) for name, given in declared.items()},
-            "references": references,
-            "presets": read_presets(folder / "presets.yaml"),
-            "failures": read_failures(failures) if failures.exists() else (),
-        },
-        path,
-        places,
-    )
+    sections = {name: _section(name, given, path, places) for name, given in declared.items()}
+    return _validate(_SAID, {**sections, "references": references}, path, places)
 
 
 def read_quality(folder: Path, trackers: Mapping[str, Tracker]) -> Quality:

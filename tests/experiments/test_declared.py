@@ -34,7 +34,7 @@ def spoil(folder: Path, name: str, old: str, new: str) -> None:
 
 def test_a_name_alone_is_the_standard_plot_and_reading(folder: Path) -> None:
     """Others have their fields, and all keep the order of the file."""
-    words = read_words(folder)
+    words = read_words(folder, FISH.trackers)
     assert [plot.id for plot in words["plots"]][:2] == ["error", "bend"]
     assert words["plots"][0] is ERROR
     assert isinstance(words["plots"][1], Plot)
@@ -67,7 +67,7 @@ def test_a_mistake_in_the_words_is_named_with_its_line(folder: Path, old: str, n
     """A mistake of a person who mends a sentence is a sentence, not a traceback."""
     spoil(folder, "experiment.yaml", old, new)
     with pytest.raises(ValueError, match=message):
-        read_words(folder)
+        read_words(folder, FISH.trackers)
 
 
 @pytest.mark.parametrize(

@@ -157,9 +157,8 @@ def _is_lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 -
 
 
 EXPERIMENT = Experiment(
-    **read_words(FOLDER),
+    **read_words(FOLDER, TRACKERS),
     id="ball",
-    trackers=TRACKERS,
     quality=read_quality(FOLDER, TRACKERS),
     model=COLOURED,
     simulate=simulate,

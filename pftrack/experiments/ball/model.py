@@ -7,7 +7,7 @@ measure the colour centroid of the whole picture (section 4).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import ClassVar, NamedTuple
 
@@ -311,7 +311,7 @@ class Unscented(Filter[PointModel]):
         measured: The linear model.
     """
 
-    measured: Centroid
+    measured: Centroid = field(kw_only=True)
 
     @override
     def step(
@@ -338,31 +338,8 @@ class Unscented(Filter[PointModel]):
 
 
 TRACKERS: dict[str, Tracker] = {
-    **filtered(
-        COLOURED,
-        HARD,
-        SOFT,
-        CONDENSATION,
-        AUXILIARY,
-        Unscented(
-            "upf",
-            "Unscented (UPF)",
-            "Draws every particle towards the colour centroid of the whole picture.",
-            CENTROID,
-        ),
-        NOISE_CONTROL,
-    ),
-    **filtered(
-        CENTROID,
-        Kalman("kalman", "Kalman filter", "Follows the colour centroid of the whole picture with one Gaussian."),
-    ),
-    **filtered(
-        GUIDED,
-        Bootstrap(
-            "guided",
-            "Guided diffusion",
-            "Draws every particle by prediction, with accelerations as they were learned from recorded runs.",
-        ),
-    ),
+    **filtered(COLOURED, HARD, SOFT, CONDENSATION, AUXILIARY, Unscented("upf", measured=CENTROID), NOISE_CONTROL),
+    **filtered(CENTROID, Kalman("kalman")),
+    **filtered(GUIDED, Bootstrap("guided")),
 }
 """The trackers of a ball, by name, in the order in which they are shown."""

@@ -28,7 +28,7 @@ from pftrack.core.model.drawing import (
 )
 from pftrack.core.model.palette import COLOURS, VIRIDIS, Colour
 from pftrack.core.model.source import Target
-from pftrack.experiments.declared import read_words
+from pftrack.experiments.declared import read_worlds
 from pftrack.experiments.fish.model import (
     CAP_PX,
     GOLDFISH,
@@ -128,7 +128,7 @@ def _some(poses: Floats, count: int) -> Floats:
 _TABLE = np.array(VIRIDIS, np.uint8)[np.minimum(np.arange(256) * len(VIRIDIS) // (QUARTERS * CAP_PX), len(VIRIDIS) - 1)]
 """Colour of each distance."""
 
-MODES_WORLD, CHANGES_WORLD = read_words(Path(__file__).parent)["worlds"]
+MODES_WORLD, CHANGES_WORLD = read_worlds(Path(__file__).parent)
 
 
 UP = -0.5 * np.pi

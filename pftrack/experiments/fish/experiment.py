@@ -97,9 +97,8 @@ def _wrap(angle: float) -> float:
 
 
 EXPERIMENT = Experiment(
-    **read_words(FOLDER),
+    **read_words(FOLDER, TRACKERS),
     id="fish",
-    trackers=TRACKERS,
     quality=read_quality(FOLDER, TRACKERS),
     simulate=simulate,
     video=Video(

@@ -246,24 +246,11 @@ def step_frame(
     return FishState(following, cloud.changes, cloud.mean, cloud.sigma, cloud.distance, cloud.log_evidence)
 
 
-TITLES = {
-    "guided": (
-        "Guided diffusion",
-        "Carries the velocity in the body's frame, and changes motion and shape together, as was learned.",
-    ),
-    "ordinary": ("Ordinary filter", "Moves every number of the state by a random step of its own."),
-    "constant-velocity": (
-        "Constant velocity",
-        "Keeps the velocity in the picture, and changes every number by itself.",
-    ),
-}
-"""What they are called on the screen, and how they work."""
-
 TRACKERS = {
     name: Tracker(
         name,
-        title,
-        description,
+        "",
+        "",
         start,
         partial(_step, name),
         series=MODEL.series,
@@ -271,6 +258,6 @@ TRACKERS = {
         model=MODEL,
         sampling="prior",
     )
-    for name, (title, description) in TITLES.items()
+    for name in ("guided", "ordinary", "constant-velocity")
 }
 """All trackers by name, in the order in which they are shown."""

@@ -25,7 +25,7 @@ from pftrack.core.model.drawing import (
     WorldDrawing,
 )
 from pftrack.core.model.palette import COLOURS
-from pftrack.experiments.declared import read_words
+from pftrack.experiments.declared import read_worlds
 from pftrack.experiments.histogram.model import HistogramState
 from pftrack.experiments.shared.sketch import (
     at_height,
@@ -54,7 +54,7 @@ AXES: dict[Space, tuple[str, str]] = {
     "chromaticity": ("share of green", "share of red"),
 }
 
-(HISTOGRAM_WORLD,) = read_words(Path(__file__).parent)["worlds"]
+(HISTOGRAM_WORLD,) = read_worlds(Path(__file__).parent)
 
 LID = np.array([(4, 5), (5, 7), (7, 6), (6, 4)])
 SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))

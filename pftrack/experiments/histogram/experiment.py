@@ -225,9 +225,8 @@ def _is_lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 -
 
 
 EXPERIMENT = Experiment(
-    **read_words(FOLDER),
+    **read_words(FOLDER, TRACKERS),
     id="histogram",
-    trackers=TRACKERS,
     quality=read_quality(FOLDER, TRACKERS),
     model=MODEL,
     simulate=simulate,

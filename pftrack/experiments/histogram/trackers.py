@@ -80,8 +80,8 @@ def _belief_at_rest(column: float, row: float, size: float) -> Gaussian:
 
 GREEDY = Tracker(
     "greedy",
-    "Greedy search",
-    "Goes to the best place near the last one, and predicts nothing.",
+    "",
+    "",
     start,
     step,
     series=SERIES,

@@ -26,7 +26,7 @@ from pftrack.core.model.drawing import (
 )
 from pftrack.core.model.palette import COLOURS, Colour
 from pftrack.core.model.source import Frame
-from pftrack.experiments.declared import read_words
+from pftrack.experiments.declared import read_worlds
 from pftrack.experiments.linkage.model import (
     LINKS,
     Chain,
@@ -241,7 +241,7 @@ def _name(name: str, text: str, state: LinkageState, row: float, colour: Colour,
 # bounds allow, so that a large one fits in as well. Around each link of a hypothesis lies a sector, which its tip may
 # not leave: the range of directions by that of lengths. The curve within is the ellipsoid's shadow.
 
-DEPTH_WORLD, LENGTHS_WORLD = read_words(Path(__file__).parent)["worlds"]
+DEPTH_WORLD, LENGTHS_WORLD = read_worlds(Path(__file__).parent)
 
 MOST_SHOWN = 8
 STEPS = 24

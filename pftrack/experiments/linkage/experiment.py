@@ -239,9 +239,8 @@ def _is_lost(errors: Any, _sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 
 
 
 EXPERIMENT = Experiment(
-    **read_words(FOLDER),
+    **read_words(FOLDER, TRACKERS),
     id="linkage",
-    trackers=TRACKERS,
     quality=read_quality(FOLDER, TRACKERS),
     warm_frames=3,
     simulate=simulate,

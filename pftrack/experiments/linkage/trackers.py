@@ -23,7 +23,7 @@ from pftrack.core.numerics.matrices import product
 from pftrack.core.numerics.random import Stream
 from pftrack.experiments.linkage import gaussians, particles
 from pftrack.experiments.linkage.model import LINKS, Bounds, read_observation
-from pftrack.experiments.linkage.parameters import LinkageTrackerParameters
+from pftrack.experiments.linkage.parameters import REGIONS, LinkageTrackerParameters
 from pftrack.experiments.linkage.scene import LinkageTarget
 from pftrack.experiments.linkage.sets.cells import DIRECTION_CELLS, observe_in_plane
 from pftrack.experiments.linkage.sets.ellipsoids import LENGTHENED, OUTER, PRINTED, SLACK
@@ -464,61 +464,23 @@ def _state(
     )
 
 
-def _filter(name: str, title: str, description: str) -> Tracker:
-    step = gaussians.unscented_step if name == "ukf" else partial(gaussians.filter_step, name)
-    started = name, title, description, gaussians.start, step
-    return Tracker(*started, series=GAUSSIAN_SERIES, measure=measure, model=Seen())
+def _filter(name: str) -> Tracker:
+    stepped = gaussians.unscented_step if name == "ukf" else partial(gaussians.filter_step, name)
+    return Tracker(name, "", "", gaussians.start, stepped, series=GAUSSIAN_SERIES, measure=measure, model=Seen())
 
 
-def _sets(name: str, title: str, description: str) -> Tracker:
-    started = name, title, description, partial(start, name), partial(step, name)
-    return Tracker(*started, series=SERIES, measure=measure, model=Seen())
+def _sets(name: str) -> Tracker:
+    started, stepped = partial(start, name), partial(step, name)
+    return Tracker(name, "", "", started, stepped, series=SERIES, measure=measure, model=Seen())
 
+
+PARTICLES = Tracker(
+    "particles", "", "", gaussians.start, particles.step, series=PARTICLE_SERIES, measure=measure, model=SeenParticles()
+)
 
 TRACKERS = {
-    tracker.id: tracker
-    for tracker in (
-        _filter(
-            "ekf-mirrors",
-            "EKF with mirror hypotheses",
-            "Follows both sides of a link that passes the parallel to the image, until bounds refute one.",
-        ),
-        _filter(
-            "ekf-truncated",
-            "EKF with bounds",
-            "One extended Kalman filter, its Gaussian cut by the bounds of joints and lengths in each frame.",
-        ),
-        _filter("ekf", "EKF", "One extended Kalman filter that knows no bounds."),
-        _filter(
-            "ukf",
-            "UKF with bounds",
-            "One unscented Kalman filter, its Gaussian cut by the bounds of joints and lengths in each frame.",
-        ),
-        Tracker(
-            "particles",
-            "Particle filter with bounds",
-            "Particles are lengths and noises, each with a Kalman filter of the pose; a Markov kernel draws new ones.",
-            gaussians.start,
-            particles.step,
-            series=PARTICLE_SERIES,
-            measure=measure,
-            model=SeenParticles(),
-        ),
-        _sets(
-            "ellipsoids",
-            "Guided ellipsoids",
-            "Keeps every pose and length that is possible, in ellipsoids and boxes that bound each other.",
-        ),
-        _sets(
-            "ellipsoids-literal",
-            "Ellipsoids as in the source",
-            "Keeps what is possible in ellipsoids, whose extent alone bounds the lengths.",
-        ),
-        _sets(
-            "box-guides",
-            "Guides alone",
-            "Keeps what is possible in boxes, shrunk by interval arithmetic, without any ellipsoid.",
-        ),
-    )
+    **{name: _filter(name) for name in ("ekf-mirrors", "ekf-truncated", "ekf", "ukf")},
+    PARTICLES.id: PARTICLES,
+    **{name: _sets(name) for name in REGIONS},
 }
 """All trackers by name, in the order in which they are shown."""

@@ -173,13 +173,13 @@ class Filter(Generic[M_contra]):
 
     Attributes:
         id: Name of the tracker.
-        title: On the screen.
-        description: One sentence on how it works.
+        title: On the screen; empty where `experiment.yaml` says it.
+        description: One sentence on how it works; empty where `experiment.yaml` says it.
     """
 
     id: str
-    title: str
-    description: str
+    title: str = ""
+    description: str = ""
 
     def join(self, model: M_contra) -> Tracker:
         """Return the tracker of a model; by default one that begins and reports as the model says."""

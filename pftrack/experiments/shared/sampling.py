@@ -20,7 +20,7 @@ of a window. What can be set on them is in `reports`.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from functools import cache, lru_cache, partial
 from types import FunctionType
@@ -409,7 +409,7 @@ class Sampler(Filter[LoopModel]):
         rule: By which it chooses how particles are drawn.
     """
 
-    rule: Rule
+    rule: Rule = field(kw_only=True)
 
     @property
     def switches(self) -> bool:
@@ -486,33 +486,8 @@ def _advance(model: LoopModel, known: PointState, result: Loop, frame: Frame, pa
     )
 
 
-HARD = Sampler(
-    "h-spf",
-    "Hard switching (h-SPF)",
-    "Draws by prediction while it is sure and wholly by observation when it is not.",
-    Rule.HARD,
-)
-SOFT = Sampler(
-    "s-spf",
-    "Soft switching (s-SPF)",
-    "Draws a share of the particles by observation that grows with its uncertainty.",
-    Rule.SOFT,
-)
-CONDENSATION = Sampler(
-    "condensation",
-    "Condensation",
-    "Draws every particle by prediction: the bootstrap filter.",
-    Rule.PREDICTION,
-)
-AUXILIARY = Sampler(
-    "apf",
-    "Auxiliary (APF)",
-    "Draws every parent with regard to the new picture.",
-    Rule.OBSERVATION,
-)
-NOISE_CONTROL = Sampler(
-    "pc-pf",
-    "Process-noise control (PC-PF)",
-    "Draws by prediction, with more process noise when it is unsure.",
-    Rule.NOISE,
-)
+HARD = Sampler("h-spf", rule=Rule.HARD)
+SOFT = Sampler("s-spf", rule=Rule.SOFT)
+CONDENSATION = Sampler("condensation", rule=Rule.PREDICTION)
+AUXILIARY = Sampler("apf", rule=Rule.OBSERVATION)
+NOISE_CONTROL = Sampler("pc-pf", rule=Rule.NOISE)

@@ -119,9 +119,8 @@ def _mean_distance(estimates: Floats, truths: Floats) -> Any:  # noqa: ANN401 - 
 
 
 EXPERIMENT = Experiment(
-    **read_words(FOLDER),
+    **read_words(FOLDER, TRACKERS),
     id="sine",
-    trackers=TRACKERS,
     quality=read_quality(FOLDER, TRACKERS),
     model=MODEL,
     simulate=simulate,

@@ -138,17 +138,5 @@ def signal_of(frame: Frame) -> Floats:
 
 MODEL = Signal()
 
-TRACKERS = filtered(
-    MODEL,
-    Bootstrap(
-        "condensation",
-        "Condensation",
-        "Samples from the dynamics and weighs by the likelihood, beside the exact Kalman answer.",
-    ),
-    Kalman(
-        "kalman",
-        "Kalman filter",
-        "Computes the posterior exactly, since the model is linear and the noise Gaussian.",
-    ),
-)
+TRACKERS = filtered(MODEL, Bootstrap("condensation"), Kalman("kalman"))
 """The trackers of a signal, by name, in the order in which they are shown."""

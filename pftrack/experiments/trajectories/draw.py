@@ -26,7 +26,7 @@ from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.drawing import Arrows, Links, Mesh, Points, Primitive, Text, WorldDrawing
 from pftrack.core.model.palette import COLOURS, VIRIDIS, Colour
 from pftrack.core.model.setup import Export
-from pftrack.experiments.declared import read_words
+from pftrack.experiments.declared import read_worlds
 from pftrack.experiments.shared.sketch import at_height, circle, colours, dots, grid_faces, lines
 from pftrack.experiments.trajectories.corners import CornerParameters, Corners
 from pftrack.experiments.trajectories.model import TrajectoriesState, TrajectoriesTrackerParameters
@@ -200,7 +200,7 @@ NEARLY = 1.5
 """What costs up to this many times the least is nearly as good."""
 MOST_PEAKS = 40
 
-SEARCH_WORLD, SCALES_WORLD = read_words(Path(__file__).parent)["worlds"]
+SEARCH_WORLD, SCALES_WORLD = read_worlds(Path(__file__).parent)
 
 
 @dataclass(frozen=True, eq=False)

@@ -236,9 +236,8 @@ MEASURES = (
 
 
 EXPERIMENT = Experiment(
-    **read_words(FOLDER),
+    **read_words(FOLDER, TRACKERS),
     id="trajectories",
-    trackers=TRACKERS,
     quality=read_quality(FOLDER, TRACKERS),
     model=MODEL,
     simulate=simulate,

@@ -345,8 +345,6 @@ def ensemble(
 
 def _tracker(
     name: str,
-    title: str,
-    description: str,
     method: Method,
     model: Track,
     sampling: Literal["exact", "prior", "other"],
@@ -354,8 +352,8 @@ def _tracker(
 ) -> Tracker:
     return Tracker(
         name,
-        title,
-        description,
+        "",
+        "",
         partial(start, method),
         partial(step, method),
         ensemble=partial(ensemble, method),
@@ -371,8 +369,6 @@ TRACKERS: dict[str, Tracker] = {
     for tracker in (
         _tracker(
             "nlng",
-            "Self-organising (NLNG)",
-            "Particles with Cauchy noise, each with a σ² and a τ² of its own, so that both are found while tracking.",
             partial(cloud_method, True),
             Track(cauchy, learned=True),
             "other",  # it averages over the noises that it tries, so none is left to be fitted
@@ -381,8 +377,6 @@ TRACKERS: dict[str, Tracker] = {
         ),
         _tracker(
             "lng",
-            "Cauchy noise (LNG)",
-            "Particles under noise with heavy tails: a measurement far off is let go.",
             partial(cloud_method, False),
             Track(cauchy),
             "prior",
@@ -390,8 +384,6 @@ TRACKERS: dict[str, Tracker] = {
         ),
         _tracker(
             "lg",
-            "Gaussian noise (LG)",
-            "The Kalman filter and its exact smoother: every measurement draws, the more the further off it is.",
             gaussian_method,
             LinearTrack(normal),
             "exact",
