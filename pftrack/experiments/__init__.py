@@ -17,13 +17,19 @@ before. `shared` holds what several experiments use, `own` the filters in a pers
 - `trajectories`: points that are followed through outliers, each by itself (Ichimura and Ikoma).
 """
 
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+
 from pftrack.core.model.diagnostics import Step
 from pftrack.core.model.plot import Plot, Reading
 from pftrack.core.model.preset import Preset
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Kind
-from pftrack.experiments.experiment import Experiment
-from pftrack.experiments.registry import NAME, Plugin, Registry
+from pftrack.experiments.experiment import INTERFACE, Experiment
 
 __all__ = [
     "EXPERIMENTS",
@@ -38,6 +44,138 @@ __all__ = [
     "find",
     "find_for",
 ]
+
+# The registry: experiments by name, each imported when it is first asked for.
+#
+# The project's own experiments are listed as addresses, `module:ATTRIBUTE`. Other packages add theirs by an entry point
+# of the group `pftrack.experiments`, whose name is the experiment's id. Code from outside may be broken in every way,
+# so it is examined before it is let in, and what cannot be used is left out, with the reason, and harms nothing else.
+
+GROUP = "pftrack.experiments"
+
+NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,63}")
+"""What may be an id: it becomes part of addresses and of file names."""
+
+
+@dataclass(frozen=True, slots=True)
+class Plugin:
+    """An experiment that another package adds, or fails to add.
+
+    Attributes:
+        name: The entry point's, which is to be the experiment's id.
+        package: Name and version of the distribution.
+        reason: Why the experiment cannot be used, a clause; empty if it can.
+        detail: What the exception said, if one was the reason. It may name files of this machine.
+    """
+
+    name: str
+    package: str
+    reason: str = ""
+    detail: str = ""
+
+    @property
+    def problem(self) -> str:
+        """Why it cannot be used, one sentence; empty if it can."""
+        return f"The experiment {self.name} of {self.package} cannot be used: {self.reason}." if self.reason else ""
+
+    @property
+    def report(self) -> str:
+        """The problem with what the exception said, for who looks after this machine."""
+        return f"{self.problem.removesuffix('.')}: {self.detail}" if self.detail else self.problem
+
+
+class Registry(Mapping[str, Experiment]):
+    """All experiments that can be used, by id: the project's own in their order, then those of other packages."""
+
+    def __init__(self, own: Mapping[str, str]) -> None:
+        """List experiments without importing any.
+
+        Args:
+            own: Addresses of the project's own, `module:ATTRIBUTE`, by id.
+        """
+        self.own = own
+        self._known: dict[str, Experiment] = {}
+        self._examined: dict[tuple[str, ...], Experiment | Plugin] = {}
+
+    def __getitem__(self, name: str) -> Experiment:
+        if name not in self._known:
+            self._known[name] = self._load(name)
+        return self._known[name]
+
+    def __iter__(self) -> Iterator[str]:
+        yield from self.own
+        yield from (plugin.name for plugin in self.plugins if not plugin.reason)
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+    @property
+    def plugins(self) -> tuple[Plugin, ...]:
+        """All experiments of other packages, those that cannot be used too; this imports them."""
+        outcomes = [(entry, self._examine(entry)) for entry in self._entries]
+        return tuple(
+            outcome if isinstance(outcome, Plugin) else Plugin(entry.name, _package(entry))
+            for entry, outcome in outcomes
+        )
+
+    @cached_property
+    def _entries(self) -> tuple[EntryPoint, ...]:
+        """What other packages add, in an order that does not depend on the order in which they are found."""
+        return tuple(sorted(entry_points(group=GROUP), key=_key))
+
+    def _load(self, name: str) -> Experiment:
+        if name in self.own:
+            module, _, attribute = self.own[name].partition(":")
+            experiment: Experiment = getattr(import_module(module), attribute)
+            experiment.check_starts()
+            return experiment
+        for entry in self._entries:
+            if entry.name == name and isinstance(outcome := self._examine(entry), Experiment):
+                return outcome
+        raise KeyError(name)
+
+    def _examine(self, entry: EntryPoint) -> Experiment | Plugin:
+        """Return an entry point's experiment, or why it cannot be used; it is imported at most once."""
+        key = _key(entry)
+        if key not in self._examined:
+            first = next(other for other in self._entries if other.name == entry.name)
+            if entry.name in self.own or first is not entry:
+                holder = "pftrack itself" if entry.name in self.own else _package(first)
+                self._examined[key] = Plugin(entry.name, _package(entry), f"its name is taken by {holder}")
+            else:
+                self._examined[key] = _admit(entry)
+        return self._examined[key]
+
+
+def _admit(entry: EntryPoint) -> Experiment | Plugin:
+    def refuse(reason: str, detail: str = "") -> Plugin:
+        return Plugin(entry.name, _package(entry), reason, detail)
+
+    if not NAME.fullmatch(entry.name):
+        return refuse("its name must be at most 64 lower-case letters, digits, hyphens and underscores")
+    try:
+        experiment = entry.load()
+    except (Exception, SystemExit) as error:  # noqa: BLE001 - what a foreign import may raise is open
+        return refuse(f"importing it raises {type(error).__name__}", " ".join(str(error).split()))
+    if not isinstance(experiment, Experiment):
+        return refuse(
+            f"{entry.value} must be a pftrack.experiments.experiment.Experiment, got {type(experiment).__name__}"
+        )
+    if experiment.interface != INTERFACE:
+        stated = f"version {experiment.interface}" if experiment.interface else "no version"
+        return refuse(f"it states {stated} of the interface, and this pftrack has version {INTERFACE}")
+    if experiment.id != entry.name:
+        return refuse(f"its id {experiment.id!r} differs from the name of its entry point")
+    return experiment
+
+
+def _key(entry: EntryPoint) -> tuple[str, ...]:
+    return entry.name, _package(entry), entry.value
+
+
+def _package(entry: EntryPoint) -> str:
+    return f"{entry.dist.name} {entry.dist.version}" if entry.dist else "an unknown package"
+
 
 EXPERIMENTS = Registry(
     {

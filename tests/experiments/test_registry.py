@@ -8,9 +8,8 @@ from types import ModuleType
 
 import pytest
 
-from pftrack.experiments import EXPERIMENTS, find
+from pftrack.experiments import EXPERIMENTS, Registry, find
 from pftrack.experiments.experiment import INTERFACE
-from pftrack.experiments.registry import Registry
 from tests.installing import commands, install, python
 
 GOOD = f"""

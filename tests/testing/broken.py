@@ -23,7 +23,7 @@ from pftrack.experiments import find
 from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.experiments.shared.loss_probability import Logistic, LossDeclaration, LossModel
 from pftrack.experiments.sine.experiment import SineParameters
-from pftrack.experiments.sine.scene import SignalSource
+from pftrack.experiments.sine.model import SignalSource
 from pftrack.experiments.video import NO_VIDEO
 
 TRACKERS = find("sine").trackers

@@ -8,7 +8,6 @@ import math
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -111,16 +110,9 @@ def wire(sequence: FrameSequence, mark: Box, start: int, truth: Truth | None) ->
         },
     )
 
-    def open_source(seed: int, parameters: RecordedBallParameters) -> RecordingSource:
-        del seed, parameters
-        return RecordingSource(sequence, box, start, truth.at if truth else None)
-
-    return Setup(
-        open_source,
-        parameters,
-        success="inside_share",
-        beside=partial(look_beside, size_px=box[2:]),
-    )
+    source = RecordingSource(sequence, box, start, truth.at if truth else None)
+    look = partial(look_beside, size_px=box[2:])
+    return Setup(lambda _seed, _parameters: source, parameters, success="inside_share", beside=look)
 
 
 def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
@@ -152,10 +144,6 @@ def _caption(step: Step) -> str:
     return caption(row, step.tracker_title, learned or "", drawn, error_words(row, " px"))
 
 
-def _is_lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many
-    return errors > parameters.lost_radii * sizes / 2
-
-
 EXPERIMENT = Experiment(
     **read_words(FOLDER, TRACKERS),
     id="ball",
@@ -173,7 +161,7 @@ EXPERIMENT = Experiment(
     ),
     draw=draw,
     error=distance,
-    lost=_is_lost,
+    lost=lambda errors, sizes, parameters: errors > parameters.lost_radii * sizes / 2,
     measures=PICTURE_MEASURES,
     exports=(GUIDANCE.export,),
     guidance=GUIDANCE,

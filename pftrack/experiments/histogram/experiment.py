@@ -208,20 +208,8 @@ def wire(sequence: FrameSequence, mark: Box, start: int, truth: Truth | None) ->
         },
     )
 
-    def open_source(seed: int, parameters: RecordedHistogramParameters) -> RecordingSource:
-        del seed, parameters
-        return RecordingSource(sequence, box, start, truth.at if truth else None)
-
-    return Setup(
-        open_source,
-        parameters,
-        success="inside_share",
-        beside=look_beside,
-    )
-
-
-def _is_lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many
-    return errors >= parameters.lost_radii * sizes / 2
+    source = RecordingSource(sequence, box, start, truth.at if truth else None)
+    return Setup(lambda _seed, _parameters: source, parameters, success="inside_share", beside=look_beside)
 
 
 EXPERIMENT = Experiment(
@@ -241,6 +229,6 @@ EXPERIMENT = Experiment(
     ),
     draw=draw,
     error=distance,
-    lost=_is_lost,
+    lost=lambda errors, sizes, parameters: errors >= parameters.lost_radii * sizes / 2,
     measures=(HELD_AT_END, *PICTURE_MEASURES, MEAN_IOU),
 )

@@ -234,10 +234,6 @@ def _unseen(frame: Frame) -> list[str]:
     return [name for name, seen in zip(NAMES[-len(known) :], known.tolist(), strict=True) if not seen]
 
 
-def _is_lost(errors: Any, _sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many, on either model
-    return errors > parameters.lost_deg
-
-
 EXPERIMENT = Experiment(
     **read_words(FOLDER, TRACKERS),
     id="linkage",
@@ -257,7 +253,7 @@ EXPERIMENT = Experiment(
     ),
     draw=draw,
     error=direction_error,
-    lost=_is_lost,
+    lost=lambda errors, _sizes, parameters: errors > parameters.lost_deg,
     missed=is_missed,
     measure=measure,
     measures=MEASURES,

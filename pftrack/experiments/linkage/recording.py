@@ -30,7 +30,7 @@ from pftrack.core.numerics.elementary import direction
 from pftrack.core.numerics.matrices import product
 from pftrack.experiments.linkage.parameters import LinkageParameters
 from pftrack.experiments.linkage.scene import NAMES, LinkageTarget, in_degrees, measure_points
-from pftrack.experiments.shared.recording import OccluderParameters, paint_strip, strip
+from pftrack.experiments.shared.recording import OccluderParameters, RecordedFrames, paint_strip, strip
 from pftrack.sources.tracks.sequence import TrackSequence
 from pftrack.vision.matching import LARGEST_TEMPLATE_PX, cut, match
 
@@ -115,18 +115,8 @@ def track_points(sequence: TrackSequence, columns: list[int], first: int) -> Cal
     return at
 
 
-class RecordedLinkage:
-    """The frames of a recording with four points of a chain in each.
-
-    Attributes:
-        size: Width and height of the picture, px.
-        frame_rate_hz: Frames a second.
-        frame_count: Frames from the chosen one to the end.
-        start: The chain as it is guessed from the points of the first picture.
-        noisy: The frames do not depend on the seed.
-    """
-
-    noisy = False
+class RecordedLinkage(RecordedFrames):
+    """The frames of a recording with four points of a chain in each; `start` is guessed from those of the first."""
 
     def __init__(self, sequence: FrameSequence, first: int, start: LinkageTarget, at: Callable[[int], Points]) -> None:
         """Wire a recording up from the picture `first` on.
@@ -137,11 +127,8 @@ class RecordedLinkage:
             start: What is guessed of the chain there.
             at: Number of the frame -> the points.
         """
-        self._sequence, self._first, self._at = sequence, first, at
-        self._times_s = sequence.times_s[first:] - sequence.times_s[first]
-        self.size, self.frame_rate_hz = sequence.size, sequence.frame_rate_hz
-        self.frame_count: int | None = sequence.frame_count - first
-        self.start: Target = start
+        super().__init__(sequence, first, start)
+        self._at = at
 
     def frame(self, index: int, history: History[FollowingParameters]) -> Frame:
         """Return a picture and the points in it; the same arguments give the same frame, to the bit."""

@@ -197,14 +197,31 @@ class RecordingParameters(OverlayParameters, group=GROUP):
     )
 
 
-class RecordingSource:
-    """The frames of a recording from a chosen one on.
+class RecordedFrames:
+    """The pictures of a recording from a chosen one on, for sources that make frames of them.
 
     Attributes:
         size: Width and height of the picture, px.
         frame_rate_hz: Frames a second.
         frame_count: Frames from the chosen one to the end.
-        start: Where the person drew the box, or what else is known of the target in the first picture.
+        noisy: The pictures do not depend on the seed.
+        start: What is known of the target in the first picture.
+    """
+
+    noisy = False
+
+    def __init__(self, sequence: FrameSequence, first: int, start: Target) -> None:
+        """Wire a recording up from the picture `first` on."""
+        self._sequence, self._first, self.start = sequence, first, start
+        self._times_s = sequence.times_s[first:] - sequence.times_s[first]
+        self.size, self.frame_rate_hz = sequence.size, sequence.frame_rate_hz
+        self.frame_count: int | None = sequence.frame_count - first
+
+
+class RecordingSource(RecordedFrames):
+    """The frames of a recording from a chosen one on; `start` is where the person drew the box, or what else is known.
+
+    An overlay may lie over them.
     """
 
     def __init__(
@@ -225,17 +242,9 @@ class RecordingSource:
             truth: Where the target truly is, by number of the picture within the sequence.
             start: The target in the first picture, if it is more than the middle of the box.
         """
-        self._sequence = sequence
-        self._first = first
-        self._backdrop = RecordedBackdrop(sequence)
-        self._truth = truth
-        self._times_s = sequence.times_s[first:] - sequence.times_s[first]
-        self.size = sequence.size
-        self.frame_rate_hz = sequence.frame_rate_hz
-        self.frame_count: int | None = sequence.frame_count - first
         x, y, w, h = box
-        self.noisy = False
-        self.start = start or Target(np.array([x + (w - 1) / 2, y + (h - 1) / 2]), max(w, h))
+        super().__init__(sequence, first, start or Target(np.array([x + (w - 1) / 2, y + (h - 1) / 2]), max(w, h)))
+        self._backdrop, self._truth = RecordedBackdrop(sequence), truth
 
     def frame(self, index: int, history: History[RecordingParameters]) -> Frame:
         """Return a picture with its overlay; the same arguments give the same frame, to the bit."""

@@ -21,8 +21,7 @@ from pftrack.core.model.setup import Setup
 from pftrack.experiments.declared import read_quality, read_words
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.shared.sketch import at_height, caption, circle, particle_clouds
-from pftrack.experiments.sine.model import MODEL, TRACKERS, SignalTrackerParameters
-from pftrack.experiments.sine.scene import SignalParameters, SignalSource
+from pftrack.experiments.sine.model import MODEL, TRACKERS, SignalParameters, SignalSource, SignalTrackerParameters
 from pftrack.filters import kalman
 
 FOLDER = Path(__file__).parent

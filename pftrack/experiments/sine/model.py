@@ -1,4 +1,8 @@
-"""The belief in a signal, and its trackers: Bando 2007, ch. 2.
+"""A signal in noise, the belief in it, and its trackers: Bando 2007, ch. 2 sections 2 and 3.
+
+The truth turns once in 360 frames; what is seen is the truth plus white noise. Several dimensions are independent
+copies of the same signal with noise of their own, which is how Bando shows what dimension costs a particle
+filter.
 
 The model is of second order, X_t = (x_t, x_{t-1}), X_t = [[2, -1], [1, 0]] X_{t-1} + (b u, 0), z_t = x_t + noise. In D
 dimensions the state is D copies: all newest values first, then all previous ones. The particle filter carries the exact
@@ -7,7 +11,7 @@ Kalman answer beside its own, since for this model it is known. A sample that is
 
 import math
 from functools import lru_cache
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
 from typing_extensions import override
@@ -16,11 +20,70 @@ from pftrack.core.arrays import Floats
 from pftrack.core.model.likelihood import Component, Part, Residual
 from pftrack.core.model.model import LinearStep, NoiseScale, State, Values
 from pftrack.core.model.parameters import Parameters, parameter
-from pftrack.core.model.source import Frame, Target
-from pftrack.core.numerics.random import Gaussian, Generator
+from pftrack.core.model.source import Frame, History, Target
+from pftrack.core.numerics.random import Gaussian, Generator, Purpose, Stream
 from pftrack.experiments.shared.filtered import Bootstrap, Kalman, PointModel, filtered
 from pftrack.experiments.shared.reports import particle_count, resampling_threshold
 from pftrack.filters.dynamics import LinearDynamics, autoregression
+
+SIGNAL = "Signal"
+
+
+class SignalParameters(Parameters, group=SIGNAL):
+    """The signal and its noise."""
+
+    waveform: Literal["sine", "cosine"] = parameter("cosine", "Waveform", "The true signal.", live=False)
+    dimension: int = parameter(
+        1, "Dimension", "How many independent copies of the signal are tracked together.", within=(1, 10, 1), live=False
+    )
+    observation_noise_sd: float = parameter(
+        0.1,
+        "Observation noise",
+        "Standard deviation of the noise on what is seen.",
+        within=(0.001, 10, 0.01),
+        useful=(0.01, 1),
+        role="world",
+    )
+
+
+class SignalSource:
+    """Endless samples of the signal.
+
+    Attributes:
+        size: Width and height that a drawing of the signal takes, px.
+        frame_rate_hz: Frames a second.
+        frame_count: None; the signal never ends.
+        start: The true value at frame 0.
+    """
+
+    frame_rate_hz = 60.0
+    period_frames = 360
+
+    def __init__(self, seed: int, parameters: SignalParameters) -> None:
+        """Set the signal up; the seed is that of the observation noise."""
+        self._seed = seed
+        self.size = (720, 400)
+        self.frame_count: int | None = None
+        self.start = self._target(0, parameters)
+        self.noisy = True
+
+    def frame(self, index: int, history: History[SignalParameters]) -> Frame:
+        """Return what is seen at an instant; the same arguments give the same frame, to the bit."""
+        parameters = history.at(index)
+        target = self._target(index, parameters)
+        noise = Stream(self._seed, index, Purpose.SCENE).standard_normal(parameters.dimension)
+        return Frame(
+            index,
+            index / self.frame_rate_hz,
+            signal=target.position + parameters.observation_noise_sd * noise,
+            target=target,
+        )
+
+    def _target(self, index: int, parameters: SignalParameters) -> Target:
+        angle = 2 * np.pi * index / self.period_frames
+        value = np.sin(angle) if parameters.waveform == "sine" else np.cos(angle)
+        return Target(np.full(parameters.dimension, value), hidden=None)
+
 
 GROUP = "Filter"
 

@@ -142,10 +142,6 @@ def _caption(step: Step) -> str:
     return caption(row, *parts)
 
 
-def _is_lost(errors: Any, _sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many, on either model
-    return errors > parameters.lost_px
-
-
 # How far tracks are from the truth, and how far they seem to move, of one frame and of a whole run.
 
 
@@ -251,7 +247,7 @@ EXPERIMENT = Experiment(
     ),
     draw=draw,
     error=distance,
-    lost=_is_lost,
+    lost=lambda errors, _sizes, parameters: errors > parameters.lost_px,
     measures=MEASURES,
     measure=measure,
     report=report,

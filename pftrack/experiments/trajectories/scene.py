@@ -8,6 +8,7 @@ has it where they report it.
 """
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Protocol
 
 import numpy as np
@@ -16,37 +17,15 @@ from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.source import Frame, FrameSequence, History, Measurements, Target
 from pftrack.core.numerics.random import Purpose, standard_normals
+from pftrack.experiments.shared.recording import RecordedFrames
 from pftrack.sources.tracks.sequence import RecordedTracks, TrackSequence
 
-# One simulated track in numbers, so that every implementation works on the same: x and y by frame, px. It is a draw of
-# the model below, chosen among many since its likelihood over sigma^2 and tau^2 and the errors of the filters on it
-# come closest to what Ichimura and Ikoma report. Its outliers, at frames 15, 30, 45, 60, 75 and 90, are by +11.5, -0.2,
-# -37.8, +2.5, -2.7 and -21.4 px.
+# One simulated track in numbers (`reference_track.csv`), so that every implementation works on the same: x and y by
+# frame, px. It is a draw of the model below, chosen among many since its likelihood over sigma^2 and tau^2 and the
+# errors of the filters on it come closest to what Ichimura and Ikoma report. Its outliers, at frames 15, 30, 45, 60, 75
+# and 90, are by +11.5, -0.2, -37.8, +2.5, -2.7 and -21.4 px.
 
-TABLE = """
-101.19,100.27  98.45,103.63  99.69,107.96  103.25,111.81  102.61,115.09
-99.06,119.63  99.19,123.09  100.93,128.04  100.56,132.56  98.31,135.64
-99.94,139.83  99.42,144.87  102.70,147.96  99.24,151.67  100.52,155.80
-111.54,161.07  99.79,164.44  99.86,168.35  97.22,171.74  102.93,176.18
-100.39,179.47  101.48,182.92  98.25,188.49  98.06,190.92  102.09,196.75
-100.43,200.39  100.89,202.69  100.52,207.94  100.13,212.47  100.89,215.05
-99.85,219.60  102.30,223.73  99.50,228.87  101.41,232.29  101.10,234.88
-100.05,239.71  103.23,243.21  100.70,248.29  100.10,251.28  101.62,255.73
-100.58,260.30  99.34,262.04  99.18,268.41  97.33,271.86  99.56,276.11
-62.18,280.34  99.78,282.90  98.94,287.60  101.52,292.72  98.51,296.75
-101.39,298.65  104.78,299.38  109.13,299.78  116.46,301.40  119.88,300.65
-124.59,302.07  124.34,307.44  122.24,310.44  123.65,315.38  124.93,319.75
-127.46,322.90  124.26,326.05  125.47,329.81  125.16,333.77  125.45,337.80
-123.83,341.95  124.67,345.55  125.05,350.42  124.71,353.55  124.77,358.39
-125.97,363.14  124.62,367.05  123.86,371.14  125.52,374.21  125.41,378.54
-122.30,381.55  124.32,385.84  122.71,391.74  125.00,394.62  123.96,398.76
-123.77,401.61  125.01,407.19  125.56,410.27  124.00,415.40  123.94,418.71
-126.22,422.49  123.16,426.91  126.45,431.36  122.89,433.68  124.22,438.68
-103.63,442.30  122.88,446.81  125.61,450.46  124.24,455.87  125.76,457.93
-126.80,462.16  124.73,466.73  124.37,471.51  126.39,475.67  124.19,478.30
-"""
-
-REFERENCE_PX: Floats = np.array([pair.split(",") for pair in TABLE.split()], dtype=np.float64)
+REFERENCE_PX: Floats = np.loadtxt(Path(__file__).with_name("reference_track.csv"), delimiter=",", skiprows=1)
 """(100, 2) positions as they were measured."""
 
 REFERENCE_PX.flags.writeable = False
@@ -253,26 +232,12 @@ def tracks_from(sequence: TrackSequence, first: int) -> RecordedTracks:
     return RecordedTracks(sequence, TrajectoriesTarget(NOWHERE, hidden=None, origin=origin, paper=sequence.size), first)
 
 
-class RecordedPictures:
-    """The pictures of a recording, in which the tracker looks for points itself.
-
-    Attributes:
-        size: Width and height of the picture, px.
-        frame_rate_hz: Frames a second.
-        frame_count: Frames from the chosen one to the end.
-        start: Nothing is known beforehand.
-        noisy: The pictures do not depend on the seed.
-    """
-
-    noisy = False
+class RecordedPictures(RecordedFrames):
+    """The pictures of a recording, in which the tracker looks for points itself: nothing is known beforehand."""
 
     def __init__(self, sequence: FrameSequence, first: int = 0) -> None:
         """Wire a recording up from the picture `first` on."""
-        self._sequence, self._first = sequence, first
-        self._times_s = sequence.times_s[first:] - sequence.times_s[first]
-        self.size, self.frame_rate_hz = sequence.size, sequence.frame_rate_hz
-        self.frame_count: int | None = sequence.frame_count - first
-        self.start: Target = TrajectoriesTarget(NOWHERE, hidden=None)
+        super().__init__(sequence, first, TrajectoriesTarget(NOWHERE, hidden=None))
 
     def frame(self, index: int, history: History[Parameters]) -> Frame:
         """Return a picture; the same arguments give the same frame, to the bit."""
