@@ -131,18 +131,12 @@ def noise(parameters: LinkageTrackerParameters, in_space: bool) -> Floats:
 def start(target: Target, frame: Frame, parameters: LinkageTrackerParameters, rng: Stream) -> LinkageState:
     """Begin at a pose and lengths that are roughly known; the next frame is the first that is looked at."""
     del frame, rng
-    if not isinstance(target, LinkageTarget):
-        raise TypeError(f"a tracker of a chain begins at the pose of one, got {type(target).__name__}")
-    angle, length = parameters.start_angle_variance_rad2, parameters.start_length_variance_px2
-    root = parameters.start_root_variance_px2
-    if target.omega is None or target.t is None:
-        mean = np.concatenate([target.theta, target.r])
-        variances = np.array([angle] * 3 + [length] * 3)
-    else:
-        mean = np.concatenate([target.omega, target.t, target.theta, target.r])
-        variances = np.array([angle] * 3 + [root] * 2 + [angle] * 3 + [length] * 3)
-    chain = gaussian(mean, variances, target.reference, parameters)
-    return state_of(Beam.of(chain), target.reference, target.origin_px)
+    chain_there = LinkageTarget.of(target)
+    angle, length = [parameters.start_angle_variance_rad2] * 3, [parameters.start_length_variance_px2] * 3
+    moved = [*angle, *[parameters.start_root_variance_px2] * 2] if chain_there.is_spatial else []
+    variances = np.array([*moved, *angle, *length])
+    chain = gaussian(chain_there.numbers, variances, chain_there.reference, parameters)
+    return state_of(Beam.of(chain), chain_there.reference, chain_there.origin_px)
 
 
 def state_of(

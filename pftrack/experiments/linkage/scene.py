@@ -215,6 +215,23 @@ class LinkageTarget(Target):
     reference: Floats | None = None
     origin_px: Floats = field(default_factory=lambda: np.zeros(2))
 
+    @classmethod
+    def of(cls, target: Target) -> "LinkageTarget":
+        """Return a target that is a chain.
+
+        Raises:
+            TypeError: It is something else.
+        """
+        if not isinstance(target, cls):
+            raise TypeError(f"a tracker of a chain begins at the pose of one, got {type(target).__name__}")
+        return target
+
+    @property
+    def numbers(self) -> Floats:
+        """(theta, r), in space (omega, t, theta, r), rad and px."""
+        moved = () if self.omega is None or self.t is None else (self.omega, self.t)
+        return np.concatenate([*moved, self.theta, self.r])
+
     @property
     def is_spatial(self) -> bool:
         """Whether it moves in space rather than in a plane."""
@@ -536,13 +553,11 @@ def _chain(
     t: Floats | None = None,
 ) -> LinkageTarget:
     """Return a chain with the points of it, all of them in sight."""
-    position = np.concatenate([theta, r] if omega is None or t is None else [omega, t, theta, r])
     reference = None if omega is None else attitude(REFERENCE_RAD)
     origin = np.array(size) / 2.0
-    target = LinkageTarget(
-        in_degrees(position), theta=theta, r=r, omega=omega, t=t, reference=reference, origin_px=origin
-    )
+    target = LinkageTarget(np.empty(0), theta=theta, r=r, omega=omega, t=t, reference=reference, origin_px=origin)
     at = places(target)
     points = at[:, :2] + origin
     landmarks = Landmarks(points, np.ones(len(NAMES), dtype=np.bool_), at - at[0], NAMES)
-    return replace(target, size=float(np.ptp(points, axis=0).max()), landmarks=landmarks)
+    size_px = float(np.ptp(points, axis=0).max())
+    return replace(target, position=in_degrees(target.numbers), size=size_px, landmarks=landmarks)

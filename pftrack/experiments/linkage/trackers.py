@@ -275,20 +275,17 @@ Box = tuple[Floats, Floats]
 def start(method: str, target: Target, frame: Frame, parameters: LinkageTrackerParameters, rng: Stream) -> LinkageState:
     """Begin with the box of all that is possible at first; the first observation is that of the next frame."""
     del frame, rng
-    if not isinstance(target, LinkageTarget):
-        raise TypeError(f"a tracker of a chain begins at the pose of one, got {type(target).__name__}")
+    chain = LinkageTarget.of(target)
     angle, length = np.full(3, parameters.start_angle_bound_rad), np.full(3, parameters.start_length_bound_px)
-    middle, half, root = np.concatenate([target.theta, target.r]), np.concatenate([angle, length]), None
-    if target.omega is not None and target.t is not None:
+    half, root = np.concatenate([angle, length]), None
+    if chain.t is not None:
         around = np.full(2, parameters.start_root_bound_px)
-        middle = np.concatenate([target.omega, target.t, middle])
-        half = np.concatenate([angle, around, half])
-        root = target.t - around, target.t + around
-    box = _cut((middle - half, middle + half), parameters.bounds)
+        half, root = np.concatenate([angle, around, half]), (chain.t - around, chain.t + around)
+    box = _cut((chain.numbers - half, chain.numbers + half), parameters.bounds)
     inscribed = method == "ellipsoids-literal" and parameters.first_ellipsoid == "inscribed"
     region = begin(box, float(parameters.angle_scale_px), inscribed=inscribed)
     beam = Beam.of(_set_ellipsoid(region, ellipsoids=method != "box-guides"))
-    return _state(beam, parameters.bounds, root, target.origin_px, target.reference)
+    return _state(beam, parameters.bounds, root, chain.origin_px, chain.reference)
 
 
 def step(
