@@ -1,7 +1,7 @@
 """What an experiment says in YAML files in its folder, so that a sentence or a number can be mended without Python.
 
-- `experiment.yaml`: title, question and description, what it comes from, titles of its trackers, its words, plots,
-  readings, layers and worlds;
+- `experiment.yaml`: title, question and description, what it comes from, titles of its trackers and what these
+  report, its words, plots, readings, layers and worlds;
 - `presets.yaml` and `failures.yaml`, where there is one: where to begin, and what goes wrong;
 - `quality.yaml`: how far bands of error are to be believed, and on which scenes the probability of a loss was fitted.
 
@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import Any, NotRequired, TypeVar
+from typing import Any, NamedTuple, NotRequired, TypeVar
 
 from pydantic import TypeAdapter, ValidationError, with_config
 from typing_extensions import TypedDict
@@ -37,6 +37,7 @@ KINDS: Mapping[str, tuple[TypeAdapter[Any], str]] = {
     "readings": (TypeAdapter(Reading), "title"),
     "terms": (TypeAdapter(Term), "name"),
     "series": (TypeAdapter(Series), "name"),
+    "reported": (TypeAdapter(Series), "name"),
     "worlds": (TypeAdapter(World), "name"),
 }
 """Sections that map names to what they declare: what that is, and its field that takes the name."""
@@ -50,6 +51,7 @@ STANDARD: Mapping[str, Mapping[str, object]] = {
 """What has no more than a name."""
 
 
+@with_config(CLOSED)
 class _Texts(TypedDict):
     title: str
     family: str
@@ -74,9 +76,12 @@ class _Title(TypedDict):
     description: str
 
 
-@with_config(CLOSED)
-class _Said(_Texts):
-    trackers: dict[str, _Title]
+class _Said(NamedTuple):
+    """What `experiment.yaml` says: of the experiment, of its trackers by name, and of the series that these report."""
+
+    texts: _Texts
+    titles: Mapping[str, _Title]
+    reported: tuple[Series, ...]
 
 
 class Words(_Texts):
@@ -96,7 +101,7 @@ class _Quality(TypedDict):
 
 T = TypeVar("T")
 
-_SAID, _QUALITY = TypeAdapter(_Said), TypeAdapter(_Quality)
+_TEXTS, _TITLES, _QUALITY = TypeAdapter(_Texts), TypeAdapter(dict[str, _Title]), TypeAdapter(_Quality)
 
 
 def read_words(folder: Path, trackers: Mapping[str, Tracker]) -> Words:
@@ -109,14 +114,13 @@ def read_words(folder: Path, trackers: Mapping[str, Tracker]) -> Words:
     Raises:
         ValueError: A file is not YAML, or lacks a field, or has an unknown or wrong one; it names file and line.
     """
-    said = _read(folder)
-    failures = folder / "failures.yaml"
-    if list(trackers) != list(said["trackers"]):
-        given = f"{', '.join(said['trackers'])}; expected {', '.join(trackers)}"
+    said, failures = _read(folder), folder / "failures.yaml"
+    if list(trackers) != list(said.titles):
+        given = f"{', '.join(said.titles)}; expected {', '.join(trackers)}"
         raise ValueError(f"{folder.name}/experiment.yaml: it has titles of the trackers {given}")
     return {
-        **said,
-        "trackers": {name: replace(tracker, **said["trackers"][name]) for name, tracker in trackers.items()},
+        **said.texts,
+        "trackers": {name: replace(tracker, **said.titles[name]) for name, tracker in trackers.items()},
         "presets": read_presets(folder / "presets.yaml"),
         "failures": read_failures(failures) if failures.exists() else (),
     }
@@ -124,7 +128,12 @@ def read_words(folder: Path, trackers: Mapping[str, Tracker]) -> Words:
 
 def read_worlds(folder: Path) -> tuple[World, ...]:
     """Return the worlds that `experiment.yaml` in a folder declares; its errors are those of `read_words`."""
-    return _read(folder)["worlds"]
+    return _read(folder).texts["worlds"]
+
+
+def read_reported(folder: Path) -> dict[str, Series]:
+    """Return the series by name that `experiment.yaml` in a folder says trackers report; errors as of `read_words`."""
+    return {series.name: series for series in _read(folder).reported}
 
 
 @cache
@@ -136,7 +145,9 @@ def _read(folder: Path) -> _Said:
     except ValueError as error:
         raise ValueError(f"{places['references']}: {error}") from error
     sections = {name: _section(name, given, path, places) for name, given in declared.items()}
-    return _validate(_SAID, {**sections, "references": references}, path, places)
+    titles = _validate(_TITLES, sections.pop("trackers", {}), path, places, "trackers")
+    reported = sections.pop("reported", ())
+    return _Said(_validate(_TEXTS, {**sections, "references": references}, path, places), titles, reported)
 
 
 def read_quality(folder: Path, trackers: Mapping[str, Tracker]) -> Quality:

@@ -56,11 +56,14 @@ def test_whole_numbers_of_a_scene_stay_whole(folder: Path) -> None:
     [
         ("title: Fish", "titel: Fish", r"fish/experiment.yaml, line 1: fish/experiment.yaml has an unknown field"),
         ("title: Fish that bends\n", "", r"fish/experiment.yaml: fish/experiment.yaml lacks 'title'"),
-        ("title: bend of the tail", "titel: bend", r"line 29: plots.bend has an unknown field 'titel'"),
-        ("    kind: band\n", "", r"experiment.yaml, line 28: plots.bend lacks 'kind'"),
-        ("kind: band", "kind: bend", r"experiment.yaml, line 30: plots.bend has a wrong 'kind'"),
+        ("title: bend of the tail", "titel: bend", r"line 39: plots.bend has an unknown field 'titel'"),
+        ("    kind: band\n", "", r"experiment.yaml, line 38: plots.bend lacks 'kind'"),
+        ("kind: band", "kind: bend", r"experiment.yaml, line 40: plots.bend has a wrong 'kind'"),
         ("mitsugami2009", "mitsugami1809", r"experiment.yaml, line 4: unknown reference 'mitsugami1809'"),
         ("trials: 4", "trials: some", r"example_sweep has a wrong 'trials'"),
+        ("  ordinary:", "  unusual:", r"fish/experiment.yaml: it has titles of the trackers guided, unusual, "),
+        ("title: Ordinary filter", "titel: Ordinary filter", r"trackers.ordinary has an unknown field 'titel'"),
+        ("  body:\n", "  body:\n    length: 4\n", r"reported.body has an unknown field 'length'"),
     ],
 )
 def test_a_mistake_in_the_words_is_named_with_its_line(folder: Path, old: str, new: str, message: str) -> None:

@@ -18,6 +18,7 @@ Source: Mitsugami et al. 2009, section 3.1, eq. 7; the limit is our own (docs/me
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 from typing import NamedTuple
 
 import cv2
@@ -34,6 +35,7 @@ from pftrack.core.model.source import Frame
 from pftrack.core.numerics.checks import check_picture
 from pftrack.core.numerics.compiled import compiled, read_only
 from pftrack.core.numerics.elementary import sines_cosines
+from pftrack.experiments.declared import read_reported
 from pftrack.experiments.fish.parameters import FishTrackerParameters, Told
 from pftrack.experiments.shared import reports
 from pftrack.filters.particles import ParticleSet
@@ -368,16 +370,7 @@ class FishState:
         return self.particles.arrays()
 
 
-SERIES = (
-    *reports.CLOUD,
-    Series("body", "place, heading and bend", shape="vector", components=("a", "b", "theta", "phi")),
-    Series("heading", "heading", "°"),
-    Series("bend", "bend of the tail", "°"),
-    Series("heading_sd", "deviation of the heading", "°"),
-    Series("bend_sd", "deviation of the bend", "°"),
-    Series("velocity", "velocity along and across the body", "px/frame", "vector", components=("along", "across")),
-    Series("d_max", "farthest point from an edge", "px"),
-)
+SERIES = (*reports.CLOUD, *read_reported(Path(__file__).parent).values())
 """What all of them report. `body` is what is learned from: px, px, rad, rad; the heading is within half a turn of 0."""
 
 

@@ -7,6 +7,7 @@ that is renewed forgets it little by little; when another space is chosen, it be
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,6 +23,7 @@ from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponential, exponentials, logarithm
 from pftrack.core.numerics.matrices import product
 from pftrack.core.numerics.random import Gaussian, Generator, Stream
+from pftrack.experiments.declared import read_reported
 from pftrack.experiments.histogram.parameters import HistogramTrackerParameters
 from pftrack.experiments.shared import reports
 from pftrack.experiments.shared.filtered import Update
@@ -272,17 +274,8 @@ def _log_likelihood(image_rgb: NDArray[np.uint8], states: Floats, target: Packed
     return scores
 
 
-BOX = Series("box", "believed box", "px", "vector", role="extent", components=("width", "height"))
-
-SERIES = (
-    Series("likeness", "likeness rho", role="likeness"),
-    Series("first_likeness", "model's likeness to the first look", role="model_likeness"),
-    BOX,
-)
-
-
-VELOCITIES = Series("velocities", "different velocities", role="distinct")
-"""Of particles: where nothing is added to a velocity, resampling can only lose some of them."""
+REPORTED = tuple(read_reported(Path(__file__).parent).values())
+"""The first is of particles: where nothing is added to a velocity, resampling can only lose some of them."""
 
 
 def first_view(image_rgb: NDArray[np.uint8], parameters: HistogramTrackerParameters) -> NDArray[np.uint8] | None:
@@ -503,7 +496,7 @@ class ColouredWindow(LoopModel):
     @property
     @override
     def series(self) -> tuple[Series, ...]:
-        return (*reports.CLOUD, VELOCITIES, *SERIES)
+        return (*reports.CLOUD, *REPORTED)
 
     @override
     def measure(self, state: HistogramState) -> Mapping[str, SeriesValue]:

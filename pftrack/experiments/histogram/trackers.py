@@ -15,7 +15,7 @@ from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Tracker
 from pftrack.core.numerics.compiled import read_only
 from pftrack.core.numerics.random import Gaussian, Stream
-from pftrack.experiments.histogram.model import MODEL, SERIES, SIZE, HistogramState, judge, mark
+from pftrack.experiments.histogram.model import MODEL, REPORTED, SIZE, HistogramState, judge, mark
 from pftrack.experiments.histogram.parameters import HistogramTrackerParameters
 from pftrack.experiments.shared.filtered import filtered
 from pftrack.experiments.shared.sampling import AUXILIARY, CONDENSATION, HARD, NOISE_CONTROL, SOFT
@@ -84,7 +84,7 @@ GREEDY = Tracker(
     "",
     start,
     step,
-    series=SERIES,
+    series=REPORTED[1:],
     measure=MODEL.measure,
     model=MODEL,
 )

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -11,9 +12,10 @@ from typing_extensions import override
 from pftrack.core.arrays import Floats
 from pftrack.core.model.likelihood import Amount, Cloud, Contributions, Part
 from pftrack.core.model.model import Model, Values
-from pftrack.core.model.series import Hypotheses, Interval, Reduction, Series, SeriesValue
+from pftrack.core.model.series import Hypotheses, Interval, Series, SeriesValue
 from pftrack.core.model.source import Frame
 from pftrack.core.numerics.elementary import wrap
+from pftrack.experiments.declared import read_reported
 from pftrack.experiments.linkage.model import LINKS
 from pftrack.experiments.linkage.scene import in_degrees
 from pftrack.experiments.shared import reports
@@ -135,39 +137,7 @@ class LinkageState:
         return {**joined, "log_weights": self.belief.log_weights, "parents": self.belief.parents}
 
 
-COMPONENTS = ("direction 1", "direction 2", "direction 3", "length 1", "length 2", "length 3")
-
-SERIES = (
-    *(Series(f"length_{i}", f"length of link {i}", "px", "interval") for i in range(1, LINKS + 1)),
-    *(Series(f"direction_{i}", f"direction of link {i}", "°") for i in range(1, LINKS + 1)),
-    *(Series(f"direction_{i}_sd", f"deviation of direction {i}", "°") for i in range(1, LINKS + 1)),
-    Series("mirror_gap", "from the nearest mirror image, in deviations", role="mirror_gap"),
-    Series("hypothesis_count", "hypotheses", reductions=(Reduction("mean_hypotheses", "mean hypotheses", "mean"),)),
-    Series("hypotheses", "hypotheses", shape="hypotheses", components=COMPONENTS),
-    Series(
-        "split",
-        "split",
-        role="event",
-        colours=("prediction",),
-        reductions=(Reduction("splits", "frames with a split", "count"),),
-    ),
-    Series("merged", "merged", role="event", colours=("hidden",)),
-    Series(
-        "refuted",
-        "refuted",
-        role="event",
-        colours=("lost",),
-        reductions=(Reduction("refutations", "frames that refuted", "count"),),
-    ),
-    Series("cut", "bounds that cut"),
-    Series(
-        "outlier",
-        "left out",
-        role="event",
-        colours=("observation",),
-        reductions=(Reduction("outliers", "observations left out", "count"),),
-    ),
-)
+SERIES = tuple(read_reported(Path(__file__).parent).values())
 """Of every tracker: the range of each length, directions, hypotheses, and what happened. The range is two standard
 deviations to either side, the middle 95 % of particles, or all that is not excluded; of hypotheses, of all together."""
 

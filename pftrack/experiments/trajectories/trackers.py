@@ -9,6 +9,7 @@ the selected track, and the Kalman filter all others.
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 from typing import Literal, Self, TypeAlias
 
 import numpy as np
@@ -24,6 +25,7 @@ from pftrack.core.model.source import Frame, History, Measurements, Target
 from pftrack.core.model.tracker import Tracker
 from pftrack.core.numerics.elementary import exponential
 from pftrack.core.numerics.random import Gaussian, Generator, Purpose, Stream
+from pftrack.experiments.declared import read_reported
 from pftrack.experiments.shared import reports
 from pftrack.experiments.shared.filtered import NIS, Update, measure_innovation
 from pftrack.experiments.trajectories.model import (
@@ -140,24 +142,9 @@ def cloud_method(learned: bool, belief: Belief, observed: Floats, parameters: P,
 TAIL = 0.05
 """Of a posterior, left out on either side of an interval."""
 
-COMMON = (
-    Series("tracks", "tracks followed"),
-    Series("seen_share", "measured"),
-    Series("outlier_share", "outliers"),
-    Series("track_log_evidence", "log evidence of the selected track"),
-    Series("outlying", "outlier of the selected track", "px"),
-)
-LAWS = (
-    Series("noise_sd_px", "scale σ of the noise", "px", "interval"),
-    Series("drive_sd_px", "freedom τ of the motion", "px", "interval"),
-    Series("noise_mode_px", "most probable σ", "px"),
-    Series("drive_mode_px", "most probable τ", "px"),
-)
-SIZES = (
-    Series("particles", "particles", role="particles"),
-    Series("distinct", "different particles", role="distinct"),
-    Series("roots", "different particles at the lag"),
-)
+_ALL = tuple(read_reported(Path(__file__).parent).values())
+COMMON, LAWS, SIZES = _ALL[:5], _ALL[5:9], _ALL[9:]
+"""Of every tracker; of one that learns the scales of noise and motion; of those with particles."""
 
 
 def start(method: Method, target: Target, frame: Frame, parameters: P, rng: Stream) -> TrajectoriesState:
