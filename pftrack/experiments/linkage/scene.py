@@ -22,7 +22,7 @@ from pftrack.core.numerics.matrices import product
 from pftrack.core.numerics.random import Purpose, Stream, standard_normals, uniforms
 from pftrack.experiments.shared.recording import OccluderParameters, paint_strip, strip
 
-PathName: TypeAlias = Literal["cross", "static", "mirror3", "mirror2", "two", "3d", "own"]
+PathName: TypeAlias = Literal["cross", "static", "mirror3", "mirror2", "two", "3d"]
 
 Keys: TypeAlias = tuple[tuple[float, float, float, float], ...]
 """(frame, theta_1, theta_2, theta_3), the angles in rad, each relative to the link before."""
@@ -44,9 +44,7 @@ PATHS: dict[PathName, Keys] = {
     "3d": ((0, 0.0, 0.5, 0.4), (70, 0.0, 1.1, 0.9), (140, 0.0, 1.5, 1.4), (199, 0.0, 1.0, 0.8)),
 }
 
-OWN_FRAMES = 300
-
-LENGTH: dict[PathName, int] = {name: int(keys[-1][0]) + 1 for name, keys in PATHS.items()} | {"own": OWN_FRAMES}
+LENGTH: dict[PathName, int] = {name: int(keys[-1][0]) + 1 for name, keys in PATHS.items()}
 """Frames of each path."""
 
 TURN_RAD, TURN_RATE, TURN_PHASE, TURN_OFF_RAD = (
@@ -72,12 +70,6 @@ def ease(keys: Keys, frame: float) -> Floats:
     return np.array(last[1:])
 
 
-def swinging(one: Floats, other: Floats, swing: int, frame: float) -> Floats:
-    """Return the angles (3,) of joints that go from one end to the other in `swing` frames, and back again, rad."""
-    weight = 0.5 - 0.5 * float(sines_cosines(np.array([np.pi * frame / swing]))[1][0])
-    return np.asarray(one + weight * (other - one))
-
-
 def turn(frame: float) -> Floats:
     """Return the attitude of the chain in space, a rotation vector (3,) in rad relative to the reference."""
     return np.asarray(TURN_RAD * sines_cosines(TURN_RATE * frame + TURN_PHASE)[0] + TURN_OFF_RAD)
@@ -88,7 +80,7 @@ def move(frame: float) -> Floats:
     return np.asarray(MOVE_PX * sines_cosines(MOVE_RATE * frame)[0])
 
 
-CHAIN, PATH, MEASUREMENTS, START = "Chain", "Path of its own", "Measurements", "Where the estimate begins"
+CHAIN, MEASUREMENTS, START = "Chain", "Measurements", "Where the estimate begins"
 
 
 class _Chain(OccluderParameters, group=CHAIN):
@@ -113,35 +105,19 @@ class _Chain(OccluderParameters, group=CHAIN):
     # fmt: on
 
 
-class _Path(_Chain, group=PATH):
-    """A path of the user's own."""
-
-    # fmt: off
-    from_1_deg: float = parameter(
-        40, "First angle from", "Where the first joint begins on a path of its own.",
-        unit="°", within=(-180, 180, 1), live=False)
-    from_2_deg: float = parameter(
-        30, "Second angle from", "Where the second joint begins on it.",
-        unit="°", within=(-180, 180, 1), live=False)
-    from_3_deg: float = parameter(
-        20, "Third angle from", "Where the third joint begins on it.",
-        unit="°", within=(-180, 180, 1), live=False)
-    to_1_deg: float = parameter(
-        70, "First angle to", "Where the first joint turns back.",
-        unit="°", within=(-180, 180, 1), live=False)
-    to_2_deg: float = parameter(
-        60, "Second angle to", "Where the second joint turns back.",
-        unit="°", within=(-180, 180, 1), live=False)
-    to_3_deg: float = parameter(
-        60, "Third angle to", "Where the third joint turns back.",
-        unit="°", within=(-180, 180, 1), live=False)
-    swing_frames: int = parameter(
-        50, "Swing", "Frames from one end of a path of its own to the other.",
-        unit="frames", within=(2, 300, 1), useful=(10, 200), live=False)
-    # fmt: on
+OWN_PATH = {
+    "from_1_deg": 40,
+    "from_2_deg": 30,
+    "from_3_deg": 20,
+    "to_1_deg": 70,
+    "to_2_deg": 60,
+    "to_3_deg": 60,
+    "swing_frames": 50,
+}
+"""Former parameters of a path between two poses that a person chose."""
 
 
-class _Measured(_Path, group=MEASUREMENTS, constants={"bounded_noise": True}):
+class _Measured(_Chain, group=MEASUREMENTS, constants={"bounded_noise": True, **OWN_PATH}):
     """How the chain's points are measured."""
 
     # fmt: off
@@ -455,10 +431,6 @@ class LinkageSource:
         lengths = (parameters.true_length_1_px, parameters.true_length_2_px, parameters.true_length_3_px)
         chain = partial(_chain, np.array(lengths, dtype=np.float64), self.size)
         moment = index / parameters.path_slowing
-        if parameters.chain_path == "own":
-            one = np.deg2rad((parameters.from_1_deg, parameters.from_2_deg, parameters.from_3_deg))
-            other = np.deg2rad((parameters.to_1_deg, parameters.to_2_deg, parameters.to_3_deg))
-            return chain(swinging(one, other, parameters.swing_frames, moment))
         theta = ease(PATHS[parameters.chain_path], moment)
         if parameters.chain_path != "3d":
             return chain(theta)

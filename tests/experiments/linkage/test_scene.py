@@ -124,11 +124,3 @@ def test_the_estimate_begins_off_the_truth() -> None:
     assert space.start.omega is not None
     off = in_radians(space.start.position - space.target(0).position)
     assert 0.0 < np.abs(off).max() <= 0.08
-
-
-def test_a_path_of_its_own_swings_between_its_ends() -> None:
-    """It is at one end at first, at the other after a swing, and back after two."""
-    values = {"chain_path": "own", "from_1_deg": -30, "to_1_deg": 90, "swing_frames": 20}
-    source = LinkageSource(0, LinkageSceneParameters.model_validate(values))
-    first = [np.rad2deg(source.target(index).theta[0]) for index in (0, 10, 20, 30, 40)]
-    np.testing.assert_allclose(first, [-30.0, 30.0, 90.0, 30.0, -30.0], atol=1e-9)
