@@ -44,12 +44,8 @@ CLOSED = ConfigDict(extra="forbid")
 
 T = TypeVar("T")
 
-PROBLEMS = {
-    "unexpected_keyword_argument": "has an unknown field {place!r}",
-    "extra_forbidden": "has an unknown field {place!r}",
-    "missing": "lacks {place!r}",
-    "missing_argument": "lacks {place!r}",
-}
+UNKNOWN = "has an unknown field {place!r}"
+PROBLEMS = {"unexpected_keyword_argument": UNKNOWN, "extra_forbidden": UNKNOWN, "missing": "lacks {place!r}"}
 
 
 def refusal(error: ValidationError, places: Mapping[str, str], file: str, *above: str) -> ValueError:
@@ -62,21 +58,20 @@ def refusal(error: ValidationError, places: Mapping[str, str], file: str, *above
         above: Names that what was validated stands below in the file.
     """
     # A misspelt field is both unknown and missing, and of that the first says more.
-    first = min(error.errors(), key=lambda each: each["type"].startswith("missing"))
+    first = min(error.errors(), key=lambda each: each["type"] == "missing")
     way = (*above, *map(str, first["loc"]))
     known = next((n for n in range(len(way), 0, -1) if ".".join(way[:n]) in places), 0)
     whose = max(min(known, len(way) - 1), len(above))
     problem = PROBLEMS.get(first["type"], "has a wrong {place!r}: {msg}")
-    said = problem.format(place=".".join(way[whose:]), msg=first["msg"])
-    place = places[".".join(way[:known])] if known else file
-    return ValueError(f"{place}: {'.'.join(way[:whose]) or file} {said}")
+    said = f"{'.'.join(way[:whose]) or file} {problem.format(place='.'.join(way[whose:]), msg=first['msg'])}"
+    return ValueError(f"{places['.'.join(way[:known])] if known else file}: {said}")
 
 
 def read_as(kind: type[T], path: Path, key: str) -> tuple[T, ...]:
     """Return what a YAML file maps its names to, as objects of a dataclass.
 
     Args:
-        kind: The dataclass, with a field `origin` for file and line.
+        kind: The dataclass; a field `origin` gets file and line.
         path: The file.
         key: The field that takes the name.
 
@@ -87,7 +82,10 @@ def read_as(kind: type[T], path: Path, key: str) -> tuple[T, ...]:
     adapter, read = TypeAdapter(kind), []
     for name, values in declared.items():
         try:
-            read.append(adapter.validate_python({**values, key: name, "origin": places[name]}))
+            origin = {"origin": places[name]} if "origin" in kind.__annotations__ else {}
+            read.append(
+                adapter.validate_python({**values, key: name, **origin} if isinstance(values, dict) else values)
+            )
         except ValidationError as error:
             raise refusal(error, places, path.name, name) from error
     return tuple(read)

@@ -18,18 +18,32 @@ from pydantic import TypeAdapter, ValidationError, with_config
 from typing_extensions import TypedDict
 
 from pftrack.core.model import plot
-from pftrack.core.model.band import STANDARD_CALIBRATION, Calibration
-from pftrack.core.model.drawing import Key, Layer, World
+from pftrack.core.model.band import (
+    STANDARD_CALIBRATION,
+    Calibration,
+    DeviationBand,
+    EstimateBand,
+    FlagBand,
+    IntervalBand,
+    Miscalibration,
+)
+from pftrack.core.model.drawing import Key, Layer, Viewpoint, World
 from pftrack.core.model.glossary import Citation, Term, cite
 from pftrack.core.model.plot import Plot, Reading
-from pftrack.core.model.preset import ExampleSweep, Failure, Preset, read_failures, read_presets
-from pftrack.core.model.series import Series
+from pftrack.core.model.preset import ExampleSweep, Failure, Preset, Tour, read_failures, read_presets
+from pftrack.core.model.series import Reduction, Series
 from pftrack.core.model.setup import BESIDE
 from pftrack.core.model.tracker import Tracker
 from pftrack.core.texts import CLOSED, read_texts, refusal
 from pftrack.experiments.experiment import Quality
 from pftrack.experiments.shared.loss_probability import NOTHING_DECLARED, Scenes, read_declaration
 from pftrack.experiments.shared.sketch import POINT_LAYERS
+
+for _kind in (
+    *(Layer, World, Viewpoint, Plot, Reading, Term, Series, Reduction, ExampleSweep, Tour, Scenes),
+    *(Calibration, Miscalibration, EstimateBand, DeviationBand, IntervalBand, FlagBand),
+):
+    with_config(CLOSED)(_kind)  # pydantic refuses unknown fields of them in files; in Python they are called as ever
 
 KINDS: Mapping[str, tuple[TypeAdapter[Any], str]] = {
     "layers": (TypeAdapter(Layer), "name"),

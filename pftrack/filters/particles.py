@@ -44,23 +44,18 @@ class ParticleSet:
             ValueError: There are no particles, not as many states as weights and ancestors, or a state holds NaN or
                 infinity.
         """
-        states, log_weights, ancestors = self.states, self.log_weights, self.ancestors
+        states, weights, ancestors = self.states, self.log_weights, self.ancestors
         try:
-            fits = 0 < len(states) == len(log_weights) == len(ancestors)
-            fits = fits and states.ndim == 2 and log_weights.ndim == ancestors.ndim == 1
-            fits = fits and states.dtype.num == log_weights.dtype.num == _FLOAT and ancestors.dtype.num == _INDEX
+            fits = 0 < len(states) == len(weights) == len(ancestors)
+            fits = fits and states.ndim == 2 and weights.ndim == ancestors.ndim == 1
+            fits = fits and states.dtype.num == weights.dtype.num == _FLOAT and ancestors.dtype.num == _INDEX
             # A sum of squares is finite only if all are; it takes a fifth of the time of looking at each.
             flat = states.ravel("K")
             fits = fits and math.isfinite(flat.dot(flat))
         except (AttributeError, TypeError):
             fits = False
         if not fits:
-            check(
-                missing=True,
-                states=(states, "N d"),
-                log_weights=(log_weights, "N"),
-                ancestors=(ancestors, "N", "whole"),
-            )
+            check(missing=True, states=(states, "N d"), log_weights=(weights, "N"), ancestors=(ancestors, "N", "whole"))
             check(states=(states, "N d"))
 
     @classmethod

@@ -3,7 +3,7 @@
 import pytest
 
 from pftrack.core.model.diagnostics import Diagnostics
-from pftrack.core.model.plot import STANDARD_PLOTS, Plot
+from pftrack.core.model.plot import STANDARD_PLOTS
 from pftrack.experiments import EXPERIMENTS, Experiment, find
 from pftrack.runs.run import Run
 
@@ -33,12 +33,6 @@ def test_the_ball_keeps_its_five() -> None:
     kinds = ["error", "sigma", "sample size", "samplers", "innovation"]
     assert [plot.kind for plot in EXPERIMENTS["ball"].plots] == kinds
     assert EXPERIMENTS["sine"].plots == STANDARD_PLOTS
-
-
-def test_names_are_those_of_the_fields() -> None:
-    """A plot reads the series it draws and those beside them, and none that it leaves out."""
-    band = Plot("yaw", "yaw", "band", "It turns.", series=("yaw_deg",), sd="yaw_sd")
-    assert band.names == ("yaw_deg", "yaw_sd")
 
 
 def test_short_names_of_features_are_written_out() -> None:

@@ -18,12 +18,10 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import with_config
 
 from pftrack.core.arrays import Bools
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.parameters import Value
-from pftrack.core.texts import CLOSED
 
 HALF, MOST, ALL = 0.5, 0.95, 1.0
 """Shares of the reports in which bands say that they hold the truth."""
@@ -35,7 +33,6 @@ Held: TypeAlias = Mapping[float, Bools]
 """Whether each number of a frame was held by its band, by the band's share; without a truth there are no numbers."""
 
 
-@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class EstimateBand:
     """The estimate with its standard deviations.
@@ -58,7 +55,6 @@ class EstimateBand:
         return {} if row.truth is None else _within(row.estimate, row.sigma, row.truth)
 
 
-@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class DeviationBand:
     """Series of numbers, each with one of its standard deviations and one of its truths.
@@ -90,7 +86,6 @@ class DeviationBand:
         return _within(*columns, turn=self.turn)
 
 
-@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class IntervalBand:
     """Series of intervals that hold the truth with one probability.
@@ -122,7 +117,6 @@ class IntervalBand:
         return {self.share: ((ends[:, 0] <= truths) & (truths <= ends[:, 1]))[known]}
 
 
-@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class FlagBand:
     """Series of flags that are 1 where the truth was held.
@@ -181,10 +175,7 @@ DIRECTIONS: Mapping[Direction, str] = {
 }
 """The two ways in which bands are off, with the sentence that a screen shows."""
 
-Bounds: TypeAlias = tuple[float, float]
 
-
-@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class Miscalibration:
     """A setting in which bands hold the truth less often than they say, or more often.
@@ -200,7 +191,7 @@ class Miscalibration:
 
     trackers: tuple[str, ...]
     values: Mapping[str, tuple[Value | None, ...]] = field(default_factory=dict)
-    ranges: Mapping[str, Bounds] = field(default_factory=dict)
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     bands: tuple[str, ...] = ()
     direction: Direction = "overconfident"
 
@@ -213,7 +204,6 @@ class Miscalibration:
         )
 
 
-@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class Calibration:
     """What is said of the bands of an experiment's trackers.

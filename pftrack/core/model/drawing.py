@@ -19,11 +19,9 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import with_config
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.palette import COLOURS, Colour
-from pftrack.core.texts import CLOSED
 
 LayerRole: TypeAlias = Literal["", "through time", "flat only"]
 
@@ -49,7 +47,6 @@ class Key:
             raise ValueError(f"there is no colour {self.colour!r}; there are {', '.join(COLOURS)}")
 
 
-@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class Layer:
     """What can be switched on and off in a drawing.
@@ -105,7 +102,6 @@ SQUARE = 1e-6
 """How far from a right angle `front` and `up` may be, as a cosine."""
 
 
-@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class Viewpoint:
     """A side from which to look at a world.
@@ -142,7 +138,6 @@ FRONT_SIDE_TOP = (
 """Three viewpoints that suit most objects."""
 
 
-@with_config(CLOSED)
 @dataclass(frozen=True)
 class World:
     """A space with a unit, an extent, an upright axis and sides from which to look at it.

@@ -7,16 +7,15 @@ references of the project's own experiments stand in `references.yaml`; an exper
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
 from pydantic import with_config
 
-from pftrack.core.texts import CLOSED, read_texts
+from pftrack.core.texts import CLOSED, read_as, read_texts
 
 
-@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class Term:
     """A word and what it means.
@@ -81,6 +80,7 @@ GLOSSARY = read_glossary(Path(__file__).with_name("glossary.yaml"))
 """What all experiments share, by what it is about."""
 
 
+@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class Reference:
     """A publication.
@@ -184,16 +184,7 @@ def read_references(path: Path) -> Mapping[str, Reference]:
     Raises:
         ValueError: The file is not YAML, or a reference lacks a field or has an unknown one; it names file and line.
     """
-    declared, places = read_texts(path)
-    return {key: _reference(key, given, places[key]) for key, given in declared.items()}
-
-
-def _reference(key: str, given: Mapping[str, Any], place: str) -> Reference:
-    try:
-        return Reference(**{**given, "key": key, "authors": tuple(given["authors"])})
-    except (TypeError, KeyError) as error:
-        known = ", ".join(each.name for each in fields(Reference)[1:])
-        raise ValueError(f"{place}: {key} must map {known} to what the publication has") from error
+    return {reference.key: reference for reference in read_as(Reference, path, "key")}
 
 
 REFERENCES = read_references(Path(__file__).with_name("references.yaml"))

@@ -8,10 +8,6 @@ columns, of the series that have a role, or of series by name. What no frame of 
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from pydantic import with_config
-
-from pftrack.core.texts import CLOSED
-
 PlotKind: TypeAlias = Literal[
     "error",
     "sigma",
@@ -41,7 +37,6 @@ ReadingKind: TypeAlias = Literal[
 ]
 
 
-@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class Plot:
     """A plot over the frames of a run.
@@ -101,7 +96,6 @@ class Plot:
         return (*self.series, *(name for name in (self.sd, self.truth, self.visible, self.recognised) if name))
 
 
-@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class Reading:
     """A line of figures that belongs to one frame.

@@ -7,7 +7,7 @@ mended without Python. `read_presets` reads them, and `Experiment` checks that w
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal, TypeAlias, get_args
+from typing import Literal, TypeAlias
 
 from pydantic import with_config
 
@@ -16,7 +16,6 @@ from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.texts import CLOSED, read_as
 
 
-@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class Tour:
     """A preset that loses its target, told to a first visitor.
@@ -79,7 +78,6 @@ def read_presets(path: Path) -> tuple[Preset, ...]:
     return read_as(Preset, path, "name")
 
 
-@with_config(CLOSED)
 @dataclass(frozen=True)
 class ExampleSweep:
     """A sweep that is worth starting as it stands.
@@ -135,13 +133,12 @@ CAUSES: dict[CauseId, str] = {
 
 Kind: TypeAlias = Literal["weights", "dynamics", "collapse", "appearance"]
 
-KINDS: Mapping[str, str] = dict(
-    zip(
-        get_args(Kind),
-        ("Particles and weights", "Motion and what is in the way", "A belief that collapses", "Looks and detectors"),
-        strict=True,
-    )
-)
+KINDS: Mapping[Kind, str] = {
+    "weights": "Particles and weights",
+    "dynamics": "Motion and what is in the way",
+    "collapse": "A belief that collapses",
+    "appearance": "Looks and detectors",
+}
 """What failures have in common, with the words for it, in the order in which they are shown."""
 
 ORDER: tuple[CauseId, ...] = tuple(CAUSES)[:-2]  # of the last two no run is an example

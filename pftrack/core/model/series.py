@@ -27,10 +27,8 @@ from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
-from pydantic import with_config
 
 from pftrack.core.arrays import Floats
-from pftrack.core.texts import CLOSED
 
 SeriesShape: TypeAlias = Literal["number", "vector", "interval", "hypotheses"]
 
@@ -112,7 +110,6 @@ class Hypotheses:
 SeriesValue: TypeAlias = float | tuple[float, ...] | Interval | Hypotheses
 
 
-@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class Reduction:
     """One number that is kept of a series over a whole run, such as a column of a sweep.
@@ -133,7 +130,6 @@ class Reduction:
     component: str = ""
 
 
-@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class Series:
     """The declaration of something measured in every frame.

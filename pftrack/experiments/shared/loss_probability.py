@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import with_config
 
 from pftrack.core.arrays import Bools, Floats
 from pftrack.core.model.diagnostics import Diagnostics
@@ -24,7 +23,6 @@ from pftrack.core.model.series import Series
 from pftrack.core.model.tracker import Tracker
 from pftrack.core.numerics.elementary import exponential
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.core.texts import CLOSED
 from pftrack.experiments.shared.signals import read_signals
 
 # P(lost | x) = 1 / (1 + exp(-(a + sum_i w_i z_i))), with z_i a feature less its mean in standard deviations. The
@@ -230,7 +228,6 @@ def follow_features(
 FIRST_JUDGED = 10_000
 
 
-@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class Scenes:
     """Where the parameters of a scene are drawn from.

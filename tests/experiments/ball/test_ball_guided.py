@@ -81,11 +81,3 @@ def test_few_guided_particles_follow_where_many_others_do_not() -> None:
 
     assert lost("guided", 300) < 5
     assert lost("condensation", 1000) > 20
-
-
-def test_other_trackers_take_over() -> None:
-    """A guided run goes on with another tracker's particles, and another with its."""
-    changes = [Change(5, {"tracker": "kalman"}), Change(9, {"tracker": "guided"}), Change(13, {"tracker": "h-spf"})]
-    run = Run(BALL, BALL.simulate(), tracker="guided", frames=20, timeline=changes)
-    run.finish()
-    assert np.isfinite([row.estimate for row in run.diagnostics]).all()

@@ -272,11 +272,6 @@ def test_sizes_diffuse_by_their_noise(noise: float) -> None:
     assert walked.std() == pytest.approx(noise, rel=0.1)
 
 
-def test_each_name_is_its_own_sampler() -> None:
-    """The id of a tracker is the name under which it is found."""
-    assert {name: tracker.id for name, tracker in TRACKERS.items()} == {name: name for name in TRACKERS}
-
-
 @pytest.mark.parametrize("column", [0.0, -3.0, -4.0])
 def test_a_target_at_the_edge_is_seen_as_in_the_picture(column: float) -> None:
     """The model of a clipped first look is that of the window in the whole picture."""

@@ -40,15 +40,6 @@ def source() -> CornerSource:
     return CornerSource(1, PLAIN)
 
 
-def test_frames_are_had_in_any_order(source: CornerSource) -> None:
-    """A frame is the same whatever was asked for before, from another source too; another seed shows another scene."""
-    late = grey(source, 40, history())
-    grey(source, 3, history())
-    assert (grey(CornerSource(1, PLAIN), 40, history()) == late).all()
-    assert late.shape == SIZE_PX[::-1]
-    assert (grey(CornerSource(2, PLAIN), 40, history()) != late).mean() > 0.5
-
-
 def test_corners_stay_in_sight(source: CornerSource) -> None:
     """At most 60 corners of all surfaces are followed, and for 60 frames none is near the edge or hidden."""
     points = source.points_px
