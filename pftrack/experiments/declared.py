@@ -118,17 +118,18 @@ T = TypeVar("T")
 _TEXTS, _TITLES, _QUALITY = TypeAdapter(_Texts), TypeAdapter(dict[str, _Title]), TypeAdapter(_Quality)
 
 
-def read_words(folder: Path, trackers: Mapping[str, Tracker]) -> Words:
+def read_words(folder: Path, trackers: Mapping[str, Tracker], shared: Path | None = None) -> Words:
     """Return what the files of an experiment's folder say of it.
 
     Args:
         folder: With `experiment.yaml`, `presets.yaml`, and `failures.yaml` if there is one.
         trackers: By name; they get the titles and descriptions that the first file has of them.
+        shared: A file with what several experiments have by its name alone.
 
     Raises:
         ValueError: A file is not YAML, or lacks a field, or has an unknown or wrong one; it names file and line.
     """
-    said, failures = _read(folder), folder / "failures.yaml"
+    said, failures = _read(folder, shared), folder / "failures.yaml"
     if list(trackers) != list(said.titles):
         given = f"{', '.join(said.titles)}; expected {', '.join(trackers)}"
         raise ValueError(f"{folder.name}/experiment.yaml: it has titles of the trackers {given}")
@@ -151,14 +152,15 @@ def read_reported(folder: Path) -> dict[str, Series]:
 
 
 @cache
-def _read(folder: Path) -> _Said:
+def _read(folder: Path, shared: Path | None = None) -> _Said:
+    known = STANDARD if shared is None else {**STANDARD, **_shared(shared)}
     path = folder / "experiment.yaml"
     declared, places = read_texts(path)
     try:
         references = tuple(cite(key, place or "") for key, place in declared.get("references", {}).items())
     except ValueError as error:
         raise ValueError(f"{places['references']}: {error}") from error
-    sections = {name: _section(name, given, path, places) for name, given in declared.items()}
+    sections = {name: _section(name, given, path, places, known) for name, given in declared.items()}
     titles = _validate(_TITLES, sections.pop("trackers", {}), path, places, "trackers")
     reported = sections.pop("reported", ())
     return _Said(_validate(_TEXTS, {**sections, "references": references}, path, places), titles, reported)
@@ -179,12 +181,31 @@ def read_quality(folder: Path, trackers: Mapping[str, Tracker]) -> Quality:
     return Quality(said.get("calibration", STANDARD_CALIBRATION), loss)
 
 
-def _section(section: str, given: Any, path: Path, places: Mapping[str, str]) -> Any:  # noqa: ANN401 - as in the file
-    """Return what a section declares, in its order; what is no section of names as it stands."""
-    if section not in KINDS or not isinstance(given, dict):
+def _shared(path: Path) -> dict[str, Mapping[str, object]]:
+    """Return by section what a file declares for several experiments, and what is standard."""
+    declared, places = read_texts(path)
+    known: dict[str, Mapping[str, object]] = {}
+    for section, given in declared.items():
+        read = _section(section, given, path, places, STANDARD)
+        own = dict(zip(given, read, strict=True)) if section in KINDS else given
+        known[section] = {**STANDARD.get(section, {}), **own}
+    return known
+
+
+def _section(
+    section: str,
+    given: Any,  # noqa: ANN401 - as in the file
+    path: Path,
+    places: Mapping[str, str],
+    known: Mapping[str, Mapping[str, object]],
+) -> Any:  # noqa: ANN401
+    """Return what a section declares, in its order; what is not a section of names as it stands."""
+    standard = known.get(section, {})
+    if not isinstance(given, dict):
         return given
+    if section not in KINDS:
+        return {name: standard.get(name) if fields is None else fields for name, fields in given.items()}
     adapter, key = KINDS[section]
-    standard = STANDARD.get(section, {})
     return tuple(
         standard[name]
         if fields is None and name in standard

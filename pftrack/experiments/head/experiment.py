@@ -3,62 +3,41 @@
 A feature that turns away or is covered no longer looks like its template; where it should be is then known only from
 the pose of the head, which is known from the other features. The adaptive sampling distribution learns for each feature
 how far to trust which.
-
-`docs/explanation/calibration.md` has the bands of the pose. `python -m tools.loss_probability fit head` fits the
-probability of a loss and writes `loss_probability.json`.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pftrack.core.arrays import Floats
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.geometry.rotation import rotation
-from pftrack.core.model.band import Calibration, Miscalibration
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import (
     Arrows,
     Axes,
     Drawing,
     Ellipsoids,
-    Key,
-    Layer,
     Links,
     Mesh,
     Picture,
     Primitive,
     Text,
-    Viewpoint,
-    World,
     WorldDrawing,
 )
-from pftrack.core.model.glossary import cite
 from pftrack.core.model.measures import POSE_MEASURES
 from pftrack.core.model.palette import COLOURS, Colour
-from pftrack.core.model.preset import ExampleSweep, read_presets
-from pftrack.core.model.setup import Setup
-from pftrack.core.model.source import Target
+from pftrack.core.model.series import Series, SeriesValue
+from pftrack.core.model.setup import Export, Setup
+from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.elementary import wrap
-from pftrack.experiments.experiment import Experiment, Quality
+from pftrack.experiments.declared import read_quality, read_words
+from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.head.appearance import HeadMemory
-from pftrack.experiments.head.draw import (
-    EXPORTS,
-    GROWTH_PLOTS,
-    GROWTH_READINGS,
-    GROWTH_TERMS,
-    MASK_OPACITY,
-    MEAN_FACE,
-    SHAPE_ERROR,
-    UNCERTAINTY,
-    PlacedHead,
-    draw_grown_face,
-    front,
-    head_measure,
-    surface_colours,
-)
 from pftrack.experiments.head.parameters import HeadTrackerParameters
 from pftrack.experiments.head.recording import (
     FINDER,
@@ -72,69 +51,302 @@ from pftrack.experiments.head.recording import (
 from pftrack.experiments.head.scene import HeadSource
 from pftrack.experiments.head.scene_parameters import HeadSceneParameters
 from pftrack.experiments.head.trackers import TRACKERS
-from pftrack.experiments.shared.loss_probability import Scenes, read_declaration
 from pftrack.experiments.shared.pose.drawing import (
-    BANDS,
-    BY_PREDICTION,
-    POSE_PLOTS,
-    POSE_READINGS,
-    POSE_TERMS,
-    PUBLISHED,
+    SHOWN_OF_POSES,
     beside,
     camera,
+    dashes,
     draw_with_rim,
     feature_clouds,
     feature_marks,
     feature_names,
+    is_lost,
     mean_error_deg,
     model_points,
+    place_points,
     pose_axes,
+    pose_measure,
     pose_series,
     true_marks,
 )
 from pftrack.experiments.shared.pose.state import PoseState
-from pftrack.experiments.shared.sketch import SECOND_RUN, caption, dots, error_words
+from pftrack.experiments.shared.sketch import caption, colours, dots, error_words
 from pftrack.experiments.video import Video
-from pftrack.vision.geometry.face import FEATURES, LINKS, TITLES, FaceModel, gaze
+from pftrack.sources.tracks.table import write
+from pftrack.vision.geometry.face import (
+    CORRECTION_SD_MM,
+    FEATURES,
+    LINKS,
+    TITLES,
+    FaceModel,
+    gaze,
+    grid_triangles,
+    head_mesh,
+)
+from pftrack.vision.model_files import Surface, as_json, as_obj, upright
+from pftrack.vision.rendering.projection import viridis
+from pftrack.vision.structure.growing import Growing
+from pftrack.vision.structure.tracks import residuals
 
-FAULTS = (
-    PUBLISHED,
-    Miscalibration(("rb-pf",)),
+FOLDER = Path(__file__).parent
+
+SHAPE_ERROR = Series("shape_error_mm", "distance of the face model from the driver's face", "mm")
+
+WORDS = read_words(FOLDER, TRACKERS, SHOWN_OF_POSES) | {"series": (*pose_series(FEATURES), SHAPE_ERROR)}
+
+(HEAD_WORLD,) = WORDS["worlds"]
+
+# Pieces of drawings of a head, and what is measured and shown of a face model that grows.
+#
+# The distance of a growing model from the true face is measured where that is known. Turned, moved and scaled onto the
+# true face first, since no camera tells size or origin of a face.
+#
+# Files for other programs: the surface of the head as it is assumed, its eleven points, and where these were seen.
+#
+# A face model that grows is coloured by how sure it is, over the mean face that it began with. Each point has its
+# ellipsoid of two standard deviations. Between the points the surface is as sure as those near it, and far from all of
+# them as unsure as people vary: there nothing was seen.
+
+LONGITUDES, LATITUDES = 27, 33
+CUT_COLUMNS, CUT_ROWS = 5, 4
+"""Of the head only what is within about 70 degrees of straight ahead is drawn: the rest is hair."""
+
+LINE_EVERY = 4
+"""Of the surface's lines every so-many-th is drawn, and its border."""
+
+LOOK_MM = 110.0
+"""Length of the line that shows where the head looks."""
+
+
+@dataclass(frozen=True, eq=False)
+class Front:
+    """The front of a head.
+
+    Attributes:
+        vertices_mm: (n, 3).
+        normals: (n, 3) outwards.
+        triangles: (m, 3) places of vertices.
+        edges: (k, 2) places of the ends of the lines that are drawn.
+        few_edges: Those of the border and of the middle lines.
+    """
+
+    vertices_mm: Floats
+    normals: Floats
+    triangles: NDArray[np.int32]
+    edges: Ints
+    few_edges: Ints
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedHead:
+    """A head over its picture: where it is believed to be, in that pose or in another one.
+
+    Attributes:
+        state: Where it is believed to be.
+        theta: (3,) angles in which to draw it, rad.
+        shift_px: (2,) where else in the picture to draw it.
+    """
+
+    state: PoseState
+    theta: Floats
+    shift_px: Floats = field(default_factory=lambda: np.zeros(2))
+
+    def surface(self, colour: Colour | NDArray[np.uint8], opacity: float, layer: str = "head") -> dict[str, Mesh]:
+        """Draw its surface, in one colour or in one for each vertex."""
+        shape = front(self._memory.model)
+        return {"head": Mesh(self._draw(shape.vertices_mm), shape.triangles, colour, opacity, layer)}
+
+    def lines(self, name: str, colour: Colour, width: float, layer: str, *, few: bool = False) -> dict[str, Links]:
+        """Draw lines on it, broken on its far side; or a few only, for a ghost."""
+        shape = front(self._memory.model)
+        edges = shape.few_edges if few else shape.edges
+        places = self._draw(shape.vertices_mm)[edges]
+        towards = shape.normals @ -(rotation(self.theta) @ self._memory.turn)[2]
+        near = towards[edges].mean(axis=1) > 0.0
+        return {
+            f"hidden {name} lines": dashes(places[~near], colour, width, layer, length=2.0),
+            f"{name} lines": Links(places[near], colour, width, layer),
+        }
+
+    def look(self, colour: Colour, width: float, layer: str) -> Links:
+        """Draw where it looks, from the tip of its nose: straight out of frame 0's picture."""
+        ahead = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -LOOK_MM]]) @ self._memory.turn
+        return Links(self._draw(self._memory.model["nose"] + ahead)[None], colour, width, layer)
+
+    @property
+    def _memory(self) -> HeadMemory:
+        memory: HeadMemory = self.state.memory
+        return memory
+
+    def _draw(self, points_mm: Floats) -> NDArray[np.float32]:
+        """Return where points (n, 3) of the model are drawn, (n, 3) px."""
+        places = place_points(self.state, points_mm @ self._memory.turn.T, self.theta)
+        places[:, :2] += self.shift_px
+        return places.astype(np.float32)
+
+
+@lru_cache(maxsize=8)
+def front(model: FaceModel) -> Front:
+    """Return the front of the head of a face model."""
+    mesh = head_mesh(model, LONGITUDES, LATITUDES)
+    whole = np.arange(LONGITUDES * LATITUDES).reshape(LATITUDES, LONGITUDES)
+    rows, columns = slice(CUT_ROWS, LATITUDES - CUT_ROWS), slice(CUT_COLUMNS, LONGITUDES - CUT_COLUMNS)
+    kept = whole[rows, columns]
+    height, width = kept.shape
+    return Front(
+        mesh.vertices_mm[kept.ravel()],
+        mesh.normals[kept.ravel()],
+        grid_triangles(width, height),
+        _grid_lines(height, width, LINE_EVERY, LINE_EVERY),
+        _grid_lines(height, width, height // 2, width // 2),
+    )
+
+
+def _grid_lines(height: int, width: int, every_row: int, every_column: int) -> Ints:
+    """Return the edges (k, 2) along every so-many-th row and column of a grid of vertices."""
+    places = np.arange(height * width).reshape(height, width)
+    along = np.stack([places[::every_row, :-1], places[::every_row, 1:]], axis=-1)
+    down = np.stack([places[:-1, ::every_column], places[1:, ::every_column]], axis=-1)
+    return np.concatenate([along.reshape(-1, 2), down.reshape(-1, 2)])
+
+
+def head_measure(frame: Frame, state: PoseState) -> Mapping[str, SeriesValue]:
+    """Return the measurements of the pose, and of a face model that grows its distance from the truth."""
+    values = dict(pose_measure(frame, state))
+    memory: HeadMemory = state.memory
+    known = None if frame.target is None else frame.target.landmarks
+    if memory.growth is not None and known is not None:
+        apart = residuals(memory.growth.shape, known.model_mm, "similarity")
+        values[SHAPE_ERROR.name] = float(np.sqrt(np.square(apart).mean()))
+    return values
+
+
+SURE_MM, UNSURE_MM = 0.5, 3.0
+"""Standard deviations of a place in space at both ends of the colours."""
+
+UNCERTAINTY, MEAN_FACE = "uncertainty of the model", "mean face"
+"""Layers."""
+
+MASK_OPACITY, SOLID_OPACITY = 0.3, 0.6
+"""On the picture, which must be seen through it, and in the world."""
+
+ELLIPSOID_OPACITY = 0.4
+REACH_MM = CORRECTION_SD_MM
+"""A point tells of the surface as far as it bends it."""
+
+UNKNOWN = 0.2
+"""What nothing was seen of weighs as much as a point 1.8 times the reach away."""
+
+
+def draw_grown_face(growth: Growing, model: FaceModel) -> dict[str, Primitive]:
+    """Draw the face as it has grown, its points' uncertainty, and the mean face as a thin wire, in mm."""
+    own, usual = front(model), front(FaceModel(growth.mean_shape, model.names))
+    vertices = own.vertices_mm.astype(np.float32)
+    colours = surface_colours(growth, model)
+    covariances = growth.covariances
+    return {
+        "surface": Mesh(vertices, own.triangles, colours, SOLID_OPACITY, UNCERTAINTY),
+        "mean face": Links(usual.vertices_mm.astype(np.float32)[usual.edges], COLOURS["hidden"], 0.5, MEAN_FACE),
+        "model ellipsoids": Ellipsoids(
+            model.points_mm.astype(np.float32),
+            covariances.astype(np.float32),
+            viridis(_shares(_deviations(covariances))),
+            ELLIPSOID_OPACITY,
+            UNCERTAINTY,
+        ),
+    }
+
+
+def surface_colours(growth: Growing, model: FaceModel) -> NDArray[np.uint8]:
+    """Return the colours (n, 3) of the vertices of the front of a head, by how sure the model is there."""
+    vertices = front(model).vertices_mm
+    apart = np.square(vertices[:, None] - model.points_mm).sum(axis=2)
+    nearness = np.exp(-apart / (2.0 * REACH_MM**2))
+    unknown = _deviations(replace(growth, weight=0.0).covariances).mean()
+    known = nearness @ _deviations(growth.covariances) + UNKNOWN * unknown
+    return viridis(_shares(known / (nearness.sum(axis=1) + UNKNOWN)))
+
+
+def _deviations(covariances: Floats) -> Floats:
+    """Return standard deviations (n,) of places in space."""
+    variances: Floats = np.trace(covariances, axis1=1, axis2=2)
+    return np.sqrt(variances)
+
+
+def _shares(deviations_mm: Floats) -> Floats:
+    return (deviations_mm - SURE_MM) / (UNSURE_MM - SURE_MM)
+
+
+FRAME = "origin midway between the eyes, x to the person's left, y down, z away from the camera"
+
+
+def surface_of(state: PoseState) -> Surface:
+    """Return the front of the head of the model that is assumed, coloured by how sure it is where it grows."""
+    memory: HeadMemory = state.memory
+    shape = front(memory.model)
+    return Surface(
+        "face model of pftrack",
+        upright(shape.vertices_mm),
+        shape.triangles[:, ::-1].copy(),
+        _colours(memory, len(shape.vertices_mm)),
+    )
+
+
+def points_of(state: PoseState) -> bytes:
+    """Return the points of the model as JSON, with standard deviations and what it was learned from, where it grows."""
+    memory: HeadMemory = state.memory
+    growth = memory.growth
+    model = memory.model
+    if growth is None:
+        return as_json(model.names, model.points_mm, frame=FRAME)
+    spread = np.sqrt(growth.covariances.diagonal(axis1=1, axis2=2))
+    return as_json(
+        model.names,
+        growth.shape,
+        frame=FRAME,
+        standard_deviations=dict(zip(model.names, np.round(spread, 4).tolist(), strict=True)),
+        own_share=round(growth.weight, 4),
+        frames=growth.own.frames,
+    )
+
+
+def _colours(memory: HeadMemory, count: int) -> NDArray[np.uint8]:
+    if memory.growth is not None:
+        return surface_colours(memory.growth, memory.model)
+    return colours(count, COLOURS["estimate"])
+
+
+def tracks_of(past: Sequence[Diagnostics]) -> bytes:
+    """Return where the features were seen, as a table of tracks (px, px^2) from which another tracker finds the face.
+
+    A feature that was not recognised in a frame has no line there; nor has a row that an older version has measured.
+
+    Args:
+        past: Of all frames from 0 on.
+    """
+    unknown = (np.nan,) * len(FEATURES)
+    x, y, sd = (
+        np.array([row.vector(name) or unknown for row in past], dtype=np.float64)
+        for name in ("feature_x_px", "feature_y_px", "track_sd_px")
+    )
+    variances = np.where(np.isnan(sd), np.inf, np.square(sd))
+    return write(FEATURES, np.stack([x, y], axis=2), np.stack([variances, variances], axis=2)).encode()
+
+
+EXPORTS = (
+    Export("face-obj", "Face model, OBJ", "obj", "model/obj", lambda state, _: as_obj(surface_of(state))),
+    Export(
+        "face-json",
+        "Points of the face model, JSON",
+        "points.json",
+        "application/json",
+        lambda state, _: points_of(state),
+    ),
+    Export(
+        "tracks", "Tracks of the features up to here, CSV", "tracks.csv", "text/csv", lambda _, past: tracks_of(past)
+    ),
 )
 
-CALIBRATION = Calibration(bands=BANDS, faults=FAULTS, presets=("personal", "mean"), scene="person", frames=60)
-
-SCENES = Scenes(
-    {
-        "person": (0, 9999),
-        "speed": (0.5, 4.0),
-        "amplitude": (0.7, 1.5),
-        "sun_strength": (0.0, 0.8),
-        "image_noise_sd": (0.0, 20.0),
-        "pillar_width_px": (0.0, 80.0),
-        "pillar_offset_px": (-150.0, 150.0),
-    },
-    {
-        "sample_count": (5, 10, 20, 50),
-        "templates": ("relief", "flat"),
-        "sunglasses": (False, False, True),
-        "image_width_px": (320,),
-    },
-    frames=80,
-    fitted=70,
-    judged=40,
-    trackers=("pf-asd",),
-)
-"""Drivers of all faces, who turn slowly and fast, with sunglasses and without, past a pillar, with few particles and
-more. The Rao-Blackwellised filter is slow, and is left out."""
-
-SIGNALS = ("correlation", "track_sd_px", "feature_sd_px")
-"""How well features fit their templates, and how widely they are spread."""
-
-LOSS_DECLARATION = read_declaration(Path(__file__).with_name("loss_probability.json"), TRACKERS, SCENES, SIGNALS)
-
-PRESETS = read_presets(Path(__file__).with_name("presets.yaml"))
-"""The first is the default; those of Bando 2007 come last."""
 
 # The world of the head, in mm in the head's own frame and at rest while the picture's head turns, shows what the
 # tracker assumes of the head, where in it each feature is seen in this frame, and from where the camera looks at it. A
@@ -153,22 +365,6 @@ NAME_ABOVE_MM = 11.0
 TRUE_ARROW_MM = (62.0, 90.0)
 LARGEST_SD_MM = RADIUS_MM / 2.0
 """Of where a feature is seen: two of a larger one reach beyond the world, and would hide all of it."""
-
-HEAD_WORLD = World(
-    "head",
-    "Head model",
-    "mm",
-    RADIUS_MM,
-    middle=(0.0, 8.0, 20.0),
-    up=(0.0, -1.0, 0.0),
-    front=(0.0, 0.0, -1.0),
-    viewpoints=(
-        Viewpoint("3-d", "3-D", -35.0, 15.0),
-        Viewpoint("front", "Front", 0.0, 0.0),
-        Viewpoint("side", "Side", -80.0, 0.0),
-        Viewpoint("top", "Top", 0.0, 90.0),
-    ),
-)
 
 
 def head_world(state: PoseState, target: Target | None) -> WorldDrawing:
@@ -283,7 +479,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
         if growth is None:
             primitives |= head.surface(COLOURS["estimate"], 0.18)
         else:
-            primitives |= head.surface(surface_colours(growth, memory.model), MASK_OPACITY, UNCERTAINTY.name)
+            primitives |= head.surface(surface_colours(growth, memory.model), MASK_OPACITY, UNCERTAINTY)
         primitives |= head.lines("head", COLOURS["estimate"], 2.0, "head")
     if other is not None:
         second = PlacedHead(state, np.array(other.estimate) / EXPERIMENT.scale)
@@ -370,50 +566,15 @@ def report(rows: Sequence[Diagnostics]) -> Mapping[str, Any]:
     return said
 
 
-def _is_lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many, on either model
-    del sizes
-    return errors > parameters.lost_deg
-
-
 EXPERIMENT = Experiment(
+    **WORDS,
     id="head",
-    title="Pose of a head",
-    family="Poses of bodies",
-    question="Which way does the driver look, and can one be sure when half of the face is hidden?",
-    references=(cite("bando2007", "chapter 4, section 4: head pose of a driver in a car"),),
-    description=(
-        "Eleven features of a face are tracked by templates of the first frame, laid onto the surface of a head; the "
-        "pose of the head comes from all of them. Each feature's particles come from two predictions, the head's and "
-        "its own past, and alpha is the share of the first. On a recording the face is found by itself; its focal "
-        "length is not known and taken to be the picture's width. The Rao-Blackwellised filter (RB-PF) is slow: it "
-        "compares templates for thousands of particles of all features at once."
-    ),
-    unit="deg",
-    trackers=TRACKERS,
-    frames=900,
-    presets=PRESETS,
-    layers=(
-        Layer("picture"),
-        Layer("head", legend=(Key("estimate", "estimate"),)),
-        UNCERTAINTY,
-        MEAN_FACE,
-        Layer("particles by prediction", legend=BY_PREDICTION),
-        Layer("features", legend=(Key("lost", "not recognised"),)),
-        Layer("model points"),
-        Layer("names", shown=False),
-        Layer("viewing direction"),
-        Layer("axes"),
-        Layer("truth", legend=(Key("truth", "truth"),)),
-        SECOND_RUN,
-        Layer("camera"),
-    ),
-    worlds=(HEAD_WORLD,),
     exports=(*EXPORTS, SimulatedHeadParameters.guidance.export),
     guidance=SimulatedHeadParameters.guidance,
     simulate=simulate,
     draw=draw,
     error=mean_error_deg,
-    lost=_is_lost,
+    lost=is_lost,
     measures=POSE_MEASURES,
     video=Video(
         wire,
@@ -427,22 +588,7 @@ EXPERIMENT = Experiment(
         clip_about=("sample_count", "face_model", "hidden_weight", "template_renewal", "pose_band", "find_again"),
     ),
     scale=float(np.rad2deg(1.0)),
-    series=(*pose_series(FEATURES), SHAPE_ERROR),
     measure=head_measure,
     report=report,
-    target="face",
-    quality=Quality(CALIBRATION, LOSS_DECLARATION),
-    plots=tuple(
-        replace(plot, row_titles=tuple(TITLES[name] for name in FEATURES)) if plot.kind == "features" else plot
-        for plot in (*POSE_PLOTS, *GROWTH_PLOTS)
-    ),
-    readings=(*POSE_READINGS, *GROWTH_READINGS),
-    terms=(*POSE_TERMS, *GROWTH_TERMS),
-    # How fast may the driver turn, with how few particles?
-    example_sweep=ExampleSweep(
-        {"speed": (0.5, 1, 2, 3, 4), "sample_count": (10, 20, 50, 200)},
-        trackers=("pf-asd", "alpha-1", "alpha-0"),
-        trials=2,
-        frames=200,
-    ),
+    quality=read_quality(FOLDER, TRACKERS),
 )

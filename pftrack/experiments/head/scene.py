@@ -10,7 +10,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,37 +111,13 @@ def _wobble_deg(time: float) -> Floats:
 class HeadTarget(Target):
     """Where a head truly is: `position` is theta (3,) in rad, `landmarks` are the features and the driver's own face.
 
+    It counts as hidden when none of its features is seen.
+
     Attributes:
         translation_mm: (3,) t in Xc = R(theta) X + t, the camera's frame.
     """
 
     translation_mm: Floats = field(default_factory=lambda: np.zeros(3))
-
-    @classmethod
-    def observe(
-        cls,
-        model: FaceModel,
-        theta_rad: Floats,
-        translation_mm: Floats,
-        points_px: Floats,
-        visible: Bools,
-    ) -> Self:
-        """Return the truth; the head counts as hidden when none of its features is seen.
-
-        Args:
-            model: The driver's own face.
-            theta_rad: (3,) nod, turn and roll.
-            translation_mm: (3,) in the camera's frame.
-            points_px: (11, 2) features in the picture.
-            visible: (11,) whether each is seen.
-        """
-        return cls(
-            position=theta_rad,
-            size=float(np.ptp(points_px, axis=0).max()),
-            hidden=not visible.any(),
-            landmarks=Landmarks(points_px, visible, model.points_mm, FEATURES),
-            translation_mm=translation_mm,
-        )
 
 
 FRAME_RATE_HZ = 30.0
@@ -185,7 +160,7 @@ class HeadSource:
         self.size = (width, 3 * width // 4)
         self.frame_rate_hz = FRAME_RATE_HZ
         self.frame_count: int | None = None
-        self.model = face_of(parameters)
+        self.model = _model(parameters.person, parameters.face)
         self.focal_px = focal_px(width)
         self.centre_px = np.array([self.size[0] / 2.0, self.size[1] / 2.0])
         self.noisy = parameters.image_noise_sd > 0
@@ -253,12 +228,14 @@ class HeadSource:
         grey = blur(grey * np.float32(gain), parameters.blur_px * self.size[0] / REFERENCE_WIDTH)
         points, depths = project(product(self.model.points_mm, turn.T) + translation, self.focal_px, centre)
         visible = _visible(points, 1.0 / depths, depth_buffer, hidden)
-        return grey, HeadTarget.observe(self.model, theta, translation, points, visible)
-
-
-def face_of(parameters: HeadSceneParameters) -> FaceModel:
-    """Return the face of the driver."""
-    return mean_model() if parameters.face == "mean" else person(parameters.person)
+        target = HeadTarget(
+            position=theta,
+            size=float(np.ptp(points, axis=0).max()),
+            hidden=not visible.any(),
+            landmarks=Landmarks(points, visible, self.model.points_mm, FEATURES),
+            translation_mm=translation,
+        )
+        return grey, target
 
 
 def focal_px(width: int) -> float:

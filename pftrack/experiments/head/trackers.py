@@ -40,33 +40,28 @@ from pftrack.experiments.shared.pose import methods as pose
 from pftrack.experiments.shared.pose.calibrated import pose_and_band
 from pftrack.experiments.shared.pose.layered import FeatureLikelihood
 from pftrack.experiments.shared.pose.methods import METHODS, Method, measurement, report
-from pftrack.experiments.shared.pose.particles import PoseModel
-from pftrack.experiments.shared.pose.state import PoseState, Solid
+from pftrack.experiments.shared.pose.state import PoseModel, PoseState, Solid
 from pftrack.vision.geometry.face import FEATURES, FaceModel, fit_similarity
 from pftrack.vision.likelihoods import separation, template
 from pftrack.vision.likelihoods.template import Templates
 from pftrack.vision.structure.growing import Growing
 
-CORRELATION = Series(
-    "correlation", "correlation with its template", shape="vector", role="likeness", components=FEATURES
-)
-TEMPLATE_LIKENESS = Series(
-    "template_likeness",
-    "template's likeness to the first one",
-    shape="vector",
-    role="model_likeness",
-    components=FEATURES,
-)
-
-TRACK_SD = Series(
-    "track_sd_px",
-    "standard deviation as a track, its template's slips included",
-    "px",
-    "vector",
-    components=FEATURES,
-)
-
-GROWTH = (
+SERIES = (
+    Series("correlation", "correlation with its template", shape="vector", role="likeness", components=FEATURES),
+    Series(
+        "template_likeness",
+        "template's likeness to the first one",
+        shape="vector",
+        role="model_likeness",
+        components=FEATURES,
+    ),
+    Series(
+        "track_sd_px",
+        "standard deviation as a track, its template's slips included",
+        "px",
+        "vector",
+        components=FEATURES,
+    ),
     Series("own_share", "share of the person's own face in the model"),
     Series("own_probability", "probability that the own face predicts better than the mean"),
     Series("own_advantage", "log density by the own face less that by the mean face"),
@@ -74,11 +69,7 @@ GROWTH = (
     Series("shape_sd_mm", "standard deviation of the model's points", "mm"),
     Series("shape_frames", "frames that the model has learned from", "frames"),
 )
-
-
-def head_series(method: Method) -> tuple[Series, ...]:
-    """Return what a tracker of a head reports."""
-    return (*report(method, FEATURES), CORRELATION, TEMPLATE_LIKENESS, TRACK_SD, *GROWTH)
+"""Of templates, and of a face model that grows."""
 
 
 def head_measurement(method: Method) -> Callable[[PoseState], Mapping[str, SeriesValue]]:
@@ -89,9 +80,9 @@ def head_measurement(method: Method) -> Callable[[PoseState], Mapping[str, Serie
         memory: HeadMemory = state.memory
         values = {
             **layers(state),
-            CORRELATION.name: tuple(memory.correlations.tolist()),
-            TEMPLATE_LIKENESS.name: tuple(memory.template_likeness.tolist()),
-            TRACK_SD.name: tuple(_track_sd(state, memory).tolist()),
+            "correlation": tuple(memory.correlations.tolist()),
+            "template_likeness": tuple(memory.template_likeness.tolist()),
+            "track_sd_px": tuple(_track_sd(state, memory).tolist()),
         }
         growth = memory.growth
         if growth is None:
@@ -145,7 +136,7 @@ def start(method: Method, target: Target, frame: Frame, parameters: HeadTrackerP
 def step(method: Method, state: PoseState, frame: Frame, parameters: HeadTrackerParameters, rng: Stream) -> PoseState:
     """Weigh particles by how well the picture there correlates with the templates; look for a face that is lost."""
     grey, state = _grey(frame), _form(state, parameters)
-    memory = _memory(state)
+    memory: HeadMemory = state.memory
     if memory.lost:
         return _search(method, state, grey, parameters, rng)
     templates = memory.templates
@@ -167,19 +158,23 @@ def step(method: Method, state: PoseState, frame: Frame, parameters: HeadTracker
     patience = parameters.patience_frames if parameters.find_again else 0
     memory = memory.judge(correlations, means, patience, doubtful=doubtful)
     after = replace(after, recognised=recognised)
-    if memory.growth is not None and belief.all_visible and not doubtful:
+    clear = belief.rival is None or belief.rival.all_visible
+    if memory.growth is not None and clear and not doubtful:
         size_px = memory.sight.eye_distance_px
         memory = replace(memory, growth=face_growth.learn(memory.growth, after, correlations, size_px, parameters))
-    return replace(after, memory=_learn(memory, grey, after, templates, parameters))
+    if memory.reliefs is None and parameters.template_renewal > 0.0 and not memory.doubtful_frames:
+        renewed = template.renew(templates, grey, means, parameters.template_renewal)
+        memory = replace(memory, templates=renewed)
+    return replace(after, memory=memory)
 
 
 def _look(state: PoseState, grey: NDArray[np.uint8], templates: Templates, parameters: HeadTrackerParameters) -> Look:
     """Return how well features look like their templates, flat ones or those in relief as the head will stand."""
-    bent = _memory(state).reliefs
-    if bent is None:
+    memory: HeadMemory = state.memory
+    if memory.reliefs is None:
         return lambda positions: template.correlations(grey, positions, templates)
-    views = separation.project_views(bent, pose.slopes(state, parameters))
-    return appearance.Look(grey, _memory(state).sight, views)
+    views = separation.project_views(memory.reliefs, pose.slopes(state, parameters))
+    return appearance.Look(grey, memory.sight, views)
 
 
 def _log_likelihood(look: Look, parameters: HeadTrackerParameters, positions: Floats) -> Floats:
@@ -203,7 +198,8 @@ def _begin(
 
 def _form(state: PoseState, parameters: HeadTrackerParameters) -> PoseState:
     """Make solid and templates again where the parameters that they depend on have changed."""
-    memory, form = _memory(state), form_of(parameters)
+    memory: HeadMemory = state.memory
+    form = form_of(parameters)
     if form == memory.form:
         return _grow(state)
     if form.template_scale != memory.form.template_scale:
@@ -228,7 +224,7 @@ def _form(state: PoseState, parameters: HeadTrackerParameters) -> PoseState:
 
 def _grow(state: PoseState) -> PoseState:
     """Put what the face has grown to in the place of the face that was assumed; the belief follows it as it grows."""
-    memory = _memory(state)
+    memory: HeadMemory = state.memory
     growth = memory.growth
     if growth is None or np.abs(growth.shape - memory.model.points_mm).max() < LEAST_CHANGE_MM:
         return state
@@ -241,7 +237,7 @@ def _search(
     method: Method, state: PoseState, grey: NDArray[np.uint8], parameters: HeadTrackerParameters, rng: Stream
 ) -> PoseState:
     """Look for a lost face now and then, and become less and less sure in between."""
-    memory = _memory(state)
+    memory: HeadMemory = state.memory
     if memory.lost_frames % SEARCH_EVERY == 1:
         face = find_again(grey, memory.box, memory.model)
         if face is not None and is_same_face(grey, memory.sight, face.points_px):
@@ -265,7 +261,7 @@ def _resume(
     rng: Stream,
 ) -> PoseState:
     """Go on with a face that was found again, turned as the picture says."""
-    memory = _memory(state)
+    memory: HeadMemory = state.memory
     moved = fit_similarity(memory.sight.points_px, points_px)
     growth = None if memory.growth is None else face_growth.widen_motion(memory.growth)
     if memory.reliefs is None and not SAME_SIZE[0] <= moved.scale <= SAME_SIZE[1]:
@@ -311,27 +307,6 @@ def _judge_face(
     return pose_found(solid, points_px[EYES], roll_rad, scores)
 
 
-def _learn(
-    memory: HeadMemory,
-    grey: NDArray[np.uint8],
-    state: PoseState,
-    templates: Templates,
-    parameters: HeadTrackerParameters,
-) -> HeadMemory:
-    """Renew flat templates, if so asked for."""
-    rate = parameters.template_renewal
-    if memory.reliefs is not None or rate == 0.0 or memory.doubtful_frames:
-        return memory
-    return replace(memory, templates=template.renew(templates, grey, state.feature_means, rate))
-
-
-def _memory(state: PoseState) -> HeadMemory:
-    memory = state.memory
-    if not isinstance(memory, HeadMemory):
-        raise TypeError(f"expected the state of a tracker of heads, got one with {type(memory).__name__}")
-    return memory
-
-
 def _grey(frame: Frame) -> NDArray[np.uint8]:
     return template.luma(frame.picture)
 
@@ -345,26 +320,26 @@ class HeadModel(PoseModel):
 
     @override
     def weigh(self, known: PoseState, frame: Frame, parameters: HeadTrackerParameters) -> FeatureLikelihood:
-        look = _look(known, _grey(frame), _memory(known).templates, parameters)
+        look = _look(known, _grey(frame), known.memory.templates, parameters)
         return partial(_log_likelihood, look, parameters)
 
 
 MODEL = HeadModel("templates of the features", FEATURES)
 
 
-def _tracker(method: Method, title: str, description: str) -> Tracker:
+def _tracker(method: Method) -> Tracker:
     return Tracker(
         method,
-        title,
-        description,
+        "",
+        "",
         partial(start, method),
         partial(step, method),
-        series=head_series(method),
+        series=(*report(method, FEATURES), *SERIES),
         measure=head_measurement(method),
-        searching=lambda state: _memory(state).lost,
+        searching=lambda state: state.memory.lost,
         model=MODEL,
     )
 
 
-TRACKERS: dict[str, Tracker] = {method: _tracker(method, *words) for method, words in METHODS.items()}
+TRACKERS: dict[str, Tracker] = {method: _tracker(method) for method in METHODS}
 """The trackers of a head, by name, in the order in which they are shown."""

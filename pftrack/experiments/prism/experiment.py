@@ -4,7 +4,6 @@ Eight vertices of a solid are measured, the hidden ones wildly. The solid's pose
 does each vertex's own past; the adaptive sampling distribution learns which of the two is right, vertex by vertex.
 """
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TypeAlias
@@ -13,20 +12,17 @@ import numpy as np
 
 from pftrack.core.arrays import Bools, Floats
 from pftrack.core.geometry.rotation import rotation
-from pftrack.core.model.band import Calibration, Miscalibration
 from pftrack.core.model.diagnostics import Diagnostics, Step
-from pftrack.core.model.drawing import Drawing, Key, Layer, Links, Picture, Primitive
-from pftrack.core.model.glossary import cite
+from pftrack.core.model.drawing import Drawing, Links, Picture, Primitive
 from pftrack.core.model.measures import POSE_MEASURES
 from pftrack.core.model.palette import COLOURS, Colour
-from pftrack.core.model.preset import ExampleSweep, read_presets
 from pftrack.core.model.setup import Setup
 from pftrack.core.numerics.matrices import pinhole
-from pftrack.experiments.experiment import Experiment, Quality
+from pftrack.experiments.declared import read_quality, read_words
+from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.prism.scene import (
     EDGES,
     FACES,
-    FRAMES,
     NAMES,
     PRINCIPAL_PX,
     SIZE_PX,
@@ -36,14 +32,8 @@ from pftrack.experiments.prism.scene import (
     visible_faces,
 )
 from pftrack.experiments.prism.trackers import MODEL, TRACKERS, TrackedPrismParameters
-from pftrack.experiments.shared.loss_probability import Scenes, read_declaration
 from pftrack.experiments.shared.pose.drawing import (
-    BANDS,
-    BY_PREDICTION,
-    POSE_PLOTS,
-    POSE_READINGS,
-    POSE_TERMS,
-    PUBLISHED,
+    SHOWN_OF_POSES,
     beside,
     camera,
     dashes,
@@ -51,6 +41,7 @@ from pftrack.experiments.shared.pose.drawing import (
     feature_marks,
     feature_names,
     heights,
+    is_lost,
     mean_error_deg,
     model_points,
     place_points,
@@ -60,7 +51,11 @@ from pftrack.experiments.shared.pose.drawing import (
     true_marks,
 )
 from pftrack.experiments.shared.pose.state import PoseState
-from pftrack.experiments.shared.sketch import SECOND_RUN, at_height, caption, error_words, paper
+from pftrack.experiments.shared.sketch import at_height, caption, error_words, paper
+
+FOLDER = Path(__file__).parent
+
+WORDS = read_words(FOLDER, TRACKERS, SHOWN_OF_POSES) | {"series": pose_series(NAMES)}
 
 Placed: TypeAlias = tuple[Floats, Bools]
 """Corners (8, 3) px, and which faces (6,) are seen."""
@@ -75,30 +70,6 @@ TICK = np.array([[-4.0, 0.0, 0.0], [4.0, 0.0, 0.0]], dtype=np.float32)
 
 # `docs/explanation/calibration.md` has the bands. `python -m tools.loss_probability fit prism` fits the probability of
 # a loss and writes `loss_probability.json`.
-
-FAULTS = (
-    PUBLISHED,
-    Miscalibration(("alpha-0",), {"pose_band": ("calibrated",)}, {"noise_px": (0, 10)}, direction="underconfident"),
-    Miscalibration(("rb-pf",), ranges={"noise_px": (0, 1)}),
-    Miscalibration(("pf-asd", "alpha-1", "rb-pf"), ranges={"noise_px": (20, math.inf)}),
-)
-
-CALIBRATION = Calibration(bands=BANDS, faults=FAULTS, presets=("bando", "noise"))
-
-SCENES = Scenes(
-    {
-        "speed": (0.5, 4.0),
-        "noise_px": (0.5, 8.0),
-        "yaw_amplitude_deg": (20.0, 60.0),
-        "pitch_amplitude_deg": (5.0, 40.0),
-    },
-    {"sample_count": (5, 10, 25, 50)},
-    fitted=60,
-    judged=30,
-)
-"""Slow and fast turns, near to what can be seen and beyond it, measured well and badly."""
-
-LOSS_DECLARATION = read_declaration(Path(__file__).with_name("loss_probability.json"), TRACKERS, SCENES)
 
 
 def simulate() -> Setup:
@@ -160,61 +131,18 @@ def _edges(name: str, placed: Placed, colour: Colour, width: float, layer: str) 
     }
 
 
-def _is_lost(errors: Floats, sizes: Floats, parameters: TrackedPrismParameters) -> object:
-    del sizes
-    return errors > parameters.lost_deg
-
-
 EXPERIMENT = Experiment(
+    **WORDS,
     id="prism",
-    title="Turning prism",
-    family="Poses of bodies",
-    question="When a corner hides, should the tracker trust the solid or the corner's own past?",
-    references=(cite("bando2007", "chapter 4, sections 1 to 3: adaptive sampling distribution"),),
-    description=(
-        "Eight corners of a prism are measured, the hidden ones with a hundred times the noise. Each corner's "
-        "particles come from two predictions, the solid's and its own; alpha is the share of the first. It rises while "
-        "a corner is hidden, and falls where the camera that is assumed is wrong. The Rao-Blackwellised filter (RB-PF) "
-        "is slow: it takes as many as 25,000 particles of all corners at once."
-    ),
-    unit="deg",
-    trackers=TRACKERS,
-    frames=FRAMES,
-    presets=read_presets(Path(__file__).with_name("presets.yaml")),
-    layers=(
-        Layer("picture"),
-        Layer("particles by prediction", legend=BY_PREDICTION),
-        Layer("estimate", legend=(Key("estimate", "estimate"),)),
-        Layer("truth", legend=(Key("truth", "truth"),)),
-        Layer("features", legend=(Key("lost", "not recognised"),)),
-        Layer("model points"),
-        Layer("names"),
-        Layer("axes", shown=False),
-        Layer("measurements"),
-        SECOND_RUN,
-        Layer("camera"),
-    ),
     simulate=simulate,
     draw=draw,
     error=mean_error_deg,
-    lost=_is_lost,
+    lost=is_lost,
     measures=POSE_MEASURES,
     scale=float(np.rad2deg(1.0)),
-    series=pose_series(NAMES),
     measure=pose_measure,
-    target="prism",
     exports=(TrackedPrismParameters.guidance.export,),
     guidance=TrackedPrismParameters.guidance,
-    quality=Quality(CALIBRATION, LOSS_DECLARATION),
+    quality=read_quality(FOLDER, TRACKERS),
     model=MODEL,
-    plots=POSE_PLOTS,
-    readings=POSE_READINGS,
-    terms=POSE_TERMS,
-    # Where the affine camera's error and the corners' noise decide which prediction is worth more.
-    example_sweep=ExampleSweep(
-        {"distance_mm": (70, 80, 100, 150, 300), "noise_px": (1, 3, 10, 20, 40)},
-        trackers=("pf-asd", "alpha-1", "alpha-0"),
-        trials=5,
-        frames=200,
-    ),
 )

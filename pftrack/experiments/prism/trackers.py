@@ -28,12 +28,7 @@ from pftrack.experiments.shared.pose.parameters import (
     particles_per_feature,
     pose_guidance,
 )
-from pftrack.experiments.shared.pose.particles import (
-    PoseModel,
-    PoseParticles,
-    project_all,
-)
-from pftrack.experiments.shared.pose.state import PoseState, Solid
+from pftrack.experiments.shared.pose.state import Belief, PoseModel, PoseState, Solid, project_all
 from pftrack.filters.particles import ParticleSet
 from pftrack.vision.likelihoods import points
 
@@ -82,18 +77,10 @@ def start(method: Method, target: Target, frame: Frame, parameters: TrackedPrism
 
 def step(method: Method, state: PoseState, frame: Frame, parameters: TrackedPrismParameters, rng: Stream) -> PoseState:
     """Weigh particles by the measured vertices."""
-    measured = measured_of(frame)
-    noise_sd = measured.sd_px.astype(np.float64)
-    belief = pose.advance(
-        state,
-        lambda _: lambda positions: points.log_likelihood(positions, measured.points_px, noise_sd),
-        parameters,
-        method,
-        rng,
-    )
+    belief = pose.advance(state, lambda known: MODEL.weigh(known, frame, parameters), parameters, method, rng)
     switched = pose.has_switched(state.belief, belief)
     angles, excess = pose_and_band(state.excess_px2, state.solid, belief, parameters)
-    return PoseState(state.solid, belief, angles, recognised_points(measured), switched, excess_px2=excess)
+    return PoseState(state.solid, belief, angles, recognised_points(measured_of(frame)), switched, excess_px2=excess)
 
 
 def solid_of(points_mm: Floats, parameters: TrackedPrismParameters) -> Solid:
@@ -164,14 +151,14 @@ class Prism(PoseModel):
     def start(self, target: Target, frame: Frame, parameters: TrackedPrismParameters, rng: Stream) -> PoseState:
         states = self.begin(target, frame, parameters, rng, self.count(parameters))
         solid = solid_of(landmarks_of(target).model_mm, parameters)
-        belief = PoseParticles(ParticleSet.uniform(states), solid, 0.0)
+        belief = Belief.of_poses(ParticleSet.uniform(states), solid, 0.0)
         return PoseState(solid, belief, belief.pose, recognised_points(measured_of(frame)))
 
     @override
     def particles(self, state: PoseState, parameters: TrackedPrismParameters, rng: Generator) -> ParticleSet:
         """Return the particles, drawn about pose and place if another tracker was at work before."""
-        if isinstance(state.belief, PoseParticles):
-            return state.belief.particles
+        if isinstance(state.belief.kept, ParticleSet):
+            return state.belief.kept
         covariance = np.zeros((6, 6))
         covariance[:3, :3] = state.belief.pose.covariance
         covariance[3:, 3:] = np.eye(3) * _walk_sd(parameters)[3] ** 2
@@ -180,7 +167,7 @@ class Prism(PoseModel):
 
     @override
     def believe(self, known: PoseState, update: Update, frame: Frame, parameters: TrackedPrismParameters) -> PoseState:
-        belief = PoseParticles(update.particles, known.solid, update.log_evidence)
+        belief = Belief.of_poses(update.particles, known.solid, update.log_evidence)
         seen = recognised_points(measured_of(frame))
         return PoseState(known.solid, belief, belief.pose, seen, repeatable=update.repeatable)
 
@@ -203,12 +190,12 @@ def _walk_sd(parameters: TrackedPrismParameters) -> Floats:
 MODEL = Prism("measured vertices", NAMES)
 
 
-def _tracker(method: Method, title: str, description: str) -> Tracker:
+def _tracker(method: Method) -> Tracker:
     series = report(method, NAMES)
     return Tracker(
         method,
-        title,
-        description,
+        "",
+        "",
         partial(start, method),
         partial(step, method),
         series=series,
@@ -217,5 +204,5 @@ def _tracker(method: Method, title: str, description: str) -> Tracker:
     )
 
 
-TRACKERS: dict[str, Tracker] = {method: _tracker(method, *words) for method, words in METHODS.items()}
+TRACKERS: dict[str, Tracker] = {method: _tracker(method) for method in METHODS}
 """The trackers of the prism, by name, in the order in which they are shown."""

@@ -9,9 +9,17 @@ import pytest
 from pftrack.core.model.drawing import Ellipsoids, Links, Mesh, Primitive, drawn_keys
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
-from pftrack.experiments.head.draw import MEAN_FACE, UNCERTAINTY, front, points_of, surface_of
+from pftrack.experiments.head.experiment import (
+    MEAN_FACE,
+    SURE_MM,
+    UNCERTAINTY,
+    UNSURE_MM,
+    front,
+    points_of,
+    surface_of,
+)
 from pftrack.runs.run import Run
-from pftrack.vision.geometry.face import FEATURES, mean_model
+from pftrack.vision.geometry.face import FEATURES, TITLES, mean_model
 from tests.making import whole_run
 
 HEAD = find("head")
@@ -51,7 +59,7 @@ def test_it_is_coloured_by_how_sure_it_is(run: Run) -> None:
     step = run.seek(39)
     drawing = HEAD.draw(step, run.diagnostics)
     later, before = mesh(worlds(run, 39), "surface"), mesh(worlds(run, 1), "surface")
-    assert later.layer == UNCERTAINTY.name
+    assert later.layer == UNCERTAINTY
     assert np.array_equal(later.colour, mesh(drawing.primitives, "head").colour)
     assert isinstance(later.colour, np.ndarray)
     assert isinstance(before.colour, np.ndarray)
@@ -78,7 +86,7 @@ def test_the_legend_says_what_the_colours_mean(run: Run) -> None:
 
     def meanings(run: Run) -> set[str]:
         keys = drawn_keys(HEAD.draw(run.current, run.diagnostics), HEAD.layers)
-        return {key.meaning for name, key in keys if name in {UNCERTAINTY.name, MEAN_FACE.name}}
+        return {key.meaning for name, key in keys if name in {UNCERTAINTY, MEAN_FACE}}
 
     assert len(meanings(run)) == 3
     plain = Run(HEAD, HEAD.simulate(), frames=2, timeline=(Change(0, {**VALUES, "face_model": "mean"}),))
@@ -114,3 +122,10 @@ def test_the_points_are_taken_away_with_what_is_known_of_them(run: Run) -> None:
     assert 10 < growth.own.frames <= 39
     plain = Run(HEAD, HEAD.simulate(), frames=1, timeline=(Change(0, {**VALUES, "face_model": "mean"}),))
     assert not {"standard_deviations", "own_share"} & set(json.loads(points_of(plain.current.state)))
+
+
+def test_what_the_page_says_of_a_head_is_what_the_program_has() -> None:
+    """The rows of features have the titles of the marks, and the legend the ends of the colours."""
+    assert next(plot for plot in HEAD.plots if plot.id == "alpha").row_titles == tuple(map(TITLES.get, FEATURES))
+    sure, unsure = next(layer for layer in HEAD.layers if layer.name == UNCERTAINTY).legend
+    assert (f"{SURE_MM:g} mm" in sure.meaning, f"{UNSURE_MM:g} mm" in unsure.meaning) == (True, True)

@@ -68,7 +68,7 @@ def test_a_lost_face_is_looked_for_now_and_then(monkeypatch: pytest.MonkeyPatch)
         assert memory(state).lost_frames == count
         assert not state.recognised.any()
         assert not state.switched
-        held, had = state.belief.layers.features, before.belief.layers.features
+        held, had = state.belief.kept.features, before.belief.kept.features
         assert held.coordinates is had.coordinates
         assert held.parents.ravel().tolist() == list(range(held.parents.size))
         variances = before.pose.covariance.diagonal() + (count - 1) * np.deg2rad(2.0) ** 2

@@ -92,7 +92,7 @@ def test_what_is_not_known_at_all_does_not_hide_the_head() -> None:
     state, belief = step.state, step.state.belief
     wide = belief.covariances.copy()
     wide[2:] += 1e5 * np.eye(2)
-    state = replace(state, belief=replace(belief, particles=replace(belief.particles, feature_covariances=wide)))
+    state = replace(state, belief=replace(belief, covariances=wide))
     features = head_world(state, step.frame.target).primitives["features"]
     assert isinstance(features, Ellipsoids)
     assert len(features.centres) == 2

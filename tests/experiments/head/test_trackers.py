@@ -149,7 +149,7 @@ def test_a_method_has_its_ratios_in_both_filters() -> None:
     alone = state.belief
     state = stepped(state, "alpha-1", given, 2, grey(2, 0))
     rival = state.belief.rival
-    assert (state.belief.ratios == 1.0).all()
+    assert (state.belief.alpha == 1.0).all()
     assert (rival.layers.mixture.ratios == 1.0).all()
     assert (rival.layers.features.upper_counts == given.sample_count).all()
     # Two filters take twice the memory of one.

@@ -13,9 +13,11 @@ from pftrack.core.numerics.matrices import pinhole
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments.prism.scene import NAMES, VERTICES_MM
 from pftrack.experiments.shared.pose import methods as pose
+from pftrack.experiments.shared.pose.layered import Layered
 from pftrack.experiments.shared.pose.methods import measurement, report
 from pftrack.experiments.shared.pose.parameters import PoseTrackerParameters
-from pftrack.experiments.shared.pose.state import Belief, JointParticles, Layers, PoseState, Solid
+from pftrack.experiments.shared.pose.state import PoseState, Solid
+from pftrack.filters.rao_blackwell import RaoBlackwell
 from tests.experiments.shared.always import always
 
 FOCAL, PRINCIPAL, PLACE = 400.0, np.array([160.0, 120.0]), np.array([0.0, 0.0, 80.0])
@@ -24,9 +26,9 @@ SOLID = Solid(VERTICES_MM, np.column_stack([SCALE * np.eye(2, 3), PRINCIPAL]), F
 THETA = np.array([0.15, -0.2, 0.1])
 KNOWN = Gaussian(THETA, 1e-4 * np.eye(3))
 KINDS = {
-    "affine layers": ("pf-asd", "affine", Layers),
-    "perspective layers": ("pf-asd", "perspective", Layers),
-    "joint particles": ("rb-pf", "affine", JointParticles),
+    "affine layers": ("pf-asd", "affine", Layered),
+    "perspective layers": ("pf-asd", "perspective", Layered),
+    "joint particles": ("rb-pf", "affine", RaoBlackwell),
 }
 METHODS: tuple[pose.Method, ...] = ("pf-asd", "alpha-1", "alpha-0", "rb-pf")
 
@@ -68,8 +70,8 @@ def test_means_and_covariances_are_moments_of_the_particles(kind: str) -> None:
     state = begun(method, values)  # type: ignore[arg-type] # one of the methods
     for frame in (1, 2, 3):
         state = stepped(state, method, values, frame)  # type: ignore[arg-type]
-        belief: Belief = state.belief
-        assert isinstance(belief, expected)
+        belief = state.belief
+        assert isinstance(belief.kept, expected)
         weights = np.broadcast_to(np.exp(belief.log_weights), belief.positions.shape[:2])
         assert weights.sum(axis=1) == pytest.approx(np.ones(8))
         means = np.einsum("fn,fnk->fk", weights, belief.positions)
@@ -133,7 +135,7 @@ def test_a_method_takes_over_pose_and_features(before: pose.Method, after: pose.
     for frame in range(1, 5):
         state = stepped(state, before, values, frame)
     following = stepped(state, after, values, 5)
-    assert isinstance(following.belief, JointParticles) == (after == "rb-pf")
+    assert isinstance(following.belief.kept, RaoBlackwell) == (after == "rb-pf")
     assert following.estimate == pytest.approx(state.estimate, abs=0.15)
     if (before == "rb-pf") != (after == "rb-pf"):
         assert following.switched
@@ -152,8 +154,7 @@ def test_nothing_is_lost_where_nothing_changes(kind: str) -> None:
     state = stepped(begun(method, values), method, values, 1)  # type: ignore[arg-type]
     kept = pose.transfer(state, replace(SOLID), values)
     if upper == "perspective":
-        assert isinstance(kept.belief, Layers)
-        assert kept.belief.kind == "perspective"
+        assert kept.belief.place_mm is not None
         assert kept.translation_mm == pytest.approx(state.translation_mm, abs=1.0)
     else:
         assert kept.belief is state.belief
@@ -168,10 +169,10 @@ def test_a_change_of_the_camera_keeps_the_particles() -> None:
     values = parameters("affine")
     state = stepped(begun("pf-asd", values), "pf-asd", values, 1)
     changed = pose.transfer(state, SOLID, parameters("perspective"))
-    assert isinstance(changed.belief, Layers)
-    assert isinstance(state.belief, Layers)
-    assert (state.belief.kind, changed.belief.kind) == ("affine", "perspective")
-    assert changed.belief.layers.features is state.belief.layers.features
+    assert isinstance(changed.belief.kept, Layered)
+    assert isinstance(state.belief.kept, Layered)
+    assert (state.belief.place_mm is None, changed.belief.place_mm is None) == (True, False)
+    assert changed.belief.kept.features is state.belief.kept.features
     assert changed.translation_mm == pytest.approx(PLACE, abs=3.0)
 
 
@@ -182,7 +183,7 @@ def test_what_is_reported_is_what_the_belief_has(method: pose.Method) -> None:
     measure = measurement(series)
     state = begun(method, values)
     for frame in range(1, 6):
-        ratios = state.belief.own_series().get("alpha")
+        ratios = state.belief.alpha
         state = stepped(state, method, values, frame)
         found = measure(state)
         assert found.keys() == {one.name for one in series}
@@ -195,8 +196,8 @@ def test_what_is_reported_is_what_the_belief_has(method: pose.Method) -> None:
             continue
         own, upper = found["samples"]  # type: ignore[misc] # two numbers
         assert own + upper == found["particles"]
-        assert upper == sum(round(60 * float(ratio)) for ratio in ratios or ())  # type: ignore[union-attr]
-        survivors = state.belief.layers.features.survivors  # type: ignore[union-attr] # these have layers
+        assert upper == sum(round(60 * float(ratio)) for ratio in ratios)  # type: ignore[union-attr]
+        survivors = state.belief.kept.features.survivors  # type: ignore[union-attr] # these have layers
         assert found["unique_ancestors"] == sum(len(set(each.tolist())) for each in survivors)
         assert found["unique_ancestors"] < found["particles"]  # type: ignore[operator]
     shares = {"alpha-1": 1.0, "alpha-0": 0.0}
@@ -208,9 +209,6 @@ def test_a_switch_is_a_feature_that_trusts_another_prediction() -> None:
     """From alpha 1 to alpha 0 all features change; from one frame to the next of either none does."""
     values = parameters()
     ones, zeros = begun("alpha-1", values), begun("alpha-0", values)
-    even = begun("pf-asd", values).belief.follows_solid
-    assert even is not None
-    assert not even.any()  # at one half neither is trusted more
     assert pose.has_switched(ones.belief, zeros.belief)
     assert not pose.has_switched(ones.belief, stepped(ones, "alpha-1", values, 1).belief)
     assert not pose.has_switched(zeros.belief, stepped(zeros, "alpha-0", values, 1).belief)

@@ -23,7 +23,7 @@ from pftrack.experiments.shared.pose.calibrated import (
     seen_moments,
 )
 from pftrack.experiments.shared.pose.parameters import PoseTrackerParameters
-from pftrack.experiments.shared.pose.state import GAUSSIAN, STUDENT_4, STUDENT_8, Layers, Solid
+from pftrack.experiments.shared.pose.state import GAUSSIAN, STUDENT_4, STUDENT_8, Belief, Solid
 from pftrack.filters.affine import AffineLayer
 from pftrack.runs.run import Run
 from tests.making import whole_run
@@ -63,7 +63,7 @@ def test_a_wrong_depth_shows_only_when_the_solid_turns() -> None:
     assert np.abs(depth_slopes(VERTICES_MM, np.array([0.0, 0.5, 0.0]), SLOPES)).max() > 1.0
 
 
-def believe(hidden: NDArray[np.float64], points: int = 8) -> tuple[Solid, Layers]:
+def believe(hidden: NDArray[np.float64], points: int = 8) -> tuple[Solid, Belief]:
     """A belief in a prism whose points, where they are seen, are told by the same particles, however surely hidden."""
     random = np.random.default_rng(3)
     theta, count = np.array([0.1, -0.2, 0.05]), 50
@@ -78,7 +78,7 @@ def believe(hidden: NDArray[np.float64], points: int = 8) -> tuple[Solid, Layers
     coordinates = np.concatenate([positions, positions], axis=2).transpose(0, 2, 1)[:points]
     features = replace(begun.features, coordinates=coordinates, log_weights=np.log(weights[:points]))
     pose = Gaussian(theta, np.eye(3))
-    return solid, Layers(replace(begun, features=features, hidden=hidden[:points], pose=pose))
+    return solid, Belief.of_layers(replace(begun, features=features, hidden=hidden[:points], pose=pose))
 
 
 def test_the_moments_of_a_hidden_point_are_those_of_it_seen() -> None:

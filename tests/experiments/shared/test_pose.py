@@ -15,8 +15,10 @@ from pftrack.experiments.prism.scene import VERTICES_MM, PrismSource
 from pftrack.experiments.prism.trackers import TrackedPrismParameters
 from pftrack.experiments.shared.pose import methods as pose
 from pftrack.experiments.shared.pose.drawing import place_points
+from pftrack.experiments.shared.pose.layered import Layered
 from pftrack.experiments.shared.pose.parameters import AS_PUBLISHED, PoseTrackerParameters
-from pftrack.experiments.shared.pose.state import JointParticles, Layers, PoseState, Solid
+from pftrack.experiments.shared.pose.state import PoseState, Solid
+from pftrack.filters.rao_blackwell import RaoBlackwell
 from pftrack.vision.geometry.face import FEATURES, mean_model
 
 FOCAL, PRINCIPAL = 800.0, np.array([320.0, 240.0])
@@ -52,7 +54,7 @@ def test_every_method_begins_at_a_given_pose(method: pose.Method, upper: str) ->
     known = Gaussian(THETA, 1e-4 * np.eye(3))
     belief = pose.begin(SOLID, pixels, parameters, method, rng(), theta=known)
     state = PoseState(SOLID, belief, belief.pose, np.ones(11, np.bool_))
-    assert isinstance(belief, JointParticles) == (method == "rb-pf")
+    assert isinstance(belief.kept, RaoBlackwell) == (method == "rb-pf")
     assert state.estimate == pytest.approx(THETA)
     assert state.feature_means == pytest.approx(pixels)
     assert np.abs(place_points(state, SOLID.points_mm)[:, :2] - pixels).max() < 6
@@ -78,8 +80,8 @@ def test_particles_of_the_pose_are_kept() -> None:
     source, history = PrismSource(1, parameters), History(((0, parameters),))
     state = prism.start("pf-asd", source.start, source.frame(0, history), parameters, rng())
     after = prism.step("pf-asd", state, source.frame(1, history), parameters, Stream(1, 1, Purpose.TRACK))
-    assert isinstance(after.belief, Layers)
-    angles = after.belief.layers.upper.theta_particles
+    assert isinstance(after.belief.kept, Layered)
+    angles = after.belief.kept.upper.theta_particles
     assert angles is not None
     assert angles.shape == (300, 3)
     assert after.nbytes > state.nbytes

@@ -12,7 +12,7 @@ from pftrack.core.model.palette import COLOURS
 from pftrack.core.model.recipe import Change
 from pftrack.core.numerics.matrices import pinhole
 from pftrack.experiments import find
-from pftrack.experiments.head.draw import front
+from pftrack.experiments.head.experiment import front
 from pftrack.experiments.head.parameters import AS_PUBLISHED
 from pftrack.experiments.prism.scene import NAMES, VERTICES_MM
 from pftrack.experiments.shared.pose.drawing import beside, dashes, heights, place_points

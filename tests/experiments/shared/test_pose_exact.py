@@ -6,6 +6,7 @@ are a Kalman filter of the camera.
 """
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,14 +17,15 @@ from pftrack.core.model.parameters import Value, revise
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments.prism.scene import NAMES, VERTICES_MM
 from pftrack.experiments.shared.pose import methods as pose
+from pftrack.experiments.shared.pose.layered import Layered
 from pftrack.experiments.shared.pose.methods import measurement, report
 from pftrack.experiments.shared.pose.parameters import AS_PUBLISHED, PoseTrackerParameters
-from pftrack.experiments.shared.pose.state import JointParticles, Layers, PoseState, Solid
+from pftrack.experiments.shared.pose.state import PoseState, Solid
 from pftrack.filters.affine import ENTRY_NOISE, AffineBelief, AffineLayer
 from pftrack.filters.layers import Projection
 from pftrack.filters.learning import mixture_em
 from pftrack.filters.perspective import POSE_NOISE, PerspectiveLayer
-from pftrack.filters.rao_blackwell import SCATTER_PX
+from pftrack.filters.rao_blackwell import SCATTER_PX, RaoBlackwell
 from tests.experiments.shared.always import always
 
 FOCAL, PRINCIPAL, PLACE = 400.0, np.array([160.0, 120.0]), np.array([0.0, 0.0, 80.0])
@@ -62,9 +64,9 @@ def stepped(
     return replace(state, belief=belief, pose=belief.pose)
 
 
-def apart(state: PoseState) -> Layers:
-    assert isinstance(state.belief, Layers)
-    return state.belief
+def apart(state: PoseState) -> Layered[Any]:
+    assert isinstance(state.belief.kept, Layered)
+    return state.belief.kept
 
 
 def unnormalised(variance: float) -> float:
@@ -89,11 +91,11 @@ def test_from_below_each_feature_is_a_kalman_filter() -> None:
         means = means + gain[:, None, None] * (seen - means[0])
         covariance = covariance - np.outer(gain, covariance[0])
         assert state.feature_means == pytest.approx(means[0], abs=0.5)
-        sigmas = np.sqrt(apart(state).layers.features.variances)
+        sigmas = np.sqrt(apart(state).features.variances)
         assert sigmas == pytest.approx(np.full((8, 2), np.sqrt(covariance[0, 0])), rel=0.08)
-        assert apart(state).layers.features.log_evidences == pytest.approx(evidence.sum(axis=1), abs=0.2)
+        assert apart(state).features.log_evidences == pytest.approx(evidence.sum(axis=1), abs=0.2)
         assert state.log_evidence == pytest.approx(evidence.sum(), abs=0.4)
-        assert apart(state).upper_counts.tolist() == [0] * 8
+        assert apart(state).features.upper_counts.tolist() == [0] * 8
 
 
 @pytest.mark.parametrize("upper", ["affine", "perspective"])
@@ -103,16 +105,16 @@ def test_from_above_the_prior_is_the_solid_s(upper: str) -> None:
     layer = upper_layer(upper, 0.3)
     state, wide = begun("alpha-1", given), 10.0
     for frame in (1, 2, 3):
-        projection = layer.project(layer.predict(apart(state).layers.upper))
+        projection = layer.project(layer.predict(apart(state).upper))
         prior, variances, seen = projection.positions, projection.variances, seen_at(frame)
         gain = variances / (variances + wide**2)
         evidence = norm.logpdf(seen, prior, np.sqrt(variances + wide**2)) + unnormalised(wide**2)
         state = stepped(state, "alpha-1", given, frame, noise_px=wide)
         assert state.feature_means == pytest.approx(prior + gain * (seen - prior), abs=0.5)
         known = np.sqrt(variances * (1 - gain))
-        assert np.sqrt(apart(state).layers.features.variances) == pytest.approx(known, rel=0.08)
-        assert apart(state).layers.features.log_evidences == pytest.approx(evidence.sum(axis=1), abs=0.2)
-        assert apart(state).upper_counts.tolist() == [MANY] * 8
+        assert np.sqrt(apart(state).features.variances) == pytest.approx(known, rel=0.08)
+        assert apart(state).features.log_evidences == pytest.approx(evidence.sum(axis=1), abs=0.2)
+        assert apart(state).features.upper_counts.tolist() == [MANY] * 8
 
 
 def upper_layer(kind: str, noise: float = 1.0) -> AffineLayer | PerspectiveLayer:
@@ -127,7 +129,7 @@ def test_between_them_evidences_mix_by_alpha() -> None:
     given = parameters(initial_sd_px=2.0)
     state = begun("pf-asd", given)
     layer = upper_layer("affine")
-    projection: Projection = layer.project(layer.predict(apart(state).layers.upper))
+    projection: Projection = layer.project(layer.predict(apart(state).upper))
     # At rest with the spread s, where a point will be has the variance s^2 + b^2: it moves as far as it is off.
     below = (AT_START, np.full((8, 2), 2.0**2 + 4.0**2))
     seen = seen_at(1)
@@ -139,10 +141,10 @@ def test_between_them_evidences_mix_by_alpha() -> None:
     both = np.logaddexp(parts[0][0], parts[1][0]) - np.log(2)
     share = np.exp(parts[0][0] - np.log(2) - both)[:, None]
     after = apart(stepped(state, "pf-asd", given, 1))
-    assert after.layers.features.log_evidences == pytest.approx(both, abs=0.15)
-    assert after.means == pytest.approx(share * parts[0][1] + (1 - share) * parts[1][1], abs=0.25)
+    assert after.features.log_evidences == pytest.approx(both, abs=0.15)
+    assert after.features.means == pytest.approx(share * parts[0][1] + (1 - share) * parts[1][1], abs=0.25)
     # What survives is the posterior, and so the mean responsibility is the posterior share of the solid.
-    assert after.ratios == pytest.approx(np.clip(share[:, 0], 0.1, 0.9), abs=0.06)
+    assert after.mixture.ratios == pytest.approx(np.clip(share[:, 0], 0.1, 0.9), abs=0.06)
 
 
 def test_what_is_learned_of_alpha_follows_the_settings() -> None:
@@ -151,12 +153,12 @@ def test_what_is_learned_of_alpha_follows_the_settings() -> None:
         given = parameters(**{"sample_count": 60, **values})
         state = stepped(stepped(begun("pf-asd", given), "pf-asd", given, 1), "pf-asd", given, 2)
         after = apart(stepped(state, "pf-asd", given, 3))
-        before, features = apart(state).layers, after.layers.features
-        assert after.layers.projection is not None
+        before, features = apart(state), after.features
+        assert after.projection is not None
         settings = mixture_em.Settings(given.forgetting, given.alpha_clip, given.lower_density)
         survivors = np.take_along_axis(features.coordinates[:, :2], features.survivors[:, None], axis=2)
         parents = np.take_along_axis(before.features.coordinates, before.features.survivors[:, None], axis=2)
-        projected = after.layers.projection
+        projected = after.projection
         expected = mixture_em.adapt(
             before.mixture,
             survivors,
@@ -165,9 +167,9 @@ def test_what_is_learned_of_alpha_follows_the_settings() -> None:
             given.feature_noise_px,
             settings,
         )
-        assert after.ratios == pytest.approx(expected.ratios, abs=1e-9)
-        assert after.ratios.min() >= given.alpha_clip
-        assert after.ratios.max() <= 1 - given.alpha_clip
+        assert after.mixture.ratios == pytest.approx(expected.ratios, abs=1e-9)
+        assert after.mixture.ratios.min() >= given.alpha_clip
+        assert after.mixture.ratios.max() <= 1 - given.alpha_clip
 
 
 @pytest.mark.parametrize("method", ["pf-asd", "alpha-1", "alpha-0"])
@@ -177,15 +179,15 @@ def test_features_are_handed_up_with_their_variances(method: pose.Method) -> Non
     state = stepped(begun(method, given), method, given, 1)
     after = apart(stepped(state, method, given, 2))
     layer = upper_layer("affine")
-    variances = np.maximum(after.layers.features.variances, 1.5**2)
-    assert (variances == 1.5**2).any() == (after.layers.features.variances < 1.5**2).any()
+    variances = np.maximum(after.features.variances, 1.5**2)
+    assert (variances == 1.5**2).any() == (after.features.variances < 1.5**2).any()
     expected = layer.update(
-        layer.predict(apart(state).layers.upper), after.means, variances, Stream(0, 0, Purpose.TRACK)
+        layer.predict(apart(state).upper), after.features.means, variances, Stream(0, 0, Purpose.TRACK)
     )
-    assert after.layers.upper.mean == pytest.approx(expected.mean)
-    assert after.layers.upper.covariance == pytest.approx(expected.covariance)
+    assert after.upper.mean == pytest.approx(expected.mean)
+    assert after.upper.covariance == pytest.approx(expected.covariance)
     assert after.pose.mean == pytest.approx(expected.theta.mean)
-    assert np.array_equal(after.pose.mean, after.layers.upper.theta.mean)
+    assert np.array_equal(after.pose.mean, after.upper.theta.mean)
 
 
 def test_joint_particles_are_a_kalman_filter_of_the_camera() -> None:
@@ -207,7 +209,7 @@ def test_joint_particles_are_a_kalman_filter_of_the_camera() -> None:
             evidence += density.logpdf(seen_at(frame)[:, axis]) + 8 * unnormalised(wide**2)
         exact = layer.update(predicted, seen_at(frame), np.full((8, 2), noise), Stream(0, 0, Purpose.TRACK))
         state = stepped(state, "rb-pf", given, frame, noise_px=wide)
-        assert isinstance(state.belief, JointParticles)
+        assert isinstance(state.belief.kept, RaoBlackwell)
         assert state.log_evidence == pytest.approx(evidence, abs=0.05)
         seen, known = (row @ camera.T for camera in (state.belief.camera(SOLID), exact.camera))
         assert seen == pytest.approx(known, abs=0.4)
@@ -308,12 +310,12 @@ def test_counts_and_settings_may_change_in_mid_run() -> None:
     state = begun("pf-asd", given)
     for frame in range(1, 5):
         state = stepped(state, "pf-asd", given, frame)
-    assert apart(state).ratios.max() > 0.6
+    assert apart(state).mixture.ratios.max() > 0.6
     fewer = revise(given, {"sample_count": 13, "alpha_clip": 0.5, "joint_sample_count": 77})
     after = apart(stepped(state, "pf-asd", fewer, 5))
-    assert after.positions.shape == (8, 13, 2)
-    assert after.upper_counts.tolist() == [6] * 8
-    assert after.ratios.tolist() == [0.5] * 8
+    assert after.features.positions.shape == (8, 13, 2)
+    assert after.features.upper_counts.tolist() == [6] * 8
+    assert after.mixture.ratios.tolist() == [0.5] * 8
     joint = stepped(begun("rb-pf", given), "rb-pf", fewer, 1).belief
     assert joint.positions.shape == (8, 77, 2)
 
@@ -347,4 +349,4 @@ def test_another_focal_length_puts_the_solid_elsewhere() -> None:
     moved = pose.transfer(state, far, given)
     assert moved.translation_mm[2] == pytest.approx(2 * state.translation_mm[2], rel=0.05)
     assert moved.estimate == pytest.approx(state.estimate)
-    assert apart(moved).layers.features is apart(state).layers.features
+    assert apart(moved).features is apart(state).features

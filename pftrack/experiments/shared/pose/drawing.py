@@ -8,21 +8,21 @@ deviation and, where it is known, the truth.
 
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Bools, Floats
 from pftrack.core.geometry.rotation import rotation
-from pftrack.core.model.band import HALF, MOST, FlagBand, Miscalibration
-from pftrack.core.model.drawing import Axes, Frustum, Key, Links, Points, Primitive, Text
-from pftrack.core.model.glossary import Term
+from pftrack.core.model.drawing import Axes, Frustum, Links, Points, Primitive, Text
 from pftrack.core.model.palette import COLOURS, Colour
-from pftrack.core.model.plot import ERROR, PARTICLES, SAMPLE_SIZE, STEP_TIME, Plot, Reading
 from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.source import Frame, Landmarks
 from pftrack.core.numerics.elementary import wrap
 from pftrack.core.numerics.matrices import NEAREST_MM
+from pftrack.experiments.shared.pose.parameters import PoseTrackerParameters
 from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.experiments.shared.sketch import at_height, lines, uncertainty
 from pftrack.vision.geometry.face import gaze
@@ -61,13 +61,6 @@ NAMES_DOWN = 18
 
 UPPER, LOWER = COLOURS["observation"], COLOURS["prediction"]
 """Particles from the solid's prediction, and from the feature's own past."""
-
-
-BY_PREDICTION = (
-    Key("observation", "particles from the solid's pose"),
-    Key("prediction", "particles from the feature's own past"),
-)
-"""What these colours mean."""
 
 
 def feature_clouds(state: PoseState, size: float) -> dict[str, Primitive]:
@@ -220,72 +213,10 @@ def dashes(segments: NDArray[np.float32], colour: Colour, width: float, layer: s
 # Whether the truth lies in the central 50 % and 95 % of the posterior is written down for each angle, in the order
 # (theta_x, theta_y, theta_z): over many frames it should, as often as that.
 
+SHOWN_OF_POSES = Path(__file__).with_name("shown.yaml")
+
 ANGLES = ("yaw", "pitch", "roll")
 THETA = ("theta_x", "theta_y", "theta_z")
-
-POSE_PLOTS = (
-    Plot(
-        "alpha",
-        "alpha",
-        "features",
-        "What share of each feature's particles, 0 to 1, comes from the pose of the whole; the rest from its own past.",
-        series=("alpha",),
-        visible="feature_visible",
-        recognised="feature_recognised",
-    ),
-    *(
-        Plot(
-            angle,
-            angle,
-            "band",
-            f"The {angle} with a band of two standard deviations, and dashed the truth where it is known.",
-            unit="deg",
-            series=(f"{angle}_deg",),
-            sd=f"{angle}_deg_sd",
-            truth=f"{angle}_deg_true",
-        )
-        for angle in ANGLES
-    ),
-    ERROR,
-    Plot(
-        "calibration",
-        "truth in",
-        "frequency",
-        "How often so far the true angles lay in the central 50 % and 95 % of the posterior: so often, if honest.",
-        series=("within_50", "within_95"),
-        levels=(0.5, 0.95),
-        needs_truth=True,
-    ),
-    SAMPLE_SIZE,
-)
-"""The plots of a pose by features."""
-
-POSE_READINGS = (
-    *(Reading(angle, "value", unit="deg", series=f"{angle}_deg", sd=f"{angle}_deg_sd") for angle in ANGLES),
-    Reading("recognised", "count", series="feature_recognised"),
-    Reading("error", "error"),
-    PARTICLES,
-    STEP_TIME,
-)
-"""The readings of the same."""
-
-POSE_TERMS = (
-    Term(
-        "alpha",
-        "the share of a feature's particles, 0 to 1, that the pose of the whole proposes; the rest go on from the "
-        "feature's own past. It falls where a feature does not move with the whole, or is hidden",
-    ),
-    Term(
-        "truth in",
-        "how often so far the true angles lay in the central 50 % and the central 95 % of what is believed; an honest "
-        "tracker has 50 % and 95 %, less means that it is too sure, more that it is too unsure",
-    ),
-    Term("yaw", "the turn to the left or right, about the upright axis"),
-    Term("pitch", "the turn up or down, as in a nod"),
-    Term("roll", "the tilt towards a shoulder, about the line of sight"),
-    Term("recognised", "how many features the tracker itself made out in this frame"),
-)
-"""The words of the same."""
 
 
 def pose_series(features: tuple[str, ...]) -> tuple[Series, ...]:
@@ -333,6 +264,12 @@ def mean_error_deg(estimates: Floats, truths: Floats) -> Floats:
     return error
 
 
+def is_lost(errors: Any, sizes: Any, parameters: PoseTrackerParameters) -> Any:  # noqa: ANN401 - one or many
+    """Return whether errors (...), degrees, are so large that the pose counts as lost."""
+    del sizes
+    return errors > parameters.lost_deg
+
+
 def _gaze_sd(state: PoseState) -> Floats:
     """Return the standard deviations of yaw, pitch and roll (3,), rad; the roll's as if it were theta_z."""
     return state.sigma[[1, 0, 2]]
@@ -340,8 +277,3 @@ def _gaze_sd(state: PoseState) -> Floats:
 
 def _numbers(values: Floats | Bools) -> tuple[float, ...]:
     return tuple(np.asarray(values, dtype=np.float64).tolist())
-
-
-BANDS = (FlagBand("angles", {HALF: "within_50", MOST: "within_95"}),)
-
-PUBLISHED = Miscalibration(("pf-asd", "alpha-1", "alpha-0", "rb-pf"), {"pose_band": ("document",)})

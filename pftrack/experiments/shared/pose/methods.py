@@ -20,12 +20,14 @@ from pftrack.core.numerics.random import Gaussian, Generator
 from pftrack.experiments.shared.pose import layered
 from pftrack.experiments.shared.pose.layered import FeatureLikelihood, Layered
 from pftrack.experiments.shared.pose.parameters import PoseTrackerParameters
-from pftrack.experiments.shared.pose.state import Belief, JointParticles, Layers, PoseState, Solid
+from pftrack.experiments.shared.pose.state import Belief, PoseState, Solid
 from pftrack.filters import adaptive, rao_blackwell
 from pftrack.filters.affine import ENTRY_NOISE, AffineBelief, AffineLayer
 from pftrack.filters.layers import UpperLayer
 from pftrack.filters.learning import mixture_em
+from pftrack.filters.particles import ParticleSet
 from pftrack.filters.perspective import POSE_NOISE, PerspectiveLayer
+from pftrack.filters.rao_blackwell import RaoBlackwell
 
 Method: TypeAlias = Literal["pf-asd", "alpha-1", "alpha-0", "rb-pf"]
 
@@ -34,19 +36,7 @@ StateLikelihood: TypeAlias = Callable[[PoseState], FeatureLikelihood]
 
 RATIOS: dict[Method, float] = {"pf-asd": 0.5, "alpha-1": 1.0, "alpha-0": 0.0}
 
-METHODS: dict[Method, tuple[str, str]] = {
-    "pf-asd": (
-        "Adaptive sampling (PF-ASD)",
-        "Draws each feature's particles from the solid's pose and from its own past, and learns how many of each.",
-    ),
-    "alpha-1": ("Solid only (alpha 1)", "Draws all particles of a feature where the solid's pose says it should be."),
-    "alpha-0": ("Features only (alpha 0)", "Draws all particles of a feature from its own past."),
-    "rb-pf": (
-        "Rao-Blackwellised (RB-PF)",
-        "Draws all features at once, with an exact Kalman filter of the camera in each particle; slow.",
-    ),
-}
-"""Title and description by method."""
+METHODS: tuple[Method, ...] = ("pf-asd", "alpha-1", "alpha-0", "rb-pf")
 
 
 def begin(
@@ -73,8 +63,8 @@ def begin(
     sd = float(np.deg2rad(parameters.pose_noise_deg))
     pose = theta or Gaussian(np.zeros(3), sd**2 * np.eye(3))
     if method == "rb-pf":
-        return _joint(solid, parameters, positions, np.zeros((len(positions), 2, 2)), pose)
-    return _begin_layers(solid, positions, parameters, method, rng, pose, spread_px)
+        return Belief.of_joint(_joint(solid, parameters, positions, np.zeros((len(positions), 2, 2)), pose))
+    return Belief.of_layers(_begin_layers(solid, positions, parameters, method, rng, pose, spread_px))
 
 
 def advance(
@@ -87,25 +77,25 @@ def advance(
     """Take one observation, given its likelihood under a state: of this one, or with the belief of a rival filter."""
     belief = state.belief
     if method == "rb-pf":
-        if not isinstance(belief, JointParticles):
-            belief = _joint(state.solid, parameters, belief.means, belief.covariances, belief.pose)
-        camera, count = _affine(state.solid, parameters), parameters.joint_sample_count
-        return JointParticles(rao_blackwell.step(belief.particles, camera, likelihood(state), rng, count=count))
-    if not isinstance(belief, Layers):
-        belief = _begin_layers(state.solid, belief.means, parameters, method, rng, belief.pose)
-    elif belief.kind != parameters.upper_layer:
-        upper = _upper(state.solid, parameters, belief.means, belief.pose)
-        belief = Layers(replace(belief.layers, upper=upper))
+        joint, camera = belief.kept, _affine(state.solid, parameters)
+        if not isinstance(joint, RaoBlackwell):
+            joint = _joint(state.solid, parameters, belief.means, belief.covariances, belief.pose)
+        count = parameters.joint_sample_count
+        return Belief.of_joint(rao_blackwell.step(joint, camera, likelihood(state), rng, count=count))
+    apart, rival = belief.kept, belief.rival
+    if not isinstance(apart, Layered):
+        apart = _begin_layers(state.solid, belief.means, parameters, method, rng, belief.pose)
+    elif _is_affine(belief) != (parameters.upper_layer == "affine"):
+        apart, rival = replace(apart, upper=_upper(state.solid, parameters, belief.means, belief.pose)), None
     layer, settings = _layer(state.solid, parameters), _settings(parameters, method)
-    own, apart = likelihood(state), _steer(belief.layers, parameters, method)
+    own, apart = likelihood(state), _steer(apart, parameters, method)
     if settings.hidden_weight == 0.0:
-        return Layers(layered.step(apart, layer, own, settings, rng))
-    rival, others = belief.rival, own
+        return Belief.of_layers(layered.step(apart, layer, own, settings, rng))
+    others = own
     if rival is not None:
         rival = replace(rival, layers=_steer(rival.layers, parameters, method))
-        others = likelihood(replace(state, belief=Layers(rival.layers)))
-    apart, rival = layered.step_rivals(apart, rival, layer, (own, others), settings, rng)
-    return Layers(apart, rival)
+        others = likelihood(replace(state, belief=Belief.of_layers(rival.layers)))
+    return Belief.of_layers(*layered.step_rivals(apart, rival, layer, (own, others), settings, rng))
 
 
 def transfer(state: PoseState, solid: Solid, parameters: PoseTrackerParameters) -> PoseState:
@@ -115,30 +105,29 @@ def transfer(state: PoseState, solid: Solid, parameters: PoseTrackerParameters) 
     """
     belief, before = state.belief, state.solid
     same = np.array_equal(before.points_mm, solid.points_mm) and np.array_equal(before.reference, solid.reference)
-    if not isinstance(belief, Layers):
-        kept = belief if same else _joint(solid, parameters, belief.means, belief.covariances, belief.pose)
-    elif same and belief.kind == parameters.upper_layer == "affine":
-        kept = belief
-    else:
-        upper = _upper(solid, parameters, belief.means, belief.pose)
-        kept = Layers(replace(belief.layers, upper=upper))
-    return replace(state, solid=solid, belief=kept)
+    if isinstance(belief.kept, Layered):
+        if not (same and _is_affine(belief) and parameters.upper_layer == "affine"):
+            upper = _upper(solid, parameters, belief.means, belief.pose)
+            belief = Belief.of_layers(replace(belief.kept, upper=upper))
+    elif not same:
+        belief = Belief.of_joint(_joint(solid, parameters, belief.means, belief.covariances, belief.pose))
+    return replace(state, solid=solid, belief=belief)
 
 
 def hold(belief: Belief) -> Belief:
     """Return a belief for a frame in which nothing is drawn: each point's own particles are what they were."""
-    if not isinstance(belief, Layers):
+    layers = belief.kept
+    if not isinstance(layers, Layered):
         return belief
-    layers = belief.layers
-    return replace(belief, layers=replace(layers, features=adaptive.hold(layers.features)))
+    return Belief.of_layers(replace(layers, features=adaptive.hold(layers.features)), belief.rival)
 
 
 def slopes(state: PoseState, parameters: PoseTrackerParameters) -> Floats:
     """Return by how many px a mm of the solid's frame will move a point beside each of its points, (F, 2, 3)."""
     belief, solid = state.belief, state.solid
-    if isinstance(belief, Layers) and belief.kind == "perspective":
+    if isinstance(belief.kept, Layered) and not _is_affine(belief):
         layer = _layer(solid, parameters)
-        return slopes_at(solid, layer.predict(belief.layers.upper).mean[:6])
+        return slopes_at(solid, layer.predict(belief.kept.upper).mean[:6])
     return np.tile(belief.camera(solid)[:, :3], (len(solid.points_mm), 1, 1))
 
 
@@ -151,10 +140,14 @@ def slopes_at(solid: Solid, q: Floats) -> Floats:
 
 def has_switched(before: Belief, after: Belief) -> bool:
     """Return whether a feature went over from trusting one prediction more to trusting the other."""
-    one, other = before.follows_solid, after.follows_solid
+    one, other = before.alpha, after.alpha
     if one is None or other is None:
         return one is not other
-    return bool((one != other).any())
+    return bool(((one > 0.5) != (other > 0.5)).any())
+
+
+def _is_affine(belief: Belief) -> bool:
+    return belief.affine is not None
 
 
 def translation(turned_mm: Floats, pixels: Floats, focal_px: float, principal_px: Floats) -> Floats:
@@ -187,9 +180,9 @@ def _begin_layers(
     rng: Generator,
     pose: Gaussian,
     spread_px: float | None = None,
-) -> Layers:
+) -> Layered[Any]:
     """Return layers in a solid of this pose whose features are here."""
-    begun = layered.begin(
+    return layered.begin(
         _layer(solid, parameters),
         _upper(solid, parameters, positions, pose),
         positions,
@@ -199,7 +192,6 @@ def _begin_layers(
         spread_px=parameters.initial_sd_px if spread_px is None else spread_px,
         speed_px=parameters.speed_at_start,
     )
-    return Layers(begun)
 
 
 def _settings(parameters: PoseTrackerParameters, method: Method) -> layered.Settings:
@@ -274,11 +266,11 @@ def _joint(
     positions: Floats,
     covariances: Floats,
     pose: Gaussian,
-) -> JointParticles:
+) -> RaoBlackwell:
     """Return joint particles of a solid of this pose whose features are here, all of them at one place."""
     count = parameters.joint_sample_count
     camera = np.tile(_camera(solid, positions, pose.mean), 2)
-    particles = replace(
+    return replace(
         rao_blackwell.begin(_affine(solid, parameters), count),
         cameras=np.repeat(camera[:, :, None], count, axis=2),
         coordinates=np.repeat(positions.T[:, :, None], count, axis=2),
@@ -286,7 +278,6 @@ def _joint(
         feature_covariances=covariances,
         pose=pose,
     )
-    return JointParticles(particles)
 
 
 def _camera(solid: Solid, positions: Floats, theta: Floats) -> Floats:
@@ -340,8 +331,7 @@ def measurement(series: tuple[Series, ...]) -> Callable[[PoseState], Mapping[str
 
     def measure(state: PoseState) -> Mapping[str, SeriesValue]:
         weights = np.exp(state.belief.log_weights)
-        own = {name: value for name, value in state.belief.own_series().items() if name in names}
-        return own | {
+        return {name: value for name, value in _own_series(state.belief.kept).items() if name in names} | {
             "ess": float((1.0 / np.square(weights).sum(axis=-1)).sum()),
             "particles": float(weights.size),
             "feature_recognised": tuple(state.recognised.astype(np.float64).tolist()),
@@ -352,3 +342,18 @@ def measurement(series: tuple[Series, ...]) -> Callable[[PoseState], Mapping[str
         }
 
     return measure
+
+
+def _own_series(kept: Layered[Any] | RaoBlackwell | ParticleSet) -> Mapping[str, SeriesValue]:
+    """Return what a method reports of its own: of layers alpha, particles by prediction, and how many survived."""
+    if isinstance(kept, ParticleSet):
+        return {"unique_ancestors": float(kept.unique_ancestors)}
+    if isinstance(kept, RaoBlackwell):
+        return {}
+    features = kept.features
+    upper = float(features.upper_counts.sum())
+    return {
+        "alpha": tuple(kept.mixture.ratios.tolist()),
+        "samples": (features.log_weights.size - upper, upper),
+        "unique_ancestors": float(sum(len(np.unique(survivors)) for survivors in features.survivors)),
+    }

@@ -1,16 +1,15 @@
 """What is believed of a solid's points and of its pose in one frame, and what is known of the solid beforehand.
 
-Below are the points, each with particles of its own or all of them together; above is the solid. The kinds of belief
-differ in both: layers with an affine camera or a pinhole above, and the joint particles of the Rao-Blackwellised
-filter. Each answers `Belief` by itself, so that drawings and methods ask no belief for its kind. `PoseState` is what
-a tracker carries from frame to frame.
+Below are the points, each with particles of its own or all of them together; above is the solid. The methods differ in
+both: layers with an affine camera or a pinhole above, the joint particles of the Rao-Blackwellised filter, and
+particles of the whole pose. `Belief` says of each what drawings and other methods ask. `PoseState` is what a tracker
+carries from frame to frame, and `PoseModel` lays it open: what poses are worth by the points, and by which of them.
 """
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +17,16 @@ from typing_extensions import override
 
 from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.geometry.rotation import rotation
-from pftrack.core.model.series import SeriesValue
+from pftrack.core.model.likelihood import Cloud, Component, Contributions, Part
+from pftrack.core.model.model import Model, Values
+from pftrack.core.model.source import Frame
+from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials
-from pftrack.core.numerics.matrices import pinhole, product
+from pftrack.core.numerics.matrices import contiguous_copy, pinhole, product
 from pftrack.core.numerics.random import Gaussian
-from pftrack.experiments.shared.pose.layered import Layered, Rival
+from pftrack.experiments.shared.pose.layered import FeatureLikelihood, Layered, Rival
 from pftrack.filters.affine import AffineBelief
+from pftrack.filters.particles import ParticleSet
 from pftrack.filters.rao_blackwell import RaoBlackwell
 
 
@@ -91,246 +94,147 @@ class Solid:
         return np.column_stack([scale * rotation(theta)[:2], self.principal_px + scale * np.array([x, y])])
 
 
-UpperKind: TypeAlias = Literal["affine", "perspective"]
+def project_all(poses: Floats, solid: Solid) -> Floats:
+    """Return where a pinhole sees the points of a solid in each of N poses, (F, N, 2) px.
+
+    Args:
+        poses: (N, 6) angles, rad, and where the origin of the solid's frame is in the camera's frame, mm.
+        solid: With F points.
+    """
+    seen = _project_all(contiguous_copy(poses), contiguous_copy(solid.points_mm), float(solid.focal_px))
+    return np.asarray(seen + solid.principal_px)
 
 
-class Belief(ABC):
+@compiled
+def _project_all(poses: Floats, points_mm: Floats, focal_px: float) -> Floats:
+    features, count = points_mm.shape[0], poses.shape[0]
+    seen = np.empty((features, count, 2))
+    for n in range(count):
+        turn = rotation(poses[n, :3])
+        for f in range(features):
+            x, y, z = poses[n, 3], poses[n, 4], poses[n, 5]
+            for k in range(3):
+                x += turn[0, k] * points_mm[f, k]
+                y += turn[1, k] * points_mm[f, k]
+                z += turn[2, k] * points_mm[f, k]
+            scale = focal_px / max(z, 1.0)  # behind the camera nothing is seen; such a pose explains nothing
+            seen[f, n, 0] = scale * x
+            seen[f, n, 1] = scale * y
+    return seen
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Belief:
     """The posterior of F points and of the pose of the solid that they belong to, immutable.
 
-    What is not abstract is that of particles each of which holds all points, before an affine camera.
+    Attributes:
+        kept: What the method carries on: layers, joint particles of all points, or particles of the pose.
+        pose: Belief in the angles (theta_x, theta_y, theta_z), rad.
+        log_evidence: Log p(z_t | z_{1:t-1}) up to a constant, the points taken together.
+        positions: (F, N, 2) px, of the particles, a view.
+        log_weights: (F, N) of the points' own particles, normalised for each point, or (N,) of joint ones.
+        means: (F, 2) px.
+        covariances: (F, 2, 2) px^2.
+        affine: (2, 4) the affine camera that is believed to see the solid; None before a pinhole.
+        place_mm: (3,) where the origin of the solid's frame is in the camera's frame; None for a camera without
+            distance.
+        rival: A second filter of layers, which judges otherwise whether points are hidden; None if none may be.
     """
 
-    __slots__ = ()
+    kept: Layered[Any] | RaoBlackwell | ParticleSet
+    pose: Gaussian
+    log_evidence: float
+    positions: Floats
+    log_weights: Floats
+    means: Floats
+    covariances: Floats
+    affine: Floats | None = None
+    place_mm: Floats | None = None
+    rival: Rival[Any] | None = None
 
-    @property
-    @abstractmethod
-    def pose(self) -> Gaussian:
-        """Belief in the angles (theta_x, theta_y, theta_z), rad."""
+    @classmethod
+    def of_layers(cls, layers: Layered[Any], rival: Rival[Any] | None = None) -> Self:
+        """Return the belief of points with particles of their own below a solid, which either camera sees."""
+        features, upper = layers.features, layers.upper
+        affine = upper.camera if isinstance(upper, AffineBelief) else None
+        return cls(
+            layers,
+            layers.pose,
+            float(features.log_evidences.sum()),
+            features.positions,
+            features.log_weights,
+            features.means,
+            features.covariances,
+            affine,
+            None if affine is not None else upper.mean[3:6],
+            rival,
+        )
 
-    @property
-    @abstractmethod
-    def log_evidence(self) -> float:
-        """Log p(z_t | z_{1:t-1}) up to a constant, the points taken together."""
+    @classmethod
+    def of_joint(cls, particles: RaoBlackwell) -> Self:
+        """Return the belief of particles of all points at once, each with a Kalman filter of an affine camera."""
+        entries, weights = particles.cameras[:, :4], exponentials(particles.log_weights)
+        return cls(
+            particles,
+            particles.pose,
+            particles.log_evidence,
+            particles.positions,
+            particles.log_weights,
+            particles.feature_means,
+            particles.feature_covariances,
+            affine=product(entries.reshape(-1, len(weights)), weights).reshape(entries.shape[:2]),
+        )
 
-    @property
-    @abstractmethod
-    def positions(self) -> Floats:
-        """(F, N, 2) px, of the particles, a view."""
+    @classmethod
+    def of_poses(cls, particles: ParticleSet, solid: Solid, log_evidence: float) -> Self:
+        """Return the belief of particles (N, 6) of the pose of a solid: angles, rad, and place, mm."""
+        positions, weights = project_all(particles.states, solid), exponentials(particles.log_weights)
+        means = (positions * weights[:, None]).sum(axis=1)
+        off = positions - means[:, None]
+        return cls(
+            particles,
+            Gaussian(particles.moments[0][:3], particles.moments[1][:3, :3]),
+            log_evidence,
+            positions,
+            particles.log_weights,
+            means,
+            (off[:, :, :, None] * off[:, :, None, :] * weights[:, None, None]).sum(axis=1),
+            place_mm=particles.mean[3:],
+        )
 
-    @property
-    @abstractmethod
-    def log_weights(self) -> Floats:
-        """(F, N) of the points' own particles, or (N,) of joint ones."""
-
-    @property
-    @abstractmethod
-    def means(self) -> Floats:
-        """(F, 2) px."""
-
-    @property
-    @abstractmethod
-    def covariances(self) -> Floats:
-        """(F, 2, 2) px^2."""
-
-    @abstractmethod
     def camera(self, solid: Solid) -> Floats:
-        """Return the affine camera (2, 4) that is believed to see the solid now."""
-
-    @property
-    @abstractmethod
-    def nbytes(self) -> int:
-        """About how much memory it takes, bytes."""
+        """Return the affine camera (2, 4) that sees the solid now, or that sees it as the pinhole does."""
+        return np.asarray(self.affine) if self.place_mm is None else solid.camera_at(self.pose.mean, self.place_mm)
 
     @property
     def upper_counts(self) -> Ints:
         """(F,) how many of each point's particles, the first ones, came from the solid's prediction."""
-        return np.full(*self.positions.shape[:2])
+        layers = self.kept
+        return layers.features.upper_counts if isinstance(layers, Layered) else np.full(*self.positions.shape[:2])
 
     @property
     def hidden(self) -> Floats:
         """(F,) how likely each point is hidden, so that its particles say nothing of it."""
-        return np.zeros(len(self.positions))
+        return self.kept.hidden if isinstance(self.kept, Layered) else np.zeros(len(self.positions))
 
     @property
-    def all_visible(self) -> bool:
-        """Whether it is clear that no point is hidden."""
-        return True
+    def alpha(self) -> Floats | None:
+        """(F,) the share of the solid's prediction as learned up to this frame; None where there is no choice."""
+        return self.kept.mixture.ratios if isinstance(self.kept, Layered) else None
 
     @property
-    def follows_solid(self) -> Bools | None:
-        """(F,) whether a point trusts the solid's prediction more than its own past; None where there is no choice."""
-        return None
-
-    @property
-    def place_mm(self) -> Floats | None:
-        """(3,) where the origin of the solid's frame is in the camera's frame; None for a camera without distance."""
-        return None
-
-    def own_series(self) -> Mapping[str, SeriesValue]:
-        """Return what this kind of belief has beyond what all have, by the name of its series."""
-        return {}
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Layers(Belief):
-    """Points with particles of their own below a solid, which an affine camera or a pinhole sees.
-
-    Attributes:
-        layers: Both layers.
-        rival: A second filter of the same, which judges otherwise whether points are hidden; None if none may be.
-    """
-
-    layers: Layered[Any]
-    rival: Rival[Any] | None = None
-
-    @property
-    def kind(self) -> UpperKind:
-        """Which camera sees the solid."""
-        return "affine" if isinstance(self.layers.upper, AffineBelief) else "perspective"
-
-    @property
-    @override
-    def pose(self) -> Gaussian:
-        return self.layers.pose
-
-    @property
-    @override
-    def log_evidence(self) -> float:
-        """The sum over the points."""
-        return float(self.layers.features.log_evidences.sum())
-
-    @property
-    @override
-    def positions(self) -> Floats:
-        return self.layers.features.positions
-
-    @property
-    @override
-    def log_weights(self) -> Floats:
-        """(F, N), normalised for each point."""
-        return self.layers.features.log_weights
-
-    @property
-    @override
-    def upper_counts(self) -> Ints:
-        return self.layers.features.upper_counts
-
-    @property
-    @override
-    def means(self) -> Floats:
-        return self.layers.features.means
-
-    @property
-    @override
-    def covariances(self) -> Floats:
-        return self.layers.features.covariances
-
-    @property
-    @override
-    def hidden(self) -> Floats:
-        return self.layers.hidden
-
-    @property
-    @override
-    def all_visible(self) -> bool:
-        """Whether the filter that takes all points for visible is clearly better, or there is no other."""
-        return self.rival is None or self.rival.all_visible
-
-    @property
-    def ratios(self) -> Floats:
-        """(F,) alpha, the share of the solid's prediction as learned up to this frame."""
-        return self.layers.mixture.ratios
-
-    @property
-    @override
-    def follows_solid(self) -> Bools:
-        """(F,) whether alpha is above a half."""
-        return np.asarray(self.ratios > 0.5)
-
-    @property
-    @override
-    def place_mm(self) -> Floats | None:
-        upper = self.layers.upper
-        return None if isinstance(upper, AffineBelief) else np.asarray(upper.mean[3:6])
-
-    @override
-    def camera(self, solid: Solid) -> Floats:
-        """Return the affine camera that is estimated, or the one that sees the solid as the pinhole does."""
-        upper = self.layers.upper
-        if isinstance(upper, AffineBelief):
-            return upper.camera
-        return solid.camera_at(upper.mean[:3], upper.mean[3:6])
-
-    @override
-    def own_series(self) -> Mapping[str, SeriesValue]:
-        """Return alpha, the particles by prediction in this frame, and how many of them survived."""
-        features = self.layers.features
-        upper = float(features.upper_counts.sum())
-        return {
-            "alpha": tuple(self.ratios.tolist()),
-            "samples": (features.log_weights.size - upper, upper),
-            "unique_ancestors": float(sum(len(np.unique(survivors)) for survivors in features.survivors)),
-        }
-
-    @property
-    @override
     def nbytes(self) -> int:
-        angles = getattr(self.layers.upper, "theta_particles", None)
-        own = 8192 + 6 * self.positions.size * 8 + (0 if angles is None else angles.nbytes)
-        return own if self.rival is None else 2 * own
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class JointParticles(Belief):
-    """Particles of all points at once, each with a Kalman filter of an affine camera.
-
-    Attributes:
-        particles: The Rao-Blackwellised filter's posterior.
-    """
-
-    particles: RaoBlackwell
-
-    @property
-    @override
-    def pose(self) -> Gaussian:
-        return self.particles.pose
-
-    @property
-    @override
-    def log_evidence(self) -> float:
-        return self.particles.log_evidence
-
-    @property
-    @override
-    def positions(self) -> Floats:
-        return self.particles.positions
-
-    @property
-    @override
-    def log_weights(self) -> Floats:
-        return self.particles.log_weights
-
-    @property
-    @override
-    def means(self) -> Floats:
-        return self.particles.feature_means
-
-    @property
-    @override
-    def covariances(self) -> Floats:
-        return self.particles.feature_covariances
-
-    @override
-    def camera(self, solid: Solid) -> Floats:
-        """Return the weighted mean of the particles' cameras."""
-        entries = self.particles.cameras[:, :4]
-        weights = exponentials(self.log_weights)
-        return product(entries.reshape(-1, len(weights)), weights).reshape(entries.shape[:2])
-
-    @property
-    @override
-    def nbytes(self) -> int:
-        return 8192 + 6 * self.positions.size * 8 + self.particles.cameras.nbytes
+        """About how much memory it takes, bytes."""
+        own = 8192 + 6 * self.positions.size * 8
+        match self.kept:
+            case ParticleSet():
+                return self.kept.nbytes + self.positions.nbytes + 1024
+            case RaoBlackwell():
+                return own + self.kept.cameras.nbytes
+            case _:
+                angles = getattr(self.kept.upper, "theta_particles", None)
+                own += 0 if angles is None else angles.nbytes
+                return own if self.rival is None else 2 * own
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -426,3 +330,156 @@ class PoseState:
         if place is None:
             return product(turned, self.solid.reference[:, :3].T) + self.belief.camera(self.solid)[:, 3]
         return pinhole(turned + place, float(self.solid.focal_px)) + self.solid.principal_px
+
+
+SAMPLERS = ("the solid's pose", "the feature's own past")
+"""What draws the particles of a point: those of the first have no parents."""
+
+OWN = tuple(Component(name, "px") for name in ("x", "y", "x in the last frame", "y in the last frame"))
+
+
+def _joint(names: tuple[str, ...], particles: RaoBlackwell) -> Cloud:
+    positions = particles.positions
+    states = positions.transpose(1, 0, 2).reshape(positions.shape[1], -1)
+    components = tuple(Component(f"{name}, {axis}", "px") for name in names for axis in "xy")
+    middle = np.asarray(positions.mean(axis=0))
+    return Cloud(
+        states,
+        particles.log_weights,
+        particles.ancestors,
+        resampled=particles.resampled,
+        components=components,
+        places=middle,
+        log_likelihoods=particles.log_likelihoods,
+    )
+
+
+def _apart(names: tuple[str, ...], layers: Layered[Any]) -> Cloud:
+    features, said = layers.features, layers.log_likelihoods
+    count = features.log_weights.shape[1]
+    drawn = np.stack([features.upper_counts, count - features.upper_counts], axis=1)
+    states = features.particles.reshape(-1, 4)
+    return Cloud(
+        states,
+        features.log_weights.ravel(),
+        features.parents.ravel(),
+        tuple(drawn.ravel().tolist()),
+        SAMPLERS,
+        components=OWN,
+        places=states[:, :2],
+        filters=names,
+        log_likelihoods=None if said is None else said.ravel(),
+    )
+
+
+COMPONENTS = (
+    Component("theta x", "rad"),
+    Component("theta y", "rad"),
+    Component("theta z", "rad"),
+    Component("x", "mm"),
+    Component("y", "mm"),
+    Component("z", "mm"),
+)
+"""How the prism is turned, and where it is in the camera's frame."""
+
+LONGER = 5.0
+"""Factor by which arrows are longer than what they show, which is a pixel or two."""
+
+
+class PoseModel(Model):
+    """The likelihood of poses: the points of each, as a pinhole sees them, weighed together.
+
+    Trackers weigh the particles of each point by itself, so theirs have other weights than whole poses. A family says
+    in `weigh` how points are weighed.
+    """
+
+    weighs = False
+    axes = None
+    most_places = 1200
+
+    def __init__(self, title: str, names: tuple[str, ...]) -> None:
+        """Name what is compared, and the F points."""
+        self.title = title
+        self.names = names
+
+    def weigh(self, known: PoseState, frame: Frame, parameters: Values) -> FeatureLikelihood:
+        """Return the likelihood of points at positions (F, N, 2) px."""
+        raise NotImplementedError
+
+    @override
+    def components(self, parameters: Values) -> tuple[Component, ...]:
+        return COMPONENTS
+
+    @override
+    def log_likelihood(self, states: Floats, frame: Frame, parameters: Values, known: PoseState) -> Floats:
+        return np.asarray(self.weigh(known, frame, parameters)(project_all(states, known.solid)).sum(axis=0))
+
+    @override
+    def centre(self, state: PoseState) -> Floats:
+        """Return angles, rad, and place in the camera's frame, mm, (6,)."""
+        return np.concatenate([state.pose.mean, state.translation_mm])
+
+    @property
+    @override
+    def has_place(self) -> bool:
+        return True
+
+    @override
+    def place(self, states: Floats, known: PoseState) -> Floats:
+        """Return where a pinhole sees the origin of the solid's frame, (N, 2) px."""
+        solid = known.solid
+        return np.asarray(solid.focal_px * states[:, 3:5] / np.maximum(states[:, 5:], 1.0) + solid.principal_px)
+
+    @override
+    def put(self, one: Floats, places: Floats, known: PoseState) -> Floats:
+        """Return poses as far away as the one, whose origins are seen at places, (M, 6)."""
+        states = np.tile(one, (len(places), 1))
+        states[:, 3:5] = (places - known.solid.principal_px) * one[5] / known.solid.focal_px
+        return states
+
+    @override
+    def parts(self, one: Floats, frame: Frame, parameters: Values, known: PoseState) -> tuple[Part, ...]:
+        """Return where each point of the pose is seen, and its log likelihood."""
+        seen = project_all(one[None], known.solid)
+        logs = self.weigh(known, frame, parameters)(seen)[:, 0]
+        rows = np.column_stack([seen[:, 0], logs])
+        told = tuple(tuple(row) for row in rows.tolist())
+        return (Contributions("points of the pose", ("x (px)", "y (px)", "log likelihood"), self.names, told),)
+
+    @override
+    def cloud(self, state: PoseState) -> Cloud | None:
+        """Return the particles of the filter that is believed.
+
+        Joint particles (N, 2 F) px, each in the middle of its points; or those of each point's own filter (F N, 4) px,
+        point by point.
+        """
+        kept = state.belief.kept
+        if isinstance(kept, RaoBlackwell):
+            return _joint(self.names, kept)
+        return _apart(self.names, kept) if isinstance(kept, Layered) else None
+
+    @override
+    def update_parts(self, before: PoseState, state: PoseState, frame: Frame, parameters: Values) -> tuple[Part, ...]:
+        """Return which point pulls which way: its residual, alpha, and its share in the estimate.
+
+        The residual is where a point is believed to be, less where the estimated pose has it. Its share is that of its
+        information, (1 - probability that it is hidden) / variance, in that of all points.
+        """
+        belief = state.belief
+        placed, means = state.project(state.solid.points_mm), state.feature_means
+        off = means - placed
+        variances = np.trace(state.feature_covariances, axis1=1, axis2=2) / 2.0
+        information = (1.0 - belief.hidden) / np.maximum(variances, 1e-12)
+        shares = information / max(float(information.sum()), 1e-12)
+        alpha = np.full(len(self.names), np.nan) if belief.alpha is None else belief.alpha
+        rows = np.column_stack([off, np.sqrt(variances), belief.hidden, alpha, 100.0 * shares])
+        arrows = np.column_stack([placed, placed + LONGER * off])
+        return (
+            Contributions(
+                f"which point pulls which way (arrows {LONGER:g} times as long)",
+                ("x (px)", "y (px)", "sd (px)", "hidden", "alpha", "share (%)"),
+                self.names,
+                tuple(map(tuple, rows.tolist())),
+                tuple(map(tuple, arrows.tolist())),
+            ),
+        )
