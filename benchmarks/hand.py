@@ -27,7 +27,7 @@ from pftrack.experiments.hand.likelihood import (  # noqa: E402
     tables_of,
     x_p,
 )
-from pftrack.experiments.hand.parameters import Task, settings  # noqa: E402
+from pftrack.experiments.hand.model import Task, settings  # noqa: E402
 from pftrack.experiments.hand.shape import palm_points  # noqa: E402
 from pftrack.experiments.hand.silhouette import silhouette_of  # noqa: E402
 from pftrack.runs.run import Run  # noqa: E402
@@ -82,7 +82,7 @@ def main() -> None:
         rows.append({"what": "frame", "by": name, "ms": whole[name], "frames/s": 1e3 / whole[name]})
     run = Run(hand, hand.simulate(), seed=SEED, frames=6)
     state, parameters = run.finish().state, run.parameters_at(5)
-    silhouette = silhouette_of(run.current.frame.image_rgb, parameters.silhouette)
+    silhouette = silhouette_of(run.current.frame.image_rgb, parameters)
     time = seconds(lambda: features_in(silhouette), options.repeats)
     rows.append({"what": "features", "by": "pftrack", "ms": 1e3 * time, "frames/s": 1 / time})
     task = Task(state.scale, state.shape, settings(parameters, state.scale))

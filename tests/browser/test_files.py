@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.experiments.head.draw import front
+from pftrack.experiments.head.experiment import front
 from pftrack.vision.geometry.face import FEATURES, mean_model, person
 from pftrack.vision.model_files import as_json
 from tests.browser.conftest import Complaints

@@ -5,7 +5,7 @@ from io import BytesIO
 import numpy as np
 import pytest
 
-from pftrack.experiments.head.draw import front
+from pftrack.experiments.head.experiment import front
 from pftrack.vision.geometry.face import mean_model, person
 from pftrack.vision.model_files import Surface, as_obj, upright
 

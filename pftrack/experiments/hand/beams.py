@@ -38,7 +38,15 @@ from pftrack.experiments.hand.likelihood import (
     unexplained_cost,
     x_p,
 )
-from pftrack.experiments.hand.parameters import STILL_COST, Predictions, Task, log_prior, log_shares, palm_log_shares
+from pftrack.experiments.hand.model import (
+    PALM_FIT_SD,
+    STILL_COST,
+    Predictions,
+    Task,
+    log_prior,
+    log_shares,
+    palm_log_shares,
+)
 from pftrack.experiments.hand.shape import HIGH, LOW, capsule, joints, palm_points, parts
 from pftrack.filters.beam import Beam, select_best
 from pftrack.filters.particles import normalise
@@ -133,7 +141,7 @@ def log_score(
     score = _log_prior(pose, origin, predictions, task)
     score -= 0.5 * pose[4] * pose[4] / (settings.straight_sd * settings.straight_sd)
     misfit = x_p(convex_hull(palm_points(pose, task.scale, task.shape)), seen, task.scale)
-    score -= 0.5 * misfit * misfit / (settings.palm_fit_sd * settings.palm_fit_sd)
+    score -= 0.5 * misfit * misfit / (PALM_FIT_SD * PALM_FIT_SD)
     for finger in range(5):
         score += _finger_fit(pose, finger, assignment[finger], seen, task)
     corners, counts = parts(pose, task.scale, task.shape)
@@ -232,14 +240,12 @@ class Hands(NamedTuple):
         scores: (M,) log posteriors up to a constant.
         predictions: (M,) number of the prediction from which each comes, most probably.
         assignments: (M, 5) number of the protrusion that shows each finger, or HIDDEN.
-        tried: How many palms were looked at.
     """
 
     poses: Floats
     scores: Floats
     predictions: Ints
     assignments: Ints
-    tried: int
 
 
 @compiled
@@ -257,7 +263,7 @@ def search(
         seen: The picture.
         task: The hand, and how it is looked for.
     """
-    palms, scores, origins, tried = _palms(predictions, ideals, seen, task)
+    palms, scores, origins = _palms(predictions, ideals, seen, task)
     count = palms.shape[0]
     assignments = np.full((count, 5), HIDDEN)
     for i in range(predictions.poses.shape[0]):
@@ -277,7 +283,7 @@ def search(
         scores[n] += log_prior(shares, origins[n], task.settings.reference) - shares[origins[n]]
         if not task.settings.reference:
             origins[n] = np.argmax(shares)
-    return Hands(palms, scores, origins, assignments, tried)
+    return Hands(palms, scores, origins, assignments)
 
 
 @compiled
@@ -353,10 +359,8 @@ def _moves(pose: Floats, places: Floats, halves: Floats, task: Task) -> Floats:
 
 
 @compiled
-def _palms(
-    predictions: Predictions, ideals: Floats, seen: PictureTables, task: Task
-) -> tuple[Floats, Floats, Ints, int]:
-    """Return the best palms that differ: poses (M, 25), scores (M,), predictions (M,), and how many were looked at."""
+def _palms(predictions: Predictions, ideals: Floats, seen: PictureTables, task: Task) -> tuple[Floats, Floats, Ints]:
+    """Return the best palms that differ: poses (M, 25), scores (M,), and predictions (M,)."""
     many = PALMS * predictions.poses.shape[0]
     poses, scores, origins = np.empty((many, 25)), np.empty(many), np.empty(many, np.int64)
     others = np.zeros(many)  # what the other predictions add to a palm's prior
@@ -366,7 +370,7 @@ def _palms(
         for n in range(around.shape[0]):
             misfit = x_p(convex_hull(palm_points(around[n], task.scale, task.shape)), seen, task.scale)
             score = priors[n] + predictions.log_weights[i]
-            score += cell_log_fit(misfit * misfit, ideals[i, 0], task.settings.palm_fit_sd)
+            score += cell_log_fit(misfit * misfit, ideals[i, 0], PALM_FIT_SD)
             if not task.settings.reference:
                 shares = palm_log_shares(around[n], predictions, task.settings)
                 others[tried] = log_prior(shares, i, False) - shares[i]
@@ -383,7 +387,7 @@ def _palms(
         kept_scores[n], kept_origins[n] = scores[chosen[n]], origins[chosen[n]]
         for j in range(25):
             kept[n, j] = poses[chosen[n], j]
-    return kept, kept_scores, kept_origins, tried
+    return kept, kept_scores, kept_origins
 
 
 @compiled
@@ -445,17 +449,13 @@ class Found(NamedTuple):
 
     Attributes:
         beam: The hands that are kept, the best first.
-        origins: (K, 25) their parents' poses.
         fit: (K,) share of the silhouette's area by which each differs from it.
-        tried: How many palms were looked at.
         log_evidence: Log of the sum of the posteriors of all hands that were compared.
         growth: How many times as large as before the hand is seen, where that may change.
     """
 
     beam: Beam[Floats]
-    origins: Floats
     fit: Floats
-    tried: int
     log_evidence: float
     growth: float = 1.0
 
@@ -504,7 +504,6 @@ def follow(
             np.array([log_priors[best] - NO_PALM_COST]),
             np.array([best]),
             np.full((1, 5), HIDDEN),
-            hands.tried,
         )
     order = np.argsort(-hands.scores, kind="stable")[:COMPARED]
     poses, scores, origins = hands.poses[order], hands.scores[order], hands.predictions[order]
@@ -522,7 +521,7 @@ def follow(
         scores -= np.square(differences(poses, seen, task) / (task.settings.cover_sd * seen.area))
     beam = select_best(list(poses), scores, origins % len(members), width, alike)
     off = differences(np.array(beam.members), seen, task._replace(scale=growth * task.scale)) / seen.area
-    return Found(beam, members[beam.parents], off, hands.tried, float(normalise(scores)[1]), growth)
+    return Found(beam, off, float(normalise(scores)[1]), growth)
 
 
 def _regrow(

@@ -11,7 +11,7 @@ import numpy as np
 from pftrack.core.arrays import Floats, Ints
 from pftrack.core.geometry.polygons import convex_hull
 from pftrack.core.numerics.compiled import compiled
-from pftrack.experiments.hand.parameters import Task
+from pftrack.experiments.hand.model import SPREAD_SD, Task
 from pftrack.experiments.hand.shape import HIGH, LOW, HandShape, joints, palm_points
 
 SMALL = 1e-6
@@ -167,7 +167,7 @@ def finger_candidates(predicted: Floats, task: Task) -> tuple[Floats, Floats, In
                 spread = predicted[at] + (s - SPREADS // 2) * SPREAD_STEP
                 if spread < LOWEST[at] or spread > HIGHEST[at]:
                     continue
-                bend, turn = off[i] / task.settings.flexion_sd, (spread - predicted[at]) / task.settings.spread_sd
+                bend, turn = off[i] / task.settings.flexion_sd, (spread - predicted[at]) / SPREAD_SD
                 prior = -0.5 * (bend * bend + turn * turn)
                 place = counts[finger]
                 while place > 0 and log_priors[finger, place - 1] < prior:

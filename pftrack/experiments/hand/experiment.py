@@ -3,61 +3,327 @@
 Fingers disappear behind the palm within a frame or two, so nothing can be followed from picture to picture. Hands are
 made by a model instead and compared with the silhouette, and since which of them is right may show only later, several
 are kept.
-
-`docs/explanation/calibration.md` has the bands of finger tips. `python -m tools.loss_probability fit hand` fits the
-probability of a loss and writes `loss_probability.json`.
 """
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
+from numpy.typing import NDArray
 
-from pftrack.core.arrays import Floats
-from pftrack.core.model.band import Calibration, Miscalibration
+from pftrack.core.arrays import Bools, Floats, Ints
+from pftrack.core.geometry.polygons import fill
 from pftrack.core.model.diagnostics import Diagnostics, Step
-from pftrack.core.model.drawing import Drawing, Key, Layer, Picture, Primitive
-from pftrack.core.model.glossary import Term, cite
-from pftrack.core.model.plot import ERROR, SAMPLE_SIZE, STEP_TIME, Plot, Reading
-from pftrack.core.model.preset import ExampleSweep, read_presets
+from pftrack.core.model.drawing import (
+    Drawing,
+    Links,
+    Mesh,
+    Picture,
+    Points,
+    Primitive,
+    WorldDrawing,
+)
+from pftrack.core.model.palette import COLOURS, Colour
 from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, Target
-from pftrack.experiments.experiment import Experiment, Quality
-from pftrack.experiments.hand import draw as sketch
+from pftrack.experiments.declared import read_quality, read_words
+from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.hand import recording
-from pftrack.experiments.hand.draw import HAND_WORLD, hand_world
-from pftrack.experiments.hand.parameters import HandTrackerParameters
+from pftrack.experiments.hand.fingers import HandFeatures
+from pftrack.experiments.hand.model import HandState, HandTrackerParameters
 from pftrack.experiments.hand.recording import FINDER, HandTips, RecordedHandParameters, suits, wire
 from pftrack.experiments.hand.scene import HandSceneParameters, HandSource, HandTarget
-from pftrack.experiments.hand.state import HandState
+from pftrack.experiments.hand.shape import HandShape, joints, palm_axes, parts
 from pftrack.experiments.hand.trackers import TRACKERS, features
-from pftrack.experiments.shared.loss_probability import Scenes, read_declaration
-from pftrack.experiments.shared.sketch import SECOND_RUN, caption
+from pftrack.experiments.shared.pose.drawing import draw_with_rim
+from pftrack.experiments.shared.sketch import at_height, caption, dots, lines
 from pftrack.experiments.video import Video
 
-FAULTS = (Miscalibration(("beam", "particles")),)
+FOLDER = Path(__file__).parent
 
-CALIBRATION = Calibration(faults=FAULTS, presets=("wrist", "bend"))
+WORDS = read_words(FOLDER, TRACKERS)
 
-SCENES = Scenes(
-    {"speed": (0.5, 3.0), "turn_deg": (-30.0, 30.0), "proportions": (0.0, 0.1), "edge_noise_px": (0.0, 2.0)},
-    {"motion": ("wrist", "bend", "occlusion"), "occlusion_width_px": (0.0, 0.0, 20.0, 40.0)},
-    frames=30,
-    fitted=140,
-    judged=80,
-)
-"""All motions, slow and fast, of hands of several proportions, some behind a pillar."""
-
-LOSS_DECLARATION = read_declaration(Path(__file__).with_name("loss_probability.json"), TRACKERS, SCENES)
-
-SCENE = ("motion",)
-
-PRESETS = read_presets(Path(__file__).with_name("presets.yaml"))
+(HAND_WORLD,) = WORDS["worlds"]
 
 LOST_PALMS = 0.65
 """Mean distance of the tips in space from which on a hand counts as lost, palm axes."""
+
+
+# What is drawn of hands: silhouette, protrusions and hands in the picture, and the hand in space.
+#
+# In space the hand stands in palm axes with its sixteen parts and its joints, the other hands as ghosts, and the true
+# one. The silhouette says nothing of depth, so hands that look alike from the front may differ much from aside. The
+# forearm points downwards however the hand is turned in the picture, and the camera is in front.
+
+SIDES = 10
+"""Of a capsule, around its axis."""
+
+_QUARTER = np.deg2rad([90.0, 45.0, 0.0])
+PROFILE = [(0.0, -np.sin(angle), np.cos(angle)) for angle in _QUARTER]
+PROFILE += [(1.0, np.sin(angle), np.cos(angle)) for angle in _QUARTER[::-1]]
+"""Rings from end to end: which end they belong to, how far beyond it along the axis and away from it, in radii."""
+
+
+def capsules(starts: Floats, ends: Floats, radii: Floats) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+    """Return vertices (n, 3) and faces (m, 3) of capsules.
+
+    Args:
+        starts: (k, 3) centres of one end.
+        ends: (k, 3) centres of the other.
+        radii: (k, 2) at these ends.
+    """
+    axes = ends - starts
+    lengths = np.maximum(np.sqrt(np.square(axes).sum(axis=1, keepdims=True)), 1e-9)
+    along = axes / lengths
+    # Any direction that is not nearly that of the axis gives two others at right angles to it.
+    helper = np.where(np.abs(along[:, 2:]) < 0.9, [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]])
+    across = np.cross(along, helper)
+    across /= np.sqrt(np.square(across).sum(axis=1, keepdims=True))
+    other = np.cross(along, across)
+    angles = 2.0 * np.pi * np.arange(SIDES) / SIDES
+    around = across[:, None] * np.cos(angles)[:, None] + other[:, None] * np.sin(angles)[:, None]
+    rings = []
+    for end, beyond, away in PROFILE:
+        radius = radii[:, int(end)][:, None]
+        centre = starts + end * axes + beyond * radius * along
+        rings.append(centre[:, None] + away * radius[:, :, None] * around)
+    vertices = np.stack(rings, axis=1).reshape(-1, 3)
+    own = len(PROFILE) * SIDES
+    faces = _rings() + own * np.arange(len(starts))[:, None, None]
+    return vertices.astype(np.float32), faces.reshape(-1, 3).astype(np.int32)
+
+
+def plate(near: Floats, far: Floats) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+    """Return vertices (2 n, 3) and faces of a plate between two outlines (n, 3), the near one seen clockwise."""
+    count = len(near)
+    fan = np.stack([np.zeros(count - 2, int), np.arange(1, count - 1), np.arange(2, count)], axis=1)
+    here = np.arange(count)
+    following = (here + 1) % count
+    sides = [
+        np.stack([here, here + count, following], axis=1),
+        np.stack([following, here + count, following + count], axis=1),
+    ]
+    faces = np.concatenate([fan, fan[:, ::-1] + count, *sides])
+    return np.concatenate([near, far]).astype(np.float32), faces.astype(np.int32)
+
+
+def ribbon(segments: Floats, width: float) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+    """Return vertices (4 n, 3) and faces of flat strips along segments (n, 2, 3), a little longer than these.
+
+    Args:
+        segments: In planes of constant z.
+        width: Of a strip, in the unit of the segments.
+    """
+    start, end = segments[:, 0], segments[:, 1]
+    along = end - start
+    along /= np.maximum(np.sqrt(np.square(along).sum(axis=1, keepdims=True)), 1e-9)
+    aside = 0.5 * width * np.stack([-along[:, 1], along[:, 0], np.zeros(len(along))], axis=1)
+    ahead = 0.5 * width * along
+    corners = np.stack([start - ahead - aside, end + ahead - aside, end + ahead + aside, start - ahead + aside], axis=1)
+    faces = np.array([[0, 1, 2], [0, 2, 3]]) + 4 * np.arange(len(segments))[:, None, None]
+    return corners.reshape(-1, 3).astype(np.float32), faces.reshape(-1, 3).astype(np.int32)
+
+
+@lru_cache(maxsize=1)
+def _rings() -> Ints:
+    """Return the faces between the rings of one capsule."""
+    faces = []
+    for ring in range(len(PROFILE) - 1):
+        for side in range(SIDES):
+            a, b = ring * SIDES + side, ring * SIDES + (side + 1) % SIDES
+            faces += [[a, a + SIDES, b], [b, a + SIDES, b + SIDES]]
+    return np.array(faces)
+
+
+LARGEST_DRAWN = 400.0
+"""Longer side of the raster on which outlines are found, px: finer ones could not be seen."""
+FAINTEST = 0.3
+"""What is hardly probable at all is still seen."""
+
+
+def draw_silhouette(features: HandFeatures) -> dict[str, Primitive]:
+    """Draw the outline of the silhouette, the axes of its protrusions, their tips, and the wrist."""
+    to_picture = features.silhouette.in_picture
+    axes = [to_picture(each.axis) for each in features.protrusions]
+    segments = np.concatenate([np.zeros((0, 2, 2)), *(np.stack([axis[:-1], axis[1:]], axis=1) for axis in axes)])
+    ends = [axis[0] for axis in axes]
+    if features.wrist is not None:
+        ends.append(to_picture(features.wrist))
+    around = _contours(features.silhouette.mask, features.silhouette.reduction)
+    return {
+        "silhouette": lines(around, COLOURS["observation"], 1.5, "silhouette", height=0.8),
+        "protrusions": lines(segments, COLOURS["second"], 2.0, "protrusions", height=1.0),
+        "protrusion ends": dots(np.array(ends).reshape(-1, 2), COLOURS["second"], 6.0, "protrusions", height=1.2),
+    }
+
+
+def hand(state: HandState, place: int, size: tuple[int, int]) -> dict[str, Primitive]:
+    """Draw one of the kept hands: its outline, and its fingers as lines with their joints; grey while none is seen."""
+    pose, colour = state.beam.members[place], hand_colour(state)
+    around = outline(pose, state.scale, state.shape, size)
+    return {
+        "outline": lines(around, colour, 2.0, "hand", height=2.0),
+        **draw_with_rim("fingers", bones(pose, state.scale, state.shape, colour, "fingers")),
+    }
+
+
+def hand_colour(state: HandState) -> Colour:
+    """Return the colour of an estimate, or of what is only remembered while no hand is seen."""
+    return COLOURS["hidden" if state.searching else "estimate"]
+
+
+def ghosts(state: HandState, shown: int, size: tuple[int, int]) -> dict[str, Primitive]:
+    """Draw the outlines of the other kept hands, the more opaque the more probable."""
+    width = 0.03 * state.scale
+    vertices, faces, opacities = [np.zeros((0, 3), np.float32)], [np.zeros((0, 3), np.int32)], [np.zeros(0, np.float32)]
+    count = 0
+    for place, weight in enumerate(state.beam.weights.tolist()):
+        if place == shown:
+            continue
+        around = outline(state.beam.members[place], state.scale, state.shape, size)
+        corners, triangles = ribbon(at_height(around, 1.5).astype(np.float64), width)
+        vertices.append(corners)
+        faces.append(triangles + np.int32(count))
+        opacities.append(np.full(len(corners), FAINTEST + (1.0 - FAINTEST) * weight, np.float32))
+        count += len(corners)
+    together = np.concatenate(vertices), np.concatenate(faces)
+    return {"ghosts": Mesh(*together, COLOURS["prediction"], np.concatenate(opacities), "other hands")}
+
+
+def truth(target: HandTarget) -> dict[str, Primitive]:
+    """Draw the fingers where they truly are, and their tips, with a light rim."""
+    return {
+        **draw_with_rim("true fingers", bones(target.pose, target.scale, target.shape, COLOURS["truth"], "truth")),
+        "true tips rim": dots(target.tips, COLOURS["paper"], 8.0, "truth", height=2.5),
+        "true tips": dots(target.tips, COLOURS["truth"], 6.0, "truth", height=2.6),
+    }
+
+
+def second_run(estimate: tuple[float, ...], size: float) -> dict[str, Primitive]:
+    """Draw a cross of a size, px, at each finger tip of a second run: all that a row knows of its hand."""
+    tips = np.array(estimate).reshape(5, 1, 1, 3)[..., :2]
+    arms = size * np.array([[[-1.0, -1.0], [1.0, 1.0]], [[-1.0, 1.0], [1.0, -1.0]]])
+    return {"second": lines((tips + arms).reshape(-1, 2, 2), COLOURS["second"], 2.0, "second run", height=2.4)}
+
+
+def bones(pose: Floats, scale: float, shape: HandShape, colour: Colour, layer: str) -> Links:
+    """Draw the fingers of a pose as lines from joint to joint, and the lines from the wrist to where they begin."""
+    return lines(_chains(joints(pose, scale, shape)[:, :, :2], pose[:2]), colour, 1.5, layer, height=2.2)
+
+
+def _chains(places: Floats, wrist: Floats) -> Floats:
+    """Return the segments (20, 2, d) from a wrist (d,) along the fingers, given their joints and tips (5, 4, d)."""
+    chain = np.concatenate([np.broadcast_to(wrist, (5, 1, len(wrist))), places], axis=1)
+    return np.stack([chain[:, :-1], chain[:, 1:]], axis=2).reshape(-1, 2, len(wrist))
+
+
+def outline(pose: Floats, scale: float, shape: HandShape, size: tuple[int, int]) -> Floats:
+    """Return the outline of a pose's silhouette as segments (n, 2, 2), px of a picture of this width and height."""
+    step = max(1.0, max(size) / LARGEST_DRAWN)
+    corners, counts = parts(pose, scale, shape)
+    width, height = (int(np.ceil(length / step)) for length in size)
+    return _contours(fill((corners + 0.5) / step - 0.5, counts, height, width), step)
+
+
+def _contours(mask: Bools, step: float) -> Floats:
+    """Return the outlines of a mask as segments (n, 2, 2), px; its pixels are `step` px wide."""
+    found, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_LIST, cv2.CHAIN_APPROX_SIMPLE)
+    rings = [ring.reshape(-1, 2).astype(np.float64) for ring in found if len(ring) > 1]
+    lines = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in rings]
+    together = np.concatenate(lines) if lines else np.zeros((0, 2, 2))
+    return np.asarray(step * (together + 0.5) - 0.5)
+
+
+FOREARM = 0.6
+"""How much of it is shown, palm axes."""
+BONE = 0.03
+"""Half the width of a ghost's bones, palm axes."""
+FAINTEST_GHOST = 0.12
+
+
+def hand_world(state: HandState, shown: int, target: object) -> WorldDrawing:
+    """Draw one of the kept hands with its joints, the others as bones, and the true one where it is known.
+
+    Args:
+        state: What is believed.
+        shown: Which hand is drawn whole.
+        target: What is known of the truth.
+    """
+    pose = state.beam.members[shown]
+    upright = _upright(float(pose[2]))
+    places = _place(pose, state.scale, state.shape, upright)
+    drawn: dict[str, Primitive] = {
+        "forearm": _forearm(state.shape),
+        **_ghosts(state, shown, upright),
+        "palm": _palm(pose, state, upright),
+        "fingers": _fingers(places, state),
+        "joints": _joints(places),
+    }
+    if isinstance(target, HandTarget):
+        true = _place(target.pose, target.scale, target.shape, upright)
+        ends = _chains(true, np.zeros(3)).astype(np.float32)
+        drawn["true fingers"] = Links(ends, COLOURS["truth"], 2.0, "truth")
+    return WorldDrawing(HAND_WORLD, drawn)
+
+
+def _upright(angle: float) -> Floats:
+    """Return the matrix (3, 3) that turns rows up, and a hand that is turned by an angle in the picture upright."""
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return np.array([[cosine, -sine, 0.0], [-sine, -cosine, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _place(pose: Floats, scale: float, shape: HandShape, upright: Floats) -> Floats:
+    """Return the joints and tips (5, 4, 3) of a pose from its wrist, palm axes."""
+    places = joints(pose, scale, shape)
+    places[:, :, :2] -= pose[:2]
+    return np.asarray((places / scale) @ upright.T)
+
+
+def _palm(pose: Floats, state: HandState, upright: Floats) -> Mesh:
+    shape = state.shape
+    turn = upright @ palm_axes(pose, state.scale, shape.side) / state.scale
+    count = len(shape.outline)
+    near, far = (
+        np.column_stack([shape.outline, np.full(count, z)]) @ turn.T for z in (shape.thickness, -shape.thickness)
+    )
+    vertices, faces = plate(near[::-1], far[::-1]) if shape.side > 0.0 else plate(near, far)
+    return Mesh(vertices, faces, hand_colour(state), 0.85, "hand")
+
+
+def _fingers(places: Floats, state: HandState) -> Mesh:
+    starts, ends = places[:, :-1].reshape(-1, 3), places[:, 1:].reshape(-1, 3)
+    radii = np.stack([state.shape.radii[:, :-1], state.shape.radii[:, 1:]], axis=2).reshape(-1, 2)
+    return Mesh(*capsules(starts, ends, radii), hand_colour(state), 0.85, "hand")
+
+
+def _joints(places: Floats) -> Points:
+    return dots(places.reshape(-1, 3), COLOURS["paper"], 0.05, "fingers")
+
+
+def _ghosts(state: HandState, shown: int, upright: Floats) -> dict[str, Primitive]:
+    bones, opacities = [np.zeros((0, 2, 3))], [np.zeros(0)]
+    for place, weight in enumerate(state.beam.weights.tolist()):
+        if place == shown:
+            continue
+        places = _place(state.beam.members[place], state.scale, state.shape, upright)
+        offset = np.append(state.beam.members[place][:2] - state.beam.members[shown][:2], 0.0) / state.scale
+        bones.append(_chains(places, np.zeros(3)) + offset @ upright.T)
+        opacities.append(np.full(20, FAINTEST_GHOST + (1.0 - FAINTEST_GHOST) * weight))
+    ends = np.concatenate(bones)
+    vertices, faces = capsules(ends[:, 0], ends[:, 1], np.full((len(ends), 2), BONE))
+    each = len(vertices) // max(len(ends), 1)
+    shares = np.repeat(np.concatenate(opacities), each).astype(np.float32)
+    return {"ghosts": Mesh(vertices, faces, COLOURS["prediction"], shares, "other hands")}
+
+
+def _forearm(shape: HandShape) -> Links:
+    half = shape.arm[0]
+    corners = np.array([[-half, -FOREARM, 0.0], [-half, 0.0, 0.0], [half, 0.0, 0.0], [half, -FOREARM, 0.0]])
+    return Links(np.stack([corners[:-1], corners[1:]], axis=1).astype(np.float32), COLOURS["hidden"], 2.0, "hand")
 
 
 class SimulatedHandParameters(HandTrackerParameters, HandSceneParameters):
@@ -76,13 +342,13 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     height, width, _ = image.shape
     shown = min(step.parameters.shown_hypothesis, len(state.beam)) - 1
     primitives: dict[str, Primitive] = {"picture": Picture(image)}
-    primitives |= sketch.draw_silhouette(features(step.frame, step.parameters))
-    primitives |= sketch.ghosts(state, shown, (width, height))
-    primitives |= sketch.hand(state, shown, (width, height))
+    primitives |= draw_silhouette(features(step.frame, step.parameters))
+    primitives |= ghosts(state, shown, (width, height))
+    primitives |= hand(state, shown, (width, height))
     if isinstance(step.frame.target, HandTarget):
-        primitives |= sketch.truth(step.frame.target)
+        primitives |= truth(step.frame.target)
     if other is not None:
-        primitives |= sketch.second_run(other.estimate, 0.1 * state.scale)
+        primitives |= second_run(other.estimate, 0.1 * state.scale)
     return Drawing(width, height, primitives, _caption(step, shown), (hand_world(state, shown, step.frame.target),))
 
 
@@ -124,32 +390,9 @@ def _too_far(tips: Floats, target: HandTarget) -> bool:
 
 
 EXPERIMENT = Experiment(
+    **WORDS,
     id="hand",
-    title="Pose of a hand",
-    family="Poses of bodies",
-    question="What does a hand do whose silhouette is all that one sees?",
-    references=(cite("shimada1997", "chapter 2"),),
-    description=(
-        "A hand of sixteen parts and 23 angles is followed by its silhouette. Palms and fingers are tried around what "
-        "is expected, and the best hands that differ are kept, each with the one it comes from: what is ambiguous now "
-        "is often decided a few frames later. A particle filter with the same likelihood is there to compare."
-    ),
-    unit="px",
-    trackers=TRACKERS,
-    frames=30,
-    presets=PRESETS,
-    layers=(
-        Layer("picture"),
-        Layer("silhouette", legend=(Key("observation", "silhouette"),)),
-        Layer("protrusions", legend=(Key("second", "protrusions and wrist"),)),
-        Layer("other hands", legend=(Key("prediction", "other hands, by weight"),)),
-        Layer("hand", legend=(Key("estimate", "hand"),)),
-        Layer("fingers", shown=False),
-        Layer("truth", legend=(Key("truth", "truth"),)),
-        SECOND_RUN,
-    ),
-    worlds=(HAND_WORLD,),
-    quality=Quality(CALIBRATION, LOSS_DECLARATION),
+    quality=read_quality(FOLDER, TRACKERS),
     simulate=simulate,
     draw=draw,
     error=_distance,
@@ -168,66 +411,7 @@ EXPERIMENT = Experiment(
         suits=suits,
         truth=None,
     ),
-    series=(*recording.SERIES, *recording.SILHOUETTE_SERIES),
     measure=measure,
     report=recording.report,
-    target="hand",
-    plots=(
-        ERROR,
-        Plot(
-            "hands",
-            "kept hands",
-            "tree",
-            "The hands that are kept, the best in the first row, and from which of the frame before each comes.",
-            series=("hands",),
-            shown="shown_hypothesis",
-        ),
-        Plot(
-            "right",
-            "right so far",
-            "frequency",
-            "How often the best hand was right up to each frame, and how often any that is kept was.",
-            series=("best_right", "any_right"),
-            levels=(1.0, 1.0),
-            needs_truth=True,
-        ),
-        Plot(
-            "tilt",
-            "tilt",
-            "hypotheses",
-            "Angle b by which each kept hand is turned about the forearm, and the true one.",
-            "rad",
-            ("hands",),
-            component=3,
-            truth="true_tilt",
-        ),
-        Plot(
-            "difference",
-            "silhouette that differs",
-            "value",
-            "Share of the silhouette's area by which that of the best hand differs from it.",
-            "%",
-            ("difference",),
-        ),
-        SAMPLE_SIZE,
-    ),
-    readings=(
-        Reading("error", "error"),
-        Reading("silhouette differs", "value", "%", "difference"),
-        Reading("protrusions", "value", "", "protrusions"),
-        Reading("log evidence", "evidence"),
-        STEP_TIME,
-    ),
-    terms=(
-        Term("silhouette", "the outline of the hand in the picture, filled"),
-        Term("protrusions", "how many fingers stick out of the silhouette"),
-        Term("kept hands", "how many poses of the hand are kept at once, the most probable ones"),
-    ),
-    example_sweep=ExampleSweep(
-        {"edge_noise_px": (0.0, 0.6, 1.2, 2.0, 3.0), "beam_width": (1, 2, 4, 8)},
-        trackers=("beam",),
-        trials=2,
-        frames=24,
-    ),
     warm_frames=3,
 )

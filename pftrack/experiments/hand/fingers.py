@@ -27,7 +27,7 @@ from pftrack.core.numerics.compiled import compiled
 from pftrack.experiments.hand.silhouette import (
     Finding,
     Silhouette,
-    SilhouetteSettings,
+    SilhouetteParameters,
     contacts,
     free_lines,
     silhouette_of,
@@ -84,7 +84,7 @@ class HandFeatures(NamedTuple):
 
 
 def features_of(
-    image_rgb: NDArray[np.uint8], settings: SilhouetteSettings, backdrop: Backdrop | None = None
+    image_rgb: NDArray[np.uint8], settings: SilhouetteParameters, backdrop: Backdrop | None = None
 ) -> HandFeatures:
     """Return the features of the hand in a picture (height, width, 3); arguments as for `silhouette_of`."""
     if image_rgb.flags.writeable:
@@ -93,7 +93,7 @@ def features_of(
 
 
 @lru_cache(maxsize=2)
-def _cached_features(picture: PictureKey, settings: SilhouetteSettings, backdrop: Backdrop | None) -> HandFeatures:
+def _cached_features(picture: PictureKey, settings: SilhouetteParameters, backdrop: Backdrop | None) -> HandFeatures:
     return features_in(silhouette_of(picture.image_rgb, settings, backdrop))
 
 

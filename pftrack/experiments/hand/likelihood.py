@@ -20,18 +20,18 @@ from pftrack.core.numerics.compiled import compiled, read_only
 from pftrack.core.numerics.elementary import sines_cosines
 from pftrack.experiments.hand.candidates import HIGHEST, LOWEST, MOST_PROTRUSIONS, half_steps
 from pftrack.experiments.hand.fingers import HandFeatures
-from pftrack.experiments.hand.parameters import (
+from pftrack.experiments.hand.model import (
     HIDDEN_COST,
     HIDDEN_FIT_SD,
     JOINT_COST,
     LAST_JOINT,
     MIDDLE_JOINT,
+    HandState,
     HandTrackerParameters,
     Task,
     settings,
 )
 from pftrack.experiments.hand.shape import ANGLES, joints, palm_axes, palm_points, parts
-from pftrack.experiments.hand.state import HandState
 from pftrack.filters.particles import normalise
 
 # What a measure may be of a right hand whose candidate stands on a grid (Shimada 1997, section 2.6.4): a candidate

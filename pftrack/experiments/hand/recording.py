@@ -11,8 +11,11 @@ or any of those that are kept; and once the last frame is known, the hand of eac
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
+from itertools import combinations
+from operator import itemgetter
 from typing import Any, ClassVar, NamedTuple, Self
 
+import cv2
 import numpy as np
 
 from pftrack.core.arrays import Bools, Floats
@@ -20,17 +23,27 @@ from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.marks import FeaturePoints
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.recipe import Footage
-from pftrack.core.model.series import Reduction, Series, SeriesValue
+from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.setup import Finder, Setup, Sighting, Suitability, grade
 from pftrack.core.model.source import Frame, FrameSequence, Target, Truth
 from pftrack.experiments.hand.fingers import HandFeatures, features_of
-from pftrack.experiments.hand.first_pose import NoOpenHandError, OpenHand, find_open_hand
-from pftrack.experiments.hand.parameters import HandTrackerParameters
-from pftrack.experiments.hand.raised_fingers import propose
+from pftrack.experiments.hand.first_pose import (
+    FlatHand,
+    NoOpenHandError,
+    OpenHand,
+    SeenFinger,
+    around_hand,
+    find_open_hand,
+    fit_hand,
+    hand_of,
+    measure_finger,
+    misfit_of,
+    similar,
+)
+from pftrack.experiments.hand.model import NO_FINGER, HandState, HandTrackerParameters
 from pftrack.experiments.hand.scene import HandTarget
-from pftrack.experiments.hand.shape import FINGERS, finger_slice
+from pftrack.experiments.hand.shape import FINGERS, HIGH, finger_slice, joints
 from pftrack.experiments.hand.silhouette import Finding, suggest_parameters
-from pftrack.experiments.hand.state import HandState
 from pftrack.experiments.shared.recording import (
     RecordedBackdrop,
     RecordingParameters,
@@ -154,6 +167,100 @@ def _guess(features: HandFeatures, frame: int, reason: str) -> Sighting:
     return Sighting(frame, HandTips.of(found.tips), placed=placed, remarks=found.remarks)
 
 
+# A proposal for the first pose where fewer than five fingers are seen: which they may be.
+#
+# Two to four protrusions are taken for every choice of as many fingers in their order around the hand, of a right and
+# of a left palm, with the other fingers folded. The choice whose silhouette is most like the one that is seen is
+# proposed. It is a guess, and handed on as one: a person who looks at the picture confirms it, or drags the tips to
+# where they are. A tracker that begins by itself waits for an open hand (`pftrack.experiments.hand.first_pose`).
+
+FOLDED = 0.8
+"""Of a folded finger's flexion, in the largest."""
+FITTED = 4
+"""Of the choices, those that are most like what is seen are fitted."""
+LARGEST_MISFIT = 0.3
+
+USUAL = {(1, 2), (1, 2, 3), (1, 2, 3, 4), (0, 1), (0, 1, 2), (0, 1, 2, 3), (0, 4), (1, 4), (0, 1, 4), (2, 3, 4)}
+UNUSUAL = 0.05
+"""Fingers that people raise together, 0 being the thumb; others must fit better by this share of the pixels."""
+
+
+class ProposedTips(NamedTuple):
+    """Where the tips of a hand may be.
+
+    Attributes:
+        tips: (5, 2) thumb first, px of the picture.
+        seen: (5,) which of them are seen rather than guessed.
+        remarks: What it was taken for, in words.
+    """
+
+    tips: Floats
+    seen: tuple[bool, ...]
+    remarks: tuple[str, ...]
+
+
+def propose(features: HandFeatures) -> ProposedTips:
+    """Return where the five tips of the hand in a silhouette may be.
+
+    Args:
+        features: Of the silhouette.
+
+    Raises:
+        NoOpenHandError: It shows no hand, or none of which at least two fingers are seen, with the reason.
+    """
+    try:
+        hand = find_open_hand(features)
+    except NoOpenHandError as error:
+        if not features.finding.ok or not 2 <= len(features.protrusions) <= 4:
+            raise
+        return _of_some(features, str(error))
+    return ProposedTips(joints(hand.pose, hand.scale, hand.shape)[:, 3, :2], (True,) * 5, hand.remarks)
+
+
+def _of_some(features: HandFeatures, reason: str) -> ProposedTips:
+    """Return the tips of the choice of fingers that fits best."""
+    mask = features.silhouette.mask
+    choices = [
+        (misfit_of(mask, hand) + _unusual(seen), number, hand, seen)
+        for number, (hand, seen) in enumerate(_choices(features))
+    ]
+    fits = [(fit_hand(mask, hand), seen) for _, _, hand, seen in sorted(choices, key=itemgetter(0, 1))[:FITTED]]
+    fit, seen = min(fits, key=lambda found: found[0].cost + _unusual(found[1]))
+    if fit.misfit > LARGEST_MISFIT:
+        raise NoOpenHandError(reason)
+    tips = joints(fit.hand.pose, fit.hand.scale, fit.hand.shape)[:, 3, :2]
+    for finger, found in seen.items():
+        tips[finger] = found.tip
+    names = [FINGERS[finger] for finger in sorted(seen)]
+    palm = "right" if fit.hand.shape.side > 0.0 else "left"
+    taken = (
+        f"{len(seen)} fingers are seen; they were taken for {', '.join(names[:-1])} and {names[-1]} of a {palm} palm, "
+        "or of the other hand's back: drag the tips to where they are if they are others"
+    )
+    return ProposedTips(features.silhouette.in_picture(tips), tuple(finger in seen for finger in range(5)), (taken,))
+
+
+def _choices(features: HandFeatures) -> Iterator[tuple[FlatHand, dict[int, SeenFinger]]]:
+    """Yield hands with some fingers raised and the others folded, and which fingers the protrusions are."""
+    depths = cv2.distanceTransform(features.silhouette.mask.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    row, column = divmod(int(np.argmax(depths)), depths.shape[1])
+    palm = np.array([column, row], np.float64)
+    around = around_hand([measure_finger(protrusion) for protrusion in features.protrusions], palm)
+    for chosen in combinations(range(5), len(around)):
+        for side in (1.0, -1.0):
+            seen = dict(zip(chosen, around[:: int(side)], strict=True))
+            found = similar(seen, features.wrist, side, palm)
+            hand = hand_of(found.wrist, found.turn, found.scale, side, seen)
+            for finger in set(range(5)) - seen.keys():
+                flexions = finger_slice(finger)
+                hand.pose[flexions.start + 1 : flexions.stop] = FOLDED * HIGH[flexions.start + 1 : flexions.stop]
+            yield hand, seen
+
+
+def _unusual(seen: dict[int, SeenFinger]) -> float:
+    return 0.0 if tuple(sorted(seen)) in USUAL else UNUSUAL
+
+
 FINDER = Finder(to_search, search, lambda _sequence, sighting: sighting, HandTips)
 
 
@@ -226,49 +333,13 @@ def _parameters(sequence: FrameSequence, frame: int) -> RecordedHandParameters:
 
 
 def _features(sequence: FrameSequence, frame: int, parameters: RecordedHandParameters) -> HandFeatures:
-    return features_of(sequence.picture(frame), parameters.silhouette, RecordedBackdrop(sequence))
+    return features_of(sequence.picture(frame), parameters, RecordedBackdrop(sequence))
 
 
 RIGHT_TIPS_PALMS, RIGHT_PALM_RAD, RIGHT_FLEXION_RAD = 0.20, 0.30, 0.30
 OFF_PALMS, MUCH_NEARER = 0.3, 0.5
 FLEXIONS = np.concatenate([np.arange(25)[finger_slice(finger)][1:] for finger in range(5)])
 PALM = slice(2, 5)
-
-SERIES = (
-    Series(
-        "tip_error",
-        "mean distance of the tips in the picture",
-        "palm axes",
-        reductions=(Reduction("tip_error_palms", "tip error", "mean"),),
-    ),
-    Series(
-        "palm_error_rad",
-        "largest error of the palm's angles",
-        "rad",
-        reductions=(Reduction("palm_error", "error of the palm", "mean"),),
-    ),
-    Series(
-        "flexion_error_rad",
-        "mean error of the flexions",
-        "rad",
-        reductions=(Reduction("flexion_error", "error of the flexions", "mean"),),
-    ),
-    Series(
-        "best_right",
-        "the best hand is right",
-        role="flag",
-        reductions=(Reduction("best_right_share", "best is right", "mean"),),
-    ),
-    Series(
-        "any_right",
-        "a kept hand is right",
-        role="flag",
-        reductions=(Reduction("any_right_share", "any is right", "mean"),),
-    ),
-    Series("mirrored", "tips mirrored in depth", role="mirrored"),
-    Series("true_tilt", "true tilt of the palm", "rad"),
-    Series("hands_right", "which kept hands are right", shape="vector", role="flag"),
-)
 
 
 class Errors(NamedTuple):
@@ -351,8 +422,6 @@ def report(rows: Sequence[Diagnostics]) -> Mapping[str, Any]:
     return said
 
 
-NO_FINGER = "no finger is seen beside the palm: a fist, or fingers before it"
-
 EVENTS = {
     Finding.EMPTY.value: "no_hand",
     Finding.AS_BACKDROP.value: "no_hand",
@@ -362,20 +431,11 @@ EVENTS = {
 }
 """By what is said of a silhouette; whatever else is said means that no hand fits."""
 
-SILHOUETTE_SERIES = (
-    Series("no_hand", "no hand", role="event", colours=("hidden",)),
-    Series("flash", "flash of light", role="event", colours=("prediction",)),
-    Series("two_hands", "two things", role="event", colours=("lost",)),
-    Series("cut", "beyond the picture", role="event", colours=("second",)),
-    Series("no_fit", "no hand fits", role="event", colours=("lost",)),
-    Series("no_finger", "no finger beside the palm", role="event", colours=("observation",)),
-)
-
 
 def flags(state: HandState) -> Mapping[str, SeriesValue]:
     """Return which of these is so in a frame."""
     happened = EVENTS.get(state.finding, "no_fit") if state.finding else "no_finger" if not state.protrusions else ""
-    return {series.name: float(series.name == happened) for series in SILHOUETTE_SERIES}
+    return {name: float(name == happened) for name in (*dict.fromkeys(EVENTS.values()), "no_fit", "no_finger")}
 
 
 def describe(state: HandState) -> str:

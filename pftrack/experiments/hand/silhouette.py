@@ -159,18 +159,6 @@ class Finding(Enum):
         return self is Finding.CLEAR
 
 
-class SilhouetteSettings(NamedTuple):
-    """How a silhouette is made; as `SilhouetteParameters` say."""
-
-    tells_by: TellsBy
-    level: int
-    difference: int
-    backdrop_frames: int
-    cr: tuple[int, int]
-    cb: tuple[int, int]
-    smoothing_px: int
-
-
 class SilhouetteParameters(Parameters, group=GROUP, constants={"working_side_px": 256}):
     """What is told to be a hand."""
 
@@ -203,19 +191,6 @@ class SilhouetteParameters(Parameters, group=GROUP, constants={"working_side_px"
         "thinner than half of it.", unit="px", within=(1, 15, 2))
     # fmt: on
 
-    @property
-    def silhouette(self) -> SilhouetteSettings:
-        """What `silhouette_of` takes."""
-        return SilhouetteSettings(
-            self.tells_by,
-            self.brightness_level,
-            self.background_difference,
-            self.backdrop_frames,
-            (self.cr_low, self.cr_high),
-            (self.cb_low, self.cb_high),
-            self.smoothing_px,
-        )
-
 
 class Silhouette(NamedTuple):
     """What is told to be a hand.
@@ -240,7 +215,7 @@ class Silhouette(NamedTuple):
 
 
 def silhouette_of(
-    image_rgb: NDArray[np.uint8], settings: SilhouetteSettings, backdrop: Backdrop | None = None
+    image_rgb: NDArray[np.uint8], settings: SilhouetteParameters, backdrop: Backdrop | None = None
 ) -> Silhouette:
     """Return the silhouette in a picture (height, width, 3).
 
@@ -257,17 +232,19 @@ def silhouette_of(
 
 
 @lru_cache(maxsize=2)
-def _cached_silhouette(picture: PictureKey, settings: SilhouetteSettings, backdrop: Backdrop | None) -> Silhouette:
+def _cached_silhouette(picture: PictureKey, settings: SilhouetteParameters, backdrop: Backdrop | None) -> Silhouette:
     return _silhouette_of(picture.image_rgb, settings, backdrop)
 
 
-def _silhouette_of(image_rgb: NDArray[np.uint8], settings: SilhouetteSettings, backdrop: Backdrop | None) -> Silhouette:
+def _silhouette_of(
+    image_rgb: NDArray[np.uint8], settings: SilhouetteParameters, backdrop: Backdrop | None
+) -> Silhouette:
     reduction = max(round(max(image_rgb.shape[:2]) / WORKING_SIDE_PX), 1)
     image = smaller(image_rgb, reduction)
     model: BackdropModel | None = None
     if settings.tells_by == "backdrop" and backdrop is not None:
         model = backdrop_model(backdrop, settings.backdrop_frames, reduction)
-        told = differs(image, model, settings.difference).astype(np.uint8)
+        told = differs(image, model, settings.background_difference).astype(np.uint8)
     else:
         told = _classify_pixels(image, settings)
     if settings.smoothing_px > 1:
@@ -280,7 +257,7 @@ def _silhouette_of(image_rgb: NDArray[np.uint8], settings: SilhouetteSettings, b
         return Silhouette(np.zeros(told.shape, np.bool_), reduction, nothing)
     largest = int(np.argmax(sizes))
     mask = _without_pin_holes(labels == largest + 1)
-    if model is not None and doubtful(model, settings.difference)[mask].mean() > DOUBTFUL_SHARE:
+    if model is not None and doubtful(model, settings.background_difference)[mask].mean() > DOUBTFUL_SHARE:
         return Silhouette(mask, reduction, Finding.DOUBTFUL)
     return Silhouette(mask, reduction, _finding(mask, np.sort(sizes)))
 
@@ -306,17 +283,18 @@ def contacts(mask: Bools) -> Ints:
     return np.asarray(ends[np.append(apart, True)] - begins[np.append(True, apart)], np.int64)
 
 
-def _classify_pixels(image: NDArray[np.uint8], settings: SilhouetteSettings) -> NDArray[np.uint8]:
+def _classify_pixels(image: NDArray[np.uint8], settings: SilhouetteParameters) -> NDArray[np.uint8]:
     """Return (h, w) 1 where a picture is told to be a hand."""
     if settings.tells_by in {"background", "backdrop"}:
         away = cv2.absdiff(image, np.broadcast_to(_border_colour(image), image.shape))
-        return np.asarray(away.max(axis=2) >= settings.difference, np.uint8)
+        return np.asarray(away.max(axis=2) >= settings.background_difference, np.uint8)
     if settings.tells_by == "skin":
         luma_red_blue = cv2.cvtColor(image, cv2.COLOR_RGB2YCrCb)
-        low, high = (0, settings.cr[0], settings.cb[0]), (255, settings.cr[1], settings.cb[1])
+        low, high = (0, settings.cr_low, settings.cb_low), (255, settings.cr_high, settings.cb_high)
         return np.asarray(cv2.inRange(luma_red_blue, low, high) > 0, np.uint8)
     grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
-    return np.asarray(grey > settings.level if settings.tells_by == "light" else grey <= settings.level, np.uint8)
+    lighter = grey > settings.brightness_level
+    return np.asarray(lighter if settings.tells_by == "light" else ~lighter, np.uint8)
 
 
 def _border_colour(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -369,7 +347,7 @@ def suggest_parameters(
             by_level = {"brightness_level": _level(grey, hand, level), "smoothing_px": 3}
             choices.insert(0, {"tells_by": "light" if hand is light else "dark", **by_level})
     for values in choices:
-        if _silhouette_of(image_rgb, SilhouetteParameters.model_validate(values).silhouette, backdrop).finding.ok:
+        if _silhouette_of(image_rgb, SilhouetteParameters.model_validate(values), backdrop).finding.ok:
             return values
     return choices[0]
 

@@ -2,8 +2,8 @@
 
 - `code`: what a file offers, which texts may be executed, and calling one, with mistakes told by its lines;
 - `sliders`: the parameters of a file, from a dataclass with defaults;
-- `tracker`: the tracker that a file makes, with what stands in for what it leaves out;
-- `extension`: an experiment with such trackers, the experiment of a recipe, and its outline, which executes nothing.
+- `extension`: the tracker that a file makes, with what stands in for what it leaves out; an experiment with such
+  trackers, the experiment of a recipe, and its outline, which executes nothing.
 
 A recipe holds the texts of the files (`Recipe.filters`), so a run with such a filter is the same everywhere. Each text
 that was in force is a version, and which one computes a frame is a parameter like any other: it can change in the
@@ -18,10 +18,10 @@ from pftrack.experiments.own.extension import (
     new_defaults,
     outline,
     parameters_of,
+    version_parameter,
     widen,
 )
 from pftrack.experiments.own.sliders import FilterFileError, slider
-from pftrack.experiments.own.tracker import version_parameter
 
 __all__ = [
     "FilterFileError",

@@ -6,6 +6,7 @@ by frame, plotted, measured where a truth is given, compared with others in step
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,23 +15,23 @@ import numpy as np
 from pftrack.core.arrays import Floats
 from pftrack.core.model.band import Calibration
 from pftrack.core.model.diagnostics import Diagnostics, Step
-from pftrack.core.model.drawing import Drawing, Key, Layer, Links, Picture, Polyline, Primitive, Text
-from pftrack.core.model.glossary import Term, cite
+from pftrack.core.model.drawing import Drawing, Picture, Polyline, Primitive, Text
+from pftrack.core.model.likelihood import Cloud
 from pftrack.core.model.measures import MEAN_IOU, PICTURE_MEASURES
+from pftrack.core.model.model import Model
 from pftrack.core.model.palette import COLOURS, OKABE_ITO, Colour
 from pftrack.core.model.parameters import ParameterError, Parameters, parameter, revise
-from pftrack.core.model.plot import ERROR, SAMPLE_SIZE, SIGMA, Plot, Reading
-from pftrack.core.model.preset import read_presets
 from pftrack.core.model.recipe import Footage
-from pftrack.core.model.series import Reduction, Series, SeriesValue
+from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.setup import Setup
-from pftrack.core.model.source import Belief, Frame, FrameSequence, Plane, Target, Truth
+from pftrack.core.model.source import Belief, Beliefs, Frame, FrameSequence, Plane, Target, Truth
+from pftrack.core.model.tracker import Tracker
+from pftrack.core.numerics.random import Generator
+from pftrack.experiments.declared import read_words
 from pftrack.experiments.experiment import Experiment, Quality
-from pftrack.experiments.recorded.scene import FRAMES, UNITS, ExampleParameters, ExampleSource, RecordedBeliefs, overlap
-from pftrack.experiments.recorded.trackers import TRACKERS, BeliefState, place_of
-from pftrack.experiments.shared.reports import loss_share
+from pftrack.experiments.recorded.scene import UNITS, ExampleParameters, ExampleSource, RecordedBeliefs, overlap
+from pftrack.experiments.shared.reports import CLOUD, loss_share
 from pftrack.experiments.shared.sketch import (
-    SECOND_RUN,
     at_height,
     caption,
     circle,
@@ -42,35 +43,186 @@ from pftrack.experiments.shared.sketch import (
     uncertainty,
 )
 from pftrack.experiments.video import Video
+from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.sources.beliefs.content import SelectionParameters
 from pftrack.sources.beliefs.sequence import BeliefSequence
 from pftrack.sources.results.table import Box
 
-OVERLAP = Series("overlap", "overlap with the true box")
-TRUE_ACROSS, TRUE_DOWN = Series("true_across", "true first component"), Series("true_down", "true second component")
-SWITCHED = Series(
-    "identity_switches",
-    "identity switches",
-    role="event",
-    colours=("lost",),
-    reductions=(Reduction("frames_with_switches", "frames in which a target's number changes", "count"),),
-)
-SERIES = (OVERLAP, SWITCHED, TRUE_ACROSS, TRUE_DOWN)
+FOLDER = Path(__file__).parent
+
+# A step of the tracker of recorded beliefs looks at its frame alone. Weights are made to sum to one, mean and
+# covariance come from the particles where they were not recorded, and effective sample size and different parents are
+# counted as of any particle filter.
+
+BOX = Series("box", "believed box", "px", "vector", role="extent", components=("width", "height"))
+SCORE = Series("score", "score of the box")
+ACROSS, DOWN = Series("across", "first component"), Series("down", "second component")
+ACROSS_SD, DOWN_SD = Series("across_sd", "deviation of the first"), Series("down_sd", "deviation of the second")
+TARGETS = Series("targets", "targets in the frame")
 
 
-def measure(frame: Frame, state: BeliefState) -> Mapping[str, SeriesValue]:
+@dataclass(frozen=True, eq=False)
+class BeliefState:
+    """What was recorded of a frame, immutable.
+
+    Attributes:
+        beliefs: Of all targets.
+        particles: Of the selected one, with weights that sum to one; None without.
+        estimate: (tracked,) the chosen components of its mean, or the middle of its box.
+        covariance: (tracked, tracked) of these; None where it is not known.
+    """
+
+    beliefs: Beliefs
+    particles: ParticleSet | None
+    estimate: Floats
+    covariance: Floats | None
+
+    @property
+    def sigma(self) -> Floats:
+        """(tracked,) standard deviations; NaN where they are not known."""
+        if self.covariance is None:
+            return np.full(len(self.estimate), np.nan)
+        return np.asarray(np.sqrt(np.maximum(self.covariance.diagonal(), 0.0)))
+
+    @property
+    def log_evidence(self) -> float:
+        """Nothing is known of it: 0."""
+        return 0.0
+
+    @property
+    def nbytes(self) -> int:
+        """About how much memory it takes, bytes."""
+        held = [self.beliefs.selected, *self.beliefs.others]
+        return 4096 + sum(3 * one.particles.nbytes for one in held if one.particles is not None)
+
+    def arrays(self) -> Mapping[str, Floats]:
+        """Return states and log weights of the particles; empty without."""
+        if self.particles is None:
+            return {}
+        return {"states": self.particles.states, "log_weights": self.particles.log_weights}
+
+
+def place_of(belief: Belief, components: tuple[int, ...]) -> Floats:
+    """Return the chosen components of what is believed in the mean, (tracked,); NaN where nothing is."""
+    mean = belief.mean
+    if mean is None and belief.particles is not None:
+        mean = _set_of(belief).mean
+    if mean is not None and max(components) < len(mean):
+        return mean[list(components)]
+    if belief.centre is not None:
+        return belief.centre[list(components)] if max(components) < 2 else belief.centre
+    return np.full(len(components), np.nan)
+
+
+def _set_of(belief: Belief) -> ParticleSet:
+    states = belief.particles
+    if states is None:
+        raise ValueError("a set of particles needs particles, got a belief without")
+    weights = np.zeros(len(states)) if belief.log_weights is None else belief.log_weights
+    ancestors = np.arange(len(states)) if belief.ancestors is None else np.maximum(belief.ancestors, 0)
+    return ParticleSet(states, normalise(weights)[0], ancestors)
+
+
+def step(state: BeliefState, frame: Frame, parameters: Parameters, rng: Generator) -> BeliefState:
+    """Take over what was recorded of the frame."""
+    del state, parameters, rng
+    return _take(frame)
+
+
+def _take(frame: Frame) -> BeliefState:
+    beliefs = frame.beliefs
+    if beliefs is None:
+        raise ValueError("a recorded tracker needs a recording of beliefs, got pictures or measurements")
+    selected, components = beliefs.selected, beliefs.components
+    particles = None if selected.particles is None else _set_of(selected)
+    estimate = particles.mean[list(components)] if particles is not None else place_of(selected, components)
+    if selected.mean is not None:
+        estimate = selected.mean[list(components)]
+    chosen = np.ix_(components, components)
+    covariance = None if particles is None else particles.covariance[chosen]
+    if selected.covariance is not None:
+        covariance = selected.covariance[chosen]
+    return BeliefState(beliefs, particles, estimate, covariance)
+
+
+def start(target: Target, frame: Frame, parameters: Parameters, rng: Generator) -> BeliefState:
+    """Take over what was recorded of frame 0."""
+    del target, parameters, rng
+    return _take(frame)
+
+
+def measure(state: BeliefState) -> Mapping[str, SeriesValue]:
+    """Report what there is: the components that are looked at, the particles, the box, and how many targets."""
+    beliefs, belief = state.beliefs, state.beliefs.selected
+    sigma = state.sigma
+    found: dict[str, SeriesValue] = {
+        ACROSS.name: float(state.estimate[0]),
+        TARGETS.name: float(len(beliefs.others) + beliefs.present),
+    }
+    if len(state.estimate) > 1:
+        found[DOWN.name] = float(state.estimate[1])
+    if state.covariance is not None:
+        found[ACROSS_SD.name] = float(sigma[0])
+        if len(sigma) > 1:
+            found[DOWN_SD.name] = float(sigma[1])
+    if state.particles is not None:
+        found |= {"ess": state.particles.effective_sample_size, "particles": float(len(state.particles))}
+        if belief.ancestors is not None:
+            found["unique_ancestors"] = float(state.particles.unique_ancestors)
+            found["resampled"] = float(not np.array_equal(belief.ancestors, np.arange(len(belief.ancestors))))
+    if belief.box is not None:
+        found[BOX.name] = tuple(belief.box[2:].tolist())
+        if np.isfinite(belief.score):
+            found[SCORE.name] = belief.score
+    return found
+
+
+class Recorded(Model):
+    """What was recorded says nothing of a model, but its particles can be looked into."""
+
+    def cloud(self, state: BeliefState) -> Cloud | None:
+        """Return the particles as they were recorded; their parents only where these were."""
+        particles = state.particles
+        if particles is None:
+            return None
+        ancestors = particles.ancestors if state.beliefs.selected.ancestors is not None else None
+        return Cloud(particles.states, particles.log_weights, ancestors)
+
+
+def _is_absent(state: BeliefState) -> bool:
+    return not state.beliefs.present
+
+
+TRACKERS: dict[str, Tracker] = {
+    "recorded": Tracker(
+        "recorded",
+        "",
+        "",
+        start,
+        step,
+        series=(*CLOUD, BOX, SCORE, ACROSS, DOWN, ACROSS_SD, DOWN_SD, TARGETS),
+        measure=measure,
+        searching=_is_absent,
+        model=Recorded(),
+        replays=True,
+    )
+}
+"""The one tracker of recorded beliefs."""
+
+
+def measure_truth(frame: Frame, state: BeliefState) -> Mapping[str, SeriesValue]:
     """Measure the overlap with the true box, the true components, and where numbers change."""
     found: dict[str, SeriesValue] = {}
     target, box = frame.target, state.beliefs.selected.box
     if state.beliefs.truths:
-        found[SWITCHED.name] = float(state.beliefs.switches)
+        found["identity_switches"] = float(state.beliefs.switches)
     if target is None:
         return found
-    found[TRUE_ACROSS.name] = float(target.position[0])
+    found["true_across"] = float(target.position[0])
     if len(target.position) > 1:
-        found[TRUE_DOWN.name] = float(target.position[1])
+        found["true_down"] = float(target.position[1])
     if target.extent is not None and box is not None:
-        found[OVERLAP.name] = overlap(box, _true_box(target, target.extent))
+        found["overlap"] = overlap(box, _true_box(target, target.extent))
     return found
 
 
@@ -92,79 +244,13 @@ def boxes_of(state: BeliefState) -> list[Box]:
     return boxes
 
 
-PLOTS = (
-    ERROR,
-    Plot(
-        "overlap",
-        "overlap (IoU)",
-        "value",
-        "Intersection over union of the believed box and the true one; 1 is the same box, 0 is another place.",
-        series=("overlap",),
-        needs_truth=True,
-    ),
-    Plot(
-        "across",
-        "first component",
-        "band",
-        "The first chosen component of the estimate within two standard deviations, and its truth.",
-        series=("across",),
-        sd="across_sd",
-        truth="true_across",
-    ),
-    Plot(
-        "down",
-        "second component",
-        "band",
-        "The second chosen component of the estimate within two standard deviations, and its truth.",
-        series=("down",),
-        sd="down_sd",
-        truth="true_down",
-    ),
-    SAMPLE_SIZE,
-    Plot(
-        "parents",
-        "different parents",
-        "value",
-        "How many different parents the particles have; where there are few, few pasts are left.",
-        series=("unique_ancestors",),
-    ),
-    SIGMA,
-    Plot("targets", "targets", "value", "How many targets something is said of.", series=("targets",)),
-)
-
-READINGS = (
-    Reading("estimate", "estimate"),
-    Reading("error", "error"),
-    Reading("sigma", "sigma"),
-    Reading("overlap", "value", series="overlap"),
-    Reading("particles", "particles"),
-    Reading("targets", "value", series="targets"),
-)
-
 TRAIL_FRAMES = 60
 MOST_OTHERS = 200
 """Other targets that are drawn."""
-MOST_PATHS = 200
-"""Particles whose paths are drawn."""
 MOST_NAMED = 40
 """Up to so many have their number beside them."""
 
 HUES = [OKABE_ITO[name] for name in ("orange", "sky blue", "bluish green", "yellow", "reddish purple", "vermillion")]
-
-LAYERS = (
-    Layer("picture"),
-    Layer("particles by sampler", "Particles", legend=(Key("prediction", "particles"),)),
-    Layer("particles by weight", shown=False),
-    Layer("estimate", legend=(Key("estimate", "selected target"), Key("hidden", "nothing said in this frame"))),
-    Layer("others", "Other targets"),
-    Layer("truth", legend=(Key("truth", "truth"),)),
-    Layer("uncertainty"),
-    Layer("particle paths", "Paths of the particles", shown=False),
-    Layer("trail", role="flat only"),
-    Layer("path through time", shown=False, role="through time"),
-    Layer("components", "Names of components"),
-    SECOND_RUN,
-)
 
 
 def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
@@ -184,8 +270,6 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
         states = state.particles.states[:, list(beliefs.components)]
         shown = _finite(_on(plane, states))
         primitives |= particle_clouds(shown, state.particles, 0, dot)
-    if state.paths is not None and len(state.paths.paths) > 1:
-        primitives["paths"] = _paths(plane, state.paths.paths)
     if state.covariance is not None and np.isfinite(state.covariance).all() and len(state.estimate) > 1:
         scale = np.array(plane.scale)
         spread = state.covariance * scale[:, None] * scale
@@ -201,15 +285,6 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     places = _finite(_on(plane, np.array([each.estimate for each in path])))
     primitives |= paths(path, places)
     return Drawing(width, height, primitives, _caption(step))
-
-
-def _paths(plane: Plane, paths: Floats) -> Links:
-    """Draw where the ancestors of some of the particles were, (ages, N, tracked)."""
-    ages, count, tracked = paths.shape
-    chosen = paths[:, np.linspace(0, count - 1, min(count, MOST_PATHS)).astype(np.int64)]
-    places = at_height(_finite(_on(plane, chosen.reshape(-1, tracked))), 0.8).reshape(ages, -1, 3)
-    segments = np.stack([places[:-1], places[1:]], axis=2).reshape(-1, 2, 3)
-    return Links(segments, COLOURS["prediction"], 1.0, "particle paths")
 
 
 def _caption(step: Step) -> str:
@@ -232,19 +307,16 @@ def _target(
 ) -> dict[str, Primitive]:
     """Draw a box, or where there is none a circle, with the target's number."""
     name = f"{layer} {belief.target}" if layer != "estimate" else "estimate"
+    drawn: dict[str, Primitive] = {}
     if belief.box is not None:
-        outline = _box(belief.box, colour, layer, 2.0)
         corner = belief.box[:2]
+        drawn[name] = _box(belief.box, colour, layer, 2.0)
     else:
         corner = _finite(_on(state.beliefs.plane, place_of(belief, state.beliefs.components)[None])[0])
-        return {name: circle(corner, dot, colour, layer, height=2.0)} | (
-            _label(name, belief.target, corner, colour, layer) if named else {}
-        )
-    return {name: outline} | (_label(name, belief.target, corner, colour, layer) if named else {})
-
-
-def _label(name: str, target: int, corner: Floats, colour: Colour, layer: str) -> dict[str, Primitive]:
-    return {f"{name} number": Text(at_height(corner, 2.0), str(target), colour, layer)}
+        drawn[name] = circle(corner, dot, colour, layer, height=2.0)
+    if named:
+        drawn[f"{name} number"] = Text(at_height(corner, 2.0), str(belief.target), colour, layer)
+    return drawn
 
 
 def _truths(step: Step, dot: float) -> dict[str, Primitive]:
@@ -375,21 +447,8 @@ def _is_lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 -
 
 
 EXPERIMENT = Experiment(
+    **read_words(FOLDER, TRACKERS),
     id="recorded",
-    title="Recorded results",
-    family="Results of others",
-    question="Where is a filter of your own, or any other tracker, wrong, and what did it believe there?",
-    references=(cite("bernardin2008"),),
-    description=(
-        "What a loop or a tracker outside has computed is looked at like any run: particles, Gaussians or boxes, frame "
-        "by frame, in the picture or in the plane of two components. Where a truth is given, errors, overlap and "
-        "identity switches are measured. The example is made up: two discs that pass each other."
-    ),
-    unit="",
-    trackers=TRACKERS,
-    frames=FRAMES,
-    presets=read_presets(Path(__file__).with_name("presets.yaml")),
-    layers=LAYERS,
     simulate=simulate,
     video=Video(
         wire,
@@ -405,13 +464,6 @@ EXPERIMENT = Experiment(
     quality=Quality(Calibration(bands=())),
     error=_distance,
     lost=_is_lost,
-    series=SERIES,
-    measure=measure,
+    measure=measure_truth,
     measures=(*PICTURE_MEASURES, MEAN_IOU),
-    plots=PLOTS,
-    readings=READINGS,
-    terms=(
-        Term("targets", "how many targets something is said of in the frame"),
-        Term("identity switch", "a frame in which a true target has another number of the tracker than before"),
-    ),
 )

@@ -7,7 +7,7 @@ numbers may be confused, as trackers of several targets do.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -325,9 +325,9 @@ class ExampleSource:
             believed = {1: believed[2], 2: believed[1]}
         switched = parameters.confuse_numbers and index == MEETING
         beliefs = Beliefs(
-            _numbered(believed[self._selected], self._selected),
+            replace(believed[self._selected], target=self._selected),
             present=True,
-            others=(_numbered(believed[3 - self._selected], 3 - self._selected),),
+            others=(replace(believed[3 - self._selected], target=3 - self._selected),),
             truths=tuple(_truth(index, target) for target in (1, 2)),
             switches=2 if switched else 0,
             components=self._components,
@@ -375,16 +375,6 @@ def _belief(seed: int, index: int, target: int, parameters: ExampleParameters) -
         log_weights=np.where(weights == 2.0, np.float64(0.6931471805599453), np.float64(0.0)),
         ancestors=ancestors,
         box=_box(middle),
-    )
-
-
-def _numbered(belief: Belief, target: int) -> Belief:
-    return Belief(
-        target,
-        particles=belief.particles,
-        log_weights=belief.log_weights,
-        ancestors=belief.ancestors,
-        box=belief.box,
     )
 
 

@@ -2,63 +2,54 @@
 
 What a tracker sees are tracks, positions of points with the variances of their noise, and no picture. Which shape they
 belong to is found frame by frame: by singular values, for which a hidden point counts as much as one that is seen; by
-variational Bayes, which knows the noise of each; and by the project's own recursion. `docs/explanation/calibration.md`
-has the bands of the shape's points.
+variational Bayes, which knows the noise of each; and by the project's own recursion.
 """
 
-import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pftrack.core.arrays import Floats
-from pftrack.core.model.band import HALF, MOST, Calibration, FlagBand, Miscalibration
+from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.model.diagnostics import Diagnostics, Step
-from pftrack.core.model.drawing import Drawing, Key, Layer, Picture, Primitive
-from pftrack.core.model.glossary import Term, cite
-from pftrack.core.model.measures import EvaluatedRun, Measure
-from pftrack.core.model.parameters import ParameterError
-from pftrack.core.model.plot import ERROR, STEP_TIME, Plot, Reading
-from pftrack.core.model.preset import ExampleSweep, read_presets
-from pftrack.core.model.setup import Setup
-from pftrack.core.model.source import FrameSequence, Truth
-from pftrack.experiments.experiment import Experiment, Quality
-from pftrack.experiments.shared.sketch import SECOND_RUN, caption, paper
-from pftrack.experiments.structure.draw import (
-    SERIES,
-    SHAPE_WORLD,
-    SHARE,
-    draw_measurements,
-    measure,
-    second_in_picture,
-    shape_errors,
-    shape_in_picture,
-    shape_world,
-    true_in_picture,
+from pftrack.core.model.drawing import (
+    Arrows,
+    Drawing,
+    Ellipse,
+    Ellipsoids,
+    Links,
+    Mesh,
+    Picture,
+    Primitive,
+    Text,
+    WorldDrawing,
 )
+from pftrack.core.model.measures import EvaluatedRun, Measure
+from pftrack.core.model.palette import COLOURS, Colour
+from pftrack.core.model.parameters import ParameterError
+from pftrack.core.model.series import SeriesValue
+from pftrack.core.model.setup import Setup
+from pftrack.core.model.source import Frame, FrameSequence, Target, Truth
+from pftrack.core.numerics.matrices import pinhole
+from pftrack.experiments.declared import read_quality, read_words
+from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.shared.pose.drawing import dashes
+from pftrack.experiments.shared.sketch import at_height, caption, circle, colours, dots, lines, paper
 from pftrack.experiments.structure.methods import StructureTrackerParameters
-from pftrack.experiments.structure.scene import FRAMES, BodyTarget, TracksSceneParameters, TracksSource, named_body
-from pftrack.experiments.structure.trackers import TRACKERS, StructureState
+from pftrack.experiments.structure.scene import BodyTarget, TracksSceneParameters, TracksSource, named_body
+from pftrack.experiments.structure.trackers import MIRROR, TRACKERS, StructureState
 from pftrack.experiments.video import Video
 from pftrack.sources.tracks.sequence import RecordedTracks, TrackSequence
+from pftrack.vision.geometry.face import fit_similarity
 from pftrack.vision.structure.tracks import FEWEST_POINTS
 
-FAULTS = (
-    Miscalibration(("informed", "online", "svd")),
-    Miscalibration(("growing",), {"tracked_body": ("prism",)}, {"unseen_noise_px": (100, math.inf)}),
-    Miscalibration(
-        ("growing",), {"tracked_body": ("prism",)}, {"unseen_noise_px": (0, 30)}, direction="underconfident"
-    ),
-    Miscalibration(("growing",), {"tracked_body": ("face",)}, direction="underconfident"),
-)
+FOLDER = Path(__file__).parent
 
-CALIBRATION = Calibration(
-    bands=(FlagBand("points", {HALF: "within_50", MOST: "within_95"}),),
-    faults=FAULTS,
-    presets=("person", "burst"),
-    scene="body_seed",
-)
+WORDS = read_words(FOLDER, TRACKERS)
+
+(SHAPE_WORLD,) = WORDS["worlds"]
 
 EQUATION = "Bando, Adaptive sampling method for real-time state estimation in the real world, 2007"
 """Whose the shape error is, eq. 4.19."""
@@ -71,6 +62,254 @@ FOUND_PERCENT = 5.0
 
 DEPTH_SEEN = 1.5
 """How far the third direction must stand out from the noise for a shape not to be flat."""
+
+
+# The points in the picture, the shape in a world of its own, and how far it is from the true one.
+#
+# The error is taken up to an affine map, as Bando has it, and up to a similarity. In the world, whose unit is the size
+# of the body, the shape is as it is believed to be, and the true one a ghost with it. Where the truth is known the
+# shape is turned and moved onto it, but never mirrored: a shape whose depth is the wrong way round is to be seen as
+# that. The camera goes round the body, which is at rest.
+
+SHARE = 100.0
+"""Percent of the body's size."""
+
+ELLIPSOIDS = {"within_50": 2.366, "within_95": 7.815}
+"""Squares of the half axes, in standard deviations, of ellipsoids that hold so much of a Gaussian in three numbers."""
+
+LEAST_VARIANCE = 1e-12
+"""Of a point in any direction: one that is exactly known must not divide by zero."""
+
+FLAT = 1e-7
+"""Extent in a direction, relative to the greatest, that is none."""
+
+
+def shape_errors(estimates: Floats, truths: Floats) -> Floats:
+    """Return the shape errors (...), % (Bando 2007, eq. 4.19), of shapes (..., 3 n): what an affine map leaves.
+
+    The best affine map takes of the true coordinates what the estimated ones span, so the error is what they do not.
+    That holds of a flat shape as well, which spans less.
+    """
+    found = estimates.reshape(*estimates.shape[:-1], -1, 3)
+    true = truths.reshape(*truths.shape[:-1], -1, 3)
+    found, true = (shape - shape.mean(axis=-2, keepdims=True) for shape in (found, true))
+    spanned, extents, _ = np.linalg.svd(found, full_matrices=False)
+    spanned = spanned * (extents > FLAT * extents[..., :1])[..., None, :]
+    rest = true - spanned @ (np.swapaxes(spanned, -1, -2) @ true)
+    sizes = np.square(true).sum(axis=(-2, -1))
+    shares = np.divide(np.square(rest).sum(axis=(-2, -1)), sizes, out=np.full(sizes.shape, np.nan), where=sizes > 0.0)
+    return np.asarray(SHARE * np.sqrt(shares))
+
+
+def true_shape(target: object) -> Floats | None:
+    """Return the true shape (n, 3) of a target, where it is known."""
+    if not isinstance(target, BodyTarget) or not target.position.any():
+        return None
+    return target.position.reshape(-1, 3)
+
+
+def measure(frame: Frame, state: StructureState) -> Mapping[str, SeriesValue]:
+    """Return the values of the series, where the truth is known."""
+    true, target = true_shape(frame.target), frame.target
+    if true is None or not isinstance(target, BodyTarget) or not state.placed.known:
+        return {}
+    points = state.placed.points
+    lay = fit_similarity(points, true)
+    apart, mirrored = (_apart(one, true) for one in (points, points * MIRROR))
+    off = state.placed.camera[:, :3] @ lay.rotation.T @ target.turn.T
+    return {
+        "metric_error": SHARE * apart,
+        "mirrored": float(mirrored < apart),
+        "turn_error_deg": float(np.rad2deg(np.arccos(np.clip((np.trace(off) - 1.0) / 2.0, -1.0, 1.0)))),
+        **_inside_ellipsoids(state, lay.inverse(true)),
+    }
+
+
+def _inside_ellipsoids(state: StructureState, true: Floats) -> Mapping[str, SeriesValue]:
+    """Return which points are within their ellipsoids, given the true shape (n, 3) as it lies best on the estimate."""
+    off = true - state.placed.points
+    covariances = state.placed.covariances + LEAST_VARIANCE * np.eye(3)
+    squares = (off * np.linalg.solve(covariances, off[:, :, None])[:, :, 0]).sum(axis=1)
+    return {name: tuple((squares <= limit).astype(np.float64).tolist()) for name, limit in ELLIPSOIDS.items()}
+
+
+def _apart(points: Floats, true: Floats) -> float:
+    """Return what a similarity leaves of the true shape, relative to its size."""
+    return float(np.sqrt(np.square(fit_similarity(points, true)(points) - true).sum() / np.square(true).sum()))
+
+
+TRAIL_FRAMES = 15
+NEAREST = 1e-3
+DOT_PX, RING_PX = 4.0, 7.0
+SIGMAS = 2.0
+FURTHEST = 5.0
+"""What is further from the picture's corner than so many of its heights is not drawn."""
+
+WIDEST = 0.15
+"""Half axis of an ellipse of uncertainty, as a share of the picture's height: a larger one says no more than a ring."""
+
+
+def draw_measurements(state: StructureState, height: float) -> dict[str, Primitive]:
+    """Draw where the points were, where they are and how sure that is; of what is hardly seen a ring at the shape's."""
+    seen, names = state.seen, state.body.names
+    positions = seen.filled[-TRAIL_FRAMES:] + state.principal_px
+    deviations = np.sqrt(seen.variances[-TRAIL_FRAMES:])
+    sure = (SIGMAS * deviations.max(axis=2) < WIDEST * height) & _near(positions, height)
+    ways = np.stack([positions[:-1], positions[1:]], axis=2)[sure[1:] & sure[:-1]]
+    drawn: dict[str, Primitive] = {"trails": lines(ways, COLOURS["hidden"], 1.0, "trails")}
+    drawn["points"] = dots(positions[-1][sure[-1]], COLOURS["observation"], DOT_PX, "points")
+    believed = _estimated_points(state)
+    shown = sure[-1] | _near(believed, height)
+    for number in np.flatnonzero(shown):
+        if sure[-1, number]:
+            half_axes = (SIGMAS * np.diag(deviations[-1, number])).astype(np.float32)
+            centre = at_height(positions[-1, number], 1.0)
+            drawn[f"noise {names[number]}"] = Ellipse(centre, half_axes, COLOURS["observation"], 1.0, "noise")
+        else:
+            ring = circle(believed[number], RING_PX, COLOURS["hidden"], "points", height=2.0)
+            drawn[f"hidden {names[number]}"] = ring
+    return drawn
+
+
+def _near(positions: Floats, height: float) -> Bools:
+    """Return which positions (..., 2) are near enough to the picture to be drawn."""
+    return np.asarray((np.abs(positions) < FURTHEST * height).all(axis=-1))
+
+
+def _estimated_points(state: StructureState) -> Floats:
+    """Return where the shape has the points (n, 2), px."""
+    return _project(state, state.placed.points)
+
+
+def _project(state: StructureState, points: Floats) -> Floats:
+    """Return where points (n, 3) in the shape's frame are seen (n, 2), px."""
+    camera = state.placed.camera
+    inside = points @ camera[:, :3].T + camera[:, 3]
+    inside[:, 2] = np.maximum(inside[:, 2], NEAREST)
+    return pinhole(inside, state.focal_px) + state.principal_px
+
+
+def shape_in_picture(state: StructureState, height: float) -> dict[str, Primitive]:
+    """Draw the shape as it is believed to be seen: its points, and the edges between them."""
+    return _body("shape", _estimated_points(state), state.body.edges, COLOURS["estimate"], 2.0, "shape", height)
+
+
+def second_in_picture(state: StructureState, points: Floats, height: float) -> dict[str, Primitive]:
+    """Draw the shape (n, 3) of a second run, laid on this one's and seen by its camera."""
+    places = _project(state, fit_similarity(points, state.placed.points)(points))
+    return _body("second", places, state.body.edges, COLOURS["second"], 1.5, "second run", height)
+
+
+def true_in_picture(target: BodyTarget, height: float) -> dict[str, Primitive]:
+    """Draw the body as it truly is seen, what is hidden dashed."""
+    marks = target.landmarks
+    if marks is None:
+        return {}
+    edges = target.shape.edges
+    shown = marks.visible[edges].all(axis=1)
+    drawn = _body("true", marks.points_px, edges[shown], COLOURS["truth"], 1.0, "truth", height)
+    ends = at_height(marks.points_px[edges[~shown]], 1.5)
+    return drawn | {"true hidden edges": dashes(ends, COLOURS["truth"], 1.0, "truth")}
+
+
+def _body(
+    name: str,
+    places: Floats,
+    edges: Ints,
+    colour: Colour,
+    width: float,
+    layer: str,
+    height: float,
+) -> dict[str, Primitive]:
+    near = _near(places, height)
+    arms = 3.0 * np.array([[[-1.0, 0.0], [1.0, 0.0]], [[0.0, -1.0], [0.0, 1.0]]])
+    crosses = (places[near][:, None, None] + arms).reshape(-1, 2, 2)
+    kept = edges[near[edges].all(axis=1)]
+    return {
+        f"{name} edges": lines(places[kept], colour, width, layer),
+        f"{name} crosses": lines(crosses, colour, min(width, 1.5), layer),
+    }
+
+
+RADIUS = 2.4
+CAMERA_AT, CAMERA_TO = 2.3, 1.9
+POINT = 0.07
+FLOOR, NAME_AT, MOST_NAMES = 1.5, 1.12, 40
+SURE, UNSURE = 0.05, 0.5
+"""Standard deviations of a point, in sizes of the body, between which the surface fades."""
+MOST_OPAQUE = 0.45
+LARGEST_SD = 1e6
+"""Of a point, in sizes of the body: a larger ellipsoid is not drawn, and might not be a number of 32 bits."""
+
+
+def shape_world(state: StructureState, target: Target | None, second: Floats | None = None) -> WorldDrawing:
+    """Draw the shape, how sure each point is, the true shape where it is known, and from where it is seen.
+
+    Args:
+        state: Of the frame.
+        target: The truth, where it is known.
+        second: (n, 3) shape of a second run.
+    """
+    placed, body, true = state.placed, state.body, true_shape(target)
+    points, covariances, turn = placed.points, placed.covariances, placed.camera[:, :3]
+    if true is not None and placed.known:
+        lay = fit_similarity(points, true)
+        points, turn = lay(points), turn @ lay.rotation.T
+        covariances = lay.scale**2 * (lay.rotation @ covariances @ lay.rotation.T)
+    near = np.linalg.norm(points, axis=1) < RADIUS
+    drawn: dict[str, Primitive] = {}
+    if true is not None:
+        drawn["true edges"] = Links(_segments(true, body.edges), COLOURS["truth"], 1.0, "truth")
+        drawn["true points"] = dots(true, COLOURS["truth"], 0.5 * POINT, "truth")
+    sd = np.sqrt(np.trace(covariances, axis1=1, axis2=2) / 3.0)
+    faces = body.triangles[near[body.triangles].all(axis=1)] if len(body.triangles) else body.triangles
+    if placed.known:
+        sureness = np.clip((UNSURE - sd) / (UNSURE - SURE), 0.0, 1.0)
+        opacity = (MOST_OPAQUE * sureness).astype(np.float32)
+        held = np.where(near[:, None], points, 0.0).astype(np.float32)
+        each = colours(len(points), COLOURS["estimate"])
+        drawn["surface"] = Mesh(held, faces.astype(np.int32), each, opacity, "surface")
+    drawn["edges"] = Links(_segments(points, body.edges), COLOURS["estimate"], 2.0, "shape")
+    drawn["points"] = dots(points[near], COLOURS["estimate"], POINT, "shape")
+    bounded = near & (sd < LARGEST_SD)
+    drawn["uncertainty"] = Ellipsoids(
+        points[bounded].astype(np.float32),
+        covariances[bounded].astype(np.float32),
+        colours(int(bounded.sum()), COLOURS["observation"]),
+        0.25,
+        "uncertainty",
+    )
+    if not len(body.edges):
+        drawn |= _scatter(points, near, body.names)
+    if second is not None:
+        other = fit_similarity(second, points)(second)
+        drawn["second edges"] = Links(_segments(other, body.edges), COLOURS["second"], 1.5, "second run")
+        inside = other[np.linalg.norm(other, axis=1) < RADIUS]
+        drawn["second points"] = dots(inside, COLOURS["second"], 0.7 * POINT, "second run")
+    way = -turn[2]
+    ends = np.outer((CAMERA_AT, CAMERA_TO), way)[None].astype(np.float32)
+    drawn["camera"] = Arrows(ends, COLOURS["camera"], 2.0, "camera")
+    return WorldDrawing(SHAPE_WORLD, drawn)
+
+
+def _scatter(points: Floats, near: Bools, names: tuple[str, ...]) -> dict[str, Primitive]:
+    """Draw what gives depth to points with nothing between them: stems down to a floor, and their names."""
+    feet = points * np.array([1.0, 0.0, 1.0]) + np.array([0.0, FLOOR, 0.0])
+    inside = near & (np.linalg.norm(feet, axis=1) < RADIUS)
+    stems = np.stack([points, feet], axis=1)[inside].astype(np.float32)
+    drawn: dict[str, Primitive] = {"stems": Links(stems, COLOURS["hidden"], 0.5, "shape")}
+    for number in np.flatnonzero(near)[:MOST_NAMES]:
+        place = points[number].astype(np.float32) * np.float32(NAME_AT)
+        if np.linalg.norm(place) < RADIUS:
+            drawn[f"name {names[number]}"] = Text(place, names[number], COLOURS["camera"], "names", anchor="middle")
+    return drawn
+
+
+def _segments(points: Floats, edges: Ints) -> NDArray[np.float32]:
+    """Return the edges (m, 2, 3) whose ends are both within the world."""
+    ends = points[edges].astype(np.float32).reshape(-1, 2, 3)
+    within: NDArray[np.float32] = ends[(np.linalg.norm(ends, axis=2) < RADIUS).all(axis=1)]
+    return within
 
 
 class SimulatedTracksParameters(StructureTrackerParameters, TracksSceneParameters):
@@ -139,10 +378,6 @@ def _within(course: EvaluatedRun) -> Floats:
     return np.where(known, course.errors <= FOUND_PERCENT, np.nan)
 
 
-def _errors(course: EvaluatedRun) -> Floats:
-    return course.errors
-
-
 WITHIN = Measure(
     "shape_within_5_percent",
     "Shape within 5 % of the truth",
@@ -169,88 +404,16 @@ MEASURES = (
         "Median shape error",
         "Median over the labelled frames of the shape error.",
         "median",
-        _errors,
+        attrgetter("errors"),
         unit="%",
         better="lower",
         source=EQUATION,
     ),
 )
 
-PLOTS = (
-    ERROR,
-    Plot(
-        "metric",
-        "error as a solid",
-        "value",
-        "What of the shape is wrong when it may be turned and scaled, but neither skewed nor mirrored.",
-        unit="%",
-        series=("metric_error",),
-    ),
-    Plot(
-        "depth",
-        "depth over its noise",
-        "value",
-        "How far the least seen direction of the shape stands out from the noise; near 1 it is nothing but noise.",
-        series=("depth_strength",),
-    ),
-    Plot(
-        "energy",
-        "free energy",
-        "value",
-        "The lower bound on the log evidence of the window, by which Bando chooses what to publish.",
-        series=("free_energy",),
-    ),
-    Plot(
-        "own",
-        "weight of the own shape",
-        "value",
-        "How much of the shape is the body's own; the rest is the mean of other bodies.",
-        series=("own_weight",),
-    ),
-    Plot(
-        "pose",
-        "pose error",
-        "value",
-        "By how much the body is believed to be turned otherwise than it is.",
-        unit="°",
-        series=("turn_error_deg",),
-    ),
-)
-
 EXPERIMENT = Experiment(
+    **WORDS,
     id="structure",
-    title="Shape from motion",
-    family="Shapes from motion",
-    question="How much must a body turn, and be seen, before its shape is known?",
-    references=(
-        cite("bando2007", "chapter 4, section 5: factorization with noise, batch and online"),
-        cite("tomasi1992"),
-    ),
-    description=(
-        "Points of a rigid body are tracked while it turns, some of them hidden or missing. From where they are seen, "
-        "and how far that is to be trusted, its shape is found while one watches, with how sure each point is. What no "
-        "frame shows, such as the depth of a body that does not turn, stays unknown."
-    ),
-    unit="%",
-    trackers=TRACKERS,
-    frames=FRAMES,
-    presets=read_presets(Path(__file__).with_name("presets.yaml")),
-    layers=(
-        Layer("picture"),
-        Layer("trails", shown=True),
-        Layer(
-            "noise", title="Measurement noise", legend=(Key("observation", "measured, with two standard deviations"),)
-        ),
-        Layer("points", legend=(Key("hidden", "hidden, where the shape has it"),)),
-        Layer("shape", legend=(Key("estimate", "estimate"),)),
-        Layer("surface"),
-        Layer("names", shown=False),
-        Layer("uncertainty"),
-        Layer("truth", legend=(Key("truth", "truth"),)),
-        Layer("camera", legend=(Key("camera", "from where it is seen"),)),
-        SECOND_RUN,
-    ),
-    worlds=(SHAPE_WORLD,),
     # The window of the online methods is full by then, and has slid on.
     warm_frames=92,
     simulate=simulate,
@@ -266,37 +429,6 @@ EXPERIMENT = Experiment(
     error=shape_errors,
     measures=MEASURES,
     scale=SHARE,
-    series=SERIES,
-    quality=Quality(CALIBRATION),
+    quality=read_quality(FOLDER, TRACKERS),
     measure=measure,
-    target="body",
-    plots=PLOTS,
-    readings=(
-        Reading("shape error", "error"),
-        Reading("as a solid", "value", unit="%", series="metric_error"),
-        Reading("depth", "value", series="depth_strength"),
-        Reading("own shape", "value", series="own_weight"),
-        Reading("measured", "count", series="measured"),
-        Reading("yaw", "value", unit="°", series="yaw_deg"),
-        Reading("pitch", "value", unit="°", series="pitch_deg"),
-        Reading("log evidence", "evidence"),
-        STEP_TIME,
-    ),
-    terms=(
-        Term("shape error", "how far the points are from the true body, in percent of its size"),
-        Term("as a solid", "the error of the shape once its own proportions are kept: turned, moved and scaled only"),
-        Term("depth", "how deep the body is beside the noise; below about 1 its depth is not known"),
-        Term("own shape", "how much the points' own shape counts beside what was assumed, 0 to 1"),
-        Term("measured", "how many of the points were measured in this frame"),
-        Term("yaw", "the turn about the upright axis"),
-        Term("pitch", "the turn up or down"),
-        Term("free energy", "how well the model explains what was measured, as a bound that learning raises"),
-    ),
-    # Where what is hidden, and how wildly it is measured, decides which method is worth its cost.
-    example_sweep=ExampleSweep(
-        {"unseen_noise_px": (2, 10, 30, 100), "missing_share": (0, 0.2, 0.4, 0.6)},
-        trackers=("growing", "informed", "online", "svd"),
-        trials=3,
-        frames=180,
-    ),
 )

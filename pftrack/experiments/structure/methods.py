@@ -9,11 +9,11 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from typing_extensions import override
 
 from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.numerics.matrices import cholesky, eigenvalues, product, singular_values, solve_system
+from pftrack.experiments.structure.scene import Shape
 from pftrack.vision.structure import growing, recursive, variational
 from pftrack.vision.structure.cameras import residuals_and_slopes
 from pftrack.vision.structure.factorization import metric_transform
@@ -160,21 +160,6 @@ FIRST_VIEWS = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Prior:
-    """What is known of a body before it is seen.
-
-    Attributes:
-        mean: (n, 3) mean of other bodies of the kind, of unit size; None where none are known.
-        sd: Standard deviation of a coordinate about it.
-        focal_px: Of the camera.
-    """
-
-    mean: Floats | None
-    sd: float
-    focal_px: float
-
-
-@dataclass(frozen=True, eq=False)
 class Found:
     """The shape that a method has found.
 
@@ -198,75 +183,45 @@ class Belief:
     Attributes:
         found: The shape; None as long as there is none.
         strength: How far the third direction of the shape stands out from the noise.
+        known: What the online variational method knows, None as long as the window is not full; or the recursion, None
+            as long as the frames do not tell a shape.
+        free_energy: Of the window of a variational method.
+        misfit: Mean square of the residuals of the last frames in units of their noise; about 1 if all is well.
     """
 
     found: Found | None = None
     strength: float = math.nan
-
-    @property
-    def log_evidence(self) -> float:
-        """The log density that the belief gave to the last frame before it was taken; 0 where a method has none."""
-        return 0.0
-
-    @property
-    def nbytes(self) -> int:
-        """How much memory it takes."""
-        return 0
-
-
-@dataclass(frozen=True, eq=False)
-class Windowed(Belief):
-    """Belief of the online variational method; the batch method's as long as the window is not full.
-
-    Attributes:
-        online: What the method knows; None as long as the window is not full.
-        free_energy: Of the window.
-    """
-
-    online: Online | None = None
+    known: Online | Growing | Recursive | None = None
     free_energy: float = math.nan
-
-    @property
-    @override
-    def nbytes(self) -> int:
-        if self.online is None:
-            return 0
-        known = self.online
-        arrays = known.rows, known.precisions, known.second, known.motion, known.motion_covariances
-        return sum(array.nbytes for array in arrays)
-
-
-@dataclass(frozen=True, eq=False)
-class Grown(Belief):
-    """Belief of the recursion, from the mean of other bodies or from the first frames.
-
-    Attributes:
-        state: What the method knows; None as long as the frames do not tell a shape.
-        misfit: Mean square of the residuals of the last frames in units of their noise; about 1 if all is well.
-    """
-
-    state: Growing | Recursive | None = None
     misfit: float = 1.0
 
     @property
     def own(self) -> Recursive | None:
-        """The belief in the body's own shape."""
-        return self.state.own if isinstance(self.state, Growing) else self.state
+        """The belief of the recursion in the body's own shape."""
+        if isinstance(self.known, Growing):
+            return self.known.own
+        return self.known if isinstance(self.known, Recursive) else None
 
     @property
-    @override
     def log_evidence(self) -> float:
-        return self.own.log_evidence if self.own is not None else 0.0
+        """The log density that the belief gave to the last frame before it was taken; 0 where a method has none."""
+        return 0.0 if self.own is None else self.own.log_evidence
 
     @property
-    @override
     def nbytes(self) -> int:
-        return 2 * self.own.precision.nbytes if self.own is not None else 0
+        """How much memory it takes."""
+        known = self.known
+        if isinstance(known, Online):
+            arrays = known.rows, known.precisions, known.second, known.motion, known.motion_covariances
+            return sum(array.nbytes for array in arrays)
+        return 0 if self.own is None else 2 * self.own.precision.nbytes
 
 
-def plain(belief: Belief, seen: Observed, prior: Prior, parameters: StructureTrackerParameters) -> Belief:
+def plain(
+    belief: Belief, seen: Observed, body: Shape, focal_px: float, parameters: StructureTrackerParameters
+) -> Belief:
     """Factor all frames so far by singular values (Bando 2007, ch. 4 section 5.1)."""
-    del belief, parameters
+    del belief, body, parameters
     principal = principal_shape(seen.everything)
     if principal is None:
         return Belief()
@@ -281,16 +236,22 @@ def plain(belief: Belief, seen: Observed, prior: Prior, parameters: StructureTra
     covariances = np.broadcast_to(spread, (count, 3, 3)).copy()
     strength = float(strengths[2] / strengths[3]) if strengths[3] > 0.0 else math.nan
     newest = np.column_stack([motion[-2:], means[-1, 0]])
-    return Belief(_upgrade(shape, covariances, motion, newest, prior.focal_px), strength)
+    return Belief(_upgrade(shape, covariances, motion, newest, focal_px), strength)
 
 
 def windowed(
-    forgetting: Forgetting, belief: Belief, seen: Observed, prior: Prior, parameters: StructureTrackerParameters
-) -> Windowed:
+    forgetting: Forgetting,
+    belief: Belief,
+    seen: Observed,
+    body: Shape,
+    focal_px: float,
+    parameters: StructureTrackerParameters,
+) -> Belief:
     """Factor by variational Bayes: a window frame by frame, or all frames while they are fewer (section 5.2)."""
+    del body
     window = parameters.window_frames
     settings = variational.Settings(window, parameters.kept_share, forgetting)
-    known = belief.online if isinstance(belief, Windowed) else None
+    known = belief.known if isinstance(belief.known, Online) else None
     if known is not None and known.settings.window == window:
         known = replace(known, settings=settings)
         known = variational.step(known, seen.positions[-1], seen.variances[-1])
@@ -299,20 +260,20 @@ def windowed(
         for positions, variances in zip(seen.positions[-window:], seen.variances[-window:], strict=True):
             known = variational.step(known, positions, variances)
     else:
-        return _batch(seen, prior, parameters.wrong_odds)
+        return _batch(seen, focal_px, parameters.wrong_odds)
     strength = _strength(known.rows, known.precisions, known.shape, known.motion)
     newest = known.motion[-2:]
-    found = _upgrade(known.shape, known.shape_covariances, known.motion[:, :3], newest, prior.focal_px)
-    return Windowed(found, strength, known, known.free_energy)
+    found = _upgrade(known.shape, known.shape_covariances, known.motion[:, :3], newest, focal_px)
+    return Belief(found, strength, known, known.free_energy)
 
 
-def _batch(seen: Observed, prior: Prior, wrong: float) -> Windowed:
+def _batch(seen: Observed, focal_px: float, wrong: float) -> Belief:
     if len(seen.positions) < FEWEST_VIEWS:
-        return Windowed()
+        return Belief()
     tracks, fit = fit_despite_outliers(Tracks(seen.positions, seen.told), wrong)
     strength = _strength(tracks.matrix, tracks.precisions, fit.shape, fit.motion)
-    found = _upgrade(fit.shape, fit.shape_covariances, fit.motion[:, :3], fit.motion[-2:], prior.focal_px)
-    return Windowed(found, strength, free_energy=float(fit.free_energies[-1]))
+    found = _upgrade(fit.shape, fit.shape_covariances, fit.motion[:, :3], fit.motion[-2:], focal_px)
+    return Belief(found, strength, free_energy=float(fit.free_energies[-1]))
 
 
 def _strength(
@@ -335,53 +296,55 @@ def _strength(
     return min(float(strengths_of(precisions, shape, motion)[2]), float(values[2] / noise))
 
 
-def grow(belief: Belief, seen: Observed, prior: Prior, parameters: StructureTrackerParameters) -> Grown:
+def grow(
+    belief: Belief, seen: Observed, body: Shape, focal_px: float, parameters: StructureTrackerParameters
+) -> Belief:
     """Let a shape grow, from the mean of other bodies or from the first frames (`pftrack.vision.structure.growing`).
 
     A first shape that was too far off leads nowhere. It does not fit the frames, and is given up for a new one.
     """
-    known = belief.state if isinstance(belief, Grown) else None
+    known = None if isinstance(belief.known, Online) else belief.known
     last = len(seen.positions) - 1
-    if isinstance(belief, Grown) and known is not None and (belief.misfit < WORST_MISFIT or parameters.frozen):
-        return _grown_shape(_after(known, seen, last, prior, parameters), seen, prior, belief.misfit)
+    if known is not None and (belief.misfit < WORST_MISFIT or parameters.frozen):
+        return _grown_shape(_after(known, seen, last, focal_px, parameters), seen, focal_px, belief.misfit)
     first = max(0, last + 1 - FIRST_AT_MOST)
-    if prior.mean is not None:
-        covariance = np.broadcast_to(prior.sd**2 * np.eye(3), (len(prior.mean), 3, 3))
-        begun = growing.begin(prior.mean, covariance, _settings(prior, parameters))
-        return _grown_shape(_after(begun, seen, first, prior, parameters), seen, prior)
+    if body.mean is not None:
+        covariance = np.broadcast_to(body.prior_sd**2 * np.eye(3), (len(body.mean), 3, 3))
+        begun = growing.begin(body.mean, covariance, _settings(focal_px, parameters))
+        return _grown_shape(_after(begun, seen, first, focal_px, parameters), seen, focal_px)
     if last + 1 < max(parameters.first_frames, FIRST_VIEWS):
-        return Grown()
+        return Belief()
     tracks, fit = fit_despite_outliers(Tracks(seen.positions[first:], seen.told[first:]), parameters.wrong_odds)
     strength = _strength(tracks.matrix, tracks.precisions, fit.shape, fit.motion)
     if not strength > SURE_STRENGTH:
         # The body has not turned, or its points lie in one plane.
-        return Grown(strength=strength)
+        return Belief(strength=strength)
     try:
-        shape = from_window(tracks, recursive.Settings(prior.focal_px), fit)
+        shape = from_window(tracks, recursive.Settings(focal_px), fit)
     except ValueError:
         # The cameras determine no metric shape yet.
-        return Grown(strength=strength)
-    return _grown_shape(shape, seen, prior)
+        return Belief(strength=strength)
+    return _grown_shape(shape, seen, focal_px)
 
 
-def _settings(prior: Prior, parameters: StructureTrackerParameters) -> growing.Settings:
-    return growing.Settings(prior.focal_px, frozen=parameters.frozen)
+def _settings(focal_px: float, parameters: StructureTrackerParameters) -> growing.Settings:
+    return growing.Settings(focal_px, frozen=parameters.frozen)
 
 
 def _after(
-    known: Growing | Recursive, seen: Observed, begin: int, prior: Prior, parameters: StructureTrackerParameters
+    known: Growing | Recursive, seen: Observed, begin: int, focal_px: float, parameters: StructureTrackerParameters
 ) -> Growing | Recursive:
     """Return what is known after the kept frames from one on."""
     for positions, variances in zip(seen.positions[begin:], seen.variances[begin:], strict=True):
         if isinstance(known, Growing):
-            known = growing.step(replace(known, settings=_settings(prior, parameters)), positions, variances)
+            known = growing.step(replace(known, settings=_settings(focal_px, parameters)), positions, variances)
         elif not parameters.frozen:
-            settings = replace(known.settings, focal_px=prior.focal_px)
+            settings = replace(known.settings, focal_px=focal_px)
             known = recursive.step(replace(known, settings=settings), positions, variances)
     return known
 
 
-def _grown_shape(state: Growing | Recursive, seen: Observed, prior: Prior, misfit: float = 1.0) -> Grown:
+def _grown_shape(state: Growing | Recursive, seen: Observed, focal_px: float, misfit: float = 1.0) -> Belief:
     own = state.own if isinstance(state, Growing) else state
     camera = state.mean_camera if isinstance(state, Growing) else state.camera
     if camera is None or own.camera is None:
@@ -390,11 +353,11 @@ def _grown_shape(state: Growing | Recursive, seen: Observed, prior: Prior, misfi
     # Of the middle one of the points: some may never have been seen.
     noise = float(np.sqrt(np.median(np.trace(covariances, axis1=1, axis2=2)) / 3.0))
     if not (float(np.abs(own.shape).max()) < FURTHEST and noise < FURTHEST and np.isfinite(covariances).all()):
-        return Grown()
+        return Belief()
     thickness = np.sqrt(max(float(_least(state.shape)), 0.0))
     found = Found(state.shape, covariances, camera, one_handed=True)
-    misfit += MISFIT_SHARE * (_misfit(own.shape, own.camera, seen, prior.focal_px) - misfit)
-    return Grown(found, float(thickness / noise), state, misfit)
+    misfit += MISFIT_SHARE * (_misfit(own.shape, own.camera, seen, focal_px) - misfit)
+    return Belief(found, float(thickness / noise), state, misfit=misfit)
 
 
 def _misfit(shape: Floats, camera: Floats, seen: Observed, focal_px: float) -> float:

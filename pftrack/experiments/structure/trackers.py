@@ -27,11 +27,8 @@ from pftrack.experiments.structure import methods
 from pftrack.experiments.structure.methods import (
     Belief,
     Found,
-    Grown,
     Observed,
-    Prior,
     StructureTrackerParameters,
-    Windowed,
     grow,
     plain,
     windowed,
@@ -118,17 +115,16 @@ def place(before: Placed, found: Found, rows: Floats, precisions: Floats, focal_
     camera = found.camera.copy()
     camera[:, 3] = (product(found.camera[:, :3], centre[:, None])[:, 0] + found.camera[:, 3]) / size
     direct = _turn(points, covariances, camera, before.points)
-    few = np.count_nonzero(precisions.max(axis=0)) < FEWEST_TO_PLACE
     if found.one_handed:
-        return _settle(before, direct, rows, precisions, focal_px, few=bool(few))
+        return settle(before, direct, rows, precisions, focal_px)
     mirrored = _turn(points * MIRROR, _flip(covariances), _mirrored_camera(camera), before.points)
     odds = ODDS_KEPT * before.depth_odds
     if before.known and _apart(mirrored, before) < _apart(direct, before):
         direct, mirrored = mirrored, direct
-    first = _settle(before, direct, rows, precisions, focal_px, few=bool(few))
-    if few:
+    first = settle(before, direct, rows, precisions, focal_px)
+    if _too_few(precisions):
         return first
-    other = _settle(before, mirrored, rows, precisions, focal_px, few=False)
+    other = settle(before, mirrored, rows, precisions, focal_px)
     difference = _evidence(first, rows, precisions, focal_px) - _evidence(other, rows, precisions, focal_px)
     odds += min(max(difference, -LARGEST_DIFFERENCE), LARGEST_DIFFERENCE)
     # At first nothing speaks for either; later the other one must be clearly better, or the shape would flicker.
@@ -137,10 +133,9 @@ def place(before: Placed, found: Found, rows: Floats, precisions: Floats, focal_
     return replace(other, depth_odds=-odds)
 
 
-def place_again(before: Placed, rows: Floats, precisions: Floats, focal_px: float) -> Placed:
-    """Return the shape of before with the camera of a further frame."""
-    few = np.count_nonzero(precisions.max(axis=0)) < FEWEST_TO_PLACE
-    return before if few else _settle(before, before, rows, precisions, focal_px, few=False)
+def _too_few(precisions: Floats) -> bool:
+    """Return whether too few points (2, n) were measured to place a shape."""
+    return bool(np.count_nonzero(precisions.max(axis=0)) < FEWEST_TO_PLACE)
 
 
 def _turn(
@@ -169,18 +164,10 @@ def _apart(one: Placed, other: Placed) -> float:
     return float(np.square(one.points - other.points).sum())
 
 
-def _settle(
-    before: Placed,
-    shape: Placed,
-    rows: Floats,
-    precisions: Floats,
-    focal_px: float,
-    *,
-    few: bool,
-) -> Placed:
-    """Return a shape with the pinhole that fits the frame best; the last one where too little is seen."""
+def settle(before: Placed, shape: Placed, rows: Floats, precisions: Floats, focal_px: float) -> Placed:
+    """Return a shape with the pinhole that fits a frame best; the last one, `before`'s, where too little is seen."""
     camera = before.camera
-    if not few:
+    if not _too_few(precisions):
         start = np.ascontiguousarray(shape.camera)
         camera = fit_camera(focal_px, start, shape.points, rows, precisions, start, TURN_PRECISION, ROUNDS)
     return Placed(shape.points, shape.covariances, camera, shape.known, before.depth_odds)
@@ -196,20 +183,20 @@ class StructureState:
 
     Attributes:
         body: What is between its points.
-        prior: What was known beforehand.
         principal_px: (2,) where the camera's axis meets the picture.
         seen: The frames so far.
         belief: The method's own.
         placed: The shape in the common frame of reference, and the camera.
-        focal_px: That the camera was assumed to have in this frame.
+        told_focal_px: What is known of the camera.
+        focal_px: That it was assumed to have in this frame.
     """
 
     body: Shape
-    prior: Prior
     principal_px: Floats
     seen: Observed
     belief: Belief
     placed: Placed
+    told_focal_px: float
     focal_px: float
 
     @property
@@ -238,7 +225,7 @@ class StructureState:
         return {"covariances": self.placed.covariances, "camera": self.placed.camera}
 
 
-Method: TypeAlias = Callable[[Belief, methods.Observed, Prior, StructureTrackerParameters], Belief]
+Method: TypeAlias = Callable[[Belief, methods.Observed, Shape, float, StructureTrackerParameters], Belief]
 View: TypeAlias = tuple[Floats, Floats]
 
 ANGLES = ("yaw", "pitch", "roll")
@@ -262,13 +249,12 @@ def start(
     if not isinstance(target, BodyTarget):
         raise TypeError(f"a tracker of shapes follows a body, got a {type(target).__name__}")
     shape = target.shape
-    prior = Prior(shape.mean, shape.prior_sd, target.focal_px)
     positions, variances = _measure(frame, target.principal_px, parameters)
     seen = methods.take(methods.begin(len(shape.names)), positions, variances)
     rows, precisions = check_view(positions, variances, len(shape.names))
-    focal = prior.focal_px * parameters.lens_factor
+    focal = target.focal_px * parameters.lens_factor
     guess = flat(seen.filled[-1], rows, precisions, focal)
-    state = StructureState(shape, prior, target.principal_px, seen, Belief(), guess, focal)
+    state = StructureState(shape, target.principal_px, seen, Belief(), guess, target.focal_px, focal)
     return _take(method, state, parameters)
 
 
@@ -282,15 +268,14 @@ def step(
 
 
 def _take(method: Method, state: StructureState, parameters: StructureTrackerParameters) -> StructureState:
-    focal = float(state.prior.focal_px * parameters.lens_factor)
-    prior = replace(state.prior, focal_px=focal)
+    focal = float(state.told_focal_px * parameters.lens_factor)
     robust = parameters.wrong_odds > 0.0
     seen = doubt(state.seen, state.belief, focal, parameters.wrong_odds) if robust else state.seen
-    belief = method(state.belief, seen, prior, parameters)
+    belief = method(state.belief, seen, state.body, focal, parameters)
     state = replace(state, seen=seen)
     view = check_view(seen.positions[-1], seen.variances[-1], len(state.body.names))
     if belief.found is None:
-        shape = place_again(state.placed, *view, focal)
+        shape = settle(state.placed, state.placed, *view, focal)
     else:
         shape = place(state.placed, belief.found, *view, focal)
     return replace(state, belief=belief, placed=shape, focal_px=focal)
@@ -336,56 +321,26 @@ def measure(state: StructureState) -> Mapping[str, SeriesValue]:
     }
     pose = np.rad2deg(gaze(angles(turn)))
     values |= {f"{angle}_deg": float(value) for angle, value in zip(ANGLES, pose, strict=True)}
-    if isinstance(belief, Windowed) and math.isfinite(belief.free_energy):
+    if math.isfinite(belief.free_energy):
         values["free_energy"] = belief.free_energy
-    if isinstance(belief, Grown) and isinstance(belief.state, Growing):
-        values["own_probability"] = belief.state.probability
-        values["own_weight"] = belief.state.weight
+    if isinstance(belief.known, Growing):
+        values["own_probability"] = belief.known.probability
+        values["own_weight"] = belief.known.weight
     return values
 
 
-def _tracker(name: str, title: str, description: str, method: Method, *series: Series) -> Tracker:
-    return Tracker(
-        name,
-        title,
-        description,
-        partial(start, method),
-        partial(step, method),
-        series=(*COMMON, *series),
-        measure=measure,
-    )
+def _tracker(name: str, method: Method, *series: Series) -> Tracker:
+    begin, follow = partial(start, method), partial(step, method)
+    return Tracker(name, "", "", begin, follow, series=(*COMMON, *series), measure=measure)
 
 
 TRACKERS: dict[str, Tracker] = {
     tracker.id: tracker
     for tracker in (
-        _tracker(
-            "growing",
-            "Growing shape",
-            "Keeps the covariance of all points together, from the mean of other bodies or from the first frames.",
-            grow,
-            *SWITCH,
-        ),
-        _tracker(
-            "informed",
-            "Variational, by information",
-            "Factors a window by variational Bayes; each point is forgotten as far as it is seen.",
-            partial(windowed, "by-information"),
-            FREE_ENERGY,
-        ),
-        _tracker(
-            "online",
-            "Variational",
-            "Factors a window by variational Bayes and averages over time; all points are forgotten alike.",
-            partial(windowed, "common"),
-            FREE_ENERGY,
-        ),
-        _tracker(
-            "svd",
-            "Singular values",
-            "Factors all frames so far by singular values; every position counts alike, hidden or not.",
-            plain,
-        ),
+        _tracker("growing", grow, *SWITCH),
+        _tracker("informed", partial(windowed, "by-information"), FREE_ENERGY),
+        _tracker("online", partial(windowed, "common"), FREE_ENERGY),
+        _tracker("svd", plain),
     )
 }
-"""The trackers of a shape, by name, in the order in which they are shown."""
+"""The trackers of a shape, by name, in the order in which they are shown; `experiment.yaml` has their titles."""

@@ -91,7 +91,7 @@ def test_before_a_textured_wall_only_the_backdrop_tells_a_hand(first: int) -> No
     seen = {}
     for way in ("light", "background", "skin", "backdrop"):
         given = revise(SilhouetteParameters(), {"tells_by": way, "backdrop_frames": first, "smoothing_px": 3})
-        seen[way] = silhouette_of(image, given.silhouette, clip)
+        seen[way] = silhouette_of(image, given, clip)
     assert seen["backdrop"].finding is Finding.CLEAR
     assert (seen["backdrop"].mask != mask).mean() < 0.01
     for way in ("background", "skin"):
@@ -113,12 +113,12 @@ def test_a_backdrop_is_suggested_where_nothing_else_tells_the_hand() -> None:
 def test_a_model_is_made_once_and_the_border_stands_in_where_there_is_none() -> None:
     """So live changes of other settings cost nothing, and simulated pictures have a silhouette as well."""
     clip = Clip(*(wall(seed) for seed in range(5)))
-    settings = revise(SilhouetteParameters(), {"tells_by": "backdrop"}).silhouette
+    settings = revise(SilhouetteParameters(), {"tells_by": "backdrop"})
     for seed in range(3):
         silhouette_of(read_only(with_hand(seed, 100.0)[0]), settings, clip)
     assert clip.asked == [0]
     image, _ = with_hand(0, 100.0)
-    border = silhouette_of(image, settings._replace(tells_by="background"))
+    border = silhouette_of(image, revise(settings, {"tells_by": "background"}))
     assert np.array_equal(silhouette_of(image, settings).mask, border.mask)
 
 
@@ -127,7 +127,7 @@ def test_a_hand_that_never_moves_is_told_to_be_in_the_backdrop(count: int) -> No
     """Of a clip of one picture as well: nothing differs, it is said why, and no backdrop is suggested."""
     clip = Clip(*(with_hand(seed, 100.0)[0] for seed in range(count)))
     given = revise(SilhouetteParameters(), {"tells_by": "backdrop", "smoothing_px": 3})
-    found = silhouette_of(clip.shown[0], given.silhouette, clip)
+    found = silhouette_of(clip.shown[0], given, clip)
     assert found.finding is Finding.AS_BACKDROP
     assert not found.mask.any()
     assert suggest_parameters(clip.shown[0], clip)["tells_by"] != "backdrop"
@@ -140,7 +140,7 @@ def test_a_backdrop_is_in_doubt_where_a_hand_moves_a_little_in_every_picture() -
     clip = Clip(*(with_hand(seed, column)[0] for seed, column in enumerate(columns)))
     given = revise(SilhouetteParameters(), {"tells_by": "backdrop", "smoothing_px": 3})
     image, mask = with_hand(50, 124.0)
-    found = silhouette_of(image, given.silhouette, clip)
+    found = silhouette_of(image, given, clip)
     assert (found.mask != mask).mean() > 0.03
     assert found.finding is Finding.DOUBTFUL
     assert suggest_parameters(image, clip)["tells_by"] != "backdrop"

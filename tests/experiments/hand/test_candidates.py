@@ -11,7 +11,7 @@ from pftrack.experiments.hand.candidates import (
     flexion_rates,
     palm_candidates,
 )
-from pftrack.experiments.hand.parameters import HandTrackerParameters, Task, settings
+from pftrack.experiments.hand.model import HandTrackerParameters, Task, settings
 from pftrack.experiments.hand.shape import HIGH, LOW, MODEL, joints, open_pose, palm_points, parts
 
 SCALE, SIDE, TURN = 312.0, 1200, 0.03

@@ -18,7 +18,7 @@ from pftrack.experiments.hand.likelihood import (
     tip_distances,
     x_p,
 )
-from pftrack.experiments.hand.parameters import HandTrackerParameters, Task, settings
+from pftrack.experiments.hand.model import HandTrackerParameters, Task, settings
 from pftrack.experiments.hand.shape import MODEL, joints, open_pose, palm_points, silhouette
 
 SCALE, SIDE = 52.0, 200

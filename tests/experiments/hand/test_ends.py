@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from pftrack.experiments.hand.fingers import features_in
 from pftrack.experiments.hand.likelihood import PictureTables, finger_fit, tables_of
-from pftrack.experiments.hand.parameters import JOINT_COST, HandTrackerParameters, Task, settings
+from pftrack.experiments.hand.model import JOINT_COST, HandTrackerParameters, Task, settings
 from pftrack.experiments.hand.shape import MODEL, joints, open_pose, silhouette
 from pftrack.experiments.hand.silhouette import Finding, Silhouette
 

@@ -12,7 +12,7 @@ from pftrack.core.model.parameters import revise
 from pftrack.core.model.series import Hypotheses
 from pftrack.core.model.source import Target
 from pftrack.experiments import find
-from pftrack.experiments.hand.draw import capsules, plate, ribbon
+from pftrack.experiments.hand.experiment import capsules, plate, ribbon
 from pftrack.experiments.hand.recording import Errors, is_mirrored, report
 from pftrack.experiments.hand.scene import HandTarget
 from pftrack.experiments.hand.shape import MODEL, joints, open_pose

@@ -20,13 +20,13 @@ from pftrack.experiments.hand.first_pose import (
     find_open_hand,
     fit_hand,
 )
-from pftrack.experiments.hand.raised_fingers import propose
+from pftrack.experiments.hand.recording import propose
 from pftrack.experiments.hand.scene import HandSceneParameters, HandSource, HandTarget
 from pftrack.experiments.hand.shape import MODEL, joints, open_pose, silhouette
 from pftrack.experiments.hand.silhouette import Finding, SilhouetteParameters, suggest_parameters
 
 CLIP = Path(__file__).parents[3] / ".." / "shared" / "data" / "hand_silhouette"
-SETTINGS = SilhouetteParameters().silhouette
+SETTINGS = SilhouetteParameters()
 
 
 def seen(index: int = 0, seed: int = 0, **values: object) -> tuple[HandFeatures, HandTarget]:
@@ -214,7 +214,7 @@ def test_a_persons_two_fingers_are_begun_by_marks() -> None:
     picture = cv2.imread(str(CLIP / "img" / "001.png"))
     assert picture is not None
     image = np.ascontiguousarray(picture[..., ::-1], np.uint8)
-    features = features_of(image, revise(SilhouetteParameters(), suggest_parameters(image)).silhouette)
+    features = features_of(image, revise(SilhouetteParameters(), suggest_parameters(image)))
     with pytest.raises(NoOpenHandError, match="2 fingers are seen"):
         find_open_hand(features)
     hand = find_open_hand(features, np.array([[80.0, 125], [40, 60], [72, 42], [93, 121], [111, 125]]))

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from pftrack.experiments.hand.likelihood import tables_of
-from pftrack.experiments.hand.parameters import HandTrackerParameters, Task, settings
-from pftrack.experiments.hand.particles import ANYWHERE, Cloud, _gains, sample
+from pftrack.experiments.hand.model import HandTrackerParameters, Task, settings
 from pftrack.experiments.hand.shape import HIGH, LOW, MODEL, joints, open_pose, silhouette
+from pftrack.experiments.hand.trackers import ANYWHERE, Cloud, _gains, sample
 
 SCALE, SIDE, COUNT = 52.0, 200, 40
 TASK = Task(SCALE, MODEL, settings(HandTrackerParameters(), SCALE))

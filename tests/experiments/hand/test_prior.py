@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from pftrack.experiments.hand.parameters import (
+from pftrack.experiments.hand.model import (
+    SPREAD_SD,
     HandTrackerParameters,
     Predictions,
     log_prior,
@@ -27,7 +28,7 @@ def densities() -> np.ndarray:
     fingers = away[:, 5:].reshape(6, 5, 4)
     squares = np.square(away[:, :2] / SETTINGS.wrist_sd).sum(axis=1)
     squares += np.square(away[:, 2:5] / [SETTINGS.turn_sd, SETTINGS.tilt_sd, SETTINGS.turn_sd]).sum(axis=1)
-    squares += np.square(fingers[:, :, 0] / SETTINGS.spread_sd).sum(axis=1)
+    squares += np.square(fingers[:, :, 0] / SPREAD_SD).sum(axis=1)
     squares += np.square(fingers[:, :, 1:].mean(axis=2) / SETTINGS.flexion_sd).sum(axis=1)
     return np.exp(-0.5 * squares)
 

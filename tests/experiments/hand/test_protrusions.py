@@ -10,7 +10,7 @@ from pftrack.experiments.hand.fingers import HandFeatures, features_in, features
 from pftrack.experiments.hand.scene import HandSceneParameters, HandSource, HandTarget
 from pftrack.experiments.hand.silhouette import Finding, Silhouette, SilhouetteParameters
 
-SETTINGS = SilhouetteParameters().silhouette
+SETTINGS = SilhouetteParameters()
 
 
 def seen(index: int = 0, seed: int = 0, **values: object) -> tuple[HandFeatures, HandTarget]:

@@ -7,7 +7,7 @@ from pftrack.core.geometry.polygons import convex_hull, fill, row_sums
 from pftrack.experiments.hand.beams import differences, improve, log_score
 from pftrack.experiments.hand.candidates import HIDDEN
 from pftrack.experiments.hand.likelihood import PictureTables, contour_of, finger_fit, tables_of, x_p
-from pftrack.experiments.hand.parameters import HandTrackerParameters, Predictions, Task, settings
+from pftrack.experiments.hand.model import HandTrackerParameters, Predictions, Task, settings
 from pftrack.experiments.hand.shape import MODEL, joints, open_pose, palm_points, silhouette
 
 SCALE, SIDE = 52.0, 200

@@ -6,7 +6,7 @@ import pytest
 from pftrack.core.geometry.polygons import convex_hull, distance_to_polygon
 from pftrack.experiments.hand.beams import search
 from pftrack.experiments.hand.likelihood import MARGIN, PictureTables, postures, reaches, tables_of
-from pftrack.experiments.hand.parameters import HandTrackerParameters, Predictions, Task, settings
+from pftrack.experiments.hand.model import HandTrackerParameters, Predictions, Task, settings
 from pftrack.experiments.hand.shape import HIGH, LOW, MODEL, finger_slice, joints, open_pose, silhouette
 
 SCALE, SIDE = 52.0, 200

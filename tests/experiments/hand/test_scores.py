@@ -16,7 +16,7 @@ from pftrack.experiments.hand.likelihood import (
     tables_of,
     x_p,
 )
-from pftrack.experiments.hand.parameters import HandTrackerParameters, Predictions, Task, log_shares, settings
+from pftrack.experiments.hand.model import PALM_FIT_SD, HandTrackerParameters, Predictions, Task, log_shares, settings
 from pftrack.experiments.hand.shape import MODEL, joints, open_pose, palm_points, silhouette
 
 SCALE, SIDE = 52.0, 200
@@ -78,7 +78,7 @@ def test_a_score_is_the_sum_of_its_terms(task: Task) -> None:
         for near in range(3):
             halves, own = half_steps(poses[near], task), ideals[near]
             misfit = x_p(convex_hull(palm_points(one, SCALE, MODEL)), seen, SCALE)
-            total = wanted + cell_log_fit(misfit**2, own[0], task.settings.palm_fit_sd)
+            total = wanted + cell_log_fit(misfit**2, own[0], PALM_FIT_SD)
             for finger in range(5):
                 moves = moves_by_half_steps(one, finger, halves) if cells else NO_MOVES
                 place = joints(one, SCALE, MODEL)[finger]

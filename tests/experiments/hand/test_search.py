@@ -15,7 +15,7 @@ from pftrack.experiments.hand.beams import (
 )
 from pftrack.experiments.hand.candidates import HIDDEN
 from pftrack.experiments.hand.likelihood import PictureTables, ideals_of, tables_of
-from pftrack.experiments.hand.parameters import HandTrackerParameters, Predictions, Task, settings
+from pftrack.experiments.hand.model import HandTrackerParameters, Predictions, Task, settings
 from pftrack.experiments.hand.shape import HIGH, LOW, MODEL, joints, open_pose, silhouette
 from pftrack.filters.beam import Beam
 
@@ -47,7 +47,6 @@ def test_a_hand_that_is_as_predicted_is_found_with_its_fingers() -> None:
     assert hands.poses[best] == pytest.approx(POSE)
     assert hands.assignments[best].tolist() == [0, 1, 2, 3, 4]
     assert hands.scores[best] == pytest.approx(0.0, abs=0.05)
-    assert hands.tried == 175
     apart = np.abs(hands.poses[:, None, 2:5] - hands.poses[None, :, 2:5]).max(axis=2)
     assert apart[~np.eye(len(apart), dtype=bool)].min() > 0.06
     assert len(hands.scores) <= REFERENCE.settings.palm_count
@@ -91,7 +90,6 @@ def test_hands_of_a_frame_are_ranked_with_their_silhouettes() -> None:
     assert (found.fit == differences(members, seen, REFERENCE) / seen.area).all()
     assert np.argmin(found.fit) == 0
     assert found.beam.parents.tolist() == [0, 0, 0, 0]
-    assert found.origins == pytest.approx(np.tile(POSE, (4, 1)))
     assert not any(alike(members[i], members[j]) for i in range(4) for j in range(i))
 
 

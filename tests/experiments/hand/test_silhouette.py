@@ -29,7 +29,7 @@ def hand(side: int = 200, ground: Any = (16, 20, 24), colour: Any = SKIN) -> tup
 
 
 def found(image: Picture, **values: object) -> Any:
-    return silhouette_of(image, revise(DEFAULTS, values).silhouette)
+    return silhouette_of(image, revise(DEFAULTS, values))
 
 
 @pytest.mark.parametrize(
@@ -98,7 +98,7 @@ def test_large_pictures_are_made_smaller_by_a_whole_factor() -> None:
 def test_silhouettes_of_the_last_pictures_are_kept() -> None:
     """The same read-only picture gives the same object; one that may be written is looked at again."""
     image, _ = hand()
-    settings = DEFAULTS.silhouette
+    settings = DEFAULTS
     assert silhouette_of(read_only(image), settings) is not silhouette_of(image, settings)
     kept = read_only(image)
     assert silhouette_of(kept, settings) is silhouette_of(kept, settings)

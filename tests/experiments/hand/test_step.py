@@ -9,10 +9,9 @@ from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import Frame, History
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.hand.beams import alike
-from pftrack.experiments.hand.parameters import HandTrackerParameters
+from pftrack.experiments.hand.model import HandState, HandTrackerParameters
 from pftrack.experiments.hand.scene import HandSceneParameters, HandSource, HandTarget
 from pftrack.experiments.hand.shape import joints
-from pftrack.experiments.hand.state import HandState
 from pftrack.experiments.hand.trackers import TRACKERS
 
 DEFAULTS = HandTrackerParameters()

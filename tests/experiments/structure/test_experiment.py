@@ -11,7 +11,7 @@ from pftrack.core.model.preset import Preset
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.setup import find_export
 from pftrack.experiments import find
-from pftrack.experiments.structure.draw import shape_errors, shape_world
+from pftrack.experiments.structure.experiment import shape_errors, shape_world
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.tracks.table import read_tracks

@@ -12,7 +12,7 @@ from pftrack.core.model.recipe import Change
 from pftrack.core.model.source import Frame, Measurements
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments import find
-from pftrack.experiments.structure.draw import shape_errors
+from pftrack.experiments.structure.experiment import shape_errors
 from pftrack.experiments.structure.methods import StructureTrackerParameters
 from pftrack.experiments.structure.scene import BodyTarget, body_of, normalise, unnamed_shape
 from pftrack.experiments.structure.trackers import TRACKERS, StructureState

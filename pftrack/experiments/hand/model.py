@@ -4,18 +4,24 @@ Areas and distances are those of a palm axis of 52 px; compiled code has them in
 """
 
 import math
-from functools import lru_cache
-from typing import Literal, NamedTuple
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
+from pftrack.core.model.series import Hypotheses, Reduction, Series, SeriesValue
 from pftrack.core.numerics.compiled import compiled
-from pftrack.experiments.hand.shape import ANGLES, HandShape
+from pftrack.experiments.hand.shape import ANGLES, FINGERS, HandShape, joints
 from pftrack.experiments.hand.silhouette import SilhouetteParameters
+from pftrack.experiments.shared import reports
 from pftrack.experiments.shared.reports import loss_share, particle_count
-from pftrack.filters.particles import normalise
+from pftrack.filters.beam import Beam
+from pftrack.filters.particles import ParticleSet, normalise
 
 NOMINAL_SCALE_PX = 52.0
 """Length of the palm axis for which areas and distances are given; those in px grow with it, areas with its square."""
@@ -23,9 +29,8 @@ NOMINAL_SCALE_PX = 52.0
 MOST_KEPT = 16
 """Hands from frame to frame."""
 
-BEAM, PARTICLES = ("beam",), ("particles",)
-KEPT, CANDIDATES, MOTION, FIT, RANKING = "Beam", "Candidates", "Motion", "Fit", "Ranking"
-LOSS = "Loss"
+BEAM = ("beam",)
+KEPT, CANDIDATES, MOTION, LOSS, RANKING = "Beam", "Candidates", "Motion", "Loss", "Ranking"
 
 
 class _Search(Parameters, constants={"step_area_px2": 90}, group=CANDIDATES, trackers=BEAM):
@@ -37,48 +42,32 @@ class _Search(Parameters, constants={"step_area_px2": 90}, group=CANDIDATES, tra
     palm_count: int = parameter(
         20, "Palms tried", "For how many of the best palms fingers are looked for.", within=(1, 100, 1)
     )
-    sample_count: int = particle_count(100, trackers=PARTICLES)
+    sample_count: int = particle_count(100, trackers=("particles",))
 
 
-class _Motion(Parameters, constants={"still_penalty": 0.7}, group=MOTION):
+def _deviation(default: float, title: str, of: str, *, most: float = 1, useful: float = 0.3) -> Any:  # noqa: ANN401
+    """Declare a standard deviation, rad: `of` what, up to how much, and up to how much on a slider."""
+    least = 0.005 * most
+    return parameter(
+        default,
+        title,
+        f"Standard deviation of {of} from the prediction.",
+        unit="rad",
+        within=(least, most, least),
+        useful=(least, useful),
+        role="noise",
+    )
+
+
+FORMER_MOTION = {"still_penalty": 0.7, "spread_sd_rad": 0.08, "wrist_sd_rad": 0.15}
+
+
+class _Motion(Parameters, constants=FORMER_MOTION, group=MOTION):
     """How far a hand may be from where it was expected."""
 
-    palm_turn_sd_rad: float = parameter(
-        0.06,
-        "Palm in the picture",
-        "Standard deviation of the palm's angles a and c from the prediction.",
-        unit="rad",
-        within=(0.005, 1, 0.005),
-        useful=(0.005, 0.3),
-        role="noise",
-    )
-    palm_tilt_sd_rad: float = parameter(
-        0.10,
-        "Palm about the forearm",
-        "Standard deviation of the palm's angle b from the prediction.",
-        unit="rad",
-        within=(0.005, 1, 0.005),
-        useful=(0.005, 0.3),
-        role="noise",
-    )
-    flexion_sd_rad: float = parameter(
-        0.35,
-        "Bending of fingers",
-        "Standard deviation of a finger's flexion from the prediction.",
-        unit="rad",
-        within=(0.01, 2, 0.01),
-        useful=(0.01, 1),
-        role="noise",
-    )
-    spread_sd_rad: float = parameter(
-        0.08,
-        "Spreading of fingers",
-        "Standard deviation of a finger's spread from the prediction.",
-        unit="rad",
-        within=(0.005, 1, 0.005),
-        useful=(0.005, 0.3),
-        role="noise",
-    )
+    palm_turn_sd_rad: float = _deviation(0.06, "Palm in the picture", "the palm's angles a and c")
+    palm_tilt_sd_rad: float = _deviation(0.10, "Palm about the forearm", "the palm's angle b")
+    flexion_sd_rad: float = _deviation(0.35, "Bending of fingers", "a finger's flexion", most=2, useful=1)
     growth_sd: float = parameter(
         0,
         "Change of size",
@@ -91,41 +80,6 @@ class _Motion(Parameters, constants={"still_penalty": 0.7}, group=MOTION):
         True,
         "Straight wrist",
         "Whether a bent wrist is less probable. It trades off with bent fingers, and a silhouette shows little of it.",
-    )
-    wrist_sd_rad: float = parameter(
-        0.15,
-        "Bending of the wrist",
-        "Standard deviation of the wrist's flexion c from 0.",
-        unit="rad",
-        within=(0.01, 2, 0.01),
-        useful=(0.01, 0.6),
-        role="noise",
-    )
-
-
-class _Fit(
-    Parameters,
-    constants={"hidden_fit_sd": 2.5, "axis_sd_px": 2.5, "hidden_cost": 2, "joint_cost": 1.5},
-    group=FIT,
-):
-    """How well parts of the hand must fit the silhouette."""
-
-    palm_fit_sd: float = parameter(
-        2,
-        "Palm fit",
-        "Standard deviation of a palm's mean protrusion length, in fiftieths of the palm axis.",
-        within=(0.1, 20, 0.1),
-        useful=(0.5, 10),
-        role="sharpness",
-    )
-    tip_sd_px: float = parameter(
-        3.5,
-        "Fit of tips",
-        "Standard deviation of a finger's tip from that of its protrusion, for a palm axis of 52 px.",
-        unit="px",
-        within=(0.1, 50, 0.1),
-        useful=(0.5, 15),
-        role="sharpness",
     )
 
 
@@ -159,7 +113,11 @@ class _Loss(Parameters, group=LOSS):
     )
 
 
-class HandTrackerParameters(_Search, _Motion, _Fit, _Loss, SilhouetteParameters, group=RANKING):
+FIT = {"palm_fit_sd": 2, "tip_sd_px": 3.5, "hidden_fit_sd": 2.5, "axis_sd_px": 2.5, "hidden_cost": 2, "joint_cost": 1.5}
+"""How well parts of the hand must fit the silhouette, as old recipes name it."""
+
+
+class HandTrackerParameters(_Search, _Motion, _Loss, SilhouetteParameters, group=RANKING, constants=FIT):
     """Candidates, how they are weighed against the silhouette, and how whole hands are ranked."""
 
     scoring: Literal["points", "cells", "reference"] = parameter(
@@ -206,10 +164,12 @@ WRIST_SD_PX = 2.0
 """Of the wrist from where it was seen, for a palm axis of 52 px."""
 STEP_AREA_PX2 = 90.0
 """How much of the silhouette one step of a candidate's angle changes, for a palm axis of 52 px."""
-AXIS_SD_PX = 2.5
-"""Of a finger's axis from that of its protrusion once the tips coincide, for a palm axis of 52 px."""
-HIDDEN_FIT_SD = 2.5
-"""Of the mean protrusion length of a finger that no protrusion shows, in fiftieths of the palm axis."""
+SPREAD_SD, STRAIGHT_SD = 0.08, 0.15
+"""Standard deviations of a finger's spread from the prediction, and of the wrist's flexion c from 0, rad."""
+TIP_SD_PX, AXIS_SD_PX = 3.5, 2.5
+"""Of a finger's tip from that of its protrusion, and of its axis once the tips coincide, for a palm axis of 52 px."""
+PALM_FIT_SD, HIDDEN_FIT_SD = 2.0, 2.5
+"""Of the mean protrusion length of a palm, and of a finger that no protrusion shows, in fiftieths of the palm axis."""
 STILL_COST, HIDDEN_COST, JOINT_COST = 0.7, 2.0, 1.5
 """By how much less probable it is, in natural logarithms, that a pose stays as it was, that no protrusion shows a
 finger, and that a protrusion ends at a finger's last joint."""
@@ -223,11 +183,9 @@ class Settings(NamedTuple):
         turn_sd: Of the palm's a and c from the prediction.
         tilt_sd: Of its b.
         flexion_sd: Of fingers.
-        spread_sd: Of fingers.
         straight_sd: Of c from 0; infinite if that does not count.
         wrist_sd: Of the wrist from where it was seen.
         palm_count: For how many palms fingers are looked for.
-        palm_fit_sd: Of x_p of a palm.
         tip_sd: Of the distance of a tip.
         axis_sd: Of the mean distance of axes.
         unit: Length of the palm axis beside that for which costs of lengths are given.
@@ -243,11 +201,9 @@ class Settings(NamedTuple):
     turn_sd: float
     tilt_sd: float
     flexion_sd: float
-    spread_sd: float
     straight_sd: float
     wrist_sd: float
     palm_count: int
-    palm_fit_sd: float
     tip_sd: float
     axis_sd: float
     unit: float
@@ -281,12 +237,10 @@ def settings(parameters: HandTrackerParameters, scale: float) -> Settings:
         turn_sd=float(parameters.palm_turn_sd_rad),
         tilt_sd=float(parameters.palm_tilt_sd_rad),
         flexion_sd=float(parameters.flexion_sd_rad),
-        spread_sd=float(parameters.spread_sd_rad),
-        straight_sd=float(parameters.wrist_sd_rad) if parameters.wrist_prior else math.inf,
+        straight_sd=STRAIGHT_SD if parameters.wrist_prior else math.inf,
         wrist_sd=WRIST_SD_PX * unit,
         palm_count=parameters.palm_count,
-        palm_fit_sd=float(parameters.palm_fit_sd),
-        tip_sd=parameters.tip_sd_px * unit,
+        tip_sd=TIP_SD_PX * unit,
         axis_sd=AXIS_SD_PX * unit,
         unit=unit,
         cover_sd=float(parameters.cover_sd) if parameters.cover_term else math.inf,
@@ -346,7 +300,7 @@ def log_shares(pose: Floats, predictions: Predictions, settings: Settings) -> Fl
             off = (pose[j] - predicted[j]) / settings.wrist_sd
             square += off * off
         for at in range(5, ANGLES, 4):
-            turn, bent = (pose[at] - predicted[at]) / settings.spread_sd, 0.0
+            turn, bent = (pose[at] - predicted[at]) / SPREAD_SD, 0.0
             for j in range(at + 1, at + 4):
                 bent += (pose[j] - predicted[j]) / (3.0 * settings.flexion_sd)
             square += turn * turn + bent * bent
@@ -367,3 +321,133 @@ def _palm_square(pose: Floats, predicted: Floats, settings: Settings) -> float:
         off = (pose[j] - predicted[j]) / (settings.tilt_sd if j == 3 else settings.turn_sd)
         square += off * off
     return square
+
+
+@dataclass(frozen=True, eq=False)
+class HandState:
+    """The posterior of one frame, immutable; both trackers carry the same, so that they take over from each other.
+
+    Attributes:
+        beam: Poses (25,) with weights and parents, the best first.
+        origins: (K, 25) the pose that each one's parent had in the frame before, of which motion is predicted.
+        shape: Of the hand that is looked for.
+        scale: Length of its palm axis, px.
+        wrist_offset: (2,) how far the wrist that is seen is from that of the model, along x and y of the forearm, px.
+        fit: (K,) share of the silhouette's area by which each pose's silhouette differs from it; NaN if not compared.
+        protrusions: How many were seen.
+        finding: What is wrong with the silhouette, a sentence; empty if nothing is.
+        waited: For how many frames that has been so.
+        misfits: In how many frames in a row no hand has fitted.
+        lost: Whether only an open hand tells where the hand is.
+        searching: Whether the hand is lost, and looked for as an open one.
+        particles: (N, 25) of the particle filter; None where a beam is all there is.
+        log_evidence: Up to the constant that the likelihood leaves out.
+    """
+
+    beam: Beam[Floats]
+    origins: Floats
+    shape: HandShape
+    scale: float
+    wrist_offset: Floats
+    fit: Floats
+    protrusions: int = 0
+    finding: str = ""
+    waited: int = 0
+    misfits: int = 0
+    lost: bool = False
+    searching: bool = False
+    particles: ParticleSet | None = None
+    log_evidence: float = 0.0
+
+    @property
+    def pose(self) -> Floats:
+        """(25,) the most probable pose."""
+        return self.beam.members[self.beam.best]
+
+    @cached_property
+    def tips(self) -> Floats:
+        """(K, 15) column, row and height above the wrist of the five finger tips of every pose, px."""
+        places = [joints(pose, self.scale, self.shape)[:, 3].ravel() for pose in self.beam.members]
+        return np.array(places)
+
+    @property
+    def estimate(self) -> Floats:
+        """(15,) the finger tips of the most probable pose, px: a mean of several poses would be none of them."""
+        best: Floats = self.tips[self.beam.best]
+        return best
+
+    @property
+    def sigma(self) -> Floats:
+        """(15,) how far the tips of the kept poses are from these, root of the weighted mean square, px."""
+        squares = np.square(self.tips - self.estimate)
+        found: Floats = np.sqrt((self.beam.weights[:, None] * squares).sum(axis=0))
+        return found
+
+    @property
+    def nbytes(self) -> int:
+        """About how much memory it takes, bytes."""
+        own = 1024 + len(self.beam) * (3 * 25 + 20) * 8
+        return own if self.particles is None else own + self.particles.states.nbytes
+
+    def arrays(self) -> Mapping[str, NDArray[Any]]:
+        """Return poses, log weights and parents of the beam, and the particles' if there are any."""
+        found: dict[str, NDArray[Any]] = {
+            "poses": np.array(self.beam.members),
+            "log_weights": self.beam.log_weights,
+            "parents": self.beam.parents,
+        }
+        if self.particles is not None:
+            found |= {"particles": self.particles.states, "particle_log_weights": self.particles.log_weights}
+        return found
+
+
+NO_FINGER = "no finger is seen beside the palm: a fist, or fingers before it"
+
+_BENT = ("spread", "f1", "f2", "f3")
+POSE = ("wrist u", "wrist v", "a", "b", "c", *(f"{finger} {angle}" for finger in FINGERS for angle in _BENT))
+"""Names of a pose's numbers, px and rad."""
+
+TILT, TILT_SD_RAD = 3, 0.1
+"""The palm's angle b in a pose, out of the picture's plane; and the standard deviation of its change that is usual."""
+
+SERIES = (
+    Series("hands", "hands that are kept", shape="hypotheses", components=POSE),
+    Series("palm", "angles of the palm", "°", "vector", components=("a", "b", "c")),
+    Series("palm_sd", "deviation of the kept palms", "°", "vector", components=("a", "b", "c")),
+    Series("flexion", "mean bend of each finger's joints", "°", "vector", components=FINGERS),
+    Series(
+        "difference",
+        "difference from the silhouette",
+        "%",
+        role="misfit",
+        reductions=(Reduction("difference", "difference from the silhouette", "mean"),),
+    ),
+    Series("mirror_gap", "from the mirror image, in deviations of the tilt", role="mirror_gap"),
+    Series("protrusions", "protrusions"),
+    Series("searching", "waiting for a hand", role="flag", reductions=(Reduction("waited", "frames waited", "count"),)),
+)
+"""What both report."""
+
+
+def measure(state: HandState) -> Mapping[str, SeriesValue]:
+    """Report the kept hands, the best one's angles, how it fits, and the particles where there are any."""
+    beam = state.beam
+    poses, weights = np.array(beam.members), beam.weights
+    palms = np.rad2deg(poses[:, 2:5])
+    sd = np.sqrt((weights[:, None] * np.square(palms - palms[beam.best])).sum(axis=0))
+    flexion = np.rad2deg(state.pose[5:].reshape(5, 4)[:, 1:].mean(axis=1))
+    hands = Hypotheses(
+        tuple(map(tuple, poses.tolist())), tuple((weights / weights.sum()).tolist()), tuple(beam.parents.tolist())
+    )
+    values: dict[str, SeriesValue] = {
+        "hands": hands,
+        "palm": tuple(palms[beam.best].tolist()),
+        "palm_sd": tuple(sd.tolist()),
+        "flexion": tuple(flexion.tolist()),
+        "difference": 100.0 * float(state.fit[beam.best]),
+        # Turned out of the picture's plane the other way, a hand has nearly the same silhouette.
+        "mirror_gap": float(2.0 * abs(state.pose[TILT]) / TILT_SD_RAD),
+        "protrusions": float(state.protrusions),
+        "searching": float(state.searching),
+    }
+    return values if state.particles is None else {**values, **reports.cloud(state.particles, resampled=True)}
