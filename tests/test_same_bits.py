@@ -99,7 +99,7 @@ BY_PROCESSOR = {
 REPORTS = {
     ("experiments/shared/sampling.py", "log"): "compiled, though not by its decorator",
     ("experiments/shared/pose/methods.py", "exp"): "a share for the screen",
-    ("experiments/own/tracker.py", "exp"): "a filter in a person's file",
+    ("experiments/own/extension.py", "exp"): "a filter in a person's file",
     ("vision/geometry/face.py", "arctan2"): "angles as a person would say them, for the screen",
     ("vision/geometry/face.py", "arcsin"): "angles as a person would say them, for the screen",
 }
