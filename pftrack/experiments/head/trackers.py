@@ -198,8 +198,9 @@ def _begin(
 
 def _form(state: PoseState, parameters: HeadTrackerParameters) -> PoseState:
     """Make solid and templates again where the parameters that they depend on have changed."""
-    memory: HeadMemory = state.memory
-    form = form_of(parameters)
+    memory, form = state.memory, form_of(parameters)
+    if not isinstance(memory, HeadMemory):
+        raise TypeError(f"expected the state of a tracker of heads, got one with {type(memory).__name__}")
     if form == memory.form:
         return _grow(state)
     if form.template_scale != memory.form.template_scale:
