@@ -146,9 +146,9 @@ def read_worlds(folder: Path) -> tuple[World, ...]:
     return _read(folder).texts["worlds"]
 
 
-def read_reported(folder: Path) -> dict[str, Series]:
+def read_reported(folder: Path, shared: Path | None = None) -> dict[str, Series]:
     """Return the series by name that `experiment.yaml` in a folder says trackers report; errors as of `read_words`."""
-    return {series.name: series for series in _read(folder).reported}
+    return {series.name: series for series in _read(folder, shared).reported}
 
 
 @cache

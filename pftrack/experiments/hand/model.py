@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -14,9 +15,10 @@ from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
-from pftrack.core.model.series import Hypotheses, Reduction, Series, SeriesValue
+from pftrack.core.model.series import Hypotheses, SeriesValue
 from pftrack.core.numerics.compiled import compiled
-from pftrack.experiments.hand.shape import ANGLES, FINGERS, HandShape, joints
+from pftrack.experiments.declared import read_reported
+from pftrack.experiments.hand.shape import ANGLES, HandShape, joints
 from pftrack.experiments.hand.silhouette import SilhouetteParameters
 from pftrack.experiments.shared import reports
 from pftrack.experiments.shared.reports import loss_share, particle_count
@@ -403,30 +405,11 @@ class HandState:
 
 NO_FINGER = "no finger is seen beside the palm: a fist, or fingers before it"
 
-_BENT = ("spread", "f1", "f2", "f3")
-POSE = ("wrist u", "wrist v", "a", "b", "c", *(f"{finger} {angle}" for finger in FINGERS for angle in _BENT))
-"""Names of a pose's numbers, px and rad."""
-
 TILT, TILT_SD_RAD = 3, 0.1
 """The palm's angle b in a pose, out of the picture's plane; and the standard deviation of its change that is usual."""
 
-SERIES = (
-    Series("hands", "hands that are kept", shape="hypotheses", components=POSE),
-    Series("palm", "angles of the palm", "°", "vector", components=("a", "b", "c")),
-    Series("palm_sd", "deviation of the kept palms", "°", "vector", components=("a", "b", "c")),
-    Series("flexion", "mean bend of each finger's joints", "°", "vector", components=FINGERS),
-    Series(
-        "difference",
-        "difference from the silhouette",
-        "%",
-        role="misfit",
-        reductions=(Reduction("difference", "difference from the silhouette", "mean"),),
-    ),
-    Series("mirror_gap", "from the mirror image, in deviations of the tilt", role="mirror_gap"),
-    Series("protrusions", "protrusions"),
-    Series("searching", "waiting for a hand", role="flag", reductions=(Reduction("waited", "frames waited", "count"),)),
-)
-"""What both report."""
+SERIES = tuple(read_reported(Path(__file__).parent).values())
+"""What both trackers report."""
 
 
 def measure(state: HandState) -> Mapping[str, SeriesValue]:

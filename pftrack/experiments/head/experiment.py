@@ -51,8 +51,8 @@ from pftrack.experiments.head.recording import (
 from pftrack.experiments.head.scene import HeadSource
 from pftrack.experiments.head.scene_parameters import HeadSceneParameters
 from pftrack.experiments.head.trackers import TRACKERS
+from pftrack.experiments.shared.pose import SHOWN_OF_POSES
 from pftrack.experiments.shared.pose.drawing import (
-    SHOWN_OF_POSES,
     beside,
     camera,
     dashes,

@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
@@ -16,10 +17,11 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.series import Series, SeriesValue
+from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Tracker
 from pftrack.core.numerics.random import Gaussian, Stream
+from pftrack.experiments.declared import read_reported
 from pftrack.experiments.head import appearance
 from pftrack.experiments.head import parameters as face_growth
 from pftrack.experiments.head.appearance import SEARCH_EVERY, FirstSight, HeadMemory, around, widen
@@ -36,6 +38,7 @@ from pftrack.experiments.head.first_sight import (
     solid_of,
 )
 from pftrack.experiments.head.parameters import HeadTrackerParameters, position_variances
+from pftrack.experiments.shared.pose import SHOWN_OF_POSES
 from pftrack.experiments.shared.pose import methods as pose
 from pftrack.experiments.shared.pose.calibrated import pose_and_band
 from pftrack.experiments.shared.pose.layered import FeatureLikelihood
@@ -46,29 +49,7 @@ from pftrack.vision.likelihoods import separation, template
 from pftrack.vision.likelihoods.template import Templates
 from pftrack.vision.structure.growing import Growing
 
-SERIES = (
-    Series("correlation", "correlation with its template", shape="vector", role="likeness", components=FEATURES),
-    Series(
-        "template_likeness",
-        "template's likeness to the first one",
-        shape="vector",
-        role="model_likeness",
-        components=FEATURES,
-    ),
-    Series(
-        "track_sd_px",
-        "standard deviation as a track, its template's slips included",
-        "px",
-        "vector",
-        components=FEATURES,
-    ),
-    Series("own_share", "share of the person's own face in the model"),
-    Series("own_probability", "probability that the own face predicts better than the mean"),
-    Series("own_advantage", "log density by the own face less that by the mean face"),
-    Series("free_energy", "log density of the features by the own face"),
-    Series("shape_sd_mm", "standard deviation of the model's points", "mm"),
-    Series("shape_frames", "frames that the model has learned from", "frames"),
-)
+SERIES = tuple(read_reported(Path(__file__).parent, SHOWN_OF_POSES).values())
 """Of templates, and of a face model that grows."""
 
 

@@ -32,8 +32,8 @@ from pftrack.experiments.prism.scene import (
     visible_faces,
 )
 from pftrack.experiments.prism.trackers import MODEL, TRACKERS, TrackedPrismParameters
+from pftrack.experiments.shared.pose import SHOWN_OF_POSES
 from pftrack.experiments.shared.pose.drawing import (
-    SHOWN_OF_POSES,
     beside,
     camera,
     dashes,

@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -18,11 +19,12 @@ from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
 from pftrack.core.geometry.rotation import angles, nearest_rotation
-from pftrack.core.model.series import Series, SeriesValue
+from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Tracker
 from pftrack.core.numerics.matrices import contiguous_copy, product
 from pftrack.core.numerics.random import Stream
+from pftrack.experiments.declared import read_reported
 from pftrack.experiments.structure import methods
 from pftrack.experiments.structure.methods import (
     Belief,
@@ -229,17 +231,9 @@ Method: TypeAlias = Callable[[Belief, methods.Observed, Shape, float, StructureT
 View: TypeAlias = tuple[Floats, Floats]
 
 ANGLES = ("yaw", "pitch", "roll")
-COMMON = (
-    Series("depth_strength", "depth over its noise"),
-    Series("depth_odds", "odds of the depth's sign"),
-    Series("measured", "points measured", role="flag", shape="vector"),
-    *(Series(f"{angle}_deg", angle, "°") for angle in ANGLES),
-)
-FREE_ENERGY = Series("free_energy", "free energy")
-SWITCH = (
-    Series("own_probability", "own shape predicts better"),
-    Series("own_weight", "weight of the own shape"),
-)
+REPORTED = read_reported(Path(__file__).parent)
+FREE_ENERGY, SWITCH = ("free_energy",), ("own_probability", "own_weight")
+"""Of what trackers report, what only some have."""
 
 
 def start(
@@ -329,17 +323,18 @@ def measure(state: StructureState) -> Mapping[str, SeriesValue]:
     return values
 
 
-def _tracker(name: str, method: Method, *series: Series) -> Tracker:
-    begin, follow = partial(start, method), partial(step, method)
-    return Tracker(name, "", "", begin, follow, series=(*COMMON, *series), measure=measure)
+def _tracker(name: str, method: Method, *own: str) -> Tracker:
+    others = {*FREE_ENERGY, *SWITCH}.difference(own)
+    series = tuple(each for each in REPORTED.values() if each.name not in others)
+    return Tracker(name, "", "", partial(start, method), partial(step, method), series=series, measure=measure)
 
 
 TRACKERS: dict[str, Tracker] = {
     tracker.id: tracker
     for tracker in (
         _tracker("growing", grow, *SWITCH),
-        _tracker("informed", partial(windowed, "by-information"), FREE_ENERGY),
-        _tracker("online", partial(windowed, "common"), FREE_ENERGY),
+        _tracker("informed", partial(windowed, "by-information"), *FREE_ENERGY),
+        _tracker("online", partial(windowed, "common"), *FREE_ENERGY),
         _tracker("svd", plain),
     )
 }

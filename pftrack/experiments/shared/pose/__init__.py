@@ -7,4 +7,9 @@
 - `drawing`: pieces of drawings, and what is measured and plotted of a pose.
 """
 
-__all__: list[str] = []
+from pathlib import Path
+
+__all__ = ["SHOWN_OF_POSES"]
+
+SHOWN_OF_POSES = Path(__file__).with_name("shown.yaml")
+"""Titles of the trackers, plots, readings and words that all experiments on a pose have."""

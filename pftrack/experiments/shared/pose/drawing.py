@@ -8,7 +8,6 @@ deviation and, where it is known, the truth.
 
 from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -212,8 +211,6 @@ def dashes(segments: NDArray[np.float32], colour: Colour, width: float, layer: s
 
 # Whether the truth lies in the central 50 % and 95 % of the posterior is written down for each angle, in the order
 # (theta_x, theta_y, theta_z): over many frames it should, as often as that.
-
-SHOWN_OF_POSES = Path(__file__).with_name("shown.yaml")
 
 ANGLES = ("yaw", "pitch", "roll")
 THETA = ("theta_x", "theta_y", "theta_z")
