@@ -26,15 +26,18 @@ import threading
 import typing
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import lru_cache
+from pathlib import Path
 from types import FrameType, FunctionType, ModuleType, TracebackType
 from typing import Any
 
 import numpy as np
+from pydantic import with_config
 
 from pftrack.core.model.parameters import LONGEST_FILE
 from pftrack.core.model.recipe import FILTER_HASH, Recipe
+from pftrack.core.texts import CLOSED, read_as
 from pftrack.experiments.own.sliders import CLASS, Field, FilterFileError, fields_of
 from pftrack.filters.answers import named_arguments
 
@@ -83,17 +86,33 @@ def with_digests(recipe: Recipe) -> Recipe:
     return recipe.model_copy(update={"filters": filters}) if filters else recipe
 
 
-FUNCTIONS: Mapping[str, tuple[str, ...]] = {
-    "start": ("position", "frame", "parameters", "rng"),
-    "propagate": ("states", "frame", "parameters", "rng"),
-    "propose": ("states", "frame", "parameters", "rng", "project"),
-    "log_likelihood": ("states", "frame", "parameters", "project"),
-    "normalise": ("log_weights",),
-    "should_resample": ("log_weights", "parameters"),
-    "resample": ("log_weights", "count", "parameters", "rng"),
-    "step": ("states", "log_weights", "count", "frame", "parameters", "rng", "project"),
-}
+@with_config(CLOSED)
+@dataclass(frozen=True, slots=True)
+class Hint:
+    """What a function is for.
+
+    Attributes:
+        name: Of the function.
+        arguments: Those that it may name.
+        returns: What it must return, with shapes.
+        about: One sentence; empty of one that is not told.
+        origin: The file and line where it is declared.
+    """
+
+    name: str
+    arguments: tuple[str, ...]
+    returns: str = ""
+    about: str = ""
+    origin: str = field(default="", compare=False, repr=False)
+
+
+_DECLARED = read_as(Hint, Path(__file__).with_name("functions.yaml"), "name")
+
+FUNCTIONS: Mapping[str, tuple[str, ...]] = {hint.name: hint.arguments for hint in _DECLARED}
 """The functions that a file may define, with the arguments that each may name."""
+
+HINTS = tuple(hint for hint in _DECLARED if hint.about)
+"""What people are told of them."""
 
 LONGEST_STEP_S = 10.0
 """How long a file may take for a frame: less than a server waits for a process that says nothing."""
@@ -273,40 +292,3 @@ def _with_all(own: type, values: Mapping[str, Any]) -> type:
             raise AttributeError(f"there is no parameter {name}") from None
 
     return type(CLASS, (own,), {"__getattr__": find})
-
-
-@dataclass(frozen=True, slots=True)
-class Hint:
-    """What a function is for.
-
-    Attributes:
-        name: Of the function.
-        arguments: Those that it may name.
-        returns: What it must return, with shapes.
-        about: One sentence.
-    """
-
-    name: str
-    arguments: tuple[str, ...]
-    returns: str
-    about: str
-
-
-_WORDS = {
-    "start": ("states (N, d)", "Where particles begin, given where the target is in frame 0."),
-    "propagate": ("states (N, d)", "Draws the next states from p(xₜ | xₜ₋₁)."),
-    "propose": (
-        "states (N, d), log_correction (N,)",
-        "Draws the next states from a proposal q; the correction is log p(xₜ | xₜ₋₁) - log q(xₜ | xₜ₋₁, zₜ).",
-    ),
-    "log_likelihood": ("(N,)", "log p(zₜ | xₜ), up to a constant; -inf for what cannot be."),
-    "should_resample": ("true or false", "Whether parents are drawn in this frame."),
-    "resample": ("(N,) whole numbers", "Places of the parents; log_weights are of weights that sum to one."),
-    "step": (
-        "states (N, d), log_weights (N,)[, ancestors (N,)]",
-        "A whole step in place of all but the first; log_weights need not sum to one.",
-    ),
-}
-
-HINTS = tuple(Hint(name, arguments, *_WORDS[name]) for name, arguments in FUNCTIONS.items() if name in _WORDS)
-"""All functions, in the order in which they are told."""

@@ -9,6 +9,7 @@ numbers may be confused, as trackers of several targets do.
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +19,11 @@ from pftrack.core.geometry.polygons import paint_disc
 from pftrack.core.model.likelihood import Cloud
 from pftrack.core.model.model import Model
 from pftrack.core.model.parameters import ParameterError, Parameters, parameter
-from pftrack.core.model.series import Series, SeriesValue
+from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.source import Belief, Beliefs, Frame, History, Plane, Target
 from pftrack.core.model.tracker import Tracker
 from pftrack.core.numerics.random import Generator, Purpose, Stream
+from pftrack.experiments.declared import read_reported
 from pftrack.experiments.shared.reports import CLOUD
 from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.sources.beliefs.content import Content, SelectionParameters
@@ -397,11 +399,7 @@ def _picture(index: int) -> NDArray[np.uint8]:
 # covariance come from the particles where they were not recorded, and effective sample size and different parents are
 # counted as of any particle filter.
 
-BOX = Series("box", "believed box", "px", "vector", role="extent", components=("width", "height"))
-SCORE = Series("score", "score of the box")
-ACROSS, DOWN = Series("across", "first component"), Series("down", "second component")
-ACROSS_SD, DOWN_SD = Series("across_sd", "deviation of the first"), Series("down_sd", "deviation of the second")
-TARGETS = Series("targets", "targets in the frame")
+REPORTED = tuple(read_reported(Path(__file__).parent).values())
 
 
 @dataclass(frozen=True, eq=False)
@@ -499,24 +497,24 @@ def measure(state: BeliefState) -> Mapping[str, SeriesValue]:
     beliefs, belief = state.beliefs, state.beliefs.selected
     sigma = state.sigma
     found: dict[str, SeriesValue] = {
-        ACROSS.name: float(state.estimate[0]),
-        TARGETS.name: float(len(beliefs.others) + beliefs.present),
+        "across": float(state.estimate[0]),
+        "targets": float(len(beliefs.others) + beliefs.present),
     }
     if len(state.estimate) > 1:
-        found[DOWN.name] = float(state.estimate[1])
+        found["down"] = float(state.estimate[1])
     if state.covariance is not None:
-        found[ACROSS_SD.name] = float(sigma[0])
+        found["across_sd"] = float(sigma[0])
         if len(sigma) > 1:
-            found[DOWN_SD.name] = float(sigma[1])
+            found["down_sd"] = float(sigma[1])
     if state.particles is not None:
         found |= {"ess": state.particles.effective_sample_size, "particles": float(len(state.particles))}
         if belief.ancestors is not None:
             found["unique_ancestors"] = float(state.particles.unique_ancestors)
             found["resampled"] = float(not np.array_equal(belief.ancestors, np.arange(len(belief.ancestors))))
     if belief.box is not None:
-        found[BOX.name] = tuple(belief.box[2:].tolist())
+        found["box"] = tuple(belief.box[2:].tolist())
         if np.isfinite(belief.score):
-            found[SCORE.name] = belief.score
+            found["score"] = belief.score
     return found
 
 
@@ -543,7 +541,7 @@ TRACKERS: dict[str, Tracker] = {
         "",
         start,
         step,
-        series=(*CLOUD, BOX, SCORE, ACROSS, DOWN, ACROSS_SD, DOWN_SD, TARGETS),
+        series=(*CLOUD, *REPORTED),
         measure=measure,
         searching=_is_absent,
         model=Recorded(),
