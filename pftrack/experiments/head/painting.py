@@ -17,7 +17,6 @@ from pftrack.core.arrays import Bools, Floats
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponential, power
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.experiments.head.scene_parameters import HeadSceneParameters
 from pftrack.vision.geometry.face import FaceModel, HeadMesh, vertex_normals
 
 
@@ -331,26 +330,30 @@ LENS_FRONT_MM = -13.0
 """z of the lenses at the middle of the face; they bend back towards the temples."""
 
 
-def cover(image: NDArray[np.float32], hidden: Bools, parameters: HeadSceneParameters) -> None:
+def cover(
+    image: NDArray[np.float32], hidden: Bools, hand: float, pillar_width_px: float, pillar_offset_px: float
+) -> None:
     """Lay hand and pillar over a picture, in place.
 
     Args:
         image: (height, width) grey values.
         hidden: (height, width), set where something is in front.
-        parameters: What is in front.
+        hand: How far a hand has come up, from 0 to 1.
+        pillar_width_px: Width of the pillar, and how far it is to the right of the middle, px of a picture 640 px wide.
+        pillar_offset_px: See there.
     """
     height, width = image.shape
     scale = width / REFERENCE_WIDTH
-    if parameters.hand_cover > 0:
-        hand, share = _hand(width)
-        top = round(height - parameters.hand_cover * (height - 95.0 * scale))
-        rows = min(height - top, len(hand))
+    if hand > 0:
+        grey, share = _hand(width)
+        top = round(height - hand * (height - 95.0 * scale))
+        rows = min(height - top, len(grey))
         if rows > 0:
             part, ground = share[:rows], image[top : top + rows]
-            ground += part * (hand[:rows] - ground)
+            ground += part * (grey[:rows] - ground)
             hidden[top : top + rows] |= part > 0.5
-    if parameters.pillar_width_px > 0:
-        middle, half = width / 2 + scale * parameters.pillar_offset_px, scale * parameters.pillar_width_px / 2
+    if pillar_width_px > 0:
+        middle, half = width / 2 + scale * pillar_offset_px, scale * pillar_width_px / 2
         first, last = (min(max(int(np.ceil(edge)), 0), width) for edge in (middle - half, middle + half))
         image[:, first:last] = (
             PILLAR_GREY + 14.0 * np.sin(np.linspace(0.0, np.pi, max(last - first, 1)))[: last - first]

@@ -224,7 +224,7 @@ class HeadSource:
             (HAIR_BEHIND_MM, HAIR),
         )
         hidden = np.zeros(grey.shape, np.bool_)
-        cover(grey, hidden, parameters)
+        cover(grey, hidden, parameters.hand_cover, parameters.pillar_width_px, parameters.pillar_offset_px)
         grey = blur(grey * np.float32(gain), parameters.blur_px * self.size[0] / REFERENCE_WIDTH)
         points, depths = project(product(self.model.points_mm, turn.T) + translation, self.focal_px, centre)
         visible = _visible(points, 1.0 / depths, depth_buffer, hidden)
