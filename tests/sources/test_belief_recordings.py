@@ -47,17 +47,6 @@ def test_a_loop_opens_as_a_run(tmp_path: Path) -> None:
         assert row.sigma == pytest.approx(np.sqrt(share @ np.square(states[:, :2] - share @ states[:, :2])))
 
 
-def test_the_paths_of_particles_are_those_of_their_ancestors(tmp_path: Path) -> None:
-    """Each particle's path leads through the parents that the loop has named, back to the first frame."""
-    run = pftrack.load(record(tmp_path / "mine.pft", precision="double"))
-    paths = run.finish().state.paths.paths
-    places = np.arange(COUNT)
-    for t in reversed(range(FRAMES)):
-        states, _, ancestors = particles_of(t)
-        assert paths[FRAMES - 1 - t] == pytest.approx(states[places, :2])
-        places = ancestors[places]
-
-
 TURN = np.array([(0.5 * t, 0.5) if t < 40 else (20.0 - 1.5 * (t - 40), -1.5) for t in range(80)])
 
 
