@@ -9,15 +9,8 @@ import pytest
 from pftrack.core.model.drawing import Ellipsoids, Links, Mesh, Primitive, drawn_keys
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
-from pftrack.experiments.head.experiment import (
-    MEAN_FACE,
-    SURE_MM,
-    UNCERTAINTY,
-    UNSURE_MM,
-    front,
-    points_of,
-    surface_of,
-)
+from pftrack.experiments.head import experiment as head
+from pftrack.experiments.head.experiment import MEAN_FACE, UNCERTAINTY, front, points_of, surface_of
 from pftrack.runs.run import Run
 from pftrack.vision.geometry.face import FEATURES, TITLES, mean_model
 from tests.making import whole_run
@@ -128,4 +121,6 @@ def test_what_the_page_says_of_a_head_is_what_the_program_has() -> None:
     """The rows of features have the titles of the marks, and the legend the ends of the colours."""
     assert next(plot for plot in HEAD.plots if plot.id == "alpha").row_titles == tuple(map(TITLES.get, FEATURES))
     sure, unsure = next(layer for layer in HEAD.layers if layer.name == UNCERTAINTY).legend
-    assert (f"{SURE_MM:g} mm" in sure.meaning, f"{UNSURE_MM:g} mm" in unsure.meaning) == (True, True)
+    assert f"{head.SURE_MM:g} mm" in sure.meaning
+    assert f"{head.UNSURE_MM:g} mm" in unsure.meaning
+    assert HEAD.plots[1:4] == find("prism").plots[1:4]  # which both have by their names alone
