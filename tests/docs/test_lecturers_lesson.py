@@ -7,7 +7,7 @@ import pytest
 
 from pftrack.runs.opening import make
 from pftrack.teaching.lessons.lecturers import read_lessons
-from pftrack.teaching.lessons.lecturers.document import AnswerHead, Head
+from pftrack.teaching.lessons.lesson import AnswerHead, Head
 
 PAGE = (Path(__file__).parents[2] / "docs" / "how-to" / "lessons.md").read_text(encoding="utf-8")
 PART = PAGE[PAGE.index("## A lecturer's lesson") :]

@@ -18,11 +18,6 @@ from pftrack.teaching.lessons.lecturers.document import (
     Document,
     DocumentError,
     Findings,
-    Line,
-    Name,
-    Part,
-    Scalar,
-    Words,
     ask,
     decode,
     document_of,
@@ -30,6 +25,7 @@ from pftrack.teaching.lessons.lecturers.document import (
     read_source,
 )
 from pftrack.teaching.lessons.lecturers.library import Problem
+from pftrack.teaching.lessons.lesson import Line, Name, Part, Scalar, Words
 
 
 class CheckHead(Part):

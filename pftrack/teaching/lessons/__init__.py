@@ -1,12 +1,13 @@
 """Lessons: twelve steps from probability to a tracker of colours, and those that lecturers add.
 
-Each lesson of the course is a module of `course` and a name in `LESSONS`, imported when it is asked for. A lecturer's
-lesson is a Markdown file, in a data directory or in a package. Every lesson asks for a prediction, shows, says how far
-off it was, and checks itself against what is exact.
+Each lesson of the course is a Markdown file in `course`, a module beside it that computes, and a name in `LESSONS`; it
+is read when it is asked for. A lecturer's lesson is such a file in a data directory or in a package. Every lesson asks
+for a prediction, shows, says how far off it was, and checks itself against what is exact.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
 from importlib import import_module
+from pathlib import Path
 
 from pftrack.teaching.lessons.figure import Figure
 from pftrack.teaching.lessons.lesson import (
@@ -40,7 +41,11 @@ __all__ = [
 
 
 class Course(Mapping[str, Lesson]):
-    """Lessons by id, in order; that of `monte-carlo` is the `LESSON` of the package's module `monte_carlo`."""
+    """Lessons by id, in order.
+
+    The texts of `monte-carlo` stand in the package's `monte-carlo.md`, and what is computed for it is `COMPUTED` of the
+    module `monte_carlo`.
+    """
 
     def __init__(self, package: str, ids: Iterable[str]) -> None:
         """List lessons without importing any.
@@ -50,13 +55,19 @@ class Course(Mapping[str, Lesson]):
             ids: Of the lessons, in the order of the course.
         """
         self.package = package
-        self._ids = dict.fromkeys(ids)
+        self._ids = tuple(ids)
+        self._read: dict[str, Lesson] = {}
 
     def __getitem__(self, lesson_id: str) -> Lesson:
         if lesson_id not in self._ids:
             raise KeyError(lesson_id)
-        lesson: Lesson = import_module(f"{self.package}.{lesson_id.replace('-', '_')}").LESSON
-        return lesson
+        if lesson_id not in self._read:
+            from pftrack.teaching.lessons.lecturers.library import course_lesson  # noqa: PLC0415 - it lists the course
+
+            module = import_module(f"{self.package}.{lesson_id.replace('-', '_')}")
+            path = Path(str(module.__file__)).with_name(f"{lesson_id}.md")
+            self._read[lesson_id] = course_lesson(path, module.COMPUTED, self._ids.index(lesson_id) + 1)
+        return self._read[lesson_id]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._ids)

@@ -10,12 +10,29 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, Final, Literal, TypeAlias
+from typing import Annotated, Any, Final, Literal, TypeAlias
 
-from pftrack.core.model.parameters import ParameterError, Parameters, Value, revise
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+
+from pftrack.core.model.parameters import ParameterError, Parameters, revise
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.runs.opening import make
 from pftrack.teaching.lessons.figure import Figure
+
+LONGEST_RUN: Final = 2000
+"""Frames: a class does not wait longer, and whoever opens the lesson computes its run."""
+
+Line = Annotated[str, Field(min_length=1, max_length=120)]
+Words = Annotated[str, Field(min_length=1, max_length=600)]
+Name = Annotated[str, Field(min_length=1, max_length=64)]
+Scalar = bool | int | float | Annotated[str, Field(max_length=200)]
+
+
+class Part(BaseModel):
+    """A part of a file's head, as it is written there; it has nothing but what is declared."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
 
 ONCE_MINUTES: Final = 5.0
 """For the idea, the figure and the question of a lesson; each thing to try takes another minute."""
@@ -81,25 +98,58 @@ class Demonstration:
     seed: int = 1
 
 
-@dataclass(frozen=True)
-class Scenario:
-    """A run of an experiment, of which some parameters may be turned.
+class Setting(Part):
+    """Values that take effect in a frame."""
+
+    frame: Annotated[int, Field(ge=0, le=LONGEST_RUN)] = 0
+    values: Annotated[dict[Name, Scalar], Field(min_length=1, max_length=100)]
+
+
+class Shows(Part):
+    """How a run is made and shown.
 
     Attributes:
-        recipe: The run.
+        tracker: The experiment's own choice if not given.
+        seed: 0 if not given.
+        frames: Length of the run; the experiment's own if not given.
+        timeline: Values of parameters, `tracker` among them.
         unlocked: Names of the parameters that may be turned, "tracker" and "seed" among them where these may.
         frame: Where it stands at first.
         plots: Ids of the experiment's plots that are shown beside it; none for all of them.
         layers: Names of layers that are shown from the beginning, beside those that the experiment shows.
+    """
+
+    tracker: Name | None = None
+    seed: Annotated[int, Field(ge=0)] | None = None
+    frames: Annotated[int, Field(ge=2, le=LONGEST_RUN)] | None = None
+    timeline: Annotated[tuple[Setting, ...], Field(max_length=200)] = ()
+    unlocked: Annotated[tuple[Name, ...], Field(max_length=8)] = ()
+    plots: Annotated[tuple[Name, ...], Field(max_length=8)] = ()
+    layers: Annotated[tuple[Words, ...], Field(max_length=8)] = ()
+    frame: Annotated[int, Field(ge=0)] = 0
+
+
+class Scenario(Shows):
+    """A run of an experiment, of which some parameters may be turned.
+
+    Attributes:
+        experiment: Its name.
         words: What to look for in it, one sentence; of a run that shows where an idea is used.
     """
 
-    recipe: Recipe
-    unlocked: tuple[str, ...] = ()
-    frame: int = 0
-    plots: tuple[str, ...] = ()
-    layers: tuple[str, ...] = ()
-    words: str = ""
+    experiment: Name
+    words: Words | Literal[""] = ""
+
+    @property
+    def recipe(self) -> Recipe:
+        """The run."""
+        return Recipe(
+            experiment=self.experiment,
+            tracker=self.tracker,
+            seed=self.seed or 0,
+            frames=self.frames,
+            timeline=tuple(Change(each.frame, each.values) for each in self.timeline),
+        )
 
 
 Given: TypeAlias = float | str
@@ -121,8 +171,7 @@ class Answer:
     words: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Mistake:
+class Mistake(Part):
     """A wrong answer of a usual kind.
 
     Attributes:
@@ -130,20 +179,18 @@ class Mistake:
         words: What was probably thought, and why it is not so; a sentence or two.
     """
 
-    given: float | str | tuple[float, float]
-    words: str
+    given: float | tuple[float, float] | Name
+    words: Words
 
 
-@dataclass(frozen=True)
-class Question:
+class Question(Part):
     """A prediction that is asked for before the answer is shown.
 
     Attributes:
         text: What is asked, one sentence.
         kind: "number" is typed, "choice" is chosen, a "point" is placed in a panel of the figure.
-        answer: (parameters, seed) -> the right answer. Of a scenario: (run, computed to its end) -> the same.
-        tolerance: By how much a number may be off and be right.
         words: Why the right answer is right, for everybody to read afterwards; a sentence or two.
+        tolerance: By how much a number may be off and be right.
         unit: Of a number.
         bounds: Lowest and highest number that is an answer at all.
         choices: Names of the choices with their words.
@@ -151,20 +198,21 @@ class Question:
         along: Of a "point": the axis that counts.
         at: Values of parameters at which it is asked, where these are not the defaults.
         mistakes: Usual wrong answers; the first that fits is explained.
+        expected: The answer that its author saw.
     """
 
-    text: str
-    kind: Literal["number", "choice", "point"]
-    answer: Callable[..., Answer]
-    words: str
-    tolerance: float = 0.0
-    unit: str = ""
+    text: Words
+    kind: Literal["number", "choice", "point"] = "number"
+    words: Words
+    tolerance: Annotated[float, Field(gt=0)] = 0.0
+    unit: Annotated[str, Field(max_length=20)] = ""
     bounds: tuple[float, float] = (-1e6, 1e6)
-    choices: Mapping[str, str] | None = None
-    panel: str = ""
+    choices: Annotated[dict[Name, Words], Field(min_length=2, max_length=8)] | None = None
+    panel: Annotated[str, Field(max_length=64)] = ""
     along: Literal["x", "y"] = "x"
-    at: Mapping[str, Value] | None = None
-    mistakes: tuple[Mistake, ...] = ()
+    at: Annotated[dict[Name, Scalar], Field(max_length=100)] = {}
+    mistakes: Annotated[tuple[Mistake, ...], Field(max_length=12)] = ()
+    expected: float | Name | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -221,6 +269,7 @@ class Lesson:
         notice: What to notice in it, one sentence.
         tries: What to try, one sentence each.
         question: The prediction that is asked for.
+        answer: (parameters, seed) -> the right answer. Of a scenario: (run, computed to its end) -> the same.
         checks: What is claimed and computed.
         uses: Where the idea is used: runs that can be opened beside the lesson.
         number: Place in the course; 0 for one that stands beside it.
@@ -236,6 +285,7 @@ class Lesson:
     notice: str
     tries: tuple[str, ...]
     question: Question
+    answer: Callable[..., Answer]
     checks: tuple[Check, ...] = ()
     uses: tuple[Scenario, ...] = ()
     number: int = 0
@@ -247,6 +297,51 @@ class Lesson:
     def minutes(self) -> float:
         """How long it takes a class: what its author says, or the text, the figure, the question and what to try."""
         return ONCE_MINUTES + len(self.tries) if self.declared_minutes is None else self.declared_minutes
+
+
+@dataclass(frozen=True)
+class Computed:
+    """What a module of the course computes for its lesson, whose texts stand in the file beside it.
+
+    Attributes:
+        answer: As `Lesson.answer`.
+        checks: What `Check.run` is of each check, by name.
+        figure: What is shown; None where the file says which run it is.
+    """
+
+    answer: Callable[..., Answer]
+    checks: Mapping[str, Callable[[], Outcome]]
+    figure: Demonstration | None = None
+
+
+class AnswerHead(Part):
+    """The right answer, by name: a measure of the run, a number of the figure, or a lesson of the course."""
+
+    measure: Line
+    first_frame: Annotated[int, Field(ge=0, le=LONGEST_RUN)] = 0
+    choices: Annotated[dict[Name, float], Field(min_length=2, max_length=8)] | None = None
+
+
+def _named(given: object) -> object:
+    """Return the head of an answer that is given by its name alone."""
+    return {"measure": given} if isinstance(given, str) else given
+
+
+class Head(Shows):
+    """All that stands in the head of a lesson's file; what each field means stands in docs/how-to/lessons.md."""
+
+    id: Annotated[str, Field(max_length=64, pattern=r"^[a-z][a-z0-9]*(-[a-z0-9]+)*$")]
+    title: Line
+    experiment: Name | None = None
+    figure: Name | None = None
+    parameters: Annotated[dict[Name, Scalar], Field(max_length=100)] = {}
+    question: Question
+    answer: Annotated[AnswerHead, BeforeValidator(_named)]
+    tries: Annotated[tuple[Words, ...], Field(min_length=1, max_length=6)]
+    minutes: Annotated[float, Field(gt=0, le=180)] | None = None
+    notice: Words
+    checks: Annotated[dict[Name, Words], Field(max_length=20)] = {}
+    uses: Annotated[tuple[Scenario, ...], Field(max_length=8)] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -449,7 +544,7 @@ def question_recipe(lesson: Lesson) -> Recipe:
     """
     if not isinstance(lesson.body, Scenario):
         raise TypeError(f"the lesson {lesson.id} is a demonstration, which has no run")
-    recipe, values = lesson.body.recipe, dict(lesson.question.at or {})
+    recipe, values = lesson.body.recipe, dict(lesson.question.at)
     seed = values.pop("seed", recipe.seed)
     timeline = (*recipe.timeline, Change(0, values)) if values else recipe.timeline
     return Recipe(**{**dict(recipe), "seed": seed, "timeline": timeline})
@@ -465,5 +560,5 @@ def answer_of(lesson: Lesson) -> Answer:
     if isinstance(body, Scenario):
         run = make(question_recipe(lesson))
         run.finish()
-        return question.answer(run)
-    return question.answer(revise(body.parameters, question.at or {}), body.seed)
+        return lesson.answer(run)
+    return lesson.answer(revise(body.parameters, question.at), body.seed)

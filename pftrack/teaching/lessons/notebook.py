@@ -39,9 +39,9 @@ def lesson_notebook(lesson: Lesson, parameters: Parameters | None = None, seed: 
         recipe = question_recipe(lesson)
         imports, right = "from pftrack.teaching.lessons.lesson import answer_of", "answer_of(lesson)"
         shown = run_cells(recipe, find(recipe.experiment), plots=body.plots)
-        answered = (code("print(lesson.question.answer(run).exact)"),)
+        answered = (code("print(lesson.answer(run).exact)"),)
     else:
-        imports, right = IMPORTS, "lesson.question.answer(asked_at, lesson.body.seed)"
+        imports, right = IMPORTS, "lesson.answer(asked_at, lesson.body.seed)"
         asked = (code(ASKED),)
         shown = code(_values(parameters or body.parameters, body.seed if seed is None else seed)), code(SHOWN)
     return notebook.notebook(
@@ -119,7 +119,7 @@ from pftrack.core.model.parameters import revise
 """.strip()
 
 ASKED = """
-asked_at = revise(lesson.body.parameters, lesson.question.at or {})
+asked_at = revise(lesson.body.parameters, lesson.question.at)
 Image(encode(lesson.body.show(asked_at, lesson.body.seed).figure.without_answer(), ".png"), width=900)
 """.strip()
 

@@ -69,9 +69,7 @@ def judge_demonstration(wanted: str, source: str, given: Given) -> Verdict:
     """
     lesson = _lesson(wanted, source)
     read_answer(lesson.question, given)
-    return judge(
-        lesson.question, lesson.question.answer(_question_parameters(lesson), _demonstration(lesson).seed), given
-    )
+    return judge(lesson.question, lesson.answer(_question_parameters(lesson), _demonstration(lesson).seed), given)
 
 
 def answer(wanted: str, source: str) -> Steps:
@@ -85,7 +83,7 @@ def answer(wanted: str, source: str) -> Steps:
     run = make(question_recipe(lesson))
     for step in run.seeking(run.frames - 1):
         yield step.diagnostics.frame + 1, run.frames
-    return asdict(lesson.question.answer(run))
+    return asdict(lesson.answer(run))
 
 
 def check(wanted: str, source: str) -> Steps:
@@ -114,7 +112,7 @@ def _demonstration(lesson: Lesson) -> Demonstration:
 
 def _question_parameters(lesson: Lesson) -> Any:  # noqa: ANN401 - the lesson's own model of parameters
     """Return the parameters at which a demonstration's question is asked."""
-    return revise(_demonstration(lesson).parameters, dict(lesson.question.at or {}))
+    return revise(_demonstration(lesson).parameters, dict(lesson.question.at))
 
 
 def _check(each: Check) -> dict[str, Any]:

@@ -37,7 +37,7 @@ def list_view(library: Library) -> LessonsPublic:
 def detail_view(lesson: Lesson, library: Library) -> LessonDetail:
     """Return a lesson with all that its page needs."""
     body = lesson.body
-    at = dict(lesson.question.at or {})
+    at = dict(lesson.question.at)
     parameters = body.parameters if isinstance(body, Demonstration) else None
     defaults = flat(parameters) if parameters else {}
     declared = declarations(type(parameters)) if parameters else ()

@@ -25,7 +25,7 @@ def shown(lesson: Lesson, **changes: Value) -> Shown:
 
 def asked_at(lesson: Lesson) -> Parameters:
     """The parameters at which the question is asked."""
-    return revise(demonstration(lesson).parameters, lesson.question.at or {})
+    return revise(demonstration(lesson).parameters, lesson.question.at)
 
 
 def extremes(declaration: Declaration) -> tuple[Value, ...]:

@@ -3,8 +3,10 @@
 from dataclasses import replace
 
 from pftrack.runs.opening import make
-from pftrack.teaching.lessons.course.colour import LESSON
+from pftrack.teaching.lessons import LESSONS
 from pftrack.teaching.lessons.lesson import Scenario, answer_of, judge, question_recipe
+
+LESSON = LESSONS["colour"]
 
 
 def test_the_question_is_about_a_sharper_likelihood_in_the_scenario() -> None:
@@ -32,6 +34,6 @@ def test_an_answer_counts_the_frames_that_there_are() -> None:
     run.seek(2)
     rows = run.diagnostics
     run.diagnostics = [replace(row, lost=lost) for row, lost in zip(rows, (False, True, False), strict=True)]
-    assert LESSON.question.answer(run).exact == 3
+    assert LESSON.answer(run).exact == 3
     run.diagnostics = [replace(row, lost=True) for row in rows]
-    assert LESSON.question.answer(run).exact == 0
+    assert LESSON.answer(run).exact == 0

@@ -5,18 +5,21 @@ import pytest
 
 from pftrack.filters.particles import ParticleSet
 from pftrack.teaching.lessons import LESSONS
-from pftrack.teaching.lessons.course.corridor import (
+from pftrack.teaching.lessons.course.sir import (
     BINS_M,
     CELL_M,
     CELLS_M,
+    CHANCE,
     LENGTH_M,
     STEPS,
     Corridor,
+    SirParameters,
     assign_bins,
     cached_walk,
+    show,
+    tolerate,
     total_variation,
 )
-from pftrack.teaching.lessons.course.sir import CHANCE, SirParameters, show, tolerate
 
 
 def test_the_likelihood_is_that_of_the_lesson() -> None:
@@ -106,8 +109,8 @@ def test_a_step_is_shown_as_the_filter_took_it() -> None:
 
 def test_the_question_is_measured_over_many_repeats() -> None:
     """Four times the particles: the factor is measured, near 2, and said in words."""
-    question = LESSONS["sir"].question
-    answer = question.answer(SirParameters(**question.at), 1)
+    lesson = LESSONS["sir"]
+    answer = lesson.answer(SirParameters(**lesson.question.at), 1)
     assert answer.exact == 2.0
     assert "200 repeats" in answer.words
     assert answer.measured == pytest.approx(2, abs=0.1), "what is measured does not contradict what is right"

@@ -5,9 +5,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.teaching.lessons.course.estimate import LESSON, exact_losses, expected_losses, median, posterior
+from pftrack.teaching.lessons import LESSONS
+from pftrack.teaching.lessons.course.estimate import exact_losses, expected_losses, median, posterior
 from pftrack.teaching.lessons.lesson import judge
 from tests.teaching.lessons.demonstrations import asked_at, shown
+
+LESSON = LESSONS["estimate"]
 
 
 @given(st.floats(-3, 9), st.floats(0, 1), st.floats(0, 6))
@@ -43,6 +46,6 @@ def test_the_mode_jumps_where_the_lesson_says() -> None:
 @pytest.mark.parametrize(("said", "words"), [(0.0, "mode"), (0.4, "median"), (2.0, "halfway"), (4.0, "three tenths")])
 def test_usual_mistakes_are_told_apart(said: float, words: str) -> None:
     """Each place where one might put the guess has its own explanation."""
-    verdict = judge(LESSON.question, LESSON.question.answer(asked_at(LESSON), 1), said)
+    verdict = judge(LESSON.question, LESSON.answer(asked_at(LESSON), 1), said)
     assert not verdict.right
     assert any(words in sentence for sentence in verdict.words)

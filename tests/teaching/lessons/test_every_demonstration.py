@@ -88,7 +88,7 @@ def test_no_number_gives_the_answer_away(lesson: Lesson) -> None:
     if lesson.question.kind == "choice":
         pytest.skip("the answer is no number")
     body, at = demonstration(lesson), asked_at(lesson)
-    exact = lesson.question.answer(at, body.seed).exact
+    exact = lesson.answer(at, body.seed).exact
     told = [number for number in body.show(at, body.seed).numbers if not number.reveals]
     near = [number.title for number in told if abs((number.exact or number.value) - exact) < 1e-9]
     assert near == []
@@ -104,4 +104,4 @@ def test_a_point_is_asked_for_within_its_panel(lesson: Lesson) -> None:
     axis = getattr(panels[question.panel], question.along)
     assert question.bounds[0] <= axis.low
     assert axis.high <= question.bounds[1]
-    assert axis.low <= question.answer(asked_at(lesson), body.seed).exact <= axis.high
+    assert axis.low <= lesson.answer(asked_at(lesson), body.seed).exact <= axis.high

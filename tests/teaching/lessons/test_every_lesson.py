@@ -21,8 +21,8 @@ def lesson(request: pytest.FixtureRequest) -> Lesson:
 def right_answer(lesson: Lesson) -> Answer:
     """The answer, computed; of a scenario, whose run would take long, one that stands for it."""
     if isinstance(lesson.body, Demonstration):
-        at = type(lesson.body.parameters)(**{**lesson.body.parameters.model_dump(), **(lesson.question.at or {})})
-        answer = lesson.question.answer(at, lesson.body.seed)
+        at = type(lesson.body.parameters)(**{**lesson.body.parameters.model_dump(), **lesson.question.at})
+        answer = lesson.answer(at, lesson.body.seed)
         assert isinstance(answer, Answer)
         return answer
     usual = {mistake.given for mistake in lesson.question.mistakes}

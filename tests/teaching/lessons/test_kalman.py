@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
-from pftrack.teaching.lessons.course.kalman import LESSON, apply_filter, errors, riccati, simulate
+from pftrack.teaching.lessons import LESSONS
+from pftrack.teaching.lessons.course.kalman import apply_filter, errors, riccati, simulate
 from tests.teaching.lessons.demonstrations import shown
+
+LESSON = LESSONS["kalman"]
 
 
 def test_riccati_settles_at_the_known_variances() -> None:

@@ -3,9 +3,12 @@
 import numpy as np
 import pytest
 
-from pftrack.teaching.lessons.course.monte_carlo import LESSON, MEAN, SD, rms, sample, sizes_up_to
+from pftrack.teaching.lessons import LESSONS
+from pftrack.teaching.lessons.course.monte_carlo import MEAN, SD, rms, sample, sizes_up_to
 from pftrack.teaching.lessons.lesson import judge
 from tests.teaching.lessons.demonstrations import asked_at
+
+LESSON = LESSONS["monte-carlo"]
 
 
 @pytest.mark.parametrize(("small", "large"), [(10, 20), (70, 3000), (990, 1000)])
@@ -42,7 +45,7 @@ def test_the_error_is_a_root_mean_square() -> None:
 @pytest.mark.parametrize(("said", "words"), [(1000.0, "root of ten"), (400.0, "a tenth takes far more")])
 def test_usual_mistakes_are_told_apart(said: float, words: str) -> None:
     """Ten times and four times the samples have explanations of their own."""
-    answer = LESSON.question.answer(asked_at(LESSON), 1)
+    answer = LESSON.answer(asked_at(LESSON), 1)
     assert answer.exact == 10_000
     verdict = judge(LESSON.question, answer, said)
     assert not verdict.right

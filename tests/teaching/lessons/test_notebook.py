@@ -94,14 +94,15 @@ HOSTILE = "<script>alert(1)</script> <!-- </b> <img src=x onerror=alert(1)> $a<b
 def test_what_a_lecturer_writes_is_neither_markup_nor_code() -> None:
     """HTML in any of its texts is shown as it was written, as on the page, and a unit stays in its comment."""
     lesson = read_lessons().lessons["cost-of-a-threshold"]
-    asked = replace(lesson.question, text=HOSTILE, words=HOSTILE, choices={"<b>": HOSTILE}, unit="s\nraise KeyError")
+    hostile = {"text": HOSTILE, "words": HOSTILE, "choices": {"<b>": HOSTILE}, "unit": "s\nraise KeyError"}
+    asked = lesson.question.model_copy(update=hostile)
     written = replace(lesson, title=HOSTILE, idea=HOSTILE, tries=(HOSTILE,), notice=HOSTILE, question=asked)
     words = "\n".join(cells(lesson_notebook(written), "markdown"))
     assert words.count("script>") == 2 * 7
     read = MarkdownIt("commonmark").parse(words)
     kinds = {each.type for block in read for each in (block, *(block.children or ()))}
     assert not kinds & {"html_block", "html_inline"}
-    asked = replace(asked, choices=None)
+    asked = asked.model_copy(update={"choices": None})
     predicted = cells(lesson_notebook(replace(lesson, question=asked)), "code")[1]
     exec(predicted, {})  # noqa: S102 - it is the code that is tested
 

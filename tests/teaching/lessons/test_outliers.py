@@ -58,8 +58,8 @@ def test_the_track_is_followed_by_both() -> None:
 @pytest.mark.parametrize(("given", "words"), [(10.0, "half way"), (4.0, "does not settle"), (-2.0, "never pushes")])
 def test_a_point_in_the_wrong_place_is_explained(given: float, words: str) -> None:
     """Half way, between and beyond are different mistakes."""
-    question = LESSONS["outliers"].question
-    answer = question.answer(OutliersParameters(**question.at), 1)
-    verdict = judge(question, answer, given)
+    lesson = LESSONS["outliers"]
+    answer = lesson.answer(OutliersParameters(**lesson.question.at), 1)
+    verdict = judge(lesson.question, answer, given)
     assert not verdict.right
     assert any(words in sentence for sentence in verdict.words)

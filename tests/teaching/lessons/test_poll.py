@@ -6,7 +6,7 @@ from itertools import pairwise
 import pytest
 
 from pftrack.teaching.lessons import LESSONS
-from pftrack.teaching.lessons.lesson import MOST_ANSWERS, Answer, Demonstration, Question, answer_of, poll_answers
+from pftrack.teaching.lessons.lesson import MOST_ANSWERS, Demonstration, Question, answer_of, poll_answers
 
 NUMBER = re.compile(r"-?[\d,]+(?:\.\d+)?")
 ASKED = [name for name, lesson in LESSONS.items() if isinstance(lesson.body, Demonstration)]
@@ -36,9 +36,9 @@ def test_every_question_of_the_course(name: str) -> None:
 
 def test_without_mistakes() -> None:
     """The bounds stand for them, or half and twice the right answer; zero has neither."""
-    bounded = Question("How much?", "number", lambda *_: Answer(0.3), "So much.", bounds=(0.0, 1.0))
+    bounded = Question(text="How much?", words="So much.", bounds=(0.0, 1.0))
     assert poll_answers(bounded, 0.3) == ("Below 0.15", "0.15 to 0.65", "Above 0.65")
-    free = Question("How many?", "number", lambda *_: Answer(40.0), "So many.", unit="frames")
+    free = Question(text="How many?", words="So many.", unit="frames")
     assert poll_answers(free, 40.0) == ("Below 30 frames", "30 to 60 frames", "Above 60 frames")
     assert poll_answers(free, 0.0) == ("Below -0.5 frames", "-0.5 to 0.5 frames", "Above 0.5 frames")
     with pytest.raises(ValueError, match="no number"):

@@ -6,9 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pftrack.core.model.parameters import Value
-from pftrack.teaching.lessons.course.recursion import LESSON
-from pftrack.teaching.lessons.course.rounds import GRID, MEASURED, Moment, RecursionParameters, moments, spread
+from pftrack.teaching.lessons import LESSONS
+from pftrack.teaching.lessons.course.recursion import GRID, MEASURED, Moment, RecursionParameters, moments, spread
 from tests.teaching.lessons.demonstrations import asked_at, shown
+
+LESSON = LESSONS["recursion"]
 
 
 def last(**changes: Value) -> Moment:
@@ -46,12 +48,12 @@ def test_ten_predictions_and_one_measurement_are_as_the_question_says() -> None:
     variances = [moment.variance for moment in moments(GRID, asked_at(LESSON))]
     assert variances[8] == pytest.approx(1.0, abs=0.02)
     assert variances[18] == pytest.approx(11.0, abs=0.02)
-    assert LESSON.question.answer(asked_at(LESSON), 1).exact == pytest.approx(1.692, abs=1e-3)
+    assert LESSON.answer(asked_at(LESSON), 1).exact == pytest.approx(1.692, abs=1e-3)
 
 
 def test_what_comes_of_the_last_step_is_behind_the_veil() -> None:
     """The variance chart tells all steps but the last, and no curve of the density afterwards is shown."""
-    figure = shown(LESSON, **(LESSON.question.at or {})).figure.without_answer()
+    figure = shown(LESSON, **LESSON.question.at).figure.without_answer()
     density, variance = figure.panels
     assert [trace.title for trace in density.traces] == ["before: predicted", "likelihood of the measurement 3.9 m"]
     assert max(float(np.max(trace.x)) for trace in variance.traces if trace.kind == "strip chart") == 18.0

@@ -1,7 +1,6 @@
 """How predictions are judged."""
 
 import math
-from dataclasses import replace
 
 import pytest
 
@@ -9,17 +8,13 @@ from pftrack.core.model.parameters import ParameterError
 from pftrack.teaching.lessons.lesson import Answer, Mistake, Question, judge, read_answer
 
 HALVED = Question(
-    "By what factor does the error fall?",
-    "number",
-    lambda *_: Answer(2.0),
-    "The error goes with one over the root of N.",
+    text="By what factor does the error fall?",
+    words="The error goes with one over the root of N.",
     tolerance=0.1,
     bounds=(0, 100),
-    mistakes=(Mistake(4.0, "Four times the particles are not four times the accuracy."),),
+    mistakes=(Mistake(given=4.0, words="Four times the particles are not four times the accuracy."),),
 )
-COLOUR = Question(
-    "Which is it?", "choice", lambda *_: Answer("b"), "So it is.", choices={"a": "the first", "b": "the second"}
-)
+COLOUR = Question(text="Which is it?", kind="choice", words="So it is.", choices={"a": "the first", "b": "the second"})
 
 
 @pytest.mark.parametrize(("given", "right"), [(2, True), (2.1, True), (1.9, True), (2.11, False), (-0.0, False)])
@@ -75,7 +70,7 @@ def test_what_is_measured_does_not_contradict_what_is_right() -> None:
 )
 def test_a_number_is_taken_as_people_type_it(typed: str, unit: str, value: float) -> None:
     """With a comma or a point, with its unit, and as percent of what is a share."""
-    assert read_answer(replace(HALVED, unit=unit, bounds=(-10, 100)), typed) == pytest.approx(value)
+    assert read_answer(HALVED.model_copy(update={"unit": unit, "bounds": (-10, 100)}), typed) == pytest.approx(value)
 
 
 @pytest.mark.parametrize(
@@ -89,7 +84,7 @@ def test_other_texts_are_no_number(typed: str) -> None:
 
 def test_large_numbers_are_told_whole() -> None:
     """Nobody has to read powers of ten: ten thousand is "10,000"."""
-    question = replace(HALVED, bounds=(0, 1e9))
+    question = HALVED.model_copy(update={"bounds": (0, 1e9)})
     assert judge(question, Answer(10_000.0), 1000).words[0] == "You said 1000; it is 10,000, which is 9,000 off."
     assert judge(question, Answer(10_000.0), 9000.4).words[0] == "You said 9000; it is 10,000, which is 1,000 off."
     assert judge(question, Answer(1234567.0), 1234567).words[0] == "Right: it is 1,234,567."

@@ -1,4 +1,4 @@
-"""The course: a module for each lesson, from probability to a tracker of colours.
+"""The course, from probability to a tracker of colours: each lesson is a file with texts and a module that computes.
 
-Each module has a `LESSON`, and is imported by the registry when its lesson is asked for.
+Each module has `COMPUTED`, and is imported by the registry when its lesson is asked for.
 """

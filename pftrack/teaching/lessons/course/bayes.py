@@ -13,21 +13,9 @@ from scipy.special import log_ndtr, ndtr
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, Value, parameter
-from pftrack.core.model.recipe import Recipe
 from pftrack.teaching.lessons.course.densities import ceiling, normal
 from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, Panel, Rule, Trace
-from pftrack.teaching.lessons.lesson import (
-    Answer,
-    Check,
-    Demonstration,
-    Lesson,
-    Mistake,
-    Number,
-    Outcome,
-    Question,
-    Scenario,
-    Shown,
-)
+from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
 
 # In closed form: mean and variance of what is left of a normal prior after one measurement. A measured position leaves
 # a normal posterior. A measured distance leaves one to either side of the camera, both cut off there. All is in m.
@@ -247,99 +235,16 @@ def _area() -> Outcome:
     return Outcome(STEP * float(normal(expected_measurement(GRID, p.mode), p.measured, p.noise_sd).sum()), 2.0, 1e-3)
 
 
-LESSON = Lesson(
-    id="bayes",
-    number=3,
-    title="From picture back to state: Bayes' rule",
-    idea=(
-        "To predict a measurement $z$ from a state $x$ is easy; to go back is not, and may have several answers. "
-        "*Bayes' rule* turns the easy direction into the hard one:\n\n"
-        "$$p(x \\mid z) = \\frac{p(z \\mid x)\\, p(x)}{p(z)}$$\n\n"
-        "Multiply what you believed, the *prior* $p(x)$, by how well each state explains the measurement, the "
-        "*likelihood* $p(z \\mid x)$; rescale to area one, and you have the *posterior*. The likelihood is a function "
-        "of the state but no density in it: its area over $x$ need not be one."
-    ),
-    body=Demonstration(BayesParameters(), show),
-    notice="The posterior is high only where both prior and likelihood are, and it leans to the narrower of the two.",
-    tries=(
-        "Make the prior 20 m wide: the posterior becomes the likelihood.",
-        "Make the prior 0.2 m wide: the measurement hardly counts.",
-        "Measure a distance of 3 m, and shift the prior across 5 m: the two answers change their weights.",
-    ),
-    question=Question(
-        text=(
-            "A camera at 5 m measures a distance of 3 m, give or take 0.5 m. Before, you believed the position to be "
-            "about 6 m, give or take 4 m. What do you believe now?"
-        ),
-        kind="choice",
-        answer=_answer,
-        choices={
-            "one": "One peak, near 8 m",
-            "two": "Two peaks, near 2 m and near 8 m",
-            "middle": "One peak between, near 5 m",
-            "prior": "One peak, at 6 m as before",
-        },
-        at=AT_A_DISTANCE,
-        words=(
-            "Both 2 m and 8 m explain the distance, and the wide prior allows both. It draws each peak a little "
-            "towards 6 m, and makes the right one higher."
-        ),
-        mistakes=(
-            Mistake(
-                "one",
-                "The prior does prefer 8 m, but only a little: it is 4 m wide, and at 2 m it still has two thirds of "
-                "its height at 8 m. What is multiplied by that does not vanish.",
-            ),
-            Mistake(
-                "middle",
-                "That is the middle of two answers, and no answer: at 5 m the camera would measure 0 m, not 3 m.",
-            ),
-            Mistake(
-                "prior",
-                "At 6 m the camera would measure 1 m, four times its error away from 3 m. The prior is highest there, "
-                "but a product needs both.",
-            ),
-        ),
-    ),
-    checks=(
-        Check(
-            "mean",
-            "Prior N(2, 4), noise 1, z = 5: the posterior's mean is 4.4.",
-            lambda: Outcome(moments(posterior(BayesParameters()))[0], 4.4, 1e-6),
-        ),
-        Check(
-            "variance",
-            "Its variance is 0.8.",
-            lambda: Outcome(moments(posterior(BayesParameters()))[1], 0.8, 1e-6),
-        ),
-        Check("grid", "The grid agrees with the closed form everywhere; the greatest difference.", _grid),
-        Check(
-            "two-peaks",
-            "Distance 3 with noise 0.5 under the prior N(6, 16): the posterior has exactly two peaks.",
-            lambda: Outcome(len(peaks(posterior(_distance()))), 2, 0),
-        ),
-        Check(
-            "left-peak",
-            "The left one is near 2, drawn to the prior.",
-            lambda: Outcome(float(peaks(posterior(_distance()))[0]), 2.06, 0.1),
-        ),
-        Check(
-            "right-peak",
-            "The right one is near 8, drawn to the prior.",
-            lambda: Outcome(float(peaks(posterior(_distance()))[-1]), 7.97, 0.1),
-        ),
-        Check("likelihood-area", "The area of that likelihood over x is 2, not 1.", _area),
-    ),
-    uses=(
-        Scenario(
-            Recipe(experiment="histogram", tracker="condensation"),
-            unlocked=("look_alike_red", "sharpness", "seed"),
-            frame=45,
-            plots=("error", "likeness"),
-            words=(
-                "Show the likeness over the picture: a likelihood of where the window is. It has a peak at the "
-                "target, another at its look-alike, and the prediction decides between them."
-            ),
-        ),
-    ),
+COMPUTED = Computed(
+    _answer,
+    {
+        "mean": lambda: Outcome(moments(posterior(BayesParameters()))[0], 4.4, 1e-6),
+        "variance": lambda: Outcome(moments(posterior(BayesParameters()))[1], 0.8, 1e-6),
+        "grid": _grid,
+        "two-peaks": lambda: Outcome(len(peaks(posterior(_distance()))), 2, 0),
+        "left-peak": lambda: Outcome(float(peaks(posterior(_distance()))[0]), 2.06, 0.1),
+        "right-peak": lambda: Outcome(float(peaks(posterior(_distance()))[-1]), 7.97, 0.1),
+        "likelihood-area": _area,
+    },
+    Demonstration(BayesParameters(), show),
 )

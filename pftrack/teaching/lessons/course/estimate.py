@@ -1,27 +1,14 @@
 """Lesson 4: which one position to name when a whole density is known."""
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
-from pftrack.core.model.recipe import Change, Recipe
 from pftrack.teaching.lessons.course.densities import Mixture
 from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, Ink, Panel, Rule, Scatter
-from pftrack.teaching.lessons.lesson import (
-    Answer,
-    Check,
-    Demonstration,
-    Lesson,
-    Mistake,
-    Number,
-    Outcome,
-    Question,
-    Scenario,
-    Shown,
-)
+from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
 
 LOW, HIGH = -3.0, 9.0
 """Where guesses are made, m."""
@@ -174,74 +161,14 @@ def _square_at(guess: float) -> float:
     return float(expected_losses(posterior(), np.array([guess]))[0, 0])
 
 
-def _check(name: str, title: str, ours: Callable[[], float], exact: float, tolerance: float) -> Check:
-    return Check(name, title, lambda: Outcome(ours(), exact, tolerance))
-
-
-LESSON = Lesson(
-    id="estimate",
-    number=4,
-    title="One number from a density",
-    idea=(
-        "What is known is a whole curve, but a tracker must name one position. Which one is best depends on what an "
-        "error costs. By *squared* error a guess costs on average\n\n"
-        r"$$\text{variance} + (\text{guess} - \text{mean})^2$$"
-        "\n\nThe mean is best, and costs the variance; any other guess costs its squared distance to the mean more. "
-        "For *absolute* error the median wins, with half of the probability on either side; for being *almost exactly "
-        "right* the mode, the top of the curve. With two bumps the mean may lie where nothing is."
-    ),
-    body=Demonstration(EstimateParameters(), show),
-    notice="Each loss has its own best guess: the mean, the median or the highest point of the curve.",
-    tries=(
-        "Drag the guess to the bottom of each curve, and see where it then stands in the density above.",
-        "Push the second bump away: the mean follows it, the median hardly moves.",
-        "Raise the second weight past 0.65: the best place for a hit jumps to the other bump.",
-    ),
-    question=Question(
-        text="Place the guess that has the smallest expected squared error.",
-        kind="point",
-        panel="density",
-        answer=_answer,
-        tolerance=0.2,
-        unit="m",
-        bounds=(LOW, HIGH),
-        words=(
-            "Squared error punishes large errors most, so the best guess moves towards the far bump until the errors "
-            "to both sides balance. That point is the mean, although the target is hardly ever there."
-        ),
-        mistakes=(
-            Mistake((-0.3, 0.1), "That is the mode, the most likely place. Yet in three cases of ten it is 4 m off, "
-                    "and 4² = 16 weighs heavily."),
-            Mistake((0.3, 0.5), "That is near the median, which is best for absolute error, not for squared."),
-            Mistake((1.8, 2.2), "That is halfway between the bumps. The left one holds more than twice as much "
-                    "probability, and pulls the mean towards it."),
-            Mistake((3.5, 4.5), "The second bump holds only three tenths of the probability; seven times of ten this "
-                    "guess is 4 m off."),
-        ),
-    ),
-    checks=(
-        _check("best-squared", "The smallest squared error is at the mean.", lambda: _best(0), 1.2, 0.006),
-        _check("least-squared", "The smallest squared error is the variance.", lambda: _square_at(1.2), 3.912, 1e-4),
-        _check("excess", "A guess 1.8 m from the mean costs 1.8² m² more than the mean.",
-               lambda: _square_at(3.0) - _square_at(1.2), 3.24, 1e-9),
-        _check("best-absolute", "The smallest absolute error is at the median.",
-               lambda: _best(1), median(posterior()), 0.006),
-        _check("best-hit", "Most hits within 0.15 m are at the mode.", lambda: _best(2), 0.0, 0.02),
-    ),
-    uses=(
-        Scenario(
-            Recipe(
-                experiment="trajectories",
-                tracker="lng",
-                timeline=(Change(0, {"trajectories_scene": "tracks", "sample_count": 100}),),
-            ),
-            unlocked=("point_estimate", "sample_count"),
-            frame=15,
-            words=(
-                "At frame 15 a measurement is far off. Of 100 particles the fullest place, the mode, happens to be "
-                "there, 10 px off; take the mean as the estimate, and it is 3 px; take more particles, and the mode "
-                "is better."
-            ),
-        ),
-    ),
-)  # fmt: skip
+COMPUTED = Computed(
+    _answer,
+    {
+        "best-squared": lambda: Outcome(_best(0), 1.2, 0.006),
+        "least-squared": lambda: Outcome(_square_at(1.2), 3.912, 1e-4),
+        "excess": lambda: Outcome(_square_at(3.0) - _square_at(1.2), 3.24, 1e-9),
+        "best-absolute": lambda: Outcome(_best(1), median(posterior()), 0.006),
+        "best-hit": lambda: Outcome(_best(2), 0.0, 0.02),
+    },
+    Demonstration(EstimateParameters(), show),
+)

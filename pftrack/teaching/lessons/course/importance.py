@@ -12,23 +12,11 @@ import numpy as np
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
-from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.teaching.lessons.course.densities import ceiling, normal
 from pftrack.teaching.lessons.figure import Axis, Bars, Curve, Figure, Handle, Histogram, Panel, Rule, Stems
-from pftrack.teaching.lessons.lesson import (
-    Answer,
-    Check,
-    Demonstration,
-    Lesson,
-    Mistake,
-    Number,
-    Outcome,
-    Question,
-    Scenario,
-    Shown,
-)
+from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
 
 MEAN, SD = 1.0, 0.5
 """Of the density that is wanted."""
@@ -243,82 +231,14 @@ def _narrow_error() -> Outcome:
     return Outcome(float(wide / narrow), 0.0, 0.1)
 
 
-LESSON = Lesson(
-    id="importance",
-    number=8,
-    title="Sampling from the wrong density",
-    idea=(
-        "You want averages over a density $p$ but can only draw from another one, $q$. Weight each draw by how much "
-        "too rarely it comes,\n\n"
-        "$$w(x) = \\frac{p(x)}{q(x)},$$\n\n"
-        "and weighted averages are those of $p$. Unequal weights waste draws: with weights that add up to 1, the "
-        "number that counts is\n\n"
-        "$$N_\\mathrm{eff} = \\frac{1}{\\sum_n w_n^2}.$$\n\n"
-        "A $q$ wider than $p$ is safe. A $q$ that hardly reaches where $p$ lives fails silently: the draws that "
-        "matter never come, and nothing shows that they are missing."
-    ),
-    body=Demonstration(ImportanceParameters(), show, random=True),
-    notice="The stems end on the curve p/q: where q is small beside p, a draw is rare and heavy.",
-    tries=(
-        "Set s to 0.3 and draw a few times: everything hangs on one or two draws.",
-        "Drag the centre of q to 1, then s to 0.5: all weights become equal, and every draw counts.",
-        "Set s to 0.3 with 5,000 draws: the weighted mean is still too low, and each new draw agrees on that.",
-    ),
-    question=Question(
-        text="p has the standard deviation 0.5 and the mean 1. Which q with the mean 0 wastes the fewest draws?",
-        kind="choice",
-        choices={f"{spread:g}": f"s = {spread:g}" for spread in CHOICES},
-        answer=_answer,
-        words=(
-            "The centres are 1 apart, two standard deviations of p. A good q is about as wide as that: it must reach "
-            "all of p, and what is wider only wastes draws where p is nothing."
-        ),
-        mistakes=(
-            Mistake("0.3", "That q ends where p begins. The few draws near 1 carry all the weight."),
-            Mistake("0.5", "As wide as p would be best if q stood on p. Here p begins where this q ends."),
-            Mistake("2", "That is safe, and better than too narrow, but most draws fall where p is nothing."),
-        ),
-    ),
-    checks=(
-        Check(
-            "share-at-1",
-            "With s = 1 the effective share of 2,000 draws is 1 / ∫ p²/q, within 2 %, on average over 200 repeats.",
-            lambda: _share(1.0, 0.3735),
-        ),
-        Check("share-at-2", "With s = 2 it is, too, within 2 %.", lambda: _share(2.0, 0.3059)),
-        Check("mean", "With s = 1 the weighted mean is that of p, on average over 200 repeats.", _mean),
-        Check("narrow-share", "With s = 0.3 the median effective share is below 0.02.", _narrow_share),
-        Check(
-            "narrow-error",
-            "The error of the mean with s = 1 is less than a tenth of that with s = 0.3.",
-            _narrow_error,
-        ),
-    ),
-    uses=(
-        Scenario(
-            Recipe(
-                experiment="fish",
-                tracker="ordinary",
-                seed=1,
-                timeline=(Change(0, {"sample_count": 200, "tank_number": 204}),),
-            ),
-            unlocked=("tracker", "seed", "sample_count"),
-            frame=9,
-            plots=("error", "ess"),
-            words=(
-                "From frame 13 on, in a sharp turn, the ordinary filter draws most particles where the fish is not. "
-                "Change to the guided filter, whose draws were learned from fish that swim."
-            ),
-        ),
-        Scenario(
-            Recipe(experiment="ball", tracker="s-spf"),
-            unlocked=("seed", "apf_weights", "sample_count"),
-            frame=5,
-            plots=("error", "ess", "proposals"),
-            words=(
-                "Many particles are drawn where the picture is red, rather than by the prediction. Corrected and "
-                "balanced weights are p/q; sharpened ones are not, and hold the ball better all the same."
-            ),
-        ),
-    ),
+COMPUTED = Computed(
+    _answer,
+    {
+        "share-at-1": lambda: _share(1.0, 0.3735),
+        "share-at-2": lambda: _share(2.0, 0.3059),
+        "mean": _mean,
+        "narrow-share": _narrow_share,
+        "narrow-error": _narrow_error,
+    },
+    Demonstration(ImportanceParameters(), show, random=True),
 )

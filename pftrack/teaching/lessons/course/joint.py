@@ -6,21 +6,9 @@ import numpy as np
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
-from pftrack.core.model.recipe import Change, Recipe
 from pftrack.teaching.lessons.course.densities import ceiling, normal
 from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, HeatMap, Panel, Rule, Scatter
-from pftrack.teaching.lessons.lesson import (
-    Answer,
-    Check,
-    Demonstration,
-    Lesson,
-    Mistake,
-    Number,
-    Outcome,
-    Question,
-    Scenario,
-    Shown,
-)
+from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
 
 EDGE = 3.5
 CELLS: Floats = np.linspace(-EDGE, EDGE, 57)
@@ -189,83 +177,15 @@ def _independent() -> Outcome:
     return Outcome(float(off), 0.0, 1e-12)
 
 
-LESSON = Lesson(
-    id="joint",
-    number=2,
-    title="Joint, marginal, conditional, independent",
-    idea=(
-        "Two uncertain quantities, a position $x$ and a measurement $z$, have a density over the plane. Adding it up "
-        "along one axis leaves the *marginal* density of the other. Learning $z$ cuts the surface along a line; the "
-        "cut, rescaled to area one, is the *conditional* density\n\n"
-        "$$p(x \\mid z) = \\frac{p(x, z)}{p(z)}.$$\n\n"
-        "If the cut looks the same wherever we make it, $z$ tells nothing about $x$: they are *independent*. Read "
-        "along the other axis, over $z$, the same numbers have another area than one."
-    ),
-    body=Demonstration(JointParameters(), show),
-    notice="The rescaled cut is narrower than what was known before, and equally narrow wherever z is.",
-    tries=(
-        "Set r to 0 and move the cut: what is known of x stays as it was.",
-        "Set r to 0.95: whoever knows z nearly knows x.",
-        "Turn r to its negative: a large z now speaks for a small x.",
-    ),
-    question=Question(
-        text="With r = 0.8, we learn that z = 1.2. Where will the density of x have its middle then?",
-        kind="point",
-        panel="profile",
-        answer=_answer,
-        tolerance=0.12,
-        bounds=(-EDGE, EDGE),
-        words=(
-            "Go along the cut in the map: it is brightest at $r z$ = 0.8 × 1.2 = 0.96. A measurement that is only "
-            "partly about x moves us only part of the way."
-        ),
-        mistakes=(
-            Mistake(
-                1.2,
-                "That is z itself. Many a z of 1.2 comes from a smaller x, as there are more of these, and chance.",
-            ),
-            Mistake(
-                0.0,
-                "That is where x was before. Only if r were 0, would z tell nothing about it.",
-            ),
-            Mistake(
-                1.5,
-                "That is z / r, the line of the map read the other way: for which x this z is the one to expect.",
-            ),
-            Mistake((-EDGE, -0.2), "With a positive r, a positive z speaks for a positive x."),
-        ),
-    ),
-    checks=(
-        Check("volume", "The volume under the joint density is 1.", _volume),
-        Check("marginal", "The marginal density of x is N(0, 1), whatever r is; the greatest difference.", _marginal),
-        Check(
-            "cut-mean",
-            "At r = 0.8 and z = 1.2, the mean of the rescaled cut is r z = 0.96.",
-            lambda: Outcome(moments(1.2, 0.8)[0], 0.96, 1e-5),
-        ),
-        Check(
-            "cut-variance",
-            "At r = 0.8, its variance is 1 - r² = 0.36.",
-            lambda: Outcome(moments(1.2, 0.8)[1], 0.36, 1e-5),
-        ),
-        Check("backwards", "At r = 0.8, p(x = 1 | z) added up over z is 1 / r = 1.25, not 1.", _backwards_area),
-        Check(
-            "independent",
-            "At r = 0, p(x | z) is p(x) wherever the cut is; the greatest difference.",
-            _independent,
-        ),
-    ),
-    uses=(
-        Scenario(
-            Recipe(experiment="fish", tracker="guided", timeline=(Change(0, {"tank": "strong rudder"}),)),
-            unlocked=("correlated_changes", "sample_count", "seed"),
-            frame=44,
-            plots=("error", "bend", "heading"),
-            words=(
-                "Turning and bending of a fish go together, and the filter has learned how: the leaning ellipse "
-                "beside the picture. Here a rudder turns the fish the other way, and in frame 44 the estimate is 53 "
-                "px off. Without *Correlated changes*, the two independent, it is never more than 18 px."
-            ),
-        ),
-    ),
+COMPUTED = Computed(
+    _answer,
+    {
+        "volume": _volume,
+        "marginal": _marginal,
+        "cut-mean": lambda: Outcome(moments(1.2, 0.8)[0], 0.96, 1e-5),
+        "cut-variance": lambda: Outcome(moments(1.2, 0.8)[1], 0.36, 1e-5),
+        "backwards": _backwards_area,
+        "independent": _independent,
+    },
+    Demonstration(JointParameters(), show),
 )

@@ -9,25 +9,13 @@ import numpy as np
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
-from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.numerics.matrices import cholesky, solve_system
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.filters import kalman
 from pftrack.filters.dynamics import LinearDynamics
 from pftrack.teaching.lessons.course.densities import ceiling
 from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, Panel, Rule, Scatter, Trace
-from pftrack.teaching.lessons.lesson import (
-    Answer,
-    Check,
-    Demonstration,
-    Lesson,
-    Mistake,
-    Number,
-    Outcome,
-    Question,
-    Scenario,
-    Shown,
-)
+from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
 
 # What lesson 6 computes: tracks of something that moves with a slowly changing velocity, and their Kalman filter.
 #
@@ -295,79 +283,13 @@ def _without_data() -> Outcome:
     return Outcome(float(np.abs(one.covariances - other.covariances).max()), 0.0, 0.0)
 
 
-LESSON = Lesson(
-    id="kalman",
-    number=6,
-    title="The exact special case: Kalman",
-    idea=(
-        "If motion and measurement are linear and all noise is Gaussian, the density stays Gaussian, and a mean and a "
-        "variance for each axis are all of it. The estimate $m$ goes along with a part of the surprise, what was "
-        "measured less what was expected:\n\n"
-        r"$$m \to m + K\,(z - m) \qquad K = \frac{P}{P + R}$$"
-        "\n\nThe gain $K$ weighs the variance $P$ of the prediction against $R$, that of the measurement. With a "
-        "velocity in the state, the filter learns a speed that it never measures. The variances do not depend on the "
-        "data."
-    ),
-    body=Demonstration(KalmanParameters(), show, random=True),
-    notice="The ellipse is computed before anything is measured, and yet it holds the right share of the errors.",
-    tries=(
-        "Drop 20 frames and drag the frame from 19 s to 39 s: the ellipse grows and tilts. At 40 s it is back.",
-        "Press “New draw” a few times: track and errors change, the ellipse and the gain never do.",
-        "Raise R: the gain falls, and the estimate gets smoother and later.",
-    ),
-    question=Question(
-        text=(
-            f"From {GAP} s on, 20 measurements are dropped. What becomes of the ellipse of errors, position to the "
-            "right, velocity upwards?"
-        ),
-        kind="choice",
-        choices={
-            "stays": "it stays as it is",
-            "round": "it grows alike to all sides",
-            "wide": "it gets wider, but not higher",
-            "tilts": "it grows and tilts",
-        },
-        answer=_answer,
-        at={"dropped": 20, "frame": GAP + 19},
-        words=(
-            "An error of velocity becomes an error of position that is larger each second, so that the two go "
-            "together. That is why the next measurement of a position corrects the velocity, too, and how a speed is "
-            "learnt that is never measured."
-        ),
-        mistakes=(
-            Mistake("stays", "Without measurements the target still moves, and each prediction adds uncertainty."),
-            Mistake("round", "Both get uncertain, but not of each other: a velocity that is 1 m/s too high puts the "
-                    "position 20 m too far ahead after 20 s."),
-            Mistake("wide", "The velocity changes in these seconds too, unseen, by the process noise."),
-        ),
-    ),
-    checks=(
-        Check("settled-position", "The predicted variance of the position settles at 2.41836 m², as Riccati's equation "
-              "says.", partial(_steady_state, 0)),
-        Check("settled-velocity", "The predicted variance of the velocity settles at 0.238449 m²/s², as Riccati's "
-              "equation says.", partial(_steady_state, 1)),
-        Check("surprises", "Over 4000 steps the squared surprise is on average what its variance says.", _surprises),
-        Check("without-data", "Two tracks that are measured differently have the same variances.", _without_data),
-    ),
-    uses=(
-        Scenario(
-            Recipe(experiment="trajectories", tracker="lg", timeline=(Change(0, {"trajectories_scene": "tracks"}),)),
-            unlocked=("noise_variance_px2", "drive_variance_px2", "lag_frames"),
-            frame=45,
-            words=(
-                "The linear Gaussian filter follows tracks of points by such a model. With a measurement noise of 100"
-                " px² the outlier at frame 45 drags it less, but from frame 50 on, when the tracks move aside, it "
-                "comes late."
-            ),
-        ),
-        Scenario(
-            Recipe(experiment="sine", tracker="condensation", timeline=(Change(0, {"sample_count": 1000}),)),
-            unlocked=("sample_count", "process_noise_sd", "assumed_noise_sd"),
-            frame=40,
-            words=(
-                "On a sine the particle filter draws the exact answer of the Kalman filter beside its own: lower the "
-                "number of particles, and see them part."
-            ),
-        ),
-    ),
-)  # fmt: skip
+COMPUTED = Computed(
+    _answer,
+    {
+        "settled-position": partial(_steady_state, 0),
+        "settled-velocity": partial(_steady_state, 1),
+        "surprises": _surprises,
+        "without-data": _without_data,
+    },
+    Demonstration(KalmanParameters(), show, random=True),
+)

@@ -7,22 +7,10 @@ import numpy as np
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
-from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.teaching.lessons.course.densities import normal
 from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Panel, Rule, Scatter
-from pftrack.teaching.lessons.lesson import (
-    Answer,
-    Check,
-    Demonstration,
-    Lesson,
-    Mistake,
-    Number,
-    Outcome,
-    Question,
-    Scenario,
-    Shown,
-)
+from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
 
 MEAN, SD = 2.0, 1.5
 LOW, HIGH = MEAN - 4.0 * SD, MEAN + 4.0 * SD
@@ -186,56 +174,12 @@ def _error(dimension: int, tolerance: float) -> Outcome:
     return Outcome(float(errors[-1]), SD / math.sqrt(1000.0), tolerance)
 
 
-LESSON = Lesson(
-    id="monte-carlo",
-    number=7,
-    title="A cloud instead of a formula",
-    idea=(
-        "Draw many samples and let their crowd stand for the density: where it is dense, it is crowded. An average "
-        "over the density becomes an average over the crowd:\n\n"
-        r"$$\int f(x)\,p(x)\,dx \approx \frac{1}{N} \sum_{i=1}^{N} f(x_i)$$"
-        "\n\nSome samples err to one side, some to the other, and most of it cancels. The error shrinks as one over "
-        r"the square root of $N$: four times the samples, half the error. It does so in any number of dimensions, "
-        "while a grid needs more points with each of them."
-    ),
-    body=Demonstration(MonteCarloParameters(), show, random=True),
-    notice="The error falls by half for four times the samples, in one dimension as in ten.",
-    tries=(
-        "Find the N with which the mean of 2 m is right to 1 %, 0.02 m, on average.",
-        "Raise the dimension to 6: the error of an axis stays, the gaps of a grid grow to metres.",
-        "Press “New draw” with N = 10 and with N = 10,000, and compare how the mean jumps.",
-    ),
-    question=Question(
-        text="With 100 samples the mean is off by 0.15 m on average. With how many is it off by a tenth of that?",
-        kind="number",
-        answer=_answer,
-        tolerance=100.0,
-        bounds=(1.0, 1e9),
-        at={"count": 100},
-        words=(
-            "The error goes with one over the root of N. For a tenth of it the root must be ten times as large, and N "
-            "itself 10² = 100 times."
-        ),
-        mistakes=(
-            Mistake((900.0, 1100.0), "Ten times the samples divide the error by the root of ten only, by about 3."),
-            Mistake((100.0, 500.0), "Half the error takes four times the samples, 400; a tenth takes far more."),
-            Mistake((90_000.0, 1_100_000.0), "That is too many: the error goes with the root of N, not a slower one."),
-        ),
-    ),
-    checks=(
-        Check("slope", "Over N from 10 to 10,000, in both logarithms, the error falls with the slope -1/2.", _slope),
-        Check("error", "With 1000 samples the error of the mean is 1.5/√1000 m.", partial(_error, 1, 0.006)),
-        Check("six-dimensions", "In six dimensions the error of an axis is the same.", partial(_error, 6, 0.004)),
-    ),
-    uses=(
-        Scenario(
-            Recipe(experiment="sine", tracker="condensation", timeline=(Change(0, {"sample_count": 1000}),)),
-            unlocked=("sample_count",),
-            frame=40,
-            words=(
-                "A cloud of particles follows a signal, with the exact answer drawn beside: change the number of "
-                "particles and compare."
-            ),
-        ),
-    ),
-)  # fmt: skip
+COMPUTED = Computed(
+    _answer,
+    {
+        "slope": _slope,
+        "error": partial(_error, 1, 0.006),
+        "six-dimensions": partial(_error, 6, 0.004),
+    },
+    Demonstration(MonteCarloParameters(), show, random=True),
+)

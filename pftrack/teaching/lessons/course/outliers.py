@@ -14,23 +14,11 @@ from scipy.special import wofz
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
-from pftrack.core.model.recipe import Change, Recipe
 from pftrack.experiments.trajectories.scene import FRAMES, REFERENCE_PX, true_path
 from pftrack.filters.trajectories.whole import Method, Settings, follow, track_error
 from pftrack.teaching.lessons.course.densities import ceiling, normal
 from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, Panel, Rule, Scatter
-from pftrack.teaching.lessons.lesson import (
-    Answer,
-    Check,
-    Demonstration,
-    Lesson,
-    Mistake,
-    Number,
-    Outcome,
-    Question,
-    Scenario,
-    Shown,
-)
+from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
 
 LEAST_Z, MOST_Z = -5.0, 20.0
 GRID: Floats = np.linspace(-10.0, 30.0, 4001)
@@ -235,87 +223,16 @@ def _cauchy_track() -> Outcome:
     return Outcome(float(np.median(track_error(found.filtered, TRUTH_PX[:, None]))), 0.134, 0.02)
 
 
-def _jumping(tracker: str, words: str) -> Scenario:
-    change = Change(0, {"trajectories_scene": "tracks", "noise_variance_px2": 3})
-    return Scenario(
-        Recipe(experiment="trajectories", tracker=tracker, timeline=(change,)),
-        unlocked=("tracker", "seed", "noise_variance_px2", "outlier_scale_px2"),
-        frame=44,
-        plots=("error",),
-        words=words,
-    )
-
-
-LESSON = Lesson(
-    id="outliers",
-    number=11,
-    title="Outliers: which noise do you believe in?",
-    idea=(
-        "A tracker must decide how far a measurement may be off by chance. *Gaussian* noise says that large errors "
-        "never happen, so that one wild measurement drags the estimate along. *Cauchy* noise,\n\n"
-        "$$p(v) = \\frac{s}{\\pi\\,(s^2 + v^2)},$$\n\n"
-        "has heavy tails: large errors are rare, but they happen. The price is a little precision when all is well, "
-        "and a belief that may have two peaks: either the measurement is wrong, or what was expected is."
-    ),
-    body=Demonstration(OutliersParameters(), show, random=True),
-    notice="While z is near 0 both means go with it; they part where the measurement gets hard to believe.",
-    tries=(
-        "Drag z slowly from 0 to 20, and watch what either noise makes of it.",
-        "Set the scale to 0.3 and z to 3: the Cauchy posterior has two peaks, one for each explanation.",
-        "Look at frame 45 of the track, with the scale at 1 and at 5: what does trusting less cost elsewhere?",
-    ),
-    question=Question(
-        text="x is expected at 0, give or take 1, and z = 20 is measured. Place the mean under Cauchy noise.",
-        kind="point",
-        answer=_answer,
-        panel="influence",
-        along="y",
-        at={"z": 20.0, "scale": 1.0},
-        tolerance=0.5,
-        bounds=(-50.0, 50.0),
-        words=(
-            "Under heavy tails an error of 20 is far more likely than an x that is 20 standard deviations away: the "
-            "measurement is taken for an outlier. What is left of its pull is about 2/z."
-        ),
-        mistakes=(
-            Mistake((9.0, 11.0), "That is Gaussian noise, which always meets the measurement half way."),
-            Mistake((16.0, 50.0), "That would be to believe the measurement alone, and forget what was expected."),
-            Mistake(
-                (0.5, 9.0),
-                "It does not settle between the two: the further off a measurement is, the less it is believed.",
-            ),
-            Mistake((-50.0, -0.5), "The measurement may be ignored, but it never pushes away to the other side."),
-        ),
-    ),
-    checks=(
-        Check(
-            "gaussian-at-20",
-            "Under Gaussian noise z = 20 has the mean 10.",
-            lambda: _at_20(heavy=False, exact=10.0, tolerance=1e-6),
-        ),
-        Check(
-            "cauchy-at-20",
-            "Under Cauchy noise z = 20 has about the mean 2/z.",
-            lambda: _at_20(heavy=True, exact=0.1, tolerance=0.003),
-        ),
-        Check("largest-mean", "Under Cauchy noise the mean is never larger than 0.748.", _greatest),
-        Check("where-largest", "It is largest where z is about 2.5.", _where_greatest),
-        Check(
-            "closed-form", "Integrals on the grid agree with Faddeeva's function for all z that are drawn.", _formula
-        ),
-        Check(
-            "gaussian-track",
-            "On the track the error E of the filter with Gaussian noise at its best, σ² = 10 px², is 0.338.",
-            _gaussian_track,
-        ),
-        Check(
-            "cauchy-track",
-            "That of the filter with Cauchy noise, σ² = 1 px², is 0.134, the median of 15 runs.",
-            _cauchy_track,
-        ),
-    ),
-    uses=(
-        _jumping("lg", "Gaussian noise: at frame 45 a measurement is 38 px off, and the estimate goes with it."),
-        _jumping("lng", "Cauchy noise on the same tracks: at frame 45 the estimate goes straight on."),
-    ),
+COMPUTED = Computed(
+    _answer,
+    {
+        "gaussian-at-20": lambda: _at_20(heavy=False, exact=10.0, tolerance=1e-6),
+        "cauchy-at-20": lambda: _at_20(heavy=True, exact=0.1, tolerance=0.003),
+        "largest-mean": _greatest,
+        "where-largest": _where_greatest,
+        "closed-form": _formula,
+        "gaussian-track": _gaussian_track,
+        "cauchy-track": _cauchy_track,
+    },
+    Demonstration(OutliersParameters(), show, random=True),
 )

@@ -6,22 +6,10 @@ import numpy as np
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
-from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.teaching.lessons.course.densities import Mixture, ceiling, normal
 from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, Histogram, Panel, Rule
-from pftrack.teaching.lessons.lesson import (
-    Answer,
-    Check,
-    Demonstration,
-    Lesson,
-    Mistake,
-    Number,
-    Outcome,
-    Question,
-    Scenario,
-    Shown,
-)
+from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
 
 LOW, HIGH = -5.0, 5.0
 PLACES: Floats = np.linspace(LOW, HIGH, 401)
@@ -149,80 +137,13 @@ def _peak() -> Outcome:
     return Outcome(float(normal(0.0, 0.0, 0.2)), 1.9947, 5e-5)
 
 
-LESSON = Lesson(
-    id="probability",
-    number=1,
-    title="Probability and density",
-    idea=(
-        "A die has six outcomes, each with a probability, and these add up to one. A position is different: it hits no "
-        "exact value. So we speak of *density* $p(x)$, probability per metre. Probability is the area under it:\n\n"
-        "$$\\Pr(a < x \\le b) = \\int_a^b p(x)\\,dx$$\n\n"
-        "All the area is one. A density may exceed one, an area may not. Give the bars of a histogram the height "
-        "$\\text{count} / (N \\times \\text{bin width})$, and their area is one, too: the histogram estimates the "
-        "density."
-    ),
-    body=Demonstration(ProbabilityParameters(), show, random=True),
-    notice="The bars jump about the curve, but the share of draws in the interval stays near the shaded area.",
-    tries=(
-        "Set N to 50 and halve the bin width: each bar rests on fewer draws and jumps more.",
-        "Squeeze the left bump until the curve passes 1 per metre: its area is still 0.6.",
-        "Drag a onto b: the probability of one exact position is nothing.",
-    ),
-    question=Question(
-        text="How probable is a position between 0 m and 3 m, as a number from 0 to 1? Read it off the curve.",
-        kind="number",
-        answer=_answer,
-        tolerance=0.04,
-        bounds=(0.0, 1.0),
-        at={"low": 0.0, "high": 3.0},
-        words=(
-            "Probability is area: the curve is about 0.11 per metre high on average from 0 m to 3 m, and 3 m wide, "
-            "so that the area is 0.11 × 3 = 0.33."
-        ),
-        mistakes=(
-            Mistake((0.09, 0.17), "That is about how high the curve is there; multiply by the width, 3 m."),
-            Mistake(
-                (0.4, 0.47),
-                "All of the right bump has the area 0.4, and some of it lies outside, left of 0 m and right of 3 m.",
-            ),
-            Mistake((0.47, 1.0), "The left bump alone has the area 0.6, and hardly any of it reaches the interval."),
-        ),
-    ),
-    checks=(
-        Check("histogram-area", "The bars of the histogram have the area 1.", _area),
-        Check("counting", "Of 20,000 draws, the share between -1 and 1 is the area under the density.", _count),
-        Check(
-            "distribution",
-            "Nowhere is the share of 20,000 draws below x further from the exact one than 1.63 / √N.",
-            _distribution,
-        ),
-        Check("peak", "The density of N(0, 0.2²) at 0 is 1.9947, more than 1.", _peak),
-    ),
-    uses=(
-        Scenario(
-            Recipe(
-                experiment="prism",
-                tracker="pf-asd",
-                timeline=(Change(0, {"upper_layer": "perspective", "pose_band": "calibrated"}),),
-            ),
-            unlocked=("pose_band", "noise_px", "seed"),
-            frame=100,
-            plots=("calibration", "yaw", "error"),
-            words=(
-                "A belief is honest if 95 % of its area lies over an interval that holds the truth in 95 of 100 "
-                "frames. Of the angles up to frame 100, 50 % and 97 % lay in the central 50 % and 95 %; with Bando's "
-                "band of the pose it is 40 % and 82 %."
-            ),
-        ),
-        Scenario(
-            Recipe(experiment="histogram", tracker="condensation"),
-            unlocked=("spatial_kernel", "colour_space", "sharpness"),
-            frame=90,
-            plots=("likeness", "error"),
-            words=(
-                "Colours are counted: the histogram of those in a window is compared with the one remembered. While "
-                "the column hides the target, at frame 90, they agree by 0.44 instead of 0.98."
-            ),
-        ),
-    ),
-)  # fmt: skip
+COMPUTED = Computed(
+    _answer,
+    {
+        "histogram-area": _area,
+        "counting": _count,
+        "distribution": _distribution,
+        "peak": _peak,
+    },
+    Demonstration(ProbabilityParameters(), show, random=True),
+)

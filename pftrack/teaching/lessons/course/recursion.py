@@ -1,35 +1,129 @@
-"""Lesson 5: predict, correct, repeat."""
+"""Lesson 5: predict, correct, repeat; on a grid of positions and exactly.
+
+The grid knows nothing of Gaussians: a prediction blurs its density, a measurement multiplies it by the likelihood. The
+Kalman filter beside it does the same in two numbers.
+"""
 
 import math
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.recipe import Change, Recipe
+from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.numerics.matrices import solve_system
+from pftrack.core.numerics.random import Gaussian
+from pftrack.filters import kalman
+from pftrack.filters.dynamics import random_walk
 from pftrack.teaching.lessons.course.densities import ceiling, normal
-from pftrack.teaching.lessons.course.rounds import (
-    GRID,
-    MEASURED,
-    PRIOR_VARIANCE,
-    Moment,
-    RecursionParameters,
-    moments,
-    spread,
-)
 from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Panel, Scatter, StripChart, Trace
-from pftrack.teaching.lessons.lesson import (
-    Answer,
-    Check,
-    Demonstration,
-    Lesson,
-    Mistake,
-    Number,
-    Outcome,
-    Question,
-    Scenario,
-    Shown,
-)
+from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
+
+PRIOR_VARIANCE = 9.0
+MEASURED = (0.3, 1.9, 1.1, 2.8, 3.9, 3.0, 5.2, 4.6)
+"""Positions in m; whoever measures more often meets them again backwards, as if the target turned round."""
+
+GRID: Floats = np.arange(-80.0, 80.0, 0.1)
+"""Positions, m: wide enough for sixty predictions, and fine enough for sixty measurements."""
+
+
+class RecursionParameters(Parameters):
+    """What is done, and how uncertain motion and measurements are."""
+
+    # fmt: off
+    rounds: int = parameter(
+        4, "Rounds", "How often a prediction and then a measurement is made, at the beginning.", within=(0, 30, 1))
+    predictions: int = parameter(
+        0, "Predictions after them", "How many predictions follow in a row, without a measurement.", within=(0, 30, 1))
+    measurements: int = parameter(
+        0, "Measurements after those", "How many measurements follow in a row.", within=(0, 30, 1))
+    motion: float = parameter(
+        1, "Motion noise q", "Variance of how far the target moves in a step.", unit="m²", within=(0, 3, 0.1))
+    noise: float = parameter(
+        2, "Measurement noise r", "Variance of the error of a measurement.", unit="m²", within=(0.5, 9, 0.1))
+    hidden: bool = parameter(
+        False, "No measurement", "Whether the target is hidden, so that measuring brings nothing.")
+    # fmt: on
+
+    @property
+    def steps(self) -> str:
+        """What is done, one step after the other: `p` is a prediction, `m` a measurement."""
+        return "pm" * self.rounds + "p" * self.predictions + "m" * self.measurements
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """What is known of the position after a step.
+
+    Attributes:
+        step: Its letter; empty before the first.
+        measurement: What was measured in it, m.
+        density: (n,) on the grid, 1/m.
+        exact: The same by the Kalman filter.
+    """
+
+    step: str
+    measurement: float | None
+    density: Floats
+    exact: Gaussian
+
+    @property
+    def variance(self) -> float:
+        """The exact variance, m^2."""
+        return float(self.exact.covariance[0, 0])
+
+
+def moments(grid: Floats, parameters: RecursionParameters) -> Iterator[Moment]:
+    """Yield what is known at first and after each step.
+
+    Args:
+        grid: (n,) positions in equal steps, m.
+        parameters: What is done.
+    """
+    walk, noise = random_walk(1, math.sqrt(parameters.motion)), np.array([[parameters.noise]])
+    exact = Gaussian(np.zeros(1), np.array([[PRIOR_VARIANCE]]))
+    density, measured = normal(grid, 0.0, math.sqrt(PRIOR_VARIANCE)), 0
+    yield Moment("", None, density, exact)
+    for step in parameters.steps:
+        measurement = None
+        if step == "p":
+            density, exact = _blur(grid, density, parameters.motion), kalman.predict(exact, walk)
+        elif not parameters.hidden:
+            measurement = _measurement(measured)
+            measured += 1
+            density = _weight(grid, density, normal(grid, measurement, math.sqrt(parameters.noise)))
+            exact, _ = kalman.update(exact, np.array([measurement]), np.eye(1), noise)
+        yield Moment(step, measurement, density, exact)
+
+
+def _measurement(number: int) -> float:
+    """Return a measurement by its number, m."""
+    turn = 2 * (len(MEASURED) - 1)
+    return MEASURED[min(number % turn, turn - number % turn)]
+
+
+def _blur(grid: Floats, density: Floats, variance: float) -> Floats:
+    """Return the density of the sum of a position and a normal step: their convolution, by Fourier transform."""
+    frequencies = 2.0 * np.pi * np.fft.rfftfreq(len(grid), grid[1] - grid[0])
+    transform = np.fft.rfft(density) * np.exp(-0.5 * variance * frequencies**2)
+    # Where next to nothing is, rounding may leave a little less than nothing.
+    return np.maximum(np.fft.irfft(transform, len(grid)), 0.0)
+
+
+def _weight(grid: Floats, density: Floats, likelihood: Floats) -> Floats:
+    """Return prior times likelihood, rescaled to unit area."""
+    product = density * likelihood
+    rescaled: Floats = product / (product.sum() * (grid[1] - grid[0]))
+    return rescaled
+
+
+def spread(grid: Floats, density: Floats) -> tuple[float, float]:
+    """Return mean, m, and variance, m^2, of a density on a grid."""
+    shares = density / density.sum()
+    mean = float(shares @ grid)
+    return mean, float(shares @ (grid - mean) ** 2)
+
 
 _CHECKED: Floats = np.arange(-40.0, 40.0, 0.05)
 """Positions on which the checks are made, m."""
@@ -170,75 +264,14 @@ def _batch() -> float:
     return float((PRIOR_VARIANCE + rounds) @ solve_system(covariance, np.array(MEASURED)))
 
 
-LESSON = Lesson(
-    id="recursion",
-    number=5,
-    title="Predict, correct, repeat",
-    idea=(
-        "The target moves, so what was known becomes the prior of the next step after the motion model has shifted and "
-        "blurred it: **predict**. A new measurement sharpens it: **correct**. Of a target that drifts either way, the "
-        "variance $\\sigma^2$ goes\n\n"
-        r"$$\text{predict: } \sigma^2 \to \sigma^2 + q$$"
-        "\n\n"
-        r"$$\text{correct: } \frac{1}{\sigma^2} \to \frac{1}{\sigma^2} + \frac{1}{r}$$"
-        "\n\nThe past is needed no more: the last density holds all of it, if motion and measurement depend on "
-        "nothing but the present state. Repeating these two steps is the whole of tracking."
-    ),
-    body=Demonstration(RecursionParameters(), show),
-    notice="Predictions widen the density by the same amount each; a measurement narrows a wide one most.",
-    tries=(
-        "Set the predictions after the rounds to 10, then the measurements to 1: most of the harm is undone at once.",
-        "Set q to 0: the target stands still, and each measurement makes the variance smaller for good.",
-        "Switch on “No measurement”: the target is hidden, and only the blurring is left.",
-    ),
-    question=Question(
-        text=(
-            "The variance has settled at 1 m². Ten predictions with q = 1 raise it to 11 m². What is it after one "
-            "measurement with r = 2?"
-        ),
-        kind="number",
-        answer=_answer,
-        tolerance=0.2,
-        unit="m²",
-        bounds=(0.0, 100.0),
-        at={"rounds": 4, "predictions": 10, "measurements": 1},
-        words=(
-            "What adds up is the inverse of the variance, how sure one is. After a measurement one is always surer "
-            "than the measurement alone would make one, so that the variance is below r, however long it grew."
-        ),
-        mistakes=(
-            Mistake(2.0, "That is the measurement alone. What was known before is vague, but it still helps a little."),
-            Mistake(1.0, "One measurement undoes much, not all: the settled value takes a few rounds more."),
-            Mistake(6.5, "That is halfway between 11 and 2. Two sources together are surer than either, not between."),
-            Mistake(9.0, "That is 11 - 2: a noisier measurement would then help more."),
-            Mistake(10.0, "A measurement does not take back one prediction; it does more, the less one knew."),
-            Mistake(13.0, "That is 11 + 2. Variances add up in a prediction; a measurement makes one surer."),
-        ),
-    ),
-    checks=(
-        Check("predict-adds", "Each prediction on the grid adds q to the variance.", _added_information),
-        Check("grid-densities", "Grid and Kalman filter have the same density after every step.", _densities),
-        Check("grid-moments", "Grid and Kalman filter have the same mean and variance after every step.", _moments),
-        Check("one-by-one", "Step by step or all at once, the mean is the same.",
-              lambda: Outcome(_sequential(), _batch(), 1e-9)),
-        Check("reference", "After the eight measurements the mean is 4.34281 m.",
-              lambda: Outcome(_sequential(), 4.34281, 5e-6)),
-    ),
-    uses=(
-        Scenario(
-            Recipe(experiment="sine", tracker="kalman", timeline=(Change(0, {"waveform": "sine", "initial_sd": 1.0}),)),
-            unlocked=("process_noise_sd", "assumed_noise_sd", "observation_noise_sd"),
-            words="A Kalman filter on a sine: the first measurement takes sigma from 1 to 0.1, the next fourteen to "
-            "0.05.",
-        ),
-        Scenario(
-            Recipe(experiment="trajectories", tracker="lg", timeline=(Change(0, {"trajectories_scene": "tracks"}),)),
-            unlocked=("noise_variance_px2", "drive_variance_px2"),
-            frame=45,
-            words=(
-                "The linear Gaussian filter on tracks: at frame 45 a measurement is 38 px off, and the correction "
-                "goes along with it by 26 px."
-            ),
-        ),
-    ),
-)  # fmt: skip
+COMPUTED = Computed(
+    _answer,
+    {
+        "predict-adds": _added_information,
+        "grid-densities": _densities,
+        "grid-moments": _moments,
+        "one-by-one": lambda: Outcome(_sequential(), _batch(), 1e-9),
+        "reference": lambda: Outcome(_sequential(), 4.34281, 5e-6),
+    },
+    Demonstration(RecursionParameters(), show),
+)

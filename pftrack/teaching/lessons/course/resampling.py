@@ -8,24 +8,12 @@ from numpy.typing import NDArray
 
 from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.model.parameters import Parameters, parameter
-from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.filters.resampling import RESAMPLERS, systematic_parents
-from pftrack.teaching.lessons.course.corridor import STEPS, Corridor, cached_walk
 from pftrack.teaching.lessons.course.densities import ceiling
+from pftrack.teaching.lessons.course.sir import STEPS, Corridor, cached_walk
 from pftrack.teaching.lessons.figure import Axis, Bars, Figure, Handle, Panel, Scatter, Stems, StripChart, Tree
-from pftrack.teaching.lessons.lesson import (
-    Answer,
-    Check,
-    Demonstration,
-    Lesson,
-    Mistake,
-    Number,
-    Outcome,
-    Question,
-    Scenario,
-    Shown,
-)
+from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
 
 # Offspring: how many copies each of six particles gets, by a comb or by darts, and how much that scatters.
 
@@ -293,79 +281,13 @@ def _survival() -> Outcome:
     return Outcome(float(kept / redrawn_each_step), 0.0, 0.8)
 
 
-LESSON = Lesson(
-    id="resampling",
-    number=10,
-    title="Why and how to resample",
-    idea=(
-        "From step to step weights multiply up, until one particle carries everything. *Resampling* copies good "
-        "particles and drops hopeless ones; afterwards all weights are equal. It must not change expectations: of "
-        "$N$ new particles, one with weight $w$ expects\n\n"
-        "$$\\mathrm{E}[\\text{copies}] = N w.$$\n\n"
-        "Independent draws, *multinomial*, keep to that on average and add needless noise. One comb with $N$ equally "
-        "spaced teeth, *systematic*, does so with hardly any.\n\n"
-        "The price: copies share their past, so that the cloud soon descends from very few."
-    ),
-    body=Demonstration(ResamplingParameters(), show, random=True),
-    notice="Circles are what each particle expects; by how much its bar is off is noise, added by redrawing.",
-    tries=(
-        "Drag the comb through its offsets, and see which bars change.",
-        "Change to multinomial and draw a few times: the copies scatter, and the tree gets thinner.",
-        "Set N to 60: from how many of the first particles do all of the last descend?",
-    ),
-    question=Question(
-        text="The particle with weight 0.37 expects 7.4 of N = 20 copies. How many does the comb give it?",
-        kind="choice",
-        choices={
-            "7-or-8": "7 or 8, as the offset is",
-            "7-or-7": "always 7, the nearest whole number",
-            "5-or-10": "mostly 5 to 10",
-            "0-or-20": "any number from 0 to 20",
-        },
-        answer=_answer,
-        at={"particles": 20},
-        words=(
-            "Its piece is 7.4 spaces long. Seven teeth always fit on it, and an eighth does for 40 % of all offsets, "
-            "so that the average is 7.4."
-        ),
-        mistakes=(
-            Mistake("7-or-7", "Then it would lose 0.4 copies in each step, and its weight would change unseen."),
-            Mistake("5-or-10", "That is what independent darts do: their number scatters by about 2 around 7.4."),
-            Mistake("0-or-20", "Darts could, though hardly ever. The teeth of a comb are equally spaced."),
-        ),
-    ),
-    checks=(
-        Check(
-            "expected-copies",
-            "Over 20,000 combs with N = 20 every particle has N w copies on average, within 0.02.",
-            _mean,
-        ),
-        Check(
-            "multinomial-variance",
-            "With multinomial draws the variances of the copies add up to the sum of N w (1 - w), 15.21.",
-            lambda: _variance("multinomial", 15.21, 0.15),
-        ),
-        Check(
-            "systematic-variance",
-            "With the comb they add up to the sum of f (1 - f), 1.36, where f is what N w is above a whole number.",
-            lambda: _variance("systematic", 1.36, 0.05),
-        ),
-        Check(
-            "survival",
-            "In the corridor 500 particles that are never redrawn have an effective size after 12 steps that is below "
-            "0.8 of that with redrawing.",
-            _survival,
-        ),
-    ),
-    uses=(
-        Scenario(
-            Recipe(experiment="ball", tracker="condensation", timeline=(Change(0, {"resampling_threshold": 0}),)),
-            unlocked=("seed", "sample_count", "resampling", "resampling_threshold"),
-            plots=("error", "ess"),
-            words=(
-                "Here particles are never redrawn: by frame 5 one of 800 carries nearly all the weight, and the ball "
-                "is lost. Set the resampling threshold to 1, which is to redraw them in every frame."
-            ),
-        ),
-    ),
+COMPUTED = Computed(
+    _answer,
+    {
+        "expected-copies": _mean,
+        "multinomial-variance": lambda: _variance("multinomial", 15.21, 0.15),
+        "systematic-variance": lambda: _variance("systematic", 1.36, 0.05),
+        "survival": _survival,
+    },
+    Demonstration(ResamplingParameters(), show, random=True),
 )

@@ -1,47 +1,298 @@
-"""Lesson 9: predict, weigh and redraw, which is the particle filter, on a robot in a corridor with doors."""
+"""Lesson 9: predict, weigh and redraw, which is the particle filter, on a robot in a corridor with doors.
+
+The robot walks 3 m in a step, give or take some noise, and senses only whether there is a door beside it. It knows the
+doors' places and not its own. Its position is one number, so that the exact density fits on a grid of narrow cells, and
+a cloud of particles can be held against it. Lesson 10 sends its particles through the same corridor.
+"""
 
 import math
+from dataclasses import dataclass
 from functools import lru_cache, partial
 
 import numpy as np
 
-from pftrack.core.arrays import Floats
+from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.model.parameters import Parameters, parameter
-from pftrack.core.model.recipe import Change, Recipe
-from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.core.numerics.random import Generator, Purpose, Stream
 from pftrack.filters import bootstrap
 from pftrack.filters.particles import ParticleSet
-from pftrack.filters.resampling import systematic
-from pftrack.teaching.lessons.course.corridor import (
-    CELL_M,
-    CELLS_M,
-    STEPS,
-    Corridor,
-    Pace,
-    assign_bins,
-    cached_walk,
-    resampled_panel,
-    steps_so_far,
-    total_variation,
-    weigh,
-)
-from pftrack.teaching.lessons.course.rounds import GRID, MEASURED, PRIOR_VARIANCE, RecursionParameters, moments
-from pftrack.teaching.lessons.figure import Figure
-from pftrack.teaching.lessons.lesson import (
-    Answer,
-    Check,
-    Demonstration,
-    Lesson,
-    Mistake,
-    Number,
-    Outcome,
-    Question,
-    Scenario,
-    Shown,
-)
+from pftrack.filters.resampling import Resampler, systematic
+from pftrack.teaching.lessons.course.densities import ceiling
+from pftrack.teaching.lessons.course.recursion import GRID, MEASURED, PRIOR_VARIANCE, RecursionParameters, moments
+from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, HeatMap, Histogram, Panel, Rule, Scatter, Stems
+from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
 
-ASKED = 400
-"""Particles of which the question asks what four times as many bring."""
+LENGTH_M = 100.0
+DOORS_M = (12.0, 30.0, 41.0, 73.0, 88.0)
+DOOR_SPREAD_M = 1.5
+"""How far from a door's middle the sensor notices it, as a standard deviation."""
+PACE_M = 3.0
+START_M = 9.0
+STEPS = 12
+TYPICAL = 20
+"""Seed of a walk past three doors, after which the robot may still be at one of two places."""
+
+CELL_M = 0.1
+CELLS_M: Floats = np.asarray(CELL_M * (np.arange(round(LENGTH_M / CELL_M)) + 0.5))
+"""Middles of the grid's cells."""
+BIN_M = 2.0
+BINS_M: Floats = np.asarray(BIN_M * np.arange(round(LENGTH_M / BIN_M) + 1))
+"""Edges of the bins in which a cloud and a density are compared."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """Dynamics of one number, which grows by N(mean, sd^2) in a step.
+
+    Attributes:
+        mean: Of what is added.
+        sd: Its standard deviation.
+    """
+
+    mean: float
+    sd: float
+
+    def predict(self, states: Floats) -> Floats:
+        """Return the means (N, 1) of the next states, given states (N, 1)."""
+        return states + self.mean
+
+    def diffuse(self, rng: Generator, means: Floats, ancestors: Ints) -> Floats:
+        """Draw next states (n, 1) around the means (N, 1) of the ancestors (n,) chosen."""
+        drawn: Floats = means[ancestors] + self.sd * rng.standard_normal((len(ancestors), 1))
+        return drawn
+
+
+@dataclass(frozen=True, slots=True)
+class Walk:
+    """What happened to the robot.
+
+    Attributes:
+        positions_m: (STEPS + 1,) where it truly is, at the start and after each step.
+        doors: (STEPS,) whether it sensed a door after each step.
+    """
+
+    positions_m: Floats
+    doors: Bools
+
+
+@dataclass(frozen=True, slots=True)
+class Exact:
+    """What can be known at best: densities on the cells, 1/m.
+
+    Attributes:
+        predicted: (STEPS, cells) after each step, before its measurement.
+        given: (STEPS + 1, cells) at the start, when it may be anywhere, and after each measurement.
+    """
+
+    predicted: Floats
+    given: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Corridor:
+    """The model that robot, filter and grid share.
+
+    Attributes:
+        noise_m: Standard deviation of a step's length.
+        quality: How well the sensor tells a door from a wall, 0 for not at all to 1.
+    """
+
+    noise_m: float = 0.6
+    quality: float = 0.9
+
+    def likelihood(self, positions_m: Floats, door: bool) -> Floats:
+        """Return the probability, at each position (n,), of sensing a door or none; 0 outside the corridor."""
+        apart = np.abs(positions_m - np.array(DOORS_M)[:, None]).min(axis=0) / DOOR_SPREAD_M
+        seen = (1.0 - self.quality) / 2.0 + self.quality * np.exp(-0.5 * apart * apart)
+        within = (positions_m >= 0.0) & (positions_m <= LENGTH_M)
+        return np.where(within, seen if door else 1.0 - seen, 0.0)
+
+    def walk(self, seed: int) -> Walk:
+        """Let the robot walk from its start, and sense."""
+        numbers = Stream(seed, 0, Purpose.SCENE)
+        positions = START_M + np.cumsum(PACE_M + self.noise_m * numbers.standard_normal(STEPS))
+        doors = numbers.random(STEPS) < self.likelihood(positions, door=True)
+        return Walk(np.concatenate([[START_M], positions]), doors)
+
+    def exact(self, doors: Bools) -> Exact:
+        """Return the densities given what was sensed after each step, (STEPS,)."""
+        reach = math.ceil((PACE_M + 5.0 * self.noise_m) / CELL_M)
+        moves = CELL_M * np.arange(-reach, reach + 1)
+        kernel = np.exp(-0.5 * np.square((moves - PACE_M) / self.noise_m))
+        predicted, given = np.empty((STEPS, len(CELLS_M))), np.empty((STEPS + 1, len(CELLS_M)))
+        given[0] = 1.0 / LENGTH_M
+        for step, door in enumerate(doors):
+            # What leaves the corridor is impossible, and the rest is rescaled.
+            moved = np.convolve(given[step], kernel)[reach:-reach]
+            weighed = moved * self.likelihood(CELLS_M, bool(door))
+            predicted[step] = moved / (moved.sum() * CELL_M)
+            given[step + 1] = weighed / (weighed.sum() * CELL_M)
+        return Exact(predicted, given)
+
+    def clouds(
+        self,
+        doors: Bools,
+        count: int,
+        seed: int,
+        *,
+        resample: Resampler = systematic,
+        threshold: float = 1.0,
+    ) -> list[ParticleSet]:
+        """Return the particles at the start and after each step, weighted by what was sensed then.
+
+        Args:
+            doors: (n,) whether a door was sensed after each step.
+            count: How many particles.
+            seed: Of the filter's random numbers.
+            resample: How parents are drawn.
+            threshold: They are drawn only if the effective sample size is below this share of the particles.
+        """
+        places = LENGTH_M * Stream(seed, 0, Purpose.START).random((count, 1))
+        clouds = [ParticleSet.uniform(places)]
+        for step, door in enumerate(doors, start=1):
+            posterior = bootstrap.step(
+                clouds[-1],
+                Pace(PACE_M, self.noise_m),
+                partial(self._log_likelihood, bool(door)),
+                Stream(seed, step, Purpose.TRACK),
+                resample=resample,
+                threshold=threshold,
+            )
+            clouds.append(posterior.particles)
+        return clouds
+
+    def _log_likelihood(self, door: bool, states: Floats) -> Floats:
+        with np.errstate(divide="ignore"):
+            return np.log(self.likelihood(states[:, 0], door))
+
+
+@lru_cache(maxsize=32)
+def cached_walk(corridor: Corridor, seed: int = TYPICAL) -> tuple[Walk, Exact]:
+    """Return a walk, and what can be known of it at best."""
+    walk = corridor.walk(seed)
+    exact = corridor.exact(walk.doors)
+    for array in (walk.positions_m, walk.doors, exact.predicted, exact.given):
+        array.flags.writeable = False
+    return walk, exact
+
+
+def assign_bins(positions_m: Floats, weights: Floats) -> Floats:
+    """Return how much of the weights (n,), which sum to 1, is in each bin; it is a share of what is in the corridor."""
+    return np.histogram(positions_m, BINS_M, weights=weights)[0]
+
+
+def total_variation(cloud: ParticleSet, density: Floats) -> float:
+    """Return half the sum, over the bins, of how far a cloud's share is from that of a density (cells,), 1/m."""
+    ours, exact = assign_bins(cloud.states[:, 0], cloud.weights), assign_bins(CELLS_M, density * CELL_M)
+    return float(0.5 * np.abs(ours - exact).sum())
+
+
+MOST_STEMS, MOST_DOTS = 400, 50
+"""Particles that are drawn of a step, spread evenly over all of them."""
+COARSE = 4
+"""Cells to a point of a curve."""
+PER_COLUMN = 10
+"""Cells to a column of the map."""
+
+
+def steps_so_far(redrawn: list[Floats], walk: Walk, exact: Exact, step: int) -> Panel:
+    """Return the map of all steps: what can be known, and up to one of them where particles and robot are."""
+    columns = exact.given.reshape(STEPS + 1, -1, PER_COLUMN).mean(axis=2)
+    # The root, since at first it is spread over all of the corridor and at last over a few metres.
+    known = np.sqrt(columns)
+    every = max(len(redrawn[0]) // MOST_DOTS, 1)
+    dots = np.array([places[::every] for places in redrawn])
+    steps = np.arange(STEPS + 1.0)
+    return Panel(
+        id="steps",
+        title="All steps: the exact density; up to this one the particles, and the robot",
+        x=Axis(title="", low=0.0, high=LENGTH_M, hidden=True),
+        y=Axis(title="step", low=-0.5, high=STEPS + 0.5),
+        traces=(
+            HeatMap(
+                title="root of the exact density",
+                ink="truth",
+                x=CELLS_M.reshape(-1, PER_COLUMN).mean(axis=1),
+                y=steps,
+                values=known,
+            ),
+            *_doors(),
+            Scatter(
+                title="particles",
+                ink="prediction",
+                x=dots.ravel(),
+                y=np.repeat(steps[: step + 1], dots.shape[1]),
+                size_px=3.0,
+            ),
+            Curve(title="the robot", ink="second", x=walk.positions_m[: step + 1], y=steps[: step + 1]),
+        ),
+        handles=(Handle(parameter="step", at=float(step), along="y"),),
+        words=(
+            f"After {step} steps the robot is truly at {walk.positions_m[step]:.3g} m; the exact density has its peak "
+            f"at {CELLS_M[np.argmax(exact.given[step])]:.3g} m."
+        ),
+        row=0,
+        share=(1.2, 1.0),
+    )
+
+
+def weigh(cloud: ParticleSet, walk: Walk, exact: Exact, corridor: Corridor, step: int) -> Panel:
+    """Return the particles of a step with their weights, and the likelihood that gives them."""
+    count = len(cloud)
+    every = max(count // MOST_STEMS, 1)
+    heights = count * cloud.weights
+    weight, sensed = np.ones(len(CELLS_M)), "nothing yet"
+    if step:
+        door = bool(walk.doors[step - 1])
+        likelihood = corridor.likelihood(CELLS_M, door)
+        weight = likelihood / (exact.predicted[step - 1] @ likelihood * CELL_M)
+        sensed = "a door" if door else "no door"
+    return Panel(
+        id="weighed",
+        title=f"Step {step}: particles predicted, and weighed by what was sensed, which is {sensed}",
+        x=Axis(title="", low=0.0, high=LENGTH_M, hidden=True),
+        y=Axis(title="weight", low=0.0, high=ceiling(max(float(heights.max()), float(weight.max())))),
+        traces=(
+            Curve(title="weight by the likelihood", ink="observation", x=CELLS_M[::COARSE], y=weight[::COARSE]),
+            *_doors(),
+            Stems(title="predicted particles", ink="prediction", x=cloud.states[::every, 0], y=heights[::every]),
+        ),
+        words=f"The robot sensed {sensed}. Of {count} particles {cloud.effective_sample_size:.3g} carry the weight.",
+        row=1,
+        share=(0.8, 1.0),
+    )
+
+
+def resampled_panel(places: Floats, walk: Walk, exact: Exact, step: int) -> Panel:
+    """Return the particles of a step after they were redrawn, and the exact density."""
+    density = exact.given[step]
+    heights = assign_bins(places, np.full(len(places), 1.0 / len(places))) / BIN_M
+    return Panel(
+        id="redrawn",
+        title=f"Step {step}: redrawn in proportion to the weights",
+        x=Axis(title="position", unit="m", low=0.0, high=LENGTH_M),
+        y=Axis(title="p", unit="1/m", low=0.0, high=ceiling(max(float(density.max()), float(heights.max())))),
+        traces=(
+            Curve(title="exact density", ink="truth", x=CELLS_M[::COARSE], y=density[::COARSE]),
+            *_doors(),
+            Histogram(title="particles", ink="estimate", edges=BINS_M, heights=heights),
+            Rule(title="the robot", ink="second", at=float(walk.positions_m[step])),
+        ),
+        words=(
+            f"Most particles are near {BINS_M[np.argmax(heights)] + 0.5 * BIN_M:.3g} m; the exact density has its peak "
+            f"at {CELLS_M[np.argmax(density)]:.3g} m."
+        ),
+        row=2,
+    )
+
+
+def _doors() -> tuple[Rule, ...]:
+    return tuple(
+        Rule(title="doors" if place == DOORS_M[0] else "", ink="observation", at=place, dashed=True)
+        for place in DOORS_M
+    )
+
+
 REPEATS = 40
 ANSWER_REPEATS = 200
 """Of the two averages whose ratio is told: over 40 it is 2.28, by chance alone."""
@@ -168,84 +419,14 @@ def _beside_kalman() -> Outcome:
     return Outcome(float(np.sqrt(np.mean(np.square(off)))), math.sqrt(variance / count), 0.012)
 
 
-LESSON = Lesson(
-    id="sir",
-    number=9,
-    title="The particle filter",
-    idea=(
-        "A robot in a corridor senses only whether a door is beside it. Follow many guesses at once, the particles. "
-        "In each step:\n\n"
-        "1. *Predict*: move every particle, each with noise of its own.\n"
-        "2. *Weigh* it by how well it explains what was sensed, $w_n \\propto p(z \\mid x_n)$.\n"
-        "3. *Redraw* in proportion to the weights: good ones are copied, bad ones die.\n\n"
-        "The likelihood is the right weight since the predicted cloud is what was drawn from:\n\n"
-        "$$p(x \\mid z) \\propto p(z \\mid x)\\, p(x).$$\n\n"
-        "Any motion will do, any likelihood, and any number of peaks."
-    ),
-    body=Demonstration(SirParameters(), show, random=True),
-    notice="One door could be any of five; it takes the distances between doors to tell where the robot is.",
-    tries=(
-        "Step through from 0: at the first door the cloud splits over all five.",
-        "Set N to 50 and draw several times: now and then all particles settle at a wrong door.",
-        "Set the sensor quality to 0: nothing is learned, and the cloud only spreads and moves on.",
-    ),
-    question=Question(
-        text="With 1,600 particles in place of 400, by what factor does the error of the cloud fall?",
-        kind="number",
-        answer=_answer,
-        at={"particles": ASKED},
-        tolerance=0.25,
-        bounds=(0.0, 1000.0),
-        words="The error goes with one over the root of N, as that of any average: four times as many, half of it.",
-        mistakes=(
-            Mistake(
-                (3.5, 4.5),
-                "Were it one over N, it would be 4. But chance adds up by squares: what shrinks to a quarter is the "
-                "square of the error.",
-            ),
-            Mistake(16.0, "It is the other way round: to have a sixteenth of the error takes 256 times the particles."),
-            Mistake((1.3, 1.5), "That is the root of 2, for twice as many. Here there are four times as many."),
-            Mistake(1.0, "More particles do help: each is a draw, and chance averages out over draws."),
-            Mistake((0.2, 0.6), "That is what is left of the error. Asked is the factor by which it falls."),
-        ),
-    ),
-    checks=(
-        Check(
-            "variation-at-100",
-            "With 100 particles the total variation between cloud and grid is about 0.11, on average over 40 repeats.",
-            lambda: _variation(100, 0.11, 0.04),
-        ),
-        Check(
-            "variation-at-6400",
-            "With 6,400 particles it is about 0.014.",
-            lambda: _variation(6400, 0.014, 0.006),
-        ),
-        Check("slope", "On logarithmic axes it falls over N with a slope of -1/2.", _slope),
-        Check("mean", "The mean of 6,400 particles is less than 1 m off that of the grid, rms over 40 repeats.", _off),
-        Check(
-            "beside-kalman",
-            "On lesson 5's problem 4,000 particles are as far from the Kalman filter as root(variance / N).",
-            _beside_kalman,
-        ),
-    ),
-    uses=(
-        Scenario(
-            Recipe(experiment="ball", tracker="condensation", timeline=(Change(0, {"occlusion_width_px": 40}),)),
-            unlocked=("seed", "sample_count", "process_noise_px"),
-            frame=4,
-            plots=("error", "ess"),
-            words=(
-                "The same three steps on a picture: a cloud of places and velocities, weighed by colour. Watch it "
-                "spread in frames 7 and 8, behind the pillar, and close in on the ball again by frame 12."
-            ),
-        ),
-        Scenario(
-            Recipe(experiment="ball", tracker="h-spf", timeline=(Change(0, {"sample_count": 40}),)),
-            unlocked=("seed", "sample_count"),
-            frame=14,
-            plots=("error", "ess"),
-            words="None of 40 particles meets the ball as it turns in frame 16, as a small cloud misses the robot's "
-            "door.",
-        ),
-    ),
+COMPUTED = Computed(
+    _answer,
+    {
+        "variation-at-100": lambda: _variation(100, 0.11, 0.04),
+        "variation-at-6400": lambda: _variation(6400, 0.014, 0.006),
+        "slope": _slope,
+        "mean": _off,
+        "beside-kalman": _beside_kalman,
+    },
+    Demonstration(SirParameters(), show, random=True),
 )

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Final, TypeAlias, cast
 
 from pftrack.core.model.parameters import ParameterError, Parameters, declarations, revise
-from pftrack.core.model.recipe import Change, Recipe, Timeline
+from pftrack.core.model.recipe import Change, Timeline
 from pftrack.core.numerics.random import LARGEST_SEED
 from pftrack.experiments import find as find_experiment
 from pftrack.experiments.experiment import Experiment
@@ -26,11 +26,9 @@ from pftrack.runs.scoring import summarise
 from pftrack.teaching.lessons import LESSONS
 from pftrack.teaching.lessons import find as find_lesson
 from pftrack.teaching.lessons.lecturers.document import (
-    AnswerHead,
     Document,
     DocumentError,
     Findings,
-    Head,
     Place,
     ask,
     decode,
@@ -40,13 +38,16 @@ from pftrack.teaching.lessons.lecturers.document import (
 )
 from pftrack.teaching.lessons.lesson import (
     Answer,
+    AnswerHead,
     Check,
+    Computed,
     Demonstration,
+    Head,
     Lesson,
-    Mistake,
     Outcome,
-    Question,
     Scenario,
+    Setting,
+    Shows,
     answer_of,
     judge,
 )
@@ -54,13 +55,15 @@ from pftrack.teaching.lessons.lesson import (
 # Making a lesson of a document: does what it says fit an experiment, or a figure of the course?
 #
 # A lecturer's lesson shows a run of an experiment, or a figure of the course with other parameters. Its question is
-# answered by a declared measure of the run, or a number of the figure.
+# answered by a declared measure of the run, by a number of the figure, or as a lesson of the course answers its own.
 
 
 BESIDE: Final = ("tracker", "seed")
 """What can be unlocked beside parameters."""
 VERDICTS: Final = ("mean_error", "lost_frames", "first_lost_frame")
 """What a question may ask about every run; its experiment declares further measures."""
+OF_A_RUN: Final = ("tracker", "frames", "timeline", "unlocked", "plots", "layers", "frame")
+"""Keys that a figure does not have."""
 
 
 def body_of(head: Head, found: Findings) -> tuple[Scenario | Demonstration | None, tuple[str, ...]]:
@@ -73,51 +76,75 @@ def body_of(head: Head, found: Findings) -> tuple[Scenario | Demonstration | Non
     if (head.experiment is None) == (head.figure is None):
         found.add(("experiment",) if head.experiment else (), "a lesson names either an `experiment` or a `figure`")
         return None, ()
-    return _demonstration(head, found) if head.figure is not None else _scenario(head, found)
-
-
-def _scenario(head: Head, found: Findings) -> tuple[Scenario | None, tuple[str, ...]]:
-    experiment = found.attempt(("experiment",), lambda: find_experiment(str(head.experiment)))
-    if experiment is None:
-        return None, ()
-    setup = experiment.simulate()
-    tracker = head.tracker or experiment.default_tracker
-    if tracker not in experiment.trackers:
-        found.add(("tracker",), f"{experiment.id} has no tracker {tracker}; {near(tracker, experiment.trackers)}")
-        tracker = experiment.default_tracker
-    seed = head.seed or 0
-    if seed > LARGEST_SEED:
-        found.add(("seed",), f"`seed` must be a whole number between 0 and {LARGEST_SEED}")
+    if head.figure is not None:
+        return _demonstration(head, found)
     if head.parameters:
         found.add(("parameters",), "`parameters` are those of a figure; write those of an experiment in `timeline`")
-    _check_names(head, experiment, type(setup.parameters), found)
-    timeline = Timeline.begin(setup.parameters, tracker, tuple(experiment.trackers))
-    for number, change in enumerate(head.timeline):
-        timeline = _apply_change(timeline, Change(change.frame, change.values), ("timeline", number, "values"), found)
     at = {name: value for name, value in head.question.at.items() if name != "seed"}
-    _apply_change(timeline, Change(0, at), ("question", "at"), found)
-    if found.problems:
+    scenario = _check_scenario(_scenario_of(head), (), at, found)
+    if scenario is None:
         return None, ()
-    available = setup.open_source(seed, timeline.parameters_at(0)).frame_count
-    frames = head.frames or available or experiment.frames
-    _check_frames(head, min(frames, available or frames), found)
-    recipe = Recipe(experiment=experiment.id, tracker=tracker, seed=seed, frames=frames, timeline=timeline.changes)
-    measures = (*VERDICTS, *(one.name for one in experiment.run_measures))
-    return Scenario(recipe, head.unlocked, head.frame, head.plots, head.layers), measures
-
-
-def _check_frames(head: Head, frames: int, found: Findings) -> None:
-    if head.frames is not None and head.frames > frames:
-        found.add(("frames",), f"`frames` is {head.frames}, and this scene has {frames}; say fewer, or leave it out")
-    if head.frame >= frames:
-        found.add(("frame",), f"`frame` is {head.frame}, and the last of {frames} frames is {frames - 1}")
-    if head.answer.first_frame >= frames:
-        message = f"`answer.first_frame` is {head.answer.first_frame}, and the last frame is {frames - 1}"
+    if head.answer.first_frame >= (scenario.frames or 0):
+        message = (
+            f"`answer.first_frame` is {head.answer.first_frame}, and the last frame is {(scenario.frames or 0) - 1}"
+        )
         found.add(("answer", "first_frame"), message)
-    for number, change in enumerate(head.timeline):
+    return scenario, (*VERDICTS, *(one.name for one in find_experiment(scenario.experiment).run_measures))
+
+
+def _scenario_of(head: Head) -> Scenario:
+    """Return the run that a head speaks of."""
+    said = {name: getattr(head, name) for name in Shows.model_fields}
+    return Scenario(experiment=head.experiment or "", **said)
+
+
+def _check_scenario(said: Scenario, place: Place, at: Mapping[str, object], found: Findings) -> Scenario | None:
+    """Return a run with its tracker and its length; None where something is wrong.
+
+    Args:
+        said: What was written.
+        place: Where it is written.
+        at: Values at which a question is asked about it.
+        found: Where it is noted what is wrong.
+    """
+    experiment = found.attempt((*place, "experiment"), lambda: find_experiment(said.experiment))
+    if experiment is None:
+        return None
+    before = len(found.problems)
+    setup = experiment.simulate()
+    tracker = said.tracker or experiment.default_tracker
+    if tracker not in experiment.trackers:
+        message = f"{experiment.id} has no tracker {tracker}; {near(tracker, experiment.trackers)}"
+        found.add((*place, "tracker"), message)
+        tracker = experiment.default_tracker
+    seed = said.seed or 0
+    if seed > LARGEST_SEED:
+        found.add((*place, "seed"), f"`seed` must be a whole number between 0 and {LARGEST_SEED}")
+    _check_names(said, place, experiment, type(setup.parameters), found)
+    timeline = Timeline.begin(setup.parameters, tracker, tuple(experiment.trackers))
+    for number, change in enumerate(said.timeline):
+        inner = (*place, "timeline", number, "values")
+        timeline = _apply_change(timeline, Change(change.frame, change.values), inner, found)
+    _apply_change(timeline, Change(0, at), ("question", "at"), found)
+    if len(found.problems) > before:
+        return None
+    available = setup.open_source(seed, timeline.parameters_at(0)).frame_count
+    frames = said.frames or available or experiment.frames
+    _check_frames(said, place, min(frames, available or frames), found)
+    settings = tuple(Setting(frame=each.frame, values=dict(each.values)) for each in timeline.changes)
+    return said.model_copy(update={"tracker": tracker, "frames": frames, "timeline": settings})
+
+
+def _check_frames(said: Scenario, place: Place, frames: int, found: Findings) -> None:
+    if said.frames is not None and said.frames > frames:
+        message = f"`frames` is {said.frames}, and this scene has {frames}; say fewer, or leave it out"
+        found.add((*place, "frames"), message)
+    if said.frame >= frames:
+        found.add((*place, "frame"), f"`frame` is {said.frame}, and the last of {frames} frames is {frames - 1}")
+    for number, change in enumerate(said.timeline):
         if change.frame >= frames:
             message = f"this change comes in frame {change.frame}, and the last is {frames - 1}"
-            found.add(("timeline", number), message)
+            found.add((*place, "timeline", number), message)
 
 
 def _apply_change(timeline: Timeline, change: Change, place: Place, found: Findings) -> Timeline:
@@ -133,29 +160,30 @@ def _apply_change(timeline: Timeline, change: Change, place: Place, found: Findi
     return changed or timeline
 
 
-def _check_names(head: Head, experiment: Experiment, model: type[Parameters], found: Findings) -> None:
-    known = [*(it.name for it in declarations(model)), *BESIDE]
-    for number, name in enumerate(head.unlocked):
-        if name not in known:
-            message = f"`unlocked` names {name}, which {experiment.id} does not have; {near(name, known)}"
-            found.add(("unlocked", number), message)
-    shown = {"plots": [plot.id for plot in experiment.plots], "layers": [layer.name for layer in experiment.layers]}
-    for field, names in shown.items():
-        for number, name in enumerate(getattr(head, field)):
+def _check_names(
+    said: Scenario, place: Place, experiment: Experiment, model: type[Parameters], found: Findings
+) -> None:
+    known = {
+        "unlocked": [*(it.name for it in declarations(model)), *BESIDE],
+        "plots": [plot.id for plot in experiment.plots],
+        "layers": [layer.name for layer in experiment.layers],
+    }
+    for field, names in known.items():
+        for number, name in enumerate(getattr(said, field)):
             if name not in names:
                 message = f"`{field}` names {name}, which {experiment.id} does not have; {near(name, names)}"
-                found.add((field, number), message)
+                found.add((*place, field, number), message)
 
 
 def _demonstration(head: Head, found: Findings) -> tuple[Demonstration | None, tuple[str, ...]]:
     lesson: Lesson | None = found.attempt(("figure",), lambda: find_lesson(str(head.figure)))
-    for name in ("tracker", "frames", "timeline", "unlocked", "plots", "layers", "frame"):
+    for name in OF_A_RUN:
         if name in head.model_fields_set:
             found.add((name,), f"`{name}` is of an experiment; a figure has `parameters` and `seed`, all unlocked")
     if lesson is None:
         return None, ()
     if not isinstance(lesson.body, Demonstration):
-        experiment = lesson.body.recipe.experiment
+        experiment = lesson.body.experiment
         found.add(("figure",), f"the lesson {lesson.id} shows no figure; name its `experiment`, {experiment}")
         return None, ()
     body = lesson.body
@@ -165,6 +193,15 @@ def _demonstration(head: Head, found: Findings) -> tuple[Demonstration | None, t
         return None, ()
     seed = body.seed if head.seed is None else head.seed
     return replace(body, parameters=parameters, seed=seed), tuple(_figure_numbers(body, at, seed))
+
+
+def _answering(head: Head) -> Lesson | None:
+    """Return the lesson of the course whose own answer a file takes: that of its figure, or one that shows a run."""
+    lesson = LESSONS.get(head.answer.measure)
+    if lesson is None:
+        return None
+    fits = isinstance(lesson.body, Scenario) if head.figure is None else lesson is find_lesson(head.figure)
+    return lesson if fits else None
 
 
 def _check_answer(head: Head, names: Collection[str], found: Findings) -> None:
@@ -181,25 +218,6 @@ def _check_answer(head: Head, names: Collection[str], found: Findings) -> None:
         if name not in (asked.choices or {}):
             message = f"`answer.choices` names {name}, which is not a choice; {near(name, asked.choices or {})}"
             found.add(("answer", "choices", name), message)
-
-
-def question_of(head: Head, body: Scenario | Demonstration) -> Question:
-    """Return the question of a head in which nothing is wrong."""
-    asked = head.question
-    return Question(
-        text=asked.text,
-        kind=asked.kind,
-        answer=_answer(head.answer, body),
-        words=asked.words,
-        tolerance=asked.tolerance or 0.0,
-        unit=asked.unit,
-        bounds=asked.bounds,
-        choices=asked.choices,
-        panel=asked.panel or "",
-        along=asked.along,
-        at=asked.at or None,
-        mistakes=tuple(Mistake(mistake.given, mistake.words) for mistake in asked.mistakes),
-    )
 
 
 def _answer(head: AnswerHead, body: Scenario | Demonstration) -> Callable[..., Answer]:
@@ -241,12 +259,12 @@ def check_question(head: Head, body: Scenario | Demonstration | None, found: Fin
     asked = head.question
     if not asked.bounds[0] < asked.bounds[1]:
         found.add(("question", "bounds"), "`question.bounds` must be [lowest, highest]")
-    if asked.kind != "choice" and asked.tolerance is None:
+    if asked.kind != "choice" and not asked.tolerance:
         found.add(("question",), "`question.tolerance` is missing: say by how much an answer may be off and be right")
     _check_choices(head, found)
-    if (asked.kind == "point") != (asked.panel is not None) or (asked.kind == "point" and isinstance(body, Scenario)):
+    if (asked.kind == "point") != bool(asked.panel) or (asked.kind == "point" and isinstance(body, Scenario)):
         found.add(("question", "kind"), "a point is placed in a `panel` of a `figure`; a run is asked for a number")
-    if asked.panel is not None and isinstance(body, Demonstration):
+    if asked.panel and isinstance(body, Demonstration):
         panels = [panel.id for panel in body.show(body.parameters, body.seed).figure.panels]
         if asked.panel not in panels:
             found.add(("question", "panel"), f"the figure has no panel {asked.panel}; {near(asked.panel, panels)}")
@@ -266,6 +284,7 @@ def _check_choices(head: Head, found: Findings) -> None:
 
 
 MOST_WORDS: Final = 90
+PAGE: Final = "docs/how-to/lessons.md"
 
 
 def lesson_of(document: Document, origin: str) -> Lesson | list[DocumentError]:
@@ -275,30 +294,78 @@ def lesson_of(document: Document, origin: str) -> Lesson | list[DocumentError]:
         document: The file.
         origin: What people call it.
     """
-    head = ask(document, Head, "a lesson", "docs/how-to/lessons.md")
+    head = ask(document, Head, "a lesson", PAGE)
     if isinstance(head, list):
         return head
     found = Findings(document)
     _check_text(document, found)
     body, measures = body_of(head, found)
     check_question(head, body, found)
-    if body is not None:
+    uses = [_check_scenario(use, ("uses", number), {}, found) for number, use in enumerate(head.uses)]
+    answering = _answering(head)
+    if body is not None and answering is None:
         _check_answer(head, measures, found)
+    checks = _checks(head, {it.name: it.run for it in answering.checks} if answering else {}, found)
     if found.problems or body is None:
         return found.problems
-    lesson = Lesson(
+    answer = answering.answer if answering else _answer(head.answer, body)
+    lesson = replace(
+        _make(document, head, body, answer),
+        checks=checks,
+        uses=tuple(use for use in uses if use is not None),
+        origin=origin,
+        source=document.source,
+    )
+    return lesson if checks else replace(lesson, checks=(_check(lesson),))
+
+
+def course_lesson(path: Path, computed: Computed, number: int) -> Lesson:
+    """Return a lesson of the course; whether its runs fit their experiments, which would import these, is tested.
+
+    Args:
+        path: Its file.
+        computed: What the module beside the file computes.
+        number: Its place in the course.
+
+    Raises:
+        ValueError: Something is wrong with the file; the sentence names it and the line.
+    """
+    try:
+        document = document_of(decode(read_source(path)))
+    except DocumentError as error:
+        raise _refusal([error], f"{path.name}, ") from None
+    head = ask(document, Head, "a lesson", PAGE)
+    if isinstance(head, list):
+        raise _refusal(head, f"{path.name}, ")
+    found = Findings(document)
+    checks = _checks(head, computed.checks, found)
+    if found.problems:
+        raise _refusal(found.problems, f"{path.name}, ")
+    lesson = _make(document, head, computed.figure or _scenario_of(head), computed.answer)
+    return replace(lesson, checks=checks, uses=head.uses, number=number)
+
+
+def _make(document: Document, head: Head, body: Scenario | Demonstration, answer: Callable[..., Answer]) -> Lesson:
+    return Lesson(
         id=head.id,
         title=head.title,
         idea=document.text,
         body=body,
         notice=head.notice,
         tries=head.tries,
-        question=question_of(head, body),
-        origin=origin,
-        source=document.source,
+        question=head.question,
+        answer=answer,
         declared_minutes=head.minutes,
     )
-    return replace(lesson, checks=(_check(lesson, head),))
+
+
+def _checks(head: Head, known: Mapping[str, Callable[[], Outcome]], found: Findings) -> tuple[Check, ...]:
+    """Return the checks that a file names, of those that a lesson of the course computes."""
+    for name in head.checks:
+        if name not in known:
+            remedy = near(name, known) if known else "name a lesson of the course as `answer`, or leave `checks` out"
+            found.add(("checks", name), f"there is no check {name}; {remedy}")
+    return tuple(Check(name, title, known[name]) for name, title in head.checks.items() if name in known)
 
 
 def _check_text(document: Document, found: Findings) -> None:
@@ -310,9 +377,9 @@ def _check_text(document: Document, found: Findings) -> None:
         found.problems.append(DocumentError(document.text_line, message))
 
 
-def _check(lesson: Lesson, head: Head) -> Check:
+def _check(lesson: Lesson) -> Check:
     """Return the check that the answer can be computed, is what its author saw, and is judged right."""
-    expected = head.question.expected
+    expected = lesson.question.expected
     seen = ", and is what its author saw" if expected is not None else ""
 
     def run() -> Outcome:
@@ -409,7 +476,11 @@ def read_lesson(text: str) -> Lesson:
         case _Found(lesson=lesson):
             return lesson
         case problems:
-            raise ValueError("; ".join(f"line {error.line}: {error.message}" for error in problems))
+            raise _refusal(problems)
+
+
+def _refusal(problems: Iterable[DocumentError], file: str = "") -> ValueError:
+    return ValueError("; ".join(f"{file}line {error.line}: {error.message}" for error in problems))
 
 
 @dataclass(frozen=True, slots=True)
