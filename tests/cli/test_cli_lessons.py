@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from pftrack.core.model.recipe import Recipe
 from pftrack.teaching.lessons import LESSONS, Figure
 from pftrack.teaching.lessons.course import probability
 from pftrack.teaching.lessons.lesson import Demonstration, Outcome, Scenario
@@ -49,9 +48,9 @@ def test_check_computes_what_is_claimed(call: Call) -> None:
 
 def test_a_check_that_fails_is_told(call: Call, monkeypatch: pytest.MonkeyPatch) -> None:
     """The others are computed all the same; exit status 1, and how many failed."""
-    first, *others = probability.LESSON.checks
+    first, *others = LESSONS["probability"].checks
     wrong = replace(first, run=lambda: Outcome(2.0, 1.0, 0.5))
-    monkeypatch.setattr(probability, "LESSON", replace(probability.LESSON, checks=(wrong, *others)))
+    monkeypatch.setitem(LESSONS.made, "probability", replace(LESSONS["probability"], checks=(wrong, *others)))
     status, out, err = call("lessons", "check", "1", "--json")
     assert status == 1
     assert [row["status"] for row in json.loads(out)] == ["fail", *["pass"] * len(others)]
@@ -65,7 +64,7 @@ def test_figure_writes_data_and_tells_numbers(call: Call, tmp_path: Path) -> Non
     status, out, _ = call("lessons", "figure", "1", *given, "--out", place, "--json")
     assert status == 0
     told, data = json.loads(out), json.loads(place.read_text(encoding="utf-8"))
-    body = probability.LESSON.body
+    body = LESSONS["probability"].body
     assert isinstance(body, Demonstration)
     parameters = probability.ProbabilityParameters(count=50, bin_width=0.1)
     shown = body.show(parameters, 3)
@@ -139,8 +138,8 @@ def test_what_cannot_be_written_is_refused(call: Call, tmp_path: Path, place: st
 
 def test_a_run_has_no_figure(call: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A lesson that shows a run says which, and how to draw that."""
-    run = Scenario(Recipe(experiment="sine", tracker="kalman"))
-    monkeypatch.setattr(probability, "LESSON", replace(probability.LESSON, body=run))
+    run = Scenario(experiment="sine", tracker="kalman")
+    monkeypatch.setitem(LESSONS.made, "probability", replace(LESSONS["probability"], body=run))
     refused(call("lessons", "figure", "1", "--out", tmp_path / "a.png"), 2, "shows a run", "`pftrack run sine`")
 
 

@@ -8,6 +8,7 @@ for a prediction, shows, says how far off it was, and checks itself against what
 from collections.abc import Iterable, Iterator, Mapping
 from importlib import import_module
 from pathlib import Path
+from typing import Final
 
 from pftrack.teaching.lessons.figure import Figure
 from pftrack.teaching.lessons.lesson import (
@@ -45,6 +46,10 @@ class Course(Mapping[str, Lesson]):
 
     The texts of `monte-carlo` stand in the package's `monte-carlo.md`, and what is computed for it is `COMPUTED` of the
     module `monte_carlo`.
+
+    Attributes:
+        package: Where these are.
+        made: The lessons that were asked for.
     """
 
     def __init__(self, package: str, ids: Iterable[str]) -> None:
@@ -56,18 +61,18 @@ class Course(Mapping[str, Lesson]):
         """
         self.package = package
         self._ids = tuple(ids)
-        self._read: dict[str, Lesson] = {}
+        self.made: dict[str, Lesson] = {}
 
     def __getitem__(self, lesson_id: str) -> Lesson:
         if lesson_id not in self._ids:
             raise KeyError(lesson_id)
-        if lesson_id not in self._read:
+        if lesson_id not in self.made:
             from pftrack.teaching.lessons.lecturers.library import course_lesson  # noqa: PLC0415 - it lists the course
 
             module = import_module(f"{self.package}.{lesson_id.replace('-', '_')}")
             path = Path(str(module.__file__)).with_name(f"{lesson_id}.md")
-            self._read[lesson_id] = course_lesson(path, module.COMPUTED, self._ids.index(lesson_id) + 1)
-        return self._read[lesson_id]
+            self.made[lesson_id] = course_lesson(path, module.COMPUTED, self._ids.index(lesson_id) + 1)
+        return self.made[lesson_id]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._ids)
@@ -76,7 +81,7 @@ class Course(Mapping[str, Lesson]):
         return len(self._ids)
 
 
-LESSONS: Mapping[str, Lesson] = Course(
+LESSONS: Final = Course(
     "pftrack.teaching.lessons.course",
     (
         "probability",
