@@ -1,9 +1,9 @@
 """The command line: one module a command, or a group of commands, over the library.
 
-`app` has the application and its commands, and `output` says how results and errors are written. Names that differ from
-their commands: `run` has `run`, `replay` and `show-recipe`; `listing` has `list` and `show`; `checks` has `reproduce`,
-`bench` and `doctor`; `exports` has `export`, `exercises` has `exercise`, `filters` has `new filter`, and `results` has
-`open`.
+`app` has the application; `output` says how results and errors are written, and has the options that commands share.
+`experiments` has `list`, `show` and `new`; `run` has `run`, `replay`, `open` and `show-recipe`; `exports` has `export`;
+`analysis` has `compare`, `explain`, `fit` and `failures`; `sweep` has `sweep` and `learn`; `teaching` has `lessons` and
+`exercise`; `checks` has `reproduce`, `evaluate`, `bench` and `doctor`. `footage` has the options of a recording.
 """
 
 from pftrack.cli.app import main

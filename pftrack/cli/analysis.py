@@ -1,26 +1,45 @@
-"""`compare`, `explain` and `fit`: what differs between runs, why a target was lost, and which noises fit a run."""
+"""`compare`, `explain`, `fit` and `failures`: how runs differ, why a target was lost, which noises fit."""
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pftrack.cli.checks import compiling
+from pftrack.cli.experiments import Trust
 from pftrack.cli.exports import wanted_exports, write_exports
-from pftrack.cli.filters import Trust
 from pftrack.cli.footage import Moved
-from pftrack.cli.listing import Json
-from pftrack.cli.output import emit, note, progress, suffix_of, table, whole, wrong_use
+from pftrack.cli.output import (
+    Json,
+    cell,
+    compiling,
+    emit,
+    note,
+    progress,
+    read_seed,
+    refusing,
+    suffix_of,
+    table,
+    tell,
+    whole,
+    wrong_use,
+)
 
 if TYPE_CHECKING:
+    from pftrack.analysis.failures import Entry, FailureRun, Measured
     from pftrack.analysis.fitting.found import Fit, Score
+
+
+Named = Annotated[str, typer.Argument(metavar="ID", help="A failure's name or number, as `failures list` prints it.")]
+
+failure_group = typer.Typer(help="Named failures, each with what shows it and what cures it.", no_args_is_help=True)
 
 
 def register(app: typer.Typer) -> None:
     """Add the commands of this module."""
-    app.command()(compare)
-    app.command()(explain)
-    app.command()(fit)
+    for command in (compare, explain, fit):
+        app.command()(command)
+    app.add_typer(failure_group, name="failures")
 
 
 def compare(
@@ -48,11 +67,7 @@ def compare(
 
 def _row(outcome: dict[str, object]) -> dict[str, str]:
     plain = {name: value for name, value in outcome.items() if isinstance(value, (bool, int, float, str))}
-    return {name.replace("_", " "): _format_value(value) for name, value in plain.items()}
-
-
-def _format_value(value: object) -> str:
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+    return {name.replace("_", " "): cell(value) for name, value in plain.items()}
 
 
 MOST_SEEDS = 1000
@@ -61,10 +76,10 @@ MOST_SEEDS = 1000
 def explain(
     file: Annotated[Path, typer.Argument(help="A saved run or a recording of beliefs, FILE.pft.")],
     frame: Annotated[
-        str | None, typer.Option(metavar="N", help="The frame to ask about; the first lasting loss if not given.")
+        str | None, typer.Option(metavar="N", help="The frame to ask about (default: the first lasting loss).")
     ] = None,
     seeds: Annotated[
-        str, typer.Option(metavar="N", help="With how many seeds to try each change that might have saved it; 0: none.")
+        str, typer.Option(metavar="N", help="Seeds to try for each change that might have saved it; 0: none.")
     ] = "20",
     video: Moved = None,
     trust: Trust = False,
@@ -99,11 +114,11 @@ def fit(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A saved run, .pft, or a recipe, .json.")],
     names: Annotated[
         list[str] | None,
-        typer.Argument(metavar="NAME...", help="Numbers to fit; all noises and sharpnesses if not given."),
+        typer.Argument(metavar="NAME...", help="Numbers to fit (default: all noises and sharpnesses)."),
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="FILE", help="Where to save the run with what was found, .pft."),
+        typer.Option("--out", metavar="FILE", help="Save the run with the fitted numbers, FILE.pft."),
     ] = None,
     trust: Trust = False,
     json: Json = False,
@@ -164,3 +179,129 @@ def _shares(score: "Score") -> tuple[str, str]:
     shares = [score.coverage.get(promised) for promised in (0.5, 0.95)]
     first, second = ("" if share is None else f"{100 * share:.0f} %" for share in shares)
     return first, second
+
+
+@failure_group.command("list")
+def list_(json: Json = False) -> None:
+    """List the failures, by their numbers."""
+    from pftrack.analysis.failures import gallery
+    from pftrack.core.model.preset import KINDS
+    from pftrack.experiments import EXPERIMENTS
+
+    entries = gallery(EXPERIMENTS)
+    rows = [(it.number, it.failure.id, it.experiment.id, KINDS[it.failure.kind]) for it in entries]
+    tell([_entry_json(entry) for entry in entries], ("number", "name", "experiment", "kind"), rows, json=json)
+
+
+@failure_group.command()
+def run(
+    failure: Named,
+    cured: Annotated[bool, typer.Option("--cured", help="Run with the cure.")] = False,
+    seed: Annotated[
+        str | None,
+        typer.Option(metavar="SEED", help="Random seed (default: the failure's), to see whether it fails there."),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Compute the run of a failure, or the cured one, and say what is measured in it."""
+    from pftrack.analysis.failures import measure, run_failure
+    from pftrack.core.model.series import to_json
+
+    found = _entry(failure)
+    chosen = read_seed(seed)
+    with compiling():
+        runs = [run_failure(found, cured=it, seed=chosen) for it in (False, True)]
+    done, measured = runs[cured], measure(*runs)
+    if json:
+        numbers = done.sign.numbers if done.sign else {}
+        emit(
+            {
+                **_entry_json(found),
+                "cured": cured,
+                "recipe": done.recipe.model_dump(mode="json", exclude={"footage"}),
+                "shown": done.shown,
+                "finding": done.finding,
+                "numbers": {name: to_json(number) for name, number in numbers.items()},
+                "measured": [
+                    {"title": it.title, "unit": it.unit, "failing": to_json(it.failing), "cured": to_json(it.cured)}
+                    for it in measured
+                ],
+                "lost_frames": [row.frame for row in done.rows if row.is_lost],
+                "why": done.diagnosis.sentence,
+            }
+        )
+        return
+    _tell_failure(found, done, cured=cured)
+    if measured:
+        typer.echo(f"\nFrom frame {runs[0].diagnosis.frame} on")
+        table("", ("", "fails", "cured"), [(_what(it), _digits(it.failing), _digits(it.cured)) for it in measured])
+    typer.echo(f"\n{'The run that fails' if cured else 'With its cure'}: {_command(found, cured=not cured)}")
+
+
+@failure_group.command()
+def figure(
+    failure: Named,
+    out: Annotated[Path, typer.Option(metavar="FILE", help="A picture, .png, .svg or .pdf.")],
+) -> None:
+    """Draw the errors of the run that fails and of the cured one, in one column of a journal's page."""
+    from pftrack.analysis.failures import run_failure
+    from pftrack.core.files import write_whole
+    from pftrack.output.figures.picture import SUFFIXES, encode_as
+    from pftrack.output.figures.style import draw_failure
+
+    found = _entry(failure)
+    suffix = suffix_of(out, tuple(SUFFIXES))
+    with compiling():
+        failing, cured = ([row.error for row in run_failure(found, cured=it).rows] for it in (False, True))
+    title, frame = found.failure.title, found.failure.frame
+    drawn = draw_failure(failing, cured, title=title, unit=found.experiment.unit, frame=frame)
+    write_whole(out, encode_as(drawn, suffix, f"{title}: the errors of the run that fails and of the cured one"))
+    note(f"pftrack: written to {out}")
+
+
+def _entry(name: str) -> "Entry":
+    from pftrack.analysis.failures import entry
+    from pftrack.experiments import EXPERIMENTS
+
+    with refusing(LookupError):
+        return entry(EXPERIMENTS, name)
+
+
+def _tell_failure(entry: "Entry", done: "FailureRun", *, cured: bool) -> None:
+    failure = entry.failure
+    how = f"{entry.experiment.title}, {entry.experiment.trackers[done.recipe.tracker or ''].title}"
+    typer.echo(f"{entry.number}  {failure.title}{', cured' if cured else ''}\n{how}, seed {done.recipe.seed}\n")
+    typer.echo(failure.cure.text if cured else failure.diagnosis)
+    typer.echo(f"\nIt {'fails' if done.shown else 'does not fail'} in this way.")
+    if done.diagnosis.lost:
+        typer.echo(done.diagnosis.sentence)
+    typer.echo(done.finding)
+
+
+def _what(it: "Measured") -> str:
+    return f"{it.title}, {it.unit}" if it.unit else it.title
+
+
+def _digits(number: float) -> str:
+    return f"{number:.3g}" if math.isfinite(number) else ""
+
+
+def _command(entry: "Entry", *, cured: bool) -> str:
+    return f"pftrack failures run {entry.failure.id}" + (" --cured" if cured else "")
+
+
+def _entry_json(entry: "Entry") -> dict[str, object]:
+    failure = entry.failure
+    return {
+        "number": entry.number,
+        "id": failure.id,
+        "title": failure.title,
+        "kind": failure.kind,
+        "cause": failure.cause,
+        "experiment": entry.experiment.id,
+        "tracker": failure.tracker,
+        "seed": failure.seed,
+        "frame": failure.frame,
+        "diagnosis": failure.diagnosis,
+        "cure": failure.cure.text,
+    }

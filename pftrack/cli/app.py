@@ -19,21 +19,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from pftrack.cli import (
-    analysis,
-    checks,
-    evaluate,
-    exercises,
-    exports,
-    failures,
-    filters,
-    learn,
-    lessons,
-    listing,
-    results,
-    run,
-    sweep,
-)
+from pftrack.cli import analysis, checks, experiments, exports, run, sweep, teaching
 from pftrack.cli.output import FAILED, CommandError, emit, explain, wrong_use
 from pftrack.core.entry_points import find
 from pftrack.core.version import __version__
@@ -96,19 +82,8 @@ def _start(
         raise wrong_use("name a command; pftrack --help lists them")
 
 
-listing.register(app)
-run.register(app)
-results.register(app)
-exports.register(app)
-analysis.register(app)
-failures.register(app)
-filters.register(app)
-exercises.register(app)
-learn.register(app)
-sweep.register(app)
-evaluate.register(app)
-lessons.register(app)
-checks.register(app)
+for module in (experiments, run, exports, analysis, sweep, teaching, checks):
+    module.register(app)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -1,43 +1,57 @@
-"""`reproduce`, `bench` and `doctor`: are the figures right, is it fast, does this machine have what it takes?"""
+"""`reproduce`, `evaluate`, `bench` and `doctor`: are the figures right, is it good and fast, and what is missing?"""
 
 import json as json_format
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from statistics import fmean
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pftrack.cli.listing import Json
+from pftrack.cli.experiments import TrackerName, find_experiment, find_tracker
 from pftrack.cli.output import (
     FAILED,
+    Assignments,
+    Cluster,
     CommandError,
     Jobs,
+    Json,
+    compiling,
     emit,
     note,
     progress,
     read_jobs,
     suffix_of,
     table,
+    tell,
+    values_of,
     whole,
     wrong_use,
 )
 from pftrack.core.version import __version__
 
+if TYPE_CHECKING:
+    from pftrack.analysis.evaluation import Score
+
+
+SHOWN = ("CPF", "KMS", "MIL", "STRUCK")
+"""Published trackers in the table; JSON has all."""
+
 
 def register(app: typer.Typer) -> None:
     """Add the commands of this module."""
-    app.command()(reproduce)
-    app.command()(bench)
-    app.command()(doctor)
+    evaluate = typer.Typer(help="Run a tracker over a public benchmark's sequences.", no_args_is_help=True)
+    evaluate.callback()(lambda: None)
+    evaluate.command()(otb)
+    app.add_typer(evaluate, name="evaluate")
+    for command in (reproduce, bench, doctor):
+        app.command()(command)
 
 
 def reproduce(
     results: Annotated[
         list[str] | None, typer.Argument(metavar="[RESULT]...", help="Which results; all if none.")
     ] = None,
-    full: Annotated[bool, typer.Option("--full/--quick", help="All published trials, or few.")] = False,
+    full: Annotated[bool, typer.Option("--full/--quick", help="Run all published trials, or a quick subset.")] = False,
     jobs: Jobs = None,
     figures: Annotated[
         Path | None, typer.Option(help="Keep the sweeps of the maps, and draw the published figures, in this folder.")
@@ -46,10 +60,8 @@ def reproduce(
         Path | None,
         typer.Option(metavar="FILE.json", help="Keep each result in a file as it comes; a second call goes on."),
     ] = None,
-    revision: Annotated[str, typer.Option(help="Of pftrack, as it is written into that file.")] = __version__,
-    cluster: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Of a Dask scheduler, whose workers compute instead.")
-    ] = None,
+    revision: Annotated[str, typer.Option(help="Version of pftrack to record in the file.")] = __version__,
+    cluster: Cluster = None,
     json: Json = False,
 ) -> None:
     """Compute published results again and compare them within their tolerances; `--quick` takes about a minute."""
@@ -74,12 +86,9 @@ def reproduce(
             record=record,
         )
     findings = [finding.as_dict() for finding in computed]
-    if json:
-        emit(findings)
-    else:
-        columns = "result", "ours", "reference", "tolerance", "verdict", "reason", "ground", "source"
-        shown = [finding for finding in findings if finding["verdict"] != "not run"]
-        table("", columns, [[_cell(finding[column]) for column in columns] for finding in shown])
+    columns = "result", "ours", "reference", "tolerance", "verdict", "reason", "ground", "source"
+    rows = [[finding[column] for column in columns] for finding in findings if finding["verdict"] != "not run"]
+    tell(findings, columns, rows, json=json)
     note(f"pftrack: {describe_verdicts(computed)}")
     if any(finding.fails for finding in computed):
         raise typer.Exit(FAILED)
@@ -111,9 +120,7 @@ def bench(
 
 
 def doctor(
-    warm: Annotated[
-        bool, typer.Option("--warm", help="Compile all that is compiled, so that no first start waits.")
-    ] = False,
+    warm: Annotated[bool, typer.Option("--warm", help="Compile everything now; the first start is then fast.")] = False,
     port: Annotated[str, typer.Option(metavar="PORT", help="The port that `serve` is to use.")] = "8000",
     data_dir: Annotated[Path | None, typer.Option(help="The folder that `serve` is to use.")] = None,
     json: Json = False,
@@ -122,11 +129,9 @@ def doctor(
     from pftrack.doctor.checks import examine
 
     checks = examine(port=whole("--port", port, 1, 65_535), data_dir=data_dir, warm=warm)
-    if json:
-        emit({"healthy": all(check.status != "broken" for check in checks), "checks": [it.as_dict() for it in checks]})
-    else:
-        table("", ("", "what", "found"), [(check.status, check.name, check.found) for check in checks])
     broken = [check.name for check in checks if check.status == "broken"]
+    found = {"healthy": not broken, "checks": [check.as_dict() for check in checks]}
+    tell(found, ("", "what", "found"), [(check.status, check.name, check.found) for check in checks], json=json)
     if broken:
         note(f"pftrack: broken: {', '.join(broken)}")
         raise typer.Exit(FAILED)
@@ -142,39 +147,88 @@ def _measure(script: Path, *options: str) -> object:
     return json_format.loads(told) if json else None
 
 
-def _cell(value: object) -> str:
-    return f"{value:.4g}" if isinstance(value, float) else "" if value is None else str(value)
+def otb(
+    folder: Annotated[
+        Path, typer.Argument(metavar="DIR", help="A sequence in the form of OTB or VOT, or a folder of such sequences.")
+    ],
+    experiment: Annotated[
+        str | None, typer.Option(help="An experiment's name (default: the first that outputs boxes).")
+    ] = None,
+    tracker: TrackerName = None,
+    seeds: Annotated[str, typer.Option(metavar="N", help="Runs of each sequence, with the seeds 0 to N - 1.")] = "10",
+    assignments: Assignments = None,
+    json: Json = False,
+) -> None:
+    """Follow the first box of each sequence (OPE): success (area under the curve) and precision, beside published ones.
+
+    The pictures are yours to bring: https://github.com/jwlim/tracker_benchmark says where they are.
+    """
+    from pftrack.analysis.evaluation import (
+        PUBLISHED_SOURCE,
+        BenchmarkError,
+        evaluate_sequence,
+        find_sequences,
+        follows_boxes,
+        published,
+    )
+    from pftrack.experiments import EXPERIMENTS
+    from pftrack.sources.limits import SourceError
+
+    chosen = experiment or next(one.id for one in EXPERIMENTS.values() if follows_boxes(one))
+    followed, count = find_experiment(chosen), whole("--seeds", seeds, 1, 1000)
+    name = find_tracker(followed, tracker or followed.default_tracker)
+    scores: list[Score] = []
+    try:
+        sequences = find_sequences(folder)
+        with progress(f"{followed.id}, {name}") as tick, compiling():
+            done = 0
+
+            def on_run() -> None:
+                nonlocal done
+                done += 1
+                tick(done, count * len(sequences))
+
+            scores.extend(
+                evaluate_sequence(
+                    followed,
+                    sequence,
+                    tracker=name,
+                    seeds=count,
+                    values=lambda setup: values_of(setup.parameters, assignments or []),
+                    on_run=on_run,
+                )
+                for sequence in sequences
+            )
+    except (BenchmarkError, SourceError) as error:
+        raise CommandError(str(error)) from None
+    for score in scores:
+        if score.grey:
+            note(f"pftrack: {score.name} is grey: a tracker by colours sees its brightness alone")
+    rows = [{**score.as_dict(), "published": dict(published(score.name))} for score in scores]
+    mean = fmean(fmean(score.success) for score in scores)
+    if json:
+        said = {"experiment": followed.id, "tracker": name, "seeds": count, "sequences": rows, "success_mean": mean}
+        emit({**said, "published_source": PUBLISHED_SOURCE})
+        return
+    _print(rows, mean)
+    note(f"pftrack: success is the area under the curve; published: {PUBLISHED_SOURCE}")
 
 
-EVERY_S = 3.0
-
-
-@contextmanager
-def compiling() -> Iterator[None]:
-    """Say on standard error that functions are compiled and how many; nothing if none is."""
-    from pftrack.core.numerics.compiled import FUNCTIONS
-    from pftrack.doctor.compiling import watch
-
-    begin = time.monotonic()
-    done: list[str] = []
-    said = 0.0
-
-    def on_begin(name: str) -> None:
-        nonlocal said
-        del name
-        if not said:
-            said = time.monotonic()
-            note("pftrack: compiling what this needs, only once; `pftrack doctor --warm` compiles everything")
-
-    def on_end(name: str, seconds: float) -> None:
-        nonlocal said
-        del seconds
-        done.append(name)
-        if time.monotonic() - said > EVERY_S:
-            said = time.monotonic()
-            note(f"pftrack: compiling, {len(done)} functions of at most {len(FUNCTIONS)}")
-
-    with watch(on_begin, on_end):
-        yield
-    if done:
-        note(f"pftrack: {len(done)} functions compiled in {time.monotonic() - begin:.0f} s")
+def _print(rows: list[dict[str, Any]], mean: float) -> None:
+    names = SHOWN if any(row["published"] for row in rows) else ()
+    columns = "sequence", "frames", "frames/s", "within 20 px", "success", *names
+    cells = [
+        (
+            row["name"],
+            str(row["frames"]),
+            f"{row['frames_per_second']:.0f}",
+            f"{row['precision_mean']:.2f}",
+            f"{row['success_mean']:.3f}",
+            *(f"{row['published'][name]:.3f}" if name in row["published"] else "" for name in names),
+        )
+        for row in rows
+    ]
+    known = [row for row in rows if row["published"]]
+    whole_table = len(known) == len(rows)
+    means = [f"{fmean(row['published'][name] for row in known):.3f}" if whole_table else "" for name in names]
+    table("", columns, [*cells, ("mean", "", "", "", f"{mean:.3f}", *means)])

@@ -6,10 +6,8 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-from pftrack.cli.checks import compiling
 from pftrack.cli.footage import Moved, footage_of
-from pftrack.cli.listing import Json
-from pftrack.cli.output import CommandError, emit, note, progress, table, wrong_use
+from pftrack.cli.output import CommandError, Json, compiling, note, progress, refusing, tell, writing
 
 if TYPE_CHECKING:
     from pftrack.experiments.experiment import Experiment
@@ -39,10 +37,10 @@ def export(
     ],
     to: Annotated[
         list[Path],
-        typer.Option("--to", metavar="FILE", help="What to write; the suffix says what. May be repeated."),
+        typer.Option("--to", metavar="FILE", help="File to write; its suffix says the kind. May be repeated."),
     ],
     plot: Annotated[
-        str | None, typer.Option(metavar="ID", help="The one plot that pictures show; all if not given.")
+        str | None, typer.Option(metavar="ID", help="The one plot that pictures show (default: all).")
     ] = None,
     video: Moved = None,
     json: Json = False,
@@ -74,10 +72,8 @@ def export(
 
 
 def _say(files: list[Path], details: dict[str, int], *, json: bool) -> None:
-    if json:
-        emit({"files": [str(path) for path in files], **details})
-    else:
-        table("", ("file", "bytes"), [(str(path), f"{path.stat().st_size:,}") for path in files])
+    rows = [(path, f"{path.stat().st_size:,}") for path in files]
+    tell({"files": [str(path) for path in files], **details}, ("file", "bytes"), rows, json=json)
 
 
 def _sweep(file: Path, places: list[Path], plot: str | None) -> list[Path]:
@@ -90,12 +86,8 @@ def _sweep(file: Path, places: list[Path], plot: str | None) -> list[Path]:
     pictures = [place for place in places if place.suffix.lower() in {".png", ".svg"}] or places
     written: list[Path] = []
     for place in places:
-        try:
+        with refusing(ExportError), writing(place):
             written += export_result(result, place, plot=plot if place in pictures else None)
-        except ExportError as error:
-            raise wrong_use(str(error)) from None
-        except OSError as error:
-            raise CommandError(f"{place} cannot be written: {error.strerror}") from None
     return written
 
 
@@ -119,13 +111,11 @@ def wanted_exports(
     from pftrack.core.model.setup import ExportError
     from pftrack.output.exports.formats import check_plot, export_at
 
-    try:
+    with refusing(ExportError):
         wanted = [(export_at(experiment, place), place) for place in places]
         pictures = [kind for kind, _ in wanted if kind.group == "plots"]
         for kind in pictures or [wanted[0][0]]:
             check_plot(experiment, kind, plot)
-    except ExportError as error:
-        raise wrong_use(str(error)) from None
     return wanted
 
 
@@ -137,11 +127,8 @@ def write_exports(exports: "list[tuple[RunExport, Path]]", run: "Run", plot: str
 
     written: list[Path] = []
     for kind, place in exports:
-        try:
-            with progress(place.name) as tick:
-                for done, total in exporting(run, place, kind, plot if kind.group == "plots" else None):
-                    tick(done, total)
-        except OSError as error:
-            raise CommandError(f"{place} cannot be written: {error.strerror}") from None
+        with writing(place), progress(place.name) as tick:
+            for done, total in exporting(run, place, kind, plot if kind.group == "plots" else None):
+                tick(done, total)
         written += files_of(kind, place)
     return written

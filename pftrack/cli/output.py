@@ -10,7 +10,8 @@ import json
 import math
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
@@ -25,6 +26,14 @@ from rich.text import Text
 if TYPE_CHECKING:
     from pftrack.core.model.parameters import Parameters, Value
 
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON value.")]
+Jobs = Annotated[str | None, typer.Option(metavar="N", help="Processes that compute (default: one a core).")]
+Cluster = Annotated[
+    str | None, typer.Option("--cluster", metavar="ADDRESS", help="Address of a Dask scheduler to compute on.")
+]
+Assignments = Annotated[
+    list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A parameter's value; may be repeated.")
+]
 FAILED = 1
 WRONG_USE = 2
 
@@ -56,6 +65,37 @@ def wrong_use(message: str) -> CommandError:
     return CommandError(message, WRONG_USE)
 
 
+@contextmanager
+def refusing(*errors: type[Exception]) -> Iterator[None]:
+    """Make wrong use of what the library refuses: each of these errors is a sentence."""
+    try:
+        yield
+    except errors as error:
+        raise wrong_use(str(error.args[0]) if isinstance(error, LookupError) else str(error)) from None
+
+
+@contextmanager
+def writing(place: Path) -> Iterator[None]:
+    """Say which file cannot be written, and why."""
+    try:
+        yield
+    except FileExistsError:
+        raise CommandError(f"{place} is there already; choose another name") from None
+    except OSError as error:
+        raise CommandError(f"{place} cannot be written: {error.strerror or error}") from None
+
+
+@contextmanager
+def reading(place: Path) -> Iterator[None]:
+    """Say which file cannot be read as text, and why."""
+    try:
+        yield
+    except OSError as error:
+        raise CommandError(f"{place} cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise CommandError(f"{place} is not a text") from None
+
+
 def suffix_of(path: Path, known: tuple[str, ...]) -> str:
     """Return the suffix of a file that is to be written, if it is one of those and the file has a folder."""
     if path.suffix.lower() not in known:
@@ -74,6 +114,13 @@ def whole(option: str, text: str, low: int, high: int) -> int:
     if not low <= value <= high:
         raise wrong_use(f"{option} must be a whole number between {low} and {high}, got {text[:40]!r}")
     return value
+
+
+def read_seed(text: str | None) -> int | None:
+    """Read `--seed`; None if it is not given."""
+    from pftrack.core.numerics.random import LARGEST_SEED
+
+    return None if text is None else whole("--seed", text, 0, LARGEST_SEED)
 
 
 def explain(error: Exception) -> CommandError:
@@ -124,6 +171,19 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> 
     for row in rows:
         shown.add_row(*(Text(cell) for cell in row))
     Console(highlight=False).print(shown)
+
+
+def tell(value: object, columns: Sequence[str], rows: Iterable[Sequence[object]], *, json: bool) -> None:
+    """Print a result: one JSON value, or a table for people."""
+    if json:
+        emit(value)
+    else:
+        table("", columns, [[cell(each) for each in row] for row in rows])
+
+
+def cell(value: object) -> str:
+    """Return a value as a table shows it: numbers in four digits, and nothing for None."""
+    return f"{value:.4g}" if isinstance(value, float) else "" if value is None else str(value)
 
 
 @contextmanager
@@ -224,9 +284,6 @@ def text_of(path: Path) -> str:
     return text
 
 
-Jobs = Annotated[str | None, typer.Option(metavar="N", help="Processes that compute; one a core if not given.")]
-
-
 def read_jobs(jobs: str | None) -> int:
     """Return the number that is said, or else that of the cores that this process may use."""
     return _cores() if jobs is None else whole("--jobs", jobs, 1, 256)
@@ -234,3 +291,37 @@ def read_jobs(jobs: str | None) -> int:
 
 def _cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+EVERY_S = 3.0
+
+
+@contextmanager
+def compiling() -> Iterator[None]:
+    """Say on standard error that functions are compiled and how many; nothing if none is."""
+    from pftrack.core.numerics.compiled import FUNCTIONS
+    from pftrack.doctor.compiling import watch
+
+    begin = time.monotonic()
+    done: list[str] = []
+    said = 0.0
+
+    def on_begin(name: str) -> None:
+        nonlocal said
+        del name
+        if not said:
+            said = time.monotonic()
+            note("pftrack: compiling what this needs, only once; `pftrack doctor --warm` compiles everything")
+
+    def on_end(name: str, seconds: float) -> None:
+        nonlocal said
+        del seconds
+        done.append(name)
+        if time.monotonic() - said > EVERY_S:
+            said = time.monotonic()
+            note(f"pftrack: compiling, {len(done)} functions of at most {len(FUNCTIONS)}")
+
+    with watch(on_begin, on_end):
+        yield
+    if done:
+        note(f"pftrack: {len(done)} functions compiled in {time.monotonic() - begin:.0f} s")

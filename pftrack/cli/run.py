@@ -1,22 +1,47 @@
-"""`run`, `replay` and `show-recipe`: compute a run from options, a recipe or a saved file, and say how it went."""
+"""`run`, `replay`, `open` and `show-recipe`: compute a run from options, a recipe or a file, and say how it went."""
 
 import json as json_format
 import os
+import tempfile
 from collections.abc import Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pftrack.cli.checks import compiling
+from pftrack.cli.experiments import PresetName, Trust, chosen_tracker, find_experiment, find_preset
 from pftrack.cli.exports import ExportOut, wanted_exports, write_exports
-from pftrack.cli.filters import Trust, chosen_tracker
-from pftrack.cli.footage import FootageOptions, Moved, footage_of, frames_left, open_setup, path_from, takes_footage
-from pftrack.cli.learn import guidance_of
-from pftrack.cli.listing import Assignments, Json, PresetName, find_experiment, find_preset
-from pftrack.cli.output import FAILED, CommandError, emit, note, progress, table, text_of, values_of, whole, wrong_use
+from pftrack.cli.footage import (
+    FootageOptions,
+    Moved,
+    footage_of,
+    frames_left,
+    open_footage,
+    open_setup,
+    path_from,
+    takes_footage,
+)
+from pftrack.cli.output import (
+    FAILED,
+    Assignments,
+    CommandError,
+    Json,
+    cell,
+    compiling,
+    emit,
+    note,
+    progress,
+    read_seed,
+    table,
+    text_of,
+    values_of,
+    whole,
+    writing,
+    wrong_use,
+)
+from pftrack.cli.sweep import guidance_of
 
 if TYPE_CHECKING:
     from pftrack.core.model.parameters import Value
@@ -26,6 +51,7 @@ if TYPE_CHECKING:
     from pftrack.core.model.source import FrameSequence
     from pftrack.experiments.experiment import Experiment
     from pftrack.runs.run import Run
+    from pftrack.sources.results.table import Form
 
 
 LONGEST_SHOWN = 80  # characters of a value in a table
@@ -36,9 +62,9 @@ VideoOut = Annotated[Path | None, typer.Option("--video-out", help="Write the ru
 
 def register(app: typer.Typer) -> None:
     """Add the commands of this module."""
-    app.command()(run)
-    app.command()(replay)
-    app.command("show-recipe")(show_recipe)
+    for command in (run, replay, show_recipe):
+        app.command()(command)
+    app.command("open")(open_results)
 
 
 @takes_footage
@@ -55,9 +81,9 @@ def run(
     said: FootageOptions,
     assignments: Assignments = None,
     learned: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="What `learn` has written, by which guided trackers move.")
+        Path | None, typer.Option(metavar="FILE", help="Motion file from `learn`, for guided trackers.")
     ] = None,
-    seed: Annotated[str | None, typer.Option(metavar="SEED", help="Of all random numbers; 0 if not given.")] = None,
+    seed: Annotated[str | None, typer.Option(metavar="SEED", help="Random seed (default 0).")] = None,
     frames: Annotated[
         str | None, typer.Option(metavar="N", help="How many frames to compute; at most as many as a recording has.")
     ] = None,
@@ -72,18 +98,15 @@ def run(
 ) -> None:
     """Run an experiment, or the recipe of a run, and say how it went."""
     from pftrack.core.model.recipe import LONGEST_RUN, Change
-    from pftrack.core.numerics.random import LARGEST_SEED
     from pftrack.runs.record import save
     from pftrack.runs.run import Run
 
     recipe, folder = _recipe(experiment)
     found, recipe, tracker = chosen_tracker(recipe, tracker, trusted=trust)
-    begin = find_preset(found, preset) if preset is not None else None
+    begin = find_preset(found, preset)
+    said_here = {"tracker": tracker, "seed": read_seed(seed)}
     changes: dict[str, Any] = {} if begin is None else {"tracker": begin.tracker, "seed": begin.seed}
-    if tracker is not None:
-        changes["tracker"] = tracker
-    if seed is not None:
-        changes["seed"] = whole("--seed", seed, 0, LARGEST_SEED)
+    changes |= {name: value for name, value in said_here.items() if value is not None}
     wanted = whole("--frames", frames, 1, LONGEST_RUN) if frames is not None else None
     _check_places(out, video_out)
     exports = wanted_exports(found, export or [])
@@ -92,9 +115,11 @@ def run(
         setup, sequence = open_setup(stack, found, recipe, said, folder)
         if wanted is not None:
             changes["frames"] = wanted if sequence is None else min(wanted, frames_left(sequence, setup))
-        values = {**values_of(setup.parameters, assignments or []), **_guidance_value(found, learned)}
-        if begin is not None:
-            values = {**_preset_values(setup, begin), **values}
+        values = {
+            **(_preset_values(setup, begin) if begin is not None else {}),
+            **values_of(setup.parameters, assignments or []),
+            **_guidance_value(found, learned),
+        }
         if values:
             changes["timeline"] = (*recipe.timeline, Change(0, values))
         made = Run.from_recipe(recipe.model_copy(update=changes), found, setup)
@@ -105,10 +130,8 @@ def run(
         summary = {**compute_run(made, video_out, frames=made.frames), **suitability}
         write_exports(exports, made)
         if out is not None:
-            try:
+            with writing(out):  # an error speaks of the file beside it, which nobody asked for
                 save(made, out, footage_path=path_from(said.video, out) if said.video else None)
-            except OSError as error:  # it speaks of the file beside, which nobody asked for
-                raise CommandError(f"{out} cannot be written: {error.strerror}") from None
     print_summary(summary, made, json=json)
 
 
@@ -282,4 +305,101 @@ def _format_value(value: object) -> str:
         return f"[{', '.join(map(_format_value, value))}]"
     if isinstance(value, str) and len(value) > LONGEST_SHOWN:  # the text of a file
         return f"{' '.join(value[:LONGEST_SHOWN].split())}..."
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+    return cell(value)
+
+
+def open_results(
+    file: Annotated[
+        Path,
+        typer.Argument(
+            help="A recording of beliefs, FILE.pft, or results: MOTChallenge, OTB or VOT text, CVAT's video XML, "
+            "COCO's video JSON, or a table of boxes (CSV)."
+        ),
+    ],
+    video: Annotated[Path | None, typer.Option(help="The video that the results or the recording are of.")] = None,
+    truth: Annotated[Path | None, typer.Option(help="True boxes of the same frames, in any of these forms.")] = None,
+    form: Annotated[
+        str | None, typer.Option(help="What the results are: mot, otb, vot, cvat, coco or csv; told by itself.")
+    ] = None,
+    first_frame: Annotated[str | None, typer.Option(metavar="0|1", help="Number of the first frame in a text.")] = None,
+    first_pixel: Annotated[str | None, typer.Option(metavar="0|1", help="Number of the first pixel in a text.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Keep results, clip and truth as one recording, FILE.pft, for the page.")
+    ] = None,
+    export: ExportOut = None,
+    assignments: Assignments = None,
+    show: Annotated[bool, typer.Option(help="Open the scene in a browser.")] = True,
+    json: Json = False,
+) -> None:
+    """Look at what a loop of your own or any other tracker has computed: errors, overlap, identity switches."""
+    from pftrack.core.model.recipe import Change
+    from pftrack.experiments import find_for
+    from pftrack.output.exports.formats import show as show_run
+    from pftrack.runs.run import Run
+    from pftrack.sources.results.table import FORMS
+
+    if form is not None and form not in FORMS:
+        raise wrong_use(f"--form must be one of {', '.join(FORMS)}, got {form[:40]!r}")
+    experiment = find_for("beliefs")
+    exports = wanted_exports(experiment, export or [])
+    with ExitStack() as stack:
+        said = form or first_frame or first_pixel
+        if out is not None or said:
+            place = out or Path(stack.enter_context(tempfile.TemporaryDirectory()), f"{file.stem}.pft")
+            options = (_bit("--first-frame", first_frame), _bit("--first-pixel", first_pixel))
+            _record(file, place, video, truth, form, *options)
+            sequence = open_footage(stack, place)
+        elif video is not None or truth is not None:
+            sequence = _open_together(stack, file, video, truth)
+        else:
+            sequence = open_footage(stack, file)
+        if sequence.index.kind != "beliefs" or not experiment.accepts_video:
+            raise CommandError(f"{file.name} holds no results; `pftrack run` tracks a recording")
+        for warning in sequence.index.warnings:
+            note(f"pftrack: {warning}")
+        setup = experiment.video.on_video(sequence, None)
+        values = values_of(setup.parameters, assignments or [])
+        run = Run(experiment, setup, timeline=(Change(0, values),))
+        print_summary(compute_run(run, None, frames=run.frames), run, json=json)
+        write_exports(exports, run)
+        if show and not json:
+            shown = show_run(run)
+            note(f"pftrack: the scene is at {shown.address}; Ctrl-C ends")
+            shown.wait()
+
+
+def _open_together(stack: ExitStack, file: Path, video: Path | None, truth: Path | None) -> "FrameSequence":
+    from pftrack.sources.limits import DEFAULT_LIMITS, SourceError
+    from pftrack.sources.results.parts import Part, open_parts
+
+    named: dict[Part, Path | None] = {"clip": video, "results": file, "truth": truth}
+    try:
+        together = open_parts({part: path for part, path in named.items() if path is not None}, DEFAULT_LIMITS)
+    except SourceError as error:
+        raise CommandError(str(error)) from None
+    return stack.enter_context(closing(together))
+
+
+def _record(
+    file: Path,
+    to: Path,
+    video: Path | None,
+    truth: Path | None,
+    form: "Form | None",
+    first_frame: int | None,
+    first_pixel: int | None,
+) -> None:
+    from pftrack.sources.results.parts import record_results
+    from pftrack.sources.results.reading import read_results_file
+
+    try:
+        known = None if truth is None else read_results_file(truth)
+        results = read_results_file(file, form=form, first_frame=first_frame, first_pixel=first_pixel)
+    except ValueError as error:
+        raise CommandError(str(error)) from None
+    with writing(to):
+        record_results(results, to, clip=video, truth=known)
+
+
+def _bit(option: str, text: str | None) -> int | None:
+    return None if text is None else whole(option, text, 0, 1)

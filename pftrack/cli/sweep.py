@@ -1,4 +1,4 @@
-"""`sweep`: compute an experiment over a grid of conditions, go on with one that was stopped, report what came of it."""
+"""`sweep` and `learn`: compute an experiment over a grid of conditions, report on it, or learn motion from its runs."""
 
 import os
 import signal
@@ -17,20 +17,42 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 from rich.progress import Progress as Bar
 from typer.core import TyperGroup
 
-from pftrack.cli.filters import read_filters, with_filters
+from pftrack.cli.experiments import PresetName, TrackerName, find_experiment, find_preset, read_filters, with_filters
 from pftrack.cli.footage import FootageOptions, Swept, swept_recording, takes_footage
-from pftrack.cli.listing import Json, PresetName, find_experiment, find_preset
-from pftrack.cli.output import CommandError, Jobs, assign, emit, note, read_jobs, table, value_of, whole, wrong_use
+from pftrack.cli.output import (
+    Assignments,
+    Cluster,
+    CommandError,
+    Jobs,
+    Json,
+    assign,
+    compiling,
+    emit,
+    note,
+    progress,
+    read_jobs,
+    refusing,
+    table,
+    tell,
+    value_of,
+    whole,
+    wrong_use,
+)
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from pftrack.core.model.parameters import Value
     from pftrack.core.model.preset import Preset
     from pftrack.core.model.source import Kind
     from pftrack.experiments.experiment import Experiment
+    from pftrack.filters.learning.diffusion import Learned
+    from pftrack.filters.learning.guidance import Guidance
     from pftrack.sweep import Plan, Progress, Result
     from pftrack.sweep.recording import Recording
 
 
+Frames = Annotated[str | None, typer.Option("--frames", metavar="N", help="Length of a run in frames.")]
 SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
 
 
@@ -46,6 +68,7 @@ def register(app: typer.Typer) -> None:
     sweep = typer.Typer(cls=_Sweep, add_completion=False, help="Compute an experiment over a grid of conditions.")
     sweep.command()(run)
     sweep.command()(report)
+    app.command()(learn)
     app.add_typer(sweep, name="sweep")
 
 
@@ -67,19 +90,17 @@ def run(
         str | None, typer.Option(metavar="A,B,C", help="Trackers' names, as `show` prints them, or files with filters.")
     ] = None,
     trials: Annotated[str, typer.Option(metavar="T", help="Runs of each tracker in each condition.")] = "10",
-    frames: Annotated[str | None, typer.Option(metavar="N", help="How many frames a run has.")] = None,
+    frames: Frames = None,
     assignments: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="NAME=VALUE", help="A parameter's value in all runs; may be repeated."),
     ] = None,
-    seed: Annotated[str, typer.Option(metavar="SEED", help="Of all seeds.")] = "0",
+    seed: Annotated[str, typer.Option(metavar="SEED", help="Base seed; each run derives its own.")] = "0",
     loss_probability: Annotated[
         bool, typer.Option("--loss-probability", help="Measure how probable it is that the target is lost, too.")
     ] = False,
     jobs: Jobs = None,
-    cluster: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Of a Dask scheduler, whose workers compute instead.")
-    ] = None,
+    cluster: Cluster = None,
     out: Annotated[Path | None, typer.Option(help="The result, FILE.parquet; never overwritten.")] = None,
     resume: Annotated[Path | None, typer.Option(help="Go on with a sweep that was stopped; its --out.")] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say how many runs it is and how long it takes.")] = False,
@@ -126,11 +147,11 @@ def report(
     file: Annotated[Path, typer.Argument(help="The result of a sweep, finished or as far as it came.")],
     out: Annotated[
         Path | None,
-        typer.Option(metavar="FOLDER", help="Folder of the report; FILE-report next to the file if not given."),
+        typer.Option(metavar="FOLDER", help="Folder of the report (default: FILE-report next to the file)."),
     ] = None,
-    x: Annotated[str | None, typer.Option(metavar="AXIS", help="Across the maps.")] = None,
-    y: Annotated[str | None, typer.Option(metavar="AXIS", help="Down the maps.")] = None,
-    level: Annotated[str, typer.Option(metavar="P", help="Of significance.")] = "0.01",
+    x: Annotated[str | None, typer.Option(metavar="AXIS", help="Parameter on the x axis of the maps.")] = None,
+    y: Annotated[str | None, typer.Option(metavar="AXIS", help="Parameter on the y axis of the maps.")] = None,
+    level: Annotated[str, typer.Option(metavar="P", help="Significance level.")] = "0.01",
     svg: Annotated[bool, typer.Option("--svg", help="Draw the maps as SVG rather than PNG.")] = False,
     pictures: Annotated[bool, typer.Option(help="Draw the figures, which takes longest.")] = True,
     json: Json = False,
@@ -375,3 +396,128 @@ def _duration(seconds: float) -> str:
     if seconds < 99 * 60:
         return f"{seconds / 60:.0f} min"
     return f"{seconds / 3600:.1f} h"
+
+
+def learn(
+    sources: Annotated[
+        list[str],
+        typer.Argument(metavar="RUN.pft...|EXPERIMENT", help="Saved runs, or an experiment that is to be run."),
+    ],
+    out: Annotated[Path, typer.Option(help="The learned file, FILE.json.")],
+    preset: PresetName = None,
+    tracker: TrackerName = None,
+    axes: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--axis", metavar="NAME=VALUES", help="Learn from runs with each of these values, as `sweep` has them."
+        ),
+    ] = None,
+    assignments: Assignments = None,
+    trials: Annotated[
+        str | None,
+        typer.Option(metavar="T", help="Runs to learn from, of each combination of values; 10, or 1 of each."),
+    ] = None,
+    seed: Annotated[str | None, typer.Option(metavar="SEED", help="Base seed; each run derives its own.")] = None,
+    frames: Frames = None,
+    json: Json = False,
+) -> None:
+    """Learn how motion and shape change, for trackers that are guided by it (`run --learned FILE`).
+
+    Frames in which the target is lost, by the truth, or looked for are left out.
+    """
+    import numpy as np
+
+    from pftrack.core.files import write_whole
+    from pftrack.sweep.axis import SweepError
+
+    if out.is_dir() or not out.absolute().parent.is_dir():
+        raise CommandError(f"{out} cannot be written: it is a folder, or in none")
+    if any(source.lower().endswith(".pft") for source in sources):
+        if any(it is not None for it in (preset, tracker, axes, assignments, trials, seed, frames)):
+            raise wrong_use("saved runs are learned from as they are: leave out what only makes new ones")
+        guidance, tracks = _read_states([Path(source) for source in sources])
+    else:
+        if len(sources) > 1:
+            raise wrong_use(f"name one experiment, or saved runs, got {', '.join(sources)}")
+        experiment = find_experiment(sources[0])
+        guidance = guidance_of(experiment, "learn")
+        begin, named = find_preset(experiment, preset), [tracker] if tracker else []
+        each = trials or ("1" if axes else "10")
+        with refusing(SweepError):
+            plan = plan_of(experiment, begin, axes or [], named, each, frames, assignments or [], seed or "0")
+        with compiling():
+            tracks = [guidance.states(rows) for rows in _runs_of(plan)]
+    learned = guidance.learn(tracks)
+    write_whole(out, learned.text.encode())
+    total = sum(map(len, tracks))
+    left_out = total - sum(int(np.isfinite(track).all(axis=1).sum()) for track in tracks)
+    columns = ("change", "mean", "standard deviation", "unit", "correlations")
+    tell(_about(learned, left_out), columns, _rows(learned), json=json)
+    if json:
+        return
+    left = f"; {left_out} of {total} frames were left out" if left_out else ""
+    note(f"pftrack: learned from {learned.origin}{left}; written to {out}")
+
+
+def guidance_of(experiment: "Experiment", what: str) -> "Guidance":
+    """Return how an experiment's runs are learned from; wrong use if they are not."""
+    if experiment.guidance is None:
+        from pftrack.experiments import EXPERIMENTS
+
+        able = ", ".join(it.id for it in EXPERIMENTS.values() if it.guidance) or "none"
+        raise wrong_use(f"{experiment.id} takes no {what}: motion is learned in {able}")
+    return experiment.guidance
+
+
+def _read_states(paths: Sequence[Path]) -> "tuple[Guidance, list[NDArray[Any]]]":
+    """Return the recorded states of saved runs, by the numbers that they hold."""
+    from pftrack.runs.record import read, read_columns
+
+    experiments = {read(path).recipe.experiment for path in paths}
+    if len(experiments) > 1:
+        raise wrong_use(f"expected runs of one experiment, got those of {', '.join(sorted(experiments))}")
+    guidance = guidance_of(find_experiment(experiments.pop()), "learn")
+    return guidance, [guidance.saved_states(read_columns(path), path.name) for path in paths]
+
+
+def _runs_of(plan: "Plan") -> Iterator[Any]:
+    """Yield the rows of one run after the other."""
+    with progress(f"{plan.experiment}, runs to learn from") as tick:
+        for number in range(plan.runs):
+            run = plan.live(number)
+            run.finish()
+            tick(number + 1, plan.runs)
+            yield run.diagnostics
+
+
+def _about(learned: "Learned", left_out: int) -> dict[str, Any]:
+    reading = learned.chart.readings[0]
+    diffusion = learned.diffusion(reading, drifting=True)
+    return {
+        "experiment": learned.experiment,
+        "tracks": learned.tracks,
+        "frames": learned.frames,
+        "left_out": left_out,
+        "reading": reading,
+        "changes": learned.chart.change_names,
+        "units": learned.chart.change_units,
+        "mean": diffusion.mean.tolist(),
+        "sd": diffusion.sd.tolist(),
+        "correlation": diffusion.correlation.tolist(),
+        "eigenvalues": diffusion.eigenvalues.tolist(),
+        "modes": diffusion.modes.T.tolist(),
+    }
+
+
+def _rows(learned: "Learned") -> list[tuple[str, ...]]:
+    diffusion = learned.diffusion(learned.chart.readings[0], drifting=True)
+    return [
+        (
+            name,
+            f"{diffusion.mean[i]:.3g}",
+            f"{diffusion.sd[i]:.3g}",
+            learned.chart.change_units[i],
+            " ".join(f"{number:+.2f}" for number in diffusion.correlation[i]),
+        )
+        for i, name in enumerate(learned.chart.change_names)
+    ]

@@ -188,7 +188,7 @@ def test_a_fault_of_our_own_is_one_line_as_well(call: Call, monkeypatch: pytest.
     def fail(_name: str) -> None:
         raise TypeError("that\nshould not happen")
 
-    monkeypatch.setattr("pftrack.cli.listing.find_experiment", fail)
+    monkeypatch.setattr("pftrack.cli.experiments.find_experiment", fail)
     refused(call("show", "ball"), 1, "a fault of pftrack", "TypeError: that should not happen", "PFTRACK_DEBUG=1")
     monkeypatch.setenv("PFTRACK_DEBUG", "1")
     with pytest.raises(TypeError):

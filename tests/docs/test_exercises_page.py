@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from pftrack.teaching.exercises import read_exercises
-from pftrack.teaching.exercises.library import CheckHead, ExerciseHead
 from pftrack.teaching.exercises.properties import PROPERTIES
+from pftrack.teaching.exercises.submission import Check, ExerciseHead
 
 PAGE = (Path(__file__).parents[2] / "docs" / "how-to" / "exercises.md").read_text(encoding="utf-8")
 
@@ -25,9 +25,7 @@ def test_the_example_is_an_exercise(tmp_path: Path) -> None:
 OPTIONS = [option for each in PROPERTIES.values() for option in each.options]
 
 
-@pytest.mark.parametrize(
-    "name", [*ExerciseHead.model_fields, *CheckHead.model_fields, *PROPERTIES, *sorted(set(OPTIONS))]
-)
+@pytest.mark.parametrize("name", [*ExerciseHead.model_fields, *Check.model_fields, *PROPERTIES, *sorted(set(OPTIONS))])
 def test_the_page_tells_every_key_property_and_option(name: str) -> None:
     """Whatever may be written in a file stands on the page."""
     assert f"`{name}`" in PAGE

@@ -2,52 +2,28 @@
 
 import ast
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Annotated, Final
-
-from pydantic import Field
+from typing import Final
 
 from pftrack.core.model.parameters import revise
 from pftrack.experiments import find as find_experiment
 from pftrack.experiments.own.code import FUNCTIONS
 from pftrack.teaching.exercises.properties import PROPERTIES
-from pftrack.teaching.exercises.submission import Check, Exercise
+from pftrack.teaching.exercises.submission import Check, Exercise, ExerciseHead
 from pftrack.teaching.lessons.lecturers.document import (
     Document,
     DocumentError,
     Findings,
+    Problem,
     ask,
     decode,
     document_of,
     near,
-    read_source,
+    read_file,
 )
-from pftrack.teaching.lessons.lecturers.library import Problem
-from pftrack.teaching.lessons.lesson import Line, Name, Part, Scalar, Words
-
-
-class CheckHead(Part):
-    """A property that is checked."""
-
-    property: Name
-    points: Annotated[float, Field(ge=0, le=1000)] = 1.0
-    options: dict[Name, Scalar] = Field(default_factory=dict, max_length=20)
-
-
-class ExerciseHead(Part):
-    """All of a head; what each field means stands in docs/how-to/exercises.md."""
-
-    id: Annotated[str, Field(max_length=40, pattern=r"^[a-z][a-z0-9]*(-[a-z0-9]+)*$")]
-    title: Line
-    experiment: Name
-    functions: Annotated[tuple[Name, ...], Field(min_length=1, max_length=8)]
-    values: dict[Name, Scalar] = Field(default_factory=dict, max_length=100)
-    frames: Annotated[int, Field(ge=2, le=500)] = 60
-    checks: Annotated[tuple[CheckHead, ...], Field(min_length=1, max_length=30)]
-    hints: Annotated[tuple[Words, ...], Field(max_length=8)] = ()
-
 
 SHIPPED: Final = Path(__file__).parent / "shipped"
 MOST_FILES: Final = 200
@@ -76,17 +52,14 @@ def read_exercises(*folders: Path) -> Exercises:
     for folder, before in ((SHIPPED, "pftrack: "), *((folder, "") for folder in folders)):
         for path in sorted(folder.glob("*.md"))[:MOST_FILES]:
             origin = f"{before}{path.name}"
-            try:
-                exercise = exercise_of(decode(read_source(path)), origin)
-                if exercise.id in known:
-                    raise DocumentError(0, f"`id`: {exercise.id} is taken by {known[exercise.id].origin}")  # noqa: TRY301
-                known[exercise.id] = exercise
-            except _ProblemsError as error:
-                problems += [Problem(origin, each.line, each.message) for each in error.problems]
-            except DocumentError as error:
-                problems.append(Problem(origin, error.line, error.message))
-            except OSError as error:
-                problems.append(Problem(origin, 0, f"the file cannot be read: {error.strerror}"))
+            match read_file(path, partial(_exercise_of, origin=origin)):
+                case Exercise(id=known_id) if known_id in known:
+                    message = f"`id`: {known_id} is taken by {known[known_id].origin}"
+                    problems.append(Problem(origin, 0, message))
+                case Exercise() as exercise:
+                    known[exercise.id] = exercise
+                case errors:
+                    problems += [Problem(origin, each.line, each.message) for each in errors]
     return Exercises(known, tuple(problems))
 
 
@@ -96,25 +69,16 @@ def exercise_named_in(text: str) -> str | None:
     return str(ast.literal_eval(found[1])) if found else None
 
 
-class _ProblemsError(Exception):
-    """All that is wrong with a file."""
-
-    def __init__(self, problems: Iterable[DocumentError]) -> None:
-        super().__init__()
-        self.problems = tuple(problems)
-
-
-def exercise_of(text: str, origin: str) -> Exercise:
-    """Return the exercise of a file's text.
+def _exercise_of(data: bytes, origin: str) -> Exercise | list[DocumentError]:
+    """Return the exercise of a file's content, or all that is wrong with it.
 
     Raises:
-        DocumentError: It has no head.
-        _ProblemsError: It is none.
+        DocumentError: It is not a text with a head.
     """
-    document = document_of(text)
+    document = document_of(decode(data))
     head = ask(document, ExerciseHead, "an exercise", PAGE)
     if isinstance(head, list):
-        raise _ProblemsError(head)
+        return head
     found = Findings(document)
     _check_scene(head, found)
     for number, name in enumerate(head.functions):
@@ -125,20 +89,9 @@ def exercise_of(text: str, origin: str) -> Exercise:
     block = BLOCK.search(document.text + "\n")
     _check_skeleton(block[1] if block else "", head, document, found)
     if found.problems or block is None:
-        raise _ProblemsError(found.problems)
-    return Exercise(
-        id=head.id,
-        title=head.title,
-        experiment=head.experiment,
-        functions=head.functions,
-        values=head.values,
-        frames=head.frames,
-        checks=tuple(Check(each.property, each.points, each.options) for each in head.checks),
-        text=document.text[: block.start()].strip(),
-        skeleton=block[1],
-        hints=head.hints,
-        origin=origin,
-    )
+        return found.problems
+    text = document.text[: block.start()].strip()
+    return Exercise(**dict(head), text=text, skeleton=block[1], origin=origin)
 
 
 def _check_scene(head: ExerciseHead, found: Findings) -> None:
@@ -150,7 +103,7 @@ def _check_scene(head: ExerciseHead, found: Findings) -> None:
     found.attempt(("values",), lambda: revise(experiment.simulate().parameters, head.values))
 
 
-def _check_options(check: CheckHead, number: int, found: Findings) -> None:
+def _check_options(check: Check, number: int, found: Findings) -> None:
     place = ("checks", number)
     known = PROPERTIES.get(check.property)
     if known is None:

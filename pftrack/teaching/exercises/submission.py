@@ -1,18 +1,18 @@
 """Exercises and submissions: a text and a file to begin with, and a file that answers it with all it is called with."""
 
-from collections.abc import Mapping
 from copy import deepcopy
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass, replace
 from functools import cached_property, partial
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.model import Model
-from pftrack.core.model.parameters import Value, flat, revise
+from pftrack.core.model.parameters import flat, revise
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, History
 from pftrack.core.numerics.random import Purpose, Stream
@@ -22,10 +22,10 @@ from pftrack.experiments.own.extension import extend
 from pftrack.experiments.own.sliders import FilterFileError
 from pftrack.filters.particles import normalise
 from pftrack.runs.run import Run
+from pftrack.teaching.lessons.lesson import Line, Name, Part, Scalar, Words
 
 
-@dataclass(frozen=True)
-class Check:
+class Check(Part):
     """One property that a file is checked for.
 
     Attributes:
@@ -34,14 +34,13 @@ class Check:
         options: What differs from the property's own, by name.
     """
 
-    property: str
-    points: float
-    options: Mapping[str, Value]
+    property: Name
+    points: Annotated[float, Field(ge=0, le=1000)] = 1.0
+    options: dict[Name, Scalar] = Field(default_factory=dict, max_length=20)
 
 
-@dataclass(frozen=True)
-class Exercise:
-    """What a student is asked to write.
+class ExerciseHead(Part):
+    """All that stands in the head of an exercise's file; docs/how-to/exercises.md says how it is written.
 
     Attributes:
         id: Name in commands and in files.
@@ -51,22 +50,30 @@ class Exercise:
         values: Parameters of the experiment that differ from its defaults.
         frames: Length of a run.
         checks: In the order in which they are told.
+        hints: One after the other.
+    """
+
+    id: Annotated[str, Field(max_length=40, pattern=r"^[a-z][a-z0-9]*(-[a-z0-9]+)*$")]
+    title: Line
+    experiment: Name
+    functions: Annotated[tuple[Name, ...], Field(min_length=1, max_length=8)]
+    values: dict[Name, Scalar] = Field(default_factory=dict, max_length=100)
+    frames: Annotated[int, Field(ge=2, le=500)] = 60
+    checks: Annotated[tuple[Check, ...], Field(min_length=1, max_length=30)]
+    hints: Annotated[tuple[Words, ...], Field(max_length=8)] = ()
+
+
+class Exercise(ExerciseHead):
+    """What a student is asked to write.
+
+    Attributes:
         text: What is asked, as Markdown.
         skeleton: The file to begin with.
-        hints: One after the other.
         origin: Where it is from, as people call it.
     """
 
-    id: str
-    title: str
-    experiment: str
-    functions: tuple[str, ...]
-    values: Mapping[str, Value]
-    frames: int
-    checks: tuple[Check, ...]
     text: str
     skeleton: str
-    hints: tuple[str, ...]
     origin: str
 
     @property

@@ -39,162 +39,103 @@ if TYPE_CHECKING:
     from matplotlib.gridspec import SubplotSpec
 
 
+Look: TypeAlias = "dict[str, Any]"
+"""What matplotlib's artists take: colour, title in the key, and place in depth of a trace."""
+
+
 def across(axes: "Axes", along: str, at: float, **style: Any) -> None:  # noqa: ANN401 - matplotlib's own properties
     """Draw a line across the panel at a value of one of its axes."""
     (axes.axvline if along == "x" else axes.axhline)(at, **style)
 
 
-def _curve(axes: "Axes", trace: Curve, panel: Panel, order: float) -> None:
-    del panel
-    colour = _colour(trace)
-    axes.plot(
-        trace.x, trace.y, "--" if trace.dashed else "-", color=colour, linewidth=1.8, label=trace.title, zorder=order
-    )
+def _curve(axes: "Axes", trace: Curve, look: Look) -> None:
+    axes.plot(trace.x, trace.y, "--" if trace.dashed else "-", linewidth=1.8, **look)
     if trace.area is not None:
         low, high = trace.area
         x = np.unique(np.concatenate([trace.x[(low <= trace.x) & (trace.x <= high)], [low, high]]))
-        axes.fill_between(x, np.interp(x, trace.x, trace.y), color=colour, alpha=0.18, linewidth=0.0, zorder=order)
+        axes.fill_between(x, np.interp(x, trace.x, trace.y), alpha=0.18, linewidth=0.0, **_unnamed(look))
 
 
-def _histogram(axes: "Axes", trace: Histogram, panel: Panel, order: float) -> None:
-    del panel
-    colour = _colour(trace)
-    axes.stairs(trace.heights, trace.edges, fill=True, color=colour, alpha=0.3, label=trace.title, zorder=order)
-    axes.stairs(trace.heights, trace.edges, color=colour, linewidth=0.8, zorder=order)
+def _histogram(axes: "Axes", trace: Histogram, look: Look) -> None:
+    axes.stairs(trace.heights, trace.edges, fill=True, alpha=0.3, **look)
+    axes.stairs(trace.heights, trace.edges, linewidth=0.8, **_unnamed(look))
 
 
-def _heat_map(axes: "Axes", trace: HeatMap, panel: Panel, order: float) -> None:
-    del panel
+def _heat_map(axes: "Axes", trace: HeatMap, look: Look) -> None:
     extent = (*_ends(trace.x), *_ends(trace.y))
-    axes.imshow(
-        trace.values,
-        extent=extent,
-        origin="lower",
-        cmap="viridis",
-        vmin=0.0,
-        zorder=order,
-        aspect=axes.get_aspect(),
-    )
+    where = {"extent": extent, "origin": "lower", "aspect": axes.get_aspect(), "zorder": look["zorder"]}
+    axes.imshow(trace.values, cmap="viridis", vmin=0.0, **where)
 
 
-def _stems(axes: "Axes", trace: Stems, panel: Panel, order: float) -> None:
-    del panel
-    colour = _colour(trace)
-    axes.vlines(trace.x, 0.0, trace.y, color=colour, linewidth=1.0, alpha=0.7, zorder=order)
-    axes.plot(trace.x, trace.y, "o", color=colour, markersize=3.0, label=trace.title, zorder=order)
+def _stems(axes: "Axes", trace: Stems, look: Look) -> None:
+    axes.vlines(trace.x, 0.0, trace.y, linewidth=1.0, alpha=0.7, **_unnamed(look))
+    axes.plot(trace.x, trace.y, "o", markersize=3.0, **look)
 
 
-def _bars(axes: "Axes", trace: Bars, panel: Panel, order: float) -> None:
+def _bars(axes: "Axes", trace: Bars, look: Look, panel: Panel) -> None:
     alike = [each for each in panel.traces if isinstance(each, Bars) and each.stacked == trace.stacked]
     place = next(number for number, each in enumerate(alike) if each is trace)
-    colour, names = _colour(trace), range(len(trace.heights))
     if trace.stacked:
         low, height = (place - 0.4, 0.8) if panel.y.names else (0.0, 1.0)
         starts = np.concatenate([[0.0], np.cumsum(trace.heights)[:-1]])
         shades = np.where(np.arange(len(trace.heights)) % 2, 0.45, 0.85)
-        for name in names:
-            axes.barh(
-                low,
-                trace.heights[name],
-                height,
-                starts[name],
-                align="edge",
-                color=colour,
-                alpha=float(shades[name]),
-                edgecolor="white",
-                label=trace.title if name == 0 else None,
-                zorder=order,
-            )
+        for name, (width, start, shade) in enumerate(zip(trace.heights, starts, shades, strict=True)):
+            named = look if name == 0 else _unnamed(look)
+            axes.barh(low, width, height, start, align="edge", alpha=float(shade), edgecolor="white", **named)
         return
     thickness = 0.8 / len(alike)
     middles = np.arange(len(trace.heights)) + (place - (len(alike) - 1) / 2) * thickness
     lying = bool(panel.y.names) and not panel.x.names
-    (axes.barh if lying else axes.bar)(middles, trace.heights, thickness, color=colour, label=trace.title, zorder=order)
+    (axes.barh if lying else axes.bar)(middles, trace.heights, thickness, **look)
 
 
-def _scatter(axes: "Axes", trace: Scatter, panel: Panel, order: float) -> None:
-    del panel
-    axes.scatter(
-        trace.x,
-        trace.y,
-        s=(0.75 * trace.size_px) ** 2,  # an area in points, of which a pixel of the screen has three quarters
-        color=_fade(trace, np.ones_like(trace.x) if trace.weights is None else np.clip(trace.weights, 0.05, 1.0)),
-        linewidths=0.0,
-        label=trace.title,
-        zorder=order,
-    )
+def _scatter(axes: "Axes", trace: Scatter, look: Look) -> None:
+    colours = _fade(trace, np.ones_like(trace.x) if trace.weights is None else np.clip(trace.weights, 0.05, 1.0))
+    area = (0.75 * trace.size_px) ** 2  # in points, of which a pixel of the screen has three quarters
+    axes.scatter(trace.x, trace.y, s=area, linewidths=0.0, **{**look, "color": colours})
 
 
-def _strip_chart(axes: "Axes", trace: StripChart, panel: Panel, order: float) -> None:
-    del panel
-    axes.plot(
-        trace.x, trace.y, "o-", color=_colour(trace), linewidth=1.2, markersize=3.5, label=trace.title, zorder=order
-    )
+def _strip_chart(axes: "Axes", trace: StripChart, look: Look) -> None:
+    axes.plot(trace.x, trace.y, "o-", linewidth=1.2, markersize=3.5, **look)
 
 
-def _tree(axes: "Axes", trace: Tree, panel: Panel, order: float) -> None:
+def _tree(axes: "Axes", trace: Tree, look: Look) -> None:
     from matplotlib.collections import LineCollection  # noqa: PLC0415
 
-    del panel
     born, rows = np.nonzero(np.isfinite(trace.parents))
     places = trace.parents[born, rows]
     segments = np.stack([np.column_stack([born - 1, places]), np.column_stack([born, rows])], axis=1)
     strengths = np.clip(trace.weights, 0.1, 1.0)
-    colours = _fade(trace, strengths[born, rows])
-    lines = LineCollection(list(segments), colors=list(colours), linewidths=0.8, zorder=order)
-    axes.add_collection(lines, autolim=False)
-    generations, particles = np.indices(trace.weights.shape)
-    axes.scatter(
-        generations.ravel(),
-        particles.ravel(),
-        s=6.0,
-        color=_fade(trace, strengths.ravel()),
-        linewidths=0.0,
-        label=trace.title,
-        zorder=order,
+    colours = list(_fade(trace, strengths[born, rows]))
+    axes.add_collection(
+        LineCollection(list(segments), colors=colours, linewidths=0.8, zorder=look["zorder"]), autolim=False
     )
+    generations, particles = np.indices(trace.weights.shape)
+    dots = {**look, "color": _fade(trace, strengths.ravel())}
+    axes.scatter(generations.ravel(), particles.ravel(), s=6.0, linewidths=0.0, **dots)
 
 
-def _picture(axes: "Axes", trace: Picture, panel: Panel, order: float) -> None:
+def _picture(axes: "Axes", trace: Picture, look: Look) -> None:
     from matplotlib.image import imread  # noqa: PLC0415
 
-    del panel
     picture = imread(io.BytesIO(base64.b64decode(trace.png)), format="png")
-    axes.imshow(
-        picture, extent=(0.0, trace.width, trace.height, 0.0), aspect=axes.get_aspect(), cmap="gray", zorder=order
-    )
+    extent = (0.0, trace.width, trace.height, 0.0)
+    axes.imshow(picture, extent=extent, aspect=axes.get_aspect(), cmap="gray", zorder=look["zorder"])
 
 
-def _rule(axes: "Axes", trace: Rule, panel: Panel, order: float) -> None:
-    del panel
-    style = "--" if trace.dashed else "-"
-    across(
-        axes,
-        trace.along,
-        trace.at,
-        color=_colour(trace),
-        linestyle=style,
-        linewidth=1.2,
-        label=trace.title,
-        zorder=order,
-    )
+def _rule(axes: "Axes", trace: Rule, look: Look) -> None:
+    across(axes, trace.along, trace.at, linestyle="--" if trace.dashed else "-", linewidth=1.2, **look)
 
 
-def _label(axes: "Axes", trace: Label, panel: Panel, order: float) -> None:
-    del panel
-    axes.text(
-        trace.x, trace.y, trace.title, color=_colour(trace), fontsize=TEXT_PT, ha="center", va="bottom", zorder=order
-    )
+def _label(axes: "Axes", trace: Label, look: Look) -> None:
+    axes.text(trace.x, trace.y, trace.title, fontsize=TEXT_PT, ha="center", va="bottom", **_unnamed(look))
 
 
-Drawer: TypeAlias = Callable[["Axes", Any, Panel, float], None]
-
-DRAWERS: Mapping[str, Drawer] = {
+DRAWERS: Mapping[str, Callable[["Axes", Any, Look], None]] = {
     "curve": _curve,
     "histogram": _histogram,
     "heat map": _heat_map,
     "stems": _stems,
-    "bars": _bars,
     "scatter": _scatter,
     "strip chart": _strip_chart,
     "tree": _tree,
@@ -202,14 +143,15 @@ DRAWERS: Mapping[str, Drawer] = {
     "rule": _rule,
     "label": _label,
 }
-"""What draws each kind of trace: (axes, trace, its panel, place in depth)."""
+"""What draws each kind of trace but bars, which stand beside others of their panel."""
 
 
-def _colour(trace: Any) -> str:  # noqa: ANN401 - any trace has an ink
-    return hexadecimal(COLOURS[trace.ink])
+def _unnamed(look: Look) -> Look:
+    """Return a look without its place in the key."""
+    return {name: value for name, value in look.items() if name != "label"}
 
 
-def _fade(trace: Any, strengths: Floats) -> Floats:  # noqa: ANN401 - see above
+def _fade(trace: Any, strengths: Floats) -> Floats:  # noqa: ANN401 - any trace has an ink
     """Return (n, 4) RGBA of 0..1: the trace's ink, each as opaque as it is strong."""
     colour = np.array(COLOURS[trace.ink]) / 255.0
     return np.column_stack([np.broadcast_to(colour, (len(strengths), 3)), strengths])
@@ -273,7 +215,11 @@ def _panel(axes: "Axes", panel: Panel, width: float) -> None:
     if panel.equal:
         axes.set_aspect("equal")
     for order, trace in enumerate(panel.traces):
-        DRAWERS[trace.kind](axes, trace, panel, 2.0 + 0.01 * order)
+        look = {"color": hexadecimal(COLOURS[trace.ink]), "label": trace.title, "zorder": 2.0 + 0.01 * order}
+        if isinstance(trace, Bars):
+            _bars(axes, trace, look, panel)
+        else:
+            DRAWERS[trace.kind](axes, trace, look)
     pictured = any(trace.kind in {"heat map", "picture"} for trace in panel.traces)
     for handle in panel.handles:
         colour = INK["paper" if pictured else "outline"]

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +11,8 @@ from pftrack.experiments.own.code import FUNCTIONS, trust
 from pftrack.teaching.exercises import Verdict, exercise_named_in, read_exercises
 from pftrack.teaching.exercises.grading import check, check_text, results, table_of
 from pftrack.teaching.exercises.properties import PROPERTIES
+from pftrack.teaching.exercises.properties.weights import bernstein_margin
 from pftrack.teaching.exercises.submission import Check, Exercise, Submission, moments_on_grid
-from pftrack.teaching.exercises.verdict import bernstein_margin
 
 SOLUTIONS = {path.stem.replace("_", "-"): path for path in sorted((Path(__file__).parent / "solutions").glob("*.py"))}
 SHIPPED = read_exercises()
@@ -30,8 +29,8 @@ def text_of(name: str) -> str:
 def verdict(name: str, text: str, asked: str, seed: int = 0) -> Verdict:
     """What is found of one property in a file."""
     wanted = exercise(name)
-    known = [each for each in wanted.checks if each.property == asked] or [Check(asked, 1.0, {})]
-    (finding,) = check_text(replace(wanted, checks=tuple(known)), "mine", text, seed=seed).findings
+    known = [each for each in wanted.checks if each.property == asked] or [Check(property=asked)]
+    (finding,) = check_text(wanted.model_copy(update={"checks": tuple(known)}), "mine", text, seed=seed).findings
     return finding.verdict
 
 

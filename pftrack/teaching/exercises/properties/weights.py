@@ -1,4 +1,4 @@
-"""What a property is, and the properties of weights, of resampling and of a tracker.
+"""What a verdict is, and the properties of weights, of resampling and of a tracker.
 
 Weights are a distribution, whatever the likelihood says; resampling draws so many parents, each so often; a tracker
 holds its target.
@@ -10,37 +10,66 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 import numpy as np
+from scipy import stats
 
 from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.experiments.own.sliders import FilterFileError
 from pftrack.filters.particles import normalise
 from pftrack.teaching.exercises.submission import Submission, generator
-from pftrack.teaching.exercises.verdict import RISK, Verdict, bernstein_margin
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What came of looking at a property.
+
+    Attributes:
+        holds: Whether it holds.
+        words: What was found, a sentence.
+        numbers: By name, those that decided.
+        seed: Of the random numbers that show it; None where nothing is random.
+    """
+
+    holds: bool
+    words: str
+    numbers: Mapping[str, float] = field(default_factory=dict)
+    seed: int | None = None
+
+
+# A right solution practically never fails by chance: each check that rests on random draws has a false alarm with a
+# probability of `RISK`, shared among all that it compares. Seeds are fixed, so what has passed once passes again.
+
+
+RISK = 1e-6
+"""Probability that a right solution fails a check by chance."""
+
+
+def bernstein_margin(variances: Floats, risk: float) -> Floats:
+    """Return how far sums of independent 0-or-1 numbers may be off their expectations (Bernstein's inequality).
+
+    It holds for every variance and every number of draws, not only for many. With v the sum of the variances, the
+    probability of being off by more than t is at most 2 exp(-t^2 / (2 v + 2 t / 3)).
+
+    Args:
+        variances: (N,) sums of variances, or more than these.
+        risk: Probability that one of the N sums is further off.
+    """
+    exponent = math.log(2.0 * len(variances) / risk)
+    margin: Floats = exponent / 3.0 + np.sqrt((exponent / 3.0) ** 2 + 2.0 * exponent * variances)
+    return margin
+
+
+def student_margin(values: Floats, risk: float) -> float:
+    """Return how far the mean of independent, about normal numbers may be off its expectation, by Student's t."""
+    count = len(values)
+    quantile = float(stats.t.ppf(1.0 - risk / 2.0, count - 1))
+    return quantile * float(np.std(values, ddof=1)) / math.sqrt(count)
+
 
 Option: TypeAlias = "int | float | str"
 Options: TypeAlias = "Mapping[str, Option]"
 Look: TypeAlias = "Callable[[Submission, Options, int], Verdict]"
 """(submission, options, first seed) -> what was found."""
-
-
-@dataclass(frozen=True)
-class Property:
-    """Something that should hold of a file.
-
-    Attributes:
-        name: In the heads of exercises.
-        title: What holds, a clause.
-        look: Finds out.
-        options: Their defaults; an empty text has to be given.
-        margin: How far a right solution may be off, and how seldom it fails; a sentence for the documentation.
-    """
-
-    name: str
-    title: str
-    look: Look
-    options: Options = field(default_factory=dict)
-    margin: str = "Nothing in it is left to chance."
 
 
 TOLERANCE = 1e-9

@@ -7,6 +7,7 @@ A lecturer writes no Python. A file comes from a folder or a package, may come f
   of packages and of folders, in `read_lessons`.
 """
 
-from pftrack.teaching.lessons.lecturers.library import Library, Problem, read_lesson, read_lessons
+from pftrack.teaching.lessons.lecturers.document import Problem
+from pftrack.teaching.lessons.lecturers.library import Library, read_lesson, read_lessons
 
 __all__ = ["Library", "Problem", "read_lesson", "read_lessons"]

@@ -32,6 +32,8 @@ LOADER: Final = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 EXPONENT: Final = re.compile(r"[-+]?\d+(\.\d*)?[eE][-+]?\d{1,3}")
 """A number, which YAML 1.1 takes for a text unless it has a point and a sign."""
 
+T = TypeVar("T")
+M = TypeVar("M", bound=BaseModel)
 Place: TypeAlias = "tuple[str | int, ...]"
 """The keys and numbers that lead to a value of the head."""
 
@@ -48,6 +50,26 @@ class DocumentError(ValueError):
         super().__init__(message)
         self.line = line
         self.message = message
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """What is wrong with a file of a lesson or an exercise, or with a package of such files.
+
+    Attributes:
+        origin: The file's name, or the package's and the file's.
+        line: Where, from 1; 0 of the whole file.
+        message: What is wrong and what to do, a sentence without a full stop.
+    """
+
+    origin: str
+    line: int
+    message: str
+
+    @property
+    def sentence(self) -> str:
+        """All of it in one line."""
+        return f"{self.origin}, line {self.line}: {self.message}" if self.line else f"{self.origin}: {self.message}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +109,24 @@ def read_source(path: Path) -> bytes:
     if len(data) > LARGEST_BYTES:
         raise DocumentError(0, f"the file is larger than {LARGEST_BYTES // 1024} KiB; its text fits on one screen")
     return data
+
+
+def read_file(path: Path, make: "Callable[[bytes], T | list[DocumentError]]") -> "T | list[DocumentError]":
+    """Return what is made of a file, or what is wrong with it: whatever that leads to, it harms no other file.
+
+    Args:
+        path: The file.
+        make: What makes something of its content, or says all that is wrong with it.
+    """
+    try:
+        return make(read_source(path))
+    except DocumentError as error:
+        return [error]
+    except OSError as error:
+        return [DocumentError(0, f"the file cannot be read: {error.strerror}")]
+    except Exception as error:  # noqa: BLE001 - a file may come from anybody, and what it leads others into is open
+        reason = f"reading it raises {type(error).__name__}; take out what is unusual in its head"
+        return [DocumentError(0, f"nothing can be made of this file: {reason}")]
 
 
 def decode(data: bytes) -> str:
@@ -184,10 +224,6 @@ def _pairs(node: yaml.MappingNode) -> Iterator[tuple[str, yaml.Node, yaml.Node]]
         if not isinstance(key, yaml.ScalarNode):
             raise DocumentError(key.start_mark.line + 2, "a key is a plain word")
         yield key.value, key, value
-
-
-T = TypeVar("T")
-M = TypeVar("M", bound=BaseModel)
 
 
 @dataclass

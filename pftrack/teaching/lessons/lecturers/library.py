@@ -30,10 +30,12 @@ from pftrack.teaching.lessons.lecturers.document import (
     DocumentError,
     Findings,
     Place,
+    Problem,
     ask,
     decode,
     document_of,
     near,
+    read_file,
     read_source,
 )
 from pftrack.teaching.lessons.lesson import (
@@ -407,26 +409,6 @@ Note: TypeAlias = Callable[[str, Iterable[DocumentError]], None]
 
 
 @dataclass(frozen=True, slots=True)
-class Problem:
-    """What is wrong with a file of a lesson, or with a package of such files.
-
-    Attributes:
-        origin: The file's name, or the package's and the file's.
-        line: Where, from 1; 0 of the whole file.
-        message: What is wrong and what to do, a sentence without a full stop.
-    """
-
-    origin: str
-    line: int
-    message: str
-
-    @property
-    def sentence(self) -> str:
-        """All of it in one line."""
-        return f"{self.origin}, line {self.line}: {self.message}" if self.line else f"{self.origin}: {self.message}"
-
-
-@dataclass(frozen=True, slots=True)
 class Library:
     """What was found.
 
@@ -454,7 +436,7 @@ def read_lessons(*folders: Path) -> Library:
     for place in (*_packages(note), *(_Place(folder, "") for folder in folders)):
         for path in _files(place, note):
             origin = f"{place.origin}{path.name}"
-            found = _read(path, origin)
+            found = read_file(path, partial(_found, origin=origin))
             if not isinstance(found, _Found):
                 note(origin, found)
             elif (holder := _holder(found.lesson.id, known)) is not None:
@@ -499,21 +481,8 @@ class _Found:
     id_line: int
 
 
-def _read(path: Path, origin: str) -> _Found | Iterable[DocumentError]:
-    """Return the lesson of a file, or what is wrong with it: whatever that leads to, it harms no other file."""
-    try:
-        return _found(read_source(path), origin)
-    except DocumentError as error:
-        return [error]
-    except OSError as error:
-        return [DocumentError(0, f"the file cannot be read: {error.strerror}")]
-    except Exception as error:  # noqa: BLE001 - a file may come from anybody, and what it leads others into is open
-        reason = f"reading it raises {type(error).__name__}; take out what is unusual in its head"
-        return [DocumentError(0, f"no lesson can be made of this file: {reason}")]
-
-
 @lru_cache(MOST_KEPT)
-def _found(data: bytes, origin: str) -> _Found | tuple[DocumentError, ...]:
+def _found(data: bytes, origin: str) -> _Found | list[DocumentError]:
     """Return the lesson of a file's content, or all that is wrong with it.
 
     Raises:
@@ -521,7 +490,7 @@ def _found(data: bytes, origin: str) -> _Found | tuple[DocumentError, ...]:
     """
     document = document_of(decode(data))
     lesson = lesson_of(document, origin)
-    return _Found(lesson, document.line(("id",))) if isinstance(lesson, Lesson) else tuple(lesson)
+    return _Found(lesson, document.line(("id",))) if isinstance(lesson, Lesson) else lesson
 
 
 def _holder(lesson_id: str, known: Mapping[str, Lesson]) -> str | None:

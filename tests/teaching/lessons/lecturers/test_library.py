@@ -207,7 +207,7 @@ def test_whatever_a_file_leads_to_harms_no_other(tmp_path: Path, monkeypatch: py
     found = read(tmp_path, GOOD.replace("my-lesson", "my-strange-lesson"))
     assert "my-fine-lesson" in found.lessons
     (problem,) = found.problems
-    assert problem.sentence.startswith("mine.md: no lesson can be made of this file: reading it raises ZeroDivision")
+    assert problem.sentence.startswith("mine.md: nothing can be made of this file: reading it raises ZeroDivision")
 
 
 def test_a_file_that_has_not_changed_is_not_made_into_a_lesson_again(
