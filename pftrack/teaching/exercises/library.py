@@ -4,7 +4,6 @@ import ast
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -22,11 +21,10 @@ from pftrack.teaching.lessons.lecturers.document import (
     decode,
     document_of,
     near,
-    read_file,
+    read_folders,
 )
 
 SHIPPED: Final = Path(__file__).parent / "shipped"
-MOST_FILES: Final = 200
 PAGE: Final = "docs/how-to/exercises.md"
 BLOCK: Final = re.compile(r"^```python\n(.*?)^```\s*\Z", re.DOTALL | re.MULTILINE)
 NAMED: Final = re.compile(r"^EXERCISE\s*=\s*(['\"][^'\"\n]*['\"])", re.MULTILINE)
@@ -47,19 +45,8 @@ class Exercises:
 
 def read_exercises(*folders: Path) -> Exercises:
     """Read the exercises of the project, and those of folders."""
-    known: dict[str, Exercise] = {}
-    problems: list[Problem] = []
-    for folder, before in ((SHIPPED, "pftrack: "), *((folder, "") for folder in folders)):
-        for path in sorted(folder.glob("*.md"))[:MOST_FILES]:
-            origin = f"{before}{path.name}"
-            match read_file(path, partial(_exercise_of, origin=origin)):
-                case Exercise(id=known_id) if known_id in known:
-                    message = f"`id`: {known_id} is taken by {known[known_id].origin}"
-                    problems.append(Problem(origin, 0, message))
-                case Exercise() as exercise:
-                    known[exercise.id] = exercise
-                case errors:
-                    problems += [Problem(origin, each.line, each.message) for each in errors]
+    places = [(SHIPPED, "pftrack: "), *((folder, "") for folder in folders)]
+    known, problems = read_folders(places, _exercise_of)
     return Exercises(known, tuple(problems))
 
 

@@ -355,7 +355,7 @@ class TestFiles:
             ({"checks": "[{property: evidence, options: {exact: 3}}]"}, 6, "must be a text"),
             ({"checks": "[{proprety: unbiased}]"}, 6, "did you mean property?"),
             ({"title": ""}, 2, "docs/how-to/exercises.md"),
-            ({"id": "switching"}, 0, "is taken by"),
+            ({"id": "switching"}, 2, "is taken by"),
             ({"end": "No file.\n"}, 8, "between ```python"),
             ({"end": "```python\nx = 1\n```\n"}, 8, 'EXERCISE = "mine"'),
         ],

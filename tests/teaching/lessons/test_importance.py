@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.teaching.lessons.course.densities import normal
 from pftrack.teaching.lessons.course.importance import MEAN, SD, ImportanceParameters, Proposal, show
+from pftrack.teaching.lessons.course.probability import normal
 
 PROPOSALS = [Proposal(0.0, 1.0), Proposal(0.0, 2.0), Proposal(-1.0, 0.8), Proposal(MEAN, SD)]
 

@@ -13,8 +13,8 @@ from scipy.special import log_ndtr, ndtr
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, Value, parameter
-from pftrack.teaching.lessons.course.densities import ceiling, normal
-from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, Panel, Rule, Trace
+from pftrack.teaching.lessons.course.probability import normal
+from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, Panel, Rule, Trace, ceiling
 from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
 
 # In closed form: mean and variance of what is left of a normal prior after one measurement. A measured position leaves

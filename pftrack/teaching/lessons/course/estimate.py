@@ -6,7 +6,7 @@ import numpy as np
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
-from pftrack.teaching.lessons.course.densities import Mixture
+from pftrack.teaching.lessons.course.probability import Mixture
 from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, Ink, Panel, Rule, Scatter
 from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
 

@@ -14,8 +14,8 @@ from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.filters.particles import ParticleSet, normalise
-from pftrack.teaching.lessons.course.densities import ceiling, normal
-from pftrack.teaching.lessons.figure import Axis, Bars, Curve, Figure, Handle, Histogram, Panel, Rule, Stems
+from pftrack.teaching.lessons.course.probability import normal
+from pftrack.teaching.lessons.figure import Axis, Bars, Curve, Figure, Handle, Histogram, Panel, Rule, Stems, ceiling
 from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
 
 MEAN, SD = 1.0, 0.5

@@ -13,8 +13,7 @@ from pftrack.core.numerics.matrices import cholesky, solve_system
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.filters import kalman
 from pftrack.filters.dynamics import LinearDynamics
-from pftrack.teaching.lessons.course.densities import ceiling
-from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, Panel, Rule, Scatter, Trace
+from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, Panel, Rule, Scatter, Trace, ceiling
 from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
 
 # What lesson 6 computes: tracks of something that moves with a slowly changing velocity, and their Kalman filter.

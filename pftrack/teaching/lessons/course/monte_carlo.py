@@ -8,7 +8,7 @@ import numpy as np
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.teaching.lessons.course.densities import normal
+from pftrack.teaching.lessons.course.probability import normal
 from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Panel, Rule, Scatter
 from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
 

@@ -16,8 +16,8 @@ from pftrack.core.numerics.matrices import solve_system
 from pftrack.core.numerics.random import Gaussian
 from pftrack.filters import kalman
 from pftrack.filters.dynamics import random_walk
-from pftrack.teaching.lessons.course.densities import ceiling, normal
-from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Panel, Scatter, StripChart, Trace
+from pftrack.teaching.lessons.course.probability import normal
+from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Panel, Scatter, StripChart, Trace, ceiling
 from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
 
 PRIOR_VARIANCE = 9.0

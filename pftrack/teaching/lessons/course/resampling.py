@@ -10,9 +10,8 @@ from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.filters.resampling import RESAMPLERS, systematic_parents
-from pftrack.teaching.lessons.course.densities import ceiling
 from pftrack.teaching.lessons.course.sir import STEPS, Corridor, cached_walk
-from pftrack.teaching.lessons.figure import Axis, Bars, Figure, Handle, Panel, Scatter, Stems, StripChart, Tree
+from pftrack.teaching.lessons.figure import Axis, Bars, Figure, Handle, Panel, Scatter, Stems, StripChart, Tree, ceiling
 from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
 
 # Offspring: how many copies each of six particles gets, by a comb or by darts, and how much that scatters.

@@ -17,9 +17,20 @@ from pftrack.core.numerics.random import Generator, Purpose, Stream
 from pftrack.filters import bootstrap
 from pftrack.filters.particles import ParticleSet
 from pftrack.filters.resampling import Resampler, systematic
-from pftrack.teaching.lessons.course.densities import ceiling
 from pftrack.teaching.lessons.course.recursion import GRID, MEASURED, PRIOR_VARIANCE, RecursionParameters, moments
-from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, HeatMap, Histogram, Panel, Rule, Scatter, Stems
+from pftrack.teaching.lessons.figure import (
+    Axis,
+    Curve,
+    Figure,
+    Handle,
+    HeatMap,
+    Histogram,
+    Panel,
+    Rule,
+    Scatter,
+    Stems,
+    ceiling,
+)
 from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
 
 LENGTH_M = 100.0

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any, Final, TypeAlias, TypeVar, get_args
+from typing import Any, Final, Protocol, TypeAlias, TypeVar, get_args
 
 import yaml
 from pydantic import BaseModel, ValidationError
@@ -23,6 +23,8 @@ from pydantic import BaseModel, ValidationError
 from pftrack.core.model.parameters import ParameterError
 
 LARGEST_BYTES: Final = 32 * 1024
+MOST_FILES: Final = 200
+"""Of a folder."""
 DEEPEST: Final = 12
 LARGEST_NUMBER: Final = 10**30
 """Of whole numbers; no field takes one so large, and one of thousands of digits cannot even be told."""
@@ -111,15 +113,74 @@ def read_source(path: Path) -> bytes:
     return data
 
 
-def read_file(path: Path, make: "Callable[[bytes], T | list[DocumentError]]") -> "T | list[DocumentError]":
-    """Return what is made of a file, or what is wrong with it: whatever that leads to, it harms no other file.
+class Item(Protocol):
+    """What a file makes: a lesson or an exercise."""
+
+    @property
+    def id(self) -> str:
+        """Its name, different from all others."""
+
+    @property
+    def origin(self) -> str:
+        """The file that it comes from."""
+
+
+D = TypeVar("D", bound=Item)
+Maker: TypeAlias = "Callable[[bytes, str], D | list[DocumentError]]"
+"""(content of a file, what people call it) -> what it makes, or all that is wrong with it."""
+
+
+def read_folders(
+    folders: Iterable[tuple[Path, str]], make: "Maker[D]", taken: "Callable[[str], str | None]" = lambda _: None
+) -> "tuple[dict[str, D], list[Problem]]":
+    """Read all documents of some folders; what is wrong with one harms no other.
 
     Args:
-        path: The file.
-        make: What makes something of its content, or says all that is wrong with it.
+        folders: Each with what stands before the names of its files where people are told of them; one that is not
+            there holds none.
+        make: What makes something of a file.
+        taken: Who has an id already, beside these files.
+
+    Returns:
+        What was made, by id, and all that is wrong.
     """
+    known: dict[str, D] = {}
+    problems: list[Problem] = []
+    for folder, before in folders:
+        paths, problem = _files(folder)
+        problems += [Problem(before or folder.name, 0, problem)] if problem else []
+        for path in paths:
+            origin = f"{before}{path.name}"
+            made = _make(path, origin, make)
+            if isinstance(made, list):
+                problems += [Problem(origin, error.line, error.message) for error in made]
+                continue
+            holder = known[made.id].origin if made.id in known else taken(made.id)
+            if holder is None:
+                known[made.id] = made
+            else:
+                line = 1 + path.read_bytes().partition(b"\nid:")[0].count(b"\n") + 1
+                problems.append(Problem(origin, line, f"`id`: {made.id} is taken by {holder}; choose another"))
+    return known, problems
+
+
+def _files(folder: Path) -> tuple[list[Path], str]:
+    """Return the documents in a folder, and what is wrong with it."""
     try:
-        return make(read_source(path))
+        found = sorted(path for path in folder.iterdir() if path.suffix.lower() == ".md" and path.is_file())
+    except FileNotFoundError:
+        return [], ""
+    except OSError as error:
+        return [], f"the folder cannot be read: {error.strerror}"
+    if len(found) > MOST_FILES:
+        return found[:MOST_FILES], f"there are {len(found)} files, and {MOST_FILES} are read; take the others away"
+    return found, ""
+
+
+def _make(path: Path, origin: str, make: "Maker[D]") -> "D | list[DocumentError]":
+    """Return what is made of a file, or what is wrong with it."""
+    try:
+        return make(read_source(path), origin)
     except DocumentError as error:
         return [error]
     except OSError as error:

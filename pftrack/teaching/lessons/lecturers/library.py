@@ -7,13 +7,13 @@ Files come from the project itself, from packages that name a package of theirs 
 import math
 import re
 from collections import ChainMap
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, MutableMapping
+from collections.abc import Callable, Collection, Iterable, Mapping, MutableMapping
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
-from typing import Final, TypeAlias, cast
+from typing import Final, cast
 
 from pftrack.core.model.parameters import ParameterError, Parameters, declarations, revise
 from pftrack.core.model.recipe import Change, Timeline
@@ -26,6 +26,7 @@ from pftrack.runs.scoring import summarise
 from pftrack.teaching.lessons import LESSONS
 from pftrack.teaching.lessons import find as find_lesson
 from pftrack.teaching.lessons.lecturers.document import (
+    MOST_FILES,
     Document,
     DocumentError,
     Findings,
@@ -35,7 +36,7 @@ from pftrack.teaching.lessons.lecturers.document import (
     decode,
     document_of,
     near,
-    read_file,
+    read_folders,
     read_source,
 )
 from pftrack.teaching.lessons.lesson import (
@@ -399,13 +400,8 @@ def _check(lesson: Lesson) -> Check:
 
 GROUP: Final = "pftrack.teaching.lessons"
 SHIPPED: Final = Path(__file__).parent / "shipped"
-MOST_FILES: Final = 200
-"""Of a folder."""
 MOST_KEPT: Final = 2 * MOST_FILES
 """Files whose lessons are kept: one takes milliseconds to make, and a server is asked for all at each request."""
-
-Note: TypeAlias = Callable[[str, Iterable[DocumentError]], None]
-"""(what people call a file, what is wrong with it)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -427,25 +423,11 @@ def read_lessons(*folders: Path) -> Library:
     Args:
         folders: Where to look beside the project and packages; one that is not there holds none.
     """
-    known: dict[str, Lesson] = {}
-    problems: list[Problem] = []
-
-    def note(origin: str, errors: Iterable[DocumentError]) -> None:
-        problems.extend(Problem(origin, error.line, error.message) for error in errors)
-
-    for place in (*_packages(note), *(_Place(folder, "") for folder in folders)):
-        for path in _files(place, note):
-            origin = f"{place.origin}{path.name}"
-            found = read_file(path, partial(_found, origin=origin))
-            if not isinstance(found, _Found):
-                note(origin, found)
-            elif (holder := _holder(found.lesson.id, known)) is not None:
-                message = f"`id`: {found.lesson.id} is taken by {holder}; choose another"
-                note(origin, [DocumentError(found.id_line, message)])
-            else:
-                known[found.lesson.id] = found.lesson
+    packages, problems = _packages()
+    places = [(SHIPPED, "pftrack: "), *packages, *((folder, "") for folder in folders)]
+    known, wrong = read_folders(places, _found, lambda name: "a lesson of the course" if name in LESSONS else None)
     course = cast("MutableMapping[str, Lesson]", LESSONS)  # what is chained behind the first is only read
-    return Library(ChainMap(known, course), tuple(problems))
+    return Library(ChainMap(known, course), (*problems, *wrong))
 
 
 def read_lesson(text: str) -> Lesson:
@@ -454,76 +436,38 @@ def read_lesson(text: str) -> Lesson:
     Raises:
         ValueError: It is none; the sentences say why.
     """
-    match _found(text.encode(), "a notebook"):
-        case _Found(lesson=lesson):
-            return lesson
-        case problems:
-            raise _refusal(problems)
+    found = _found(text.encode(), "a notebook")
+    if isinstance(found, Lesson):
+        return found
+    raise _refusal(found)
 
 
 def _refusal(problems: Iterable[DocumentError], file: str = "") -> ValueError:
     return ValueError("; ".join(f"{file}line {error.line}: {error.message}" for error in problems))
 
 
-@dataclass(frozen=True, slots=True)
-class _Place:
-    """A folder of files, and what stands before their names where people are told of them."""
-
-    folder: Path
-    origin: str
-
-
-@dataclass(frozen=True, slots=True)
-class _Found:
-    """The lesson of a file, and the line of its id."""
-
-    lesson: Lesson
-    id_line: int
-
-
 @lru_cache(MOST_KEPT)
-def _found(data: bytes, origin: str) -> _Found | list[DocumentError]:
+def _found(data: bytes, origin: str) -> Lesson | list[DocumentError]:
     """Return the lesson of a file's content, or all that is wrong with it.
 
     Raises:
-        DocumentError: It is no text with a head.
+        DocumentError: It is not a text with a head.
     """
-    document = document_of(decode(data))
-    lesson = lesson_of(document, origin)
-    return _Found(lesson, document.line(("id",))) if isinstance(lesson, Lesson) else lesson
+    return lesson_of(document_of(decode(data)), origin)
 
 
-def _holder(lesson_id: str, known: Mapping[str, Lesson]) -> str | None:
-    """Return whose lesson has an id already; None if nobody's."""
-    if lesson_id in LESSONS:
-        return "a lesson of the course"
-    return known[lesson_id].origin if lesson_id in known else None
-
-
-def _files(place: _Place, note: Note) -> list[Path]:
-    try:
-        found = sorted(path for path in place.folder.iterdir() if path.suffix.lower() == ".md" and path.is_file())
-    except FileNotFoundError:
-        return []
-    except OSError as error:
-        note(place.origin or place.folder.name, [DocumentError(0, f"the folder cannot be read: {error.strerror}")])
-        return []
-    if len(found) > MOST_FILES:
-        message = f"there are {len(found)} files, and {MOST_FILES} are read; take the others away"
-        note(place.origin or place.folder.name, [DocumentError(0, message)])
-    return found[:MOST_FILES]
-
-
-def _packages(note: Note) -> Iterator[_Place]:
-    """Yield the folders of the project and of other packages, in an order that does not hang on how these are found."""
-    yield _Place(SHIPPED, "pftrack: ")
+def _packages() -> tuple[list[tuple[Path, str]], list[Problem]]:
+    """Return the folders of packages, in an order that does not hang on how these are found, and what is wrong."""
+    places: list[tuple[Path, str]] = []
+    problems: list[Problem] = []
     for entry in sorted(entry_points(group=GROUP), key=lambda entry: (entry.name, entry.value)):
         origin = f"{entry.dist.name} {entry.dist.version}" if entry.dist else entry.name
         folder = _folder(entry)
         if isinstance(folder, Path):
-            yield _Place(folder, f"{origin}: ")
+            places.append((folder, f"{origin}: "))
         else:
-            note(origin, [DocumentError(0, folder)])
+            problems.append(Problem(origin, 0, folder))
+    return places, problems
 
 
 def _folder(entry: EntryPoint) -> Path | str:
