@@ -1,11 +1,9 @@
 """What a command line says of a recording: where it is, where it begins, what is marked in it, what is true of it."""
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
-from functools import wraps
-from inspect import Parameter, signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -34,14 +32,12 @@ Box = Annotated[str | None, typer.Option(metavar="X,Y,W,H", help="Short for --ma
 Points = Annotated[Path | None, typer.Option(metavar="FILE", help="Short for --mark points:FILE.")]
 Start = Annotated[
     str | None,
-    typer.Option(
-        metavar="FRAME", help="Frame on which the target is marked; the first with truth, or 0, if not given."
-    ),
+    typer.Option(metavar="FRAME", help="Frame on which the target is marked (default: the first with truth, or 0)."),
 ]
 Truth = Annotated[Path | None, typer.Option(help="CSV with what is true of each frame; `show` prints the columns.")]
 
 
-Moved = Annotated[Path | None, typer.Option("--video", help="Where the run's video is now, if it was moved.")]
+Moved = Annotated[Path | None, typer.Option("--video", help="The run's video, if it was moved.")]
 
 
 @dataclass(frozen=True)
@@ -87,23 +83,6 @@ class FootageOptions:
         if points is not None:
             marks.append(("--points", "points", str(points)))
         return cls(video or tracks, "--tracks" if tracks else "--video", tuple(marks), start, truth)
-
-
-def takes_footage(command: Callable[..., None]) -> Callable[..., None]:
-    """Return a command that has the options of a recording in place of its parameter `said`."""
-    options = [it.replace(kind=Parameter.KEYWORD_ONLY) for it in signature(FootageOptions.of).parameters.values()]
-    own = [it.replace(kind=Parameter.KEYWORD_ONLY) for it in signature(command).parameters.values()]
-    place = next(number for number, it in enumerate(own) if it.name == "said")
-    listed = [*own[:place], *options, *own[place + 1 :]]
-
-    @wraps(command)
-    def wrapped(**given: Any) -> None:  # noqa: ANN401 - whatever the command takes
-        said = FootageOptions.of(**{it.name: given.pop(it.name) for it in options})
-        command(**given, said=said)
-
-    wrapped.__signature__ = signature(command).replace(parameters=listed)  # type: ignore[attr-defined] # it is read from there
-    wrapped.__annotations__ = {it.name: it.annotation for it in listed}
-    return wrapped
 
 
 def open_setup(
@@ -216,6 +195,21 @@ def open_footage(stack: ExitStack, path: Path, *, square: bool | None = None) ->
         raise CommandError(f"{path.name}: {error}") from None
 
 
+def place_of(footage: "Footage", file: Path, video: Path | None, used: str) -> Path:
+    """Return where a recording is: where it is now, if that is said, else as a file beside it says.
+
+    Args:
+        footage: What the file says of it.
+        file: The file.
+        video: Where the recording is now.
+        used: What it was used for, the beginning of the sentence that refuses.
+    """
+    place = video or file.parent / (footage.path or footage.name)
+    if not place.exists():
+        raise CommandError(f"{used} {place}, which is not there; say with --video where it is")
+    return place
+
+
 def footage_of(stack: ExitStack, file: Path, video: Path | None) -> "OpenSequence":
     """Return what finds the recording of a saved run: where it is now, if that is said, else as its file says.
 
@@ -226,10 +220,7 @@ def footage_of(stack: ExitStack, file: Path, video: Path | None) -> "OpenSequenc
     """
 
     def find(footage: "Footage") -> "FrameSequence":
-        place = video or file.parent / (footage.path or footage.name)
-        if not place.exists():
-            raise CommandError(f"the run was made on {place}, which is not there; say with --video where it is")
-        return open_footage(stack, place, square=footage.square)
+        return open_footage(stack, place_of(footage, file, video, "the run was made on"), square=footage.square)
 
     return find
 

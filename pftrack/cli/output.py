@@ -13,9 +13,12 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import is_dataclass
 from difflib import get_close_matches
+from functools import wraps
+from inspect import Parameter, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 from rich.console import Console
@@ -100,9 +103,20 @@ def suffix_of(path: Path, known: tuple[str, ...]) -> str:
     """Return the suffix of a file that is to be written, if it is one of those and the file has a folder."""
     if path.suffix.lower() not in known:
         raise wrong_use(f"expected a file {' or '.join(known)}, got {path.name!r}")
-    if path.is_dir() or not path.absolute().parent.is_dir():
-        raise CommandError(f"{path} cannot be written: it is a folder, or in none")
+    check_writable(path)
     return path.suffix.lower()
+
+
+def check_writable(*places: Path) -> None:
+    """Refuse files that cannot be written, before anything is computed."""
+    for place in places:
+        folder = place.absolute().parent
+        if place.is_dir():
+            raise CommandError(f"{place} cannot be written: it is a folder")
+        if not folder.is_dir():
+            raise CommandError(f"{place} cannot be written: there is no folder {folder}")
+        if not os.access(folder, os.W_OK):
+            raise CommandError(f"{place} cannot be written: its folder is read-only")
 
 
 def whole(option: str, text: str, low: int, high: int) -> int:
@@ -325,3 +339,28 @@ def compiling() -> Iterator[None]:
         yield
     if done:
         note(f"pftrack: {len(done)} functions compiled in {time.monotonic() - begin:.0f} s")
+
+
+def takes_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Return a command that has the options of a group in place of each parameter whose type is such a group.
+
+    A group is a dataclass; its fields are the options, or the parameters of its method `of` that makes one.
+    """
+    own = [it.replace(kind=Parameter.KEYWORD_ONLY) for it in signature(command).parameters.values()]
+    groups = {it.name: _maker(it.annotation) for it in own if is_dataclass(it.annotation)}
+    options = {name: list(signature(make).parameters.values()) for name, make in groups.items()}
+    listed = [each.replace(kind=Parameter.KEYWORD_ONLY) for it in own for each in options.get(it.name, [it])]
+
+    @wraps(command)
+    def wrapped(**given: Any) -> None:  # noqa: ANN401 - whatever the command takes
+        made = {name: make(**{it.name: given.pop(it.name) for it in options[name]}) for name, make in groups.items()}
+        command(**given, **made)
+
+    wrapped.__signature__ = signature(command).replace(parameters=listed)  # type: ignore[attr-defined] # it is read from there
+    wrapped.__annotations__ = {it.name: it.annotation for it in listed}
+    return wrapped
+
+
+def _maker(group: Any) -> Callable[..., Any]:  # noqa: ANN401 - any dataclass
+    maker: Callable[..., Any] = getattr(group, "of", group)
+    return maker

@@ -1,7 +1,6 @@
 """`run`, `replay`, `open` and `show-recipe`: compute a run from options, a recipe or a file, and say how it went."""
 
 import json as json_format
-import os
 import tempfile
 from collections.abc import Mapping
 from contextlib import ExitStack, closing
@@ -21,7 +20,6 @@ from pftrack.cli.footage import (
     open_footage,
     open_setup,
     path_from,
-    takes_footage,
 )
 from pftrack.cli.output import (
     FAILED,
@@ -29,12 +27,14 @@ from pftrack.cli.output import (
     CommandError,
     Json,
     cell,
+    check_writable,
     compiling,
     emit,
     note,
     progress,
     read_seed,
     table,
+    takes_options,
     text_of,
     values_of,
     whole,
@@ -67,7 +67,7 @@ def register(app: typer.Typer) -> None:
     app.command("open")(open_results)
 
 
-@takes_footage
+@takes_options
 def run(
     experiment: Annotated[
         str,
@@ -234,13 +234,7 @@ def _check_places(out: Path | None, film: Path | None) -> None:
         raise wrong_use(f"--video-out must end in .mp4, got {film.name!r}")
     if out is not None and film is not None and out.absolute() == film.absolute():
         raise wrong_use("--out and --video-out must be different files")
-    for place in filter(None, (out, film)):
-        if place.is_dir():
-            raise CommandError(f"{place} is a folder, not a file to write")
-        if not place.absolute().parent.is_dir():
-            raise CommandError(f"{place} cannot be written: there is no folder {place.absolute().parent}")
-        if not os.access(place.absolute().parent, os.W_OK):
-            raise CommandError(f"{place} cannot be written: its folder is read-only")
+    check_writable(*filter(None, (out, film)))
 
 
 def _suitability(made: "Run", sequence: "FrameSequence | None") -> dict[str, Any]:
@@ -319,7 +313,7 @@ def open_results(
     video: Annotated[Path | None, typer.Option(help="The video that the results or the recording are of.")] = None,
     truth: Annotated[Path | None, typer.Option(help="True boxes of the same frames, in any of these forms.")] = None,
     form: Annotated[
-        str | None, typer.Option(help="What the results are: mot, otb, vot, cvat, coco or csv; told by itself.")
+        str | None, typer.Option(help="Form of the results: mot, otb, vot, cvat, coco or csv (default: detected).")
     ] = None,
     first_frame: Annotated[str | None, typer.Option(metavar="0|1", help="Number of the first frame in a text.")] = None,
     first_pixel: Annotated[str | None, typer.Option(metavar="0|1", help="Number of the first pixel in a text.")] = None,

@@ -1,11 +1,10 @@
 """`sweep` and `learn`: compute an experiment over a grid of conditions, report on it, or learn motion from its runs."""
 
-import os
 import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import astuple, dataclass, replace
 from math import isnan
 from pathlib import Path
 from time import perf_counter
@@ -18,21 +17,23 @@ from rich.progress import Progress as Bar
 from typer.core import TyperGroup
 
 from pftrack.cli.experiments import PresetName, TrackerName, find_experiment, find_preset, read_filters, with_filters
-from pftrack.cli.footage import FootageOptions, Swept, swept_recording, takes_footage
+from pftrack.cli.footage import FootageOptions, Swept, place_of, swept_recording
 from pftrack.cli.output import (
-    Assignments,
     Cluster,
     CommandError,
     Jobs,
     Json,
     assign,
+    check_writable,
     compiling,
     emit,
     note,
     progress,
     read_jobs,
+    read_seed,
     refusing,
     table,
+    takes_options,
     tell,
     value_of,
     whole,
@@ -43,7 +44,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from pftrack.core.model.parameters import Value
-    from pftrack.core.model.preset import Preset
     from pftrack.core.model.source import Kind
     from pftrack.experiments.experiment import Experiment
     from pftrack.filters.learning.diffusion import Learned
@@ -52,7 +52,6 @@ if TYPE_CHECKING:
     from pftrack.sweep.recording import Recording
 
 
-Frames = Annotated[str | None, typer.Option("--frames", metavar="N", help="Length of a run in frames.")]
 SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
 
 
@@ -61,6 +60,33 @@ class _Sweep(TyperGroup):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:  # noqa: ANN401 - typer's own context has no public name
         return super().parse_args(ctx, args if args and args[0] in self.commands else ["run", *args])
+
+
+@dataclass(frozen=True)
+class PlanOptions:
+    """What is said of the runs of a plan, as it is said."""
+
+    preset: PresetName = None
+    axes: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--axis",
+            metavar="NAME=VALUES",
+            help="start:stop:step, both ends included, or a,b,c; repeated axes multiply.",
+        ),
+    ] = None
+    trials: Annotated[
+        str | None,
+        typer.Option(metavar="T", help="Runs of each tracker in each condition (default 10; `learn --axis`: 1)."),
+    ] = None
+    frames: Annotated[str | None, typer.Option(metavar="N", help="Length of a run in frames.")] = None
+    assignments: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="A parameter's value in all runs; may be repeated."),
+    ] = None
+    seed: Annotated[
+        str | None, typer.Option(metavar="SEED", help="Base seed; each run derives its own (default 0).")
+    ] = None
 
 
 def register(app: typer.Typer) -> None:
@@ -72,30 +98,15 @@ def register(app: typer.Typer) -> None:
     app.add_typer(sweep, name="sweep")
 
 
-@takes_footage
+@takes_options
 def run(
     experiment: Annotated[str | None, typer.Argument(help="An experiment's name, as `list` prints it.")] = None,
-    preset: PresetName = None,
     *,
     said: FootageOptions,
-    axes: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--axis",
-            metavar="NAME=VALUES",
-            help="start:stop:step, both ends included, or a,b,c; repeated axes multiply.",
-        ),
-    ] = None,
     trackers: Annotated[
         str | None, typer.Option(metavar="A,B,C", help="Trackers' names, as `show` prints them, or files with filters.")
     ] = None,
-    trials: Annotated[str, typer.Option(metavar="T", help="Runs of each tracker in each condition.")] = "10",
-    frames: Frames = None,
-    assignments: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="A parameter's value in all runs; may be repeated."),
-    ] = None,
-    seed: Annotated[str, typer.Option(metavar="SEED", help="Base seed; each run derives its own.")] = "0",
+    asked: PlanOptions,
     loss_probability: Annotated[
         bool, typer.Option("--loss-probability", help="Measure how probable it is that the target is lost, too.")
     ] = False,
@@ -116,7 +127,7 @@ def run(
     processes = read_jobs(jobs)
     if cluster is not None and jobs is not None:
         raise wrong_use("--cluster computes on its own workers and takes no --jobs")
-    planned = [experiment, preset, axes, trackers, frames, assignments, out, *said.marks, said.start, said.truth]
+    planned = [experiment, trackers, out, *astuple(asked), *said.marks, said.start, said.truth]
     if resume is not None and (dry_run or loss_probability or any(it is not None for it in planned)):
         raise wrong_use(
             "--resume continues the plan of its file and cannot be combined with a plan, --out or --dry-run"
@@ -126,15 +137,11 @@ def run(
     plan, swept = None, None
     if experiment is not None:
         found = find_experiment(experiment)
-        begin = find_preset(found, preset) if preset is not None else None
-        try:
+        with refusing(SweepError):
             swept = swept_recording(found, said, out)
             chosen, filters = read_filters([name.strip() for name in trackers.split(",")] if trackers else [])
-            found = with_filters(found, filters)
-            plan = plan_of(found, begin, axes or [], chosen, trials, frames, assignments or [], seed, swept)
+            plan = plan_of(with_filters(found, filters), asked, chosen, swept)
             plan = replace(plan, loss_probability=loss_probability)
-        except SweepError as error:
-            raise wrong_use(str(error)) from None
         if dry_run:
             _estimate(plan, processes, swept.recording if swept else None, json=json)
             return
@@ -180,44 +187,43 @@ def report(
 
 
 def plan_of(
-    experiment: "Experiment",
-    preset: "Preset | None",
-    axes: list[str],
-    trackers: Sequence[str],
-    trials: str,
-    frames: str | None,
-    assignments: list[str],
-    seed: str,
-    swept: Swept | None = None,
+    experiment: "Experiment", asked: PlanOptions, trackers: Sequence[str], swept: Swept | None = None, trials: int = 10
 ) -> "Plan":
     """Return the runs that the options of a command line describe, on a recording if there is one.
+
+    Args:
+        experiment: Whose runs they are.
+        asked: What the options say.
+        trackers: Names; the preset's or the experiment's own if there are none.
+        swept: The recording.
+        trials: How many runs of each kind, if the options do not say.
 
     Raises:
         SweepError: They make no sense together.
     """
     from pftrack.core.model.recipe import LONGEST_RUN
-    from pftrack.core.numerics.random import LARGEST_SEED
     from pftrack.sweep import Plan
     from pftrack.sweep.axis import MOST_RUNS, parse_axis
 
     kind = swept.kind if swept else None
-    varied = tuple(parse_axis(experiment, text, kind) for text in axes)
+    varied = tuple(parse_axis(experiment, text, kind) for text in asked.axes or ())
     named = tuple(trackers)
-    values = _values(experiment, assignments, kind)
+    values = _values(experiment, asked.assignments or [], kind)
+    preset = find_preset(experiment, asked.preset)
     if preset is not None:  # what is said beside it goes before
         said = {axis.name for axis in varied} | set(values)
         values = {name: value for name, value in preset.parameters.items() if name not in said} | values
         if not named and "tracker" not in said:
             named = (preset.tracker,)
-    wanted = 0 if frames is None else whole("--frames", frames, 1, LONGEST_RUN)
+    wanted = 0 if asked.frames is None else whole("--frames", asked.frames, 1, LONGEST_RUN)
     if swept is not None:
         wanted = min(wanted or swept.frames, swept.frames)
     return Plan(
         experiment=experiment.id,
         axes=varied,
         trackers=named,
-        trials=whole("--trials", trials, 1, MOST_RUNS),
-        seed=whole("--seed", seed, 0, LARGEST_SEED),
+        trials=trials if asked.trials is None else whole("--trials", asked.trials, 1, MOST_RUNS),
+        seed=read_seed(asked.seed) or 0,
         frames=wanted,
         values=values,
         footage=swept.footage if swept else None,
@@ -252,11 +258,7 @@ def _place(resume: Path | None, out: Path | None) -> Path:
         raise wrong_use("--out FILE.parquet says where the result goes; it is needed unless --dry-run is given")
     if out.suffix != ".parquet":
         raise wrong_use(f"--out must end in .parquet, got {out.name!r}")
-    folder = out.absolute().parent
-    if not folder.is_dir():
-        raise CommandError(f"{out} cannot be written: there is no folder {folder}")
-    if not os.access(folder, os.W_OK):
-        raise CommandError(f"{out} cannot be written: its folder is read-only")
+    check_writable(out)
     return out
 
 
@@ -270,10 +272,7 @@ def _recording_of(place: Path, video: Path | None) -> "Recording | None":
         if video is not None:
             raise wrong_use(f"{place} is a sweep of a simulated scene and takes no --video")
         return None
-    found = video or place.parent / (footage.path or footage.name)
-    if not found.exists():
-        raise CommandError(f"the sweep is on {found}, which is not there; say with --video where it is")
-    return Recording(str(found))
+    return Recording(str(place_of(footage, place, video, "the sweep is on")))
 
 
 def _estimate(plan: "Plan", jobs: int, recording: "Recording | None", *, json: bool) -> None:
@@ -398,27 +397,16 @@ def _duration(seconds: float) -> str:
     return f"{seconds / 3600:.1f} h"
 
 
+@takes_options
 def learn(
     sources: Annotated[
         list[str],
         typer.Argument(metavar="RUN.pft...|EXPERIMENT", help="Saved runs, or an experiment that is to be run."),
     ],
     out: Annotated[Path, typer.Option(help="The learned file, FILE.json.")],
-    preset: PresetName = None,
     tracker: TrackerName = None,
-    axes: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--axis", metavar="NAME=VALUES", help="Learn from runs with each of these values, as `sweep` has them."
-        ),
-    ] = None,
-    assignments: Assignments = None,
-    trials: Annotated[
-        str | None,
-        typer.Option(metavar="T", help="Runs to learn from, of each combination of values; 10, or 1 of each."),
-    ] = None,
-    seed: Annotated[str | None, typer.Option(metavar="SEED", help="Base seed; each run derives its own.")] = None,
-    frames: Frames = None,
+    *,
+    asked: PlanOptions,
     json: Json = False,
 ) -> None:
     """Learn how motion and shape change, for trackers that are guided by it (`run --learned FILE`).
@@ -430,10 +418,9 @@ def learn(
     from pftrack.core.files import write_whole
     from pftrack.sweep.axis import SweepError
 
-    if out.is_dir() or not out.absolute().parent.is_dir():
-        raise CommandError(f"{out} cannot be written: it is a folder, or in none")
+    check_writable(out)
     if any(source.lower().endswith(".pft") for source in sources):
-        if any(it is not None for it in (preset, tracker, axes, assignments, trials, seed, frames)):
+        if tracker is not None or asked != PlanOptions():
             raise wrong_use("saved runs are learned from as they are: leave out what only makes new ones")
         guidance, tracks = _read_states([Path(source) for source in sources])
     else:
@@ -441,10 +428,8 @@ def learn(
             raise wrong_use(f"name one experiment, or saved runs, got {', '.join(sources)}")
         experiment = find_experiment(sources[0])
         guidance = guidance_of(experiment, "learn")
-        begin, named = find_preset(experiment, preset), [tracker] if tracker else []
-        each = trials or ("1" if axes else "10")
         with refusing(SweepError):
-            plan = plan_of(experiment, begin, axes or [], named, each, frames, assignments or [], seed or "0")
+            plan = plan_of(experiment, asked, [tracker] if tracker else [], trials=1 if asked.axes else 10)
         with compiling():
             tracks = [guidance.states(rows) for rows in _runs_of(plan)]
     learned = guidance.learn(tracks)

@@ -5,15 +5,14 @@ text, and the file to begin with as its last block of code. A solution is a file
 them, so that it can be watched at work as well. Solutions are not kept here.
 
 - `library`: what stands in the file of an exercise, and all exercises that there are;
-- `submission`: an exercise, and a file that answers it, with all that its functions are called with;
-- `properties`: what a file should do, each a function that returns a verdict with numbers and the seed that shows it;
+- `submission`: an exercise, a file that answers it with all that its functions are called with, and a verdict on it;
+- `properties` and `exact`: what a file should do, each a function that returns a verdict with numbers and a seed;
 - `grading`: all checks on one file, or on a folder of files, each in a confined process, and reports for graders.
 """
 
 from pftrack.teaching.exercises.grading import Report, check, check_text, grade
 from pftrack.teaching.exercises.library import Exercises, exercise_named_in, read_exercises
-from pftrack.teaching.exercises.properties.weights import Verdict
-from pftrack.teaching.exercises.submission import Check, Exercise
+from pftrack.teaching.exercises.submission import Check, Exercise, Verdict
 
 __all__ = [
     "Check",

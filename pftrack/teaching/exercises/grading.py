@@ -30,8 +30,7 @@ from pftrack.process import (
 )
 from pftrack.teaching.exercises.library import exercise_named_in
 from pftrack.teaching.exercises.properties import PROPERTIES
-from pftrack.teaching.exercises.properties.weights import Verdict
-from pftrack.teaching.exercises.submission import Check, Exercise, Submission
+from pftrack.teaching.exercises.submission import Check, Exercise, Submission, Verdict
 
 
 @dataclass(frozen=True)

@@ -1,13 +1,20 @@
-"""Exercises and submissions: a text and a file to begin with, and a file that answers it with all it is called with."""
+"""Exercises, submissions and verdicts.
 
+An exercise is a text and a file to begin with, a submission a file that answers it with all that it is called with; a
+verdict says whether a property holds of it, with the numbers that say so.
+"""
+
+import math
+from collections.abc import Callable, Mapping
 from copy import deepcopy
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cached_property, partial
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
+from scipy import stats
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.diagnostics import Diagnostics
@@ -80,6 +87,59 @@ class Exercise(ExerciseHead):
     def points(self) -> float:
         """All that can be reached."""
         return sum(check.points for check in self.checks)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What came of looking at a property.
+
+    Attributes:
+        holds: Whether it holds.
+        words: What was found, a sentence.
+        numbers: By name, those that decided.
+        seed: Of the random numbers that show it; None where nothing is random.
+    """
+
+    holds: bool
+    words: str
+    numbers: Mapping[str, float] = field(default_factory=dict)
+    seed: int | None = None
+
+
+# A right solution practically never fails by chance: each check that rests on random draws has a false alarm with a
+# probability of `RISK`, shared among all that it compares. Seeds are fixed, so what has passed once passes again.
+
+
+RISK = 1e-6
+"""Probability that a right solution fails a check by chance."""
+
+
+def bernstein_margin(variances: Floats, risk: float) -> Floats:
+    """Return how far sums of independent 0-or-1 numbers may be off their expectations (Bernstein's inequality).
+
+    It holds for every variance and every number of draws, not only for many. With v the sum of the variances, the
+    probability of being off by more than t is at most 2 exp(-t^2 / (2 v + 2 t / 3)).
+
+    Args:
+        variances: (N,) sums of variances, or more than these.
+        risk: Probability that one of the N sums is further off.
+    """
+    exponent = math.log(2.0 * len(variances) / risk)
+    margin: Floats = exponent / 3.0 + np.sqrt((exponent / 3.0) ** 2 + 2.0 * exponent * variances)
+    return margin
+
+
+def student_margin(values: Floats, risk: float) -> float:
+    """Return how far the mean of independent, about normal numbers may be off its expectation, by Student's t."""
+    count = len(values)
+    quantile = float(stats.t.ppf(1.0 - risk / 2.0, count - 1))
+    return quantile * float(np.std(values, ddof=1)) / math.sqrt(count)
+
+
+Option: TypeAlias = "int | float | str"
+Options: TypeAlias = "Mapping[str, Option]"
+Look: TypeAlias = "Callable[[Submission, Options, int], Verdict]"
+"""(submission, options, first seed) -> what was found."""
 
 
 LATER = 1

@@ -11,8 +11,7 @@ from pftrack.experiments.own.code import FUNCTIONS, trust
 from pftrack.teaching.exercises import Verdict, exercise_named_in, read_exercises
 from pftrack.teaching.exercises.grading import check, check_text, results, table_of
 from pftrack.teaching.exercises.properties import PROPERTIES
-from pftrack.teaching.exercises.properties.weights import bernstein_margin
-from pftrack.teaching.exercises.submission import Check, Exercise, Submission, moments_on_grid
+from pftrack.teaching.exercises.submission import Check, Exercise, Submission, bernstein_margin, moments_on_grid
 
 SOLUTIONS = {path.stem.replace("_", "-"): path for path in sorted((Path(__file__).parent / "solutions").glob("*.py"))}
 SHIPPED = read_exercises()

@@ -1,76 +1,35 @@
-"""What a verdict is, and the properties of weights, of resampling and of a tracker.
+"""Properties: what a file should do, each a function that looks and returns a verdict.
 
-Weights are a distribution, whatever the likelihood says; resampling draws so many parents, each so often; a tracker
-holds its target.
+Those of single functions call these with arrays made for it; those of a filter compare runs with an exact answer, with
+another tracker, or with the truth. Here are those of weights, which are a distribution, whatever the likelihood says;
+of resampling, which draws so many parents, each so often; and of a tracker, which holds its target. `exact` has those
+with an exact answer and those of how functions go about it. `PROPERTIES` has all by name; their titles, options and
+margins stand in `properties.yaml`.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from pathlib import Path
 
 import numpy as np
-from scipy import stats
 
 from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.texts import CLOSED, read_as
 from pftrack.experiments.own.sliders import FilterFileError
 from pftrack.filters.particles import normalise
-from pftrack.teaching.exercises.submission import Submission, generator
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """What came of looking at a property.
-
-    Attributes:
-        holds: Whether it holds.
-        words: What was found, a sentence.
-        numbers: By name, those that decided.
-        seed: Of the random numbers that show it; None where nothing is random.
-    """
-
-    holds: bool
-    words: str
-    numbers: Mapping[str, float] = field(default_factory=dict)
-    seed: int | None = None
-
-
-# A right solution practically never fails by chance: each check that rests on random draws has a false alarm with a
-# probability of `RISK`, shared among all that it compares. Seeds are fixed, so what has passed once passes again.
-
-
-RISK = 1e-6
-"""Probability that a right solution fails a check by chance."""
-
-
-def bernstein_margin(variances: Floats, risk: float) -> Floats:
-    """Return how far sums of independent 0-or-1 numbers may be off their expectations (Bernstein's inequality).
-
-    It holds for every variance and every number of draws, not only for many. With v the sum of the variances, the
-    probability of being off by more than t is at most 2 exp(-t^2 / (2 v + 2 t / 3)).
-
-    Args:
-        variances: (N,) sums of variances, or more than these.
-        risk: Probability that one of the N sums is further off.
-    """
-    exponent = math.log(2.0 * len(variances) / risk)
-    margin: Floats = exponent / 3.0 + np.sqrt((exponent / 3.0) ** 2 + 2.0 * exponent * variances)
-    return margin
-
-
-def student_margin(values: Floats, risk: float) -> float:
-    """Return how far the mean of independent, about normal numbers may be off its expectation, by Student's t."""
-    count = len(values)
-    quantile = float(stats.t.ppf(1.0 - risk / 2.0, count - 1))
-    return quantile * float(np.std(values, ddof=1)) / math.sqrt(count)
-
-
-Option: TypeAlias = "int | float | str"
-Options: TypeAlias = "Mapping[str, Option]"
-Look: TypeAlias = "Callable[[Submission, Options, int], Verdict]"
-"""(submission, options, first seed) -> what was found."""
-
+from pftrack.teaching.exercises import exact
+from pftrack.teaching.exercises.submission import (
+    RISK,
+    Look,
+    Option,
+    Options,
+    Submission,
+    Verdict,
+    bernstein_margin,
+    generator,
+)
 
 TOLERANCE = 1e-9
 """Relative; what rounding makes of a few hundred numbers is a thousandth of it."""
@@ -334,3 +293,50 @@ def _is_held(run: Sequence[Diagnostics], largest_error: float) -> bool:
         errors = [row.error for row in rows if row.error is not None]
         return bool(errors) and float(np.mean(errors)) <= largest_error
     return not any(row.is_lost for row in rows)
+
+
+LOOKS: Mapping[str, Look] = {
+    "keeps-count": keeps_count,
+    "unbiased": unbiased,
+    "even": even,
+    "threshold": threshold,
+    "distribution": distribution,
+    "evidence": exact.evidence,
+    "moments": exact.moments,
+    "steadier": exact.steadier,
+    "held": held,
+    "linear": exact.linear,
+    "unchanged": exact.unchanged,
+    "replays": exact.replays,
+}
+
+
+@dataclass(frozen=True)
+class Property:
+    """Something that should hold of a file.
+
+    Attributes:
+        name: In the heads of exercises.
+        origin: File and line where it is declared.
+        title: What holds, a clause.
+        options: Their defaults; an empty text has to be given.
+        margin: How far a right solution may be off, and how seldom it fails; a sentence for the documentation.
+    """
+
+    __pydantic_config__ = CLOSED
+
+    name: str
+    origin: str
+    title: str
+    options: dict[str, Option] = field(default_factory=dict)
+    margin: str = "Nothing in it is left to chance."
+
+    @property
+    def look(self) -> Look:
+        """(submission, options, first seed) -> what was found."""
+        return LOOKS[self.name]
+
+
+PROPERTIES: Mapping[str, Property] = {
+    each.name: each for each in read_as(Property, Path(__file__).with_name("properties.yaml"), "name")
+}

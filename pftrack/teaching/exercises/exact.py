@@ -14,8 +14,16 @@ import numpy as np
 
 from pftrack.core.arrays import Floats
 from pftrack.experiments.own.code import FilterCode
-from pftrack.teaching.exercises.properties.weights import RISK, Options, Verdict, student_margin
-from pftrack.teaching.exercises.submission import Submission, arrays_in, generator, moments_on_grid
+from pftrack.teaching.exercises.submission import (
+    RISK,
+    Options,
+    Submission,
+    Verdict,
+    arrays_in,
+    generator,
+    moments_on_grid,
+    student_margin,
+)
 
 
 def _log_evidence(submission: Submission, seed: int, tracker: str | None = None) -> float:
