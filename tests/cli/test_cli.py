@@ -2,11 +2,15 @@
 
 import json
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
+from typer.main import get_command
 
 from pftrack import __version__
+from pftrack.cli.app import app
 from pftrack.experiments import EXPERIMENTS, find
 from tests.cli.commands import Call, refused
 
@@ -19,6 +23,22 @@ def test_list_names_every_experiment(call: Call) -> None:
     listed = json.loads(call("list", "--json")[1])
     assert [entry["id"] for entry in listed] == list(EXPERIMENTS)
     assert listed[0]["trackers"][0].keys() == {"id", "title", "description"}
+
+
+def helps(command: Any) -> Iterator[str]:
+    """The help of every option and argument of the library's own commands."""
+    for parameter in command.params:
+        yield parameter.help or ""
+    for inner in getattr(command, "commands", {}).values():
+        yield from helps(inner)
+
+
+def test_helps_say_what_an_option_is() -> None:
+    """None begins with a word that needs its neighbours to be understood, and each is a sentence."""
+    said = list(helps(get_command(app)))
+    assert len(said) > 100
+    assert [text for text in said if text.startswith(("Of ", "What ", "Where ", "Whose "))] == []
+    assert [text for text in said if not text[:1].strip() or not text.endswith(".")] == []
 
 
 @pytest.mark.parametrize("name", ["ball", "head"])

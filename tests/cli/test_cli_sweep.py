@@ -157,6 +157,8 @@ def test_nothing_is_overwritten(call: Call, tmp_path: Path) -> None:
         (("ball", "--out", "x.csv"), "--out must end in .parquet"),
         (("ball", "--resume", "x.parquet"), "--resume continues the plan of its file"),
         (("--resume", "x.parquet", "--out", "y.parquet"), "--resume continues the plan of its file"),
+        (("--resume", "x.parquet", "--trials", "5"), "--resume continues the plan of its file"),
+        (("--resume", "x.parquet", "--seed", "5"), "--resume continues the plan of its file"),
         (("report", "x.parquet", "--level", "2"), "--level must be a number between 0 and 1"),
     ],
 )

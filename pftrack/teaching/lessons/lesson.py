@@ -105,7 +105,7 @@ class Setting(Part):
     values: Annotated[dict[Name, Scalar], Field(min_length=1, max_length=100)]
 
 
-class Shows(Part):
+class RunPart(Part):
     """How a run is made and shown.
 
     Attributes:
@@ -129,7 +129,7 @@ class Shows(Part):
     frame: Annotated[int, Field(ge=0)] = 0
 
 
-class Scenario(Shows):
+class Scenario(RunPart):
     """A run of an experiment, of which some parameters may be turned.
 
     Attributes:
@@ -327,7 +327,7 @@ def _named(given: object) -> object:
     return {"measure": given} if isinstance(given, str) else given
 
 
-class Head(Shows):
+class Head(RunPart):
     """All that stands in the head of a lesson's file; what each field means stands in docs/how-to/lessons.md."""
 
     id: Annotated[str, Field(max_length=64, pattern=r"^[a-z][a-z0-9]*(-[a-z0-9]+)*$")]

@@ -48,9 +48,9 @@ from pftrack.teaching.lessons.lesson import (
     Head,
     Lesson,
     Outcome,
+    RunPart,
     Scenario,
     Setting,
-    Shows,
     answer_of,
     judge,
 )
@@ -97,7 +97,7 @@ def body_of(head: Head, found: Findings) -> tuple[Scenario | Demonstration | Non
 
 def _scenario_of(head: Head) -> Scenario:
     """Return the run that a head speaks of."""
-    said = {name: getattr(head, name) for name in Shows.model_fields}
+    said = {name: getattr(head, name) for name in RunPart.model_fields}
     return Scenario(experiment=head.experiment or "", **said)
 
 
