@@ -7,7 +7,7 @@ experiment with some parameters that may be turned. Its *checks* compare what it
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Annotated, Any, Final, Literal, TypeAlias
@@ -485,7 +485,8 @@ def poll_answers(question: Question, exact: Given | None = None) -> tuple[str, .
         return tuple(question.choices.values())
     if not isinstance(exact, float | int) or not math.isfinite(exact):
         raise ValueError("the right answer of this question is no number, so no answers can be offered")
-    cuts = _distinct([_rounded(_cut(low, high)) for low, high in pairwise(_values(question, float(exact)))])
+    between_values = (_cut(low, high) for low, high in pairwise(_values(question, float(exact))))
+    cuts = dict.fromkeys(float(f"{cut:.2g}") for cut in between_values)  # two that are equal when rounded become one
     unit = f" {question.unit}" if question.unit else ""
     texts = [f"{cut:,.10g}" for cut in cuts]
     between = (f"{low} to {high}{unit}" for low, high in pairwise(texts))
@@ -522,14 +523,6 @@ def _ends(question: Question, exact: float) -> tuple[float, ...]:
 
 def _cut(low: float, high: float) -> float:
     return math.sqrt(low * high) if low > 0 and high > FAR * low else (low + high) / 2
-
-
-def _rounded(value: float) -> float:
-    return float(f"{value:.2g}")
-
-
-def _distinct(cuts: Sequence[float]) -> list[float]:
-    return list(dict.fromkeys(cuts))
 
 
 # A demonstration's answer is a function of parameters and a seed; a scenario's is a function of the run that the
