@@ -13,12 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from pftrack.core.arrays import Floats
 from pftrack.core.geometry.rotation import rotation
 from pftrack.core.model.parameters import Value, revise
 from pftrack.core.model.recipe import Change
-from pftrack.core.model.source import FrameIndex
+from pftrack.core.model.source import FrameIndex, FrameSequence
 from pftrack.core.numerics.elementary import wrap
 from pftrack.core.numerics.matrices import product
 from pftrack.core.numerics.random import Purpose, Stream
@@ -55,56 +56,26 @@ PACES = ((1.0, 1.3, 0.8), (1.0, -0.7, 1.2), (-1.0, 1.0, -0.9))
 LOST_DEG = 15.0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Clip:
+class Clip(FrameSequence):
     """A recording of fast turns, a sequence of pictures that are in memory.
 
     Attributes:
-        name: Of the recording.
-        pictures: (T, height, width, 3).
         gaze_deg: (T, 3) true yaw, pitch and roll.
     """
 
-    name: str
-    pictures: NDArray[np.uint8]
-    gaze_deg: Floats
-    frame_rate_hz = FRAME_RATE_HZ
-    square = True
+    def __init__(self, name: str, pictures: NDArray[np.uint8], gaze_deg: Floats) -> None:
+        """Take pictures (T, height, width, 3) and what is true of them."""
+        self.name, self._pictures, self.gaze_deg = name, pictures, gaze_deg
+        count, height, width, _ = pictures.shape
+        times_s = tuple((np.arange(count) / FRAME_RATE_HZ).tolist())
+        checksums = tuple(zlib.crc32(picture.tobytes()) for picture in pictures)
+        sha256 = hashlib.sha256(pictures.tobytes()).hexdigest()
+        self.index = FrameIndex("images", sha256, width, height, FRAME_RATE_HZ, times_s, checksums)
 
-    @property
-    def frame_count(self) -> int:
-        """How many pictures there are."""
-        return len(self.pictures)
-
-    @property
-    def size(self) -> tuple[int, int]:
-        """Width and height, px."""
-        return self.pictures.shape[2], self.pictures.shape[1]
-
-    @property
-    def sha256(self) -> str:
-        """Digest of the pictures."""
-        return hashlib.sha256(self.pictures.tobytes()).hexdigest()
-
-    @property
-    def times_s(self) -> Floats:
-        """When each picture is shown, s."""
-        return np.arange(self.frame_count) / FRAME_RATE_HZ
-
-    @property
-    def index(self) -> FrameIndex:
-        """What a survey would have found."""
-        width, height = self.size
-        checksums = tuple(zlib.crc32(picture.tobytes()) for picture in self.pictures)
-        return FrameIndex("images", self.sha256, width, height, FRAME_RATE_HZ, tuple(self.times_s.tolist()), checksums)
-
-    def picture(self, index: int) -> NDArray[np.uint8]:
-        """Return a picture."""
-        shown: NDArray[np.uint8] = self.pictures[index]
+    @override
+    def _picture(self, index: int) -> NDArray[np.uint8]:
+        shown: NDArray[np.uint8] = self._pictures[index]
         return shown
-
-    def close(self) -> None:
-        """There is nothing to close."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,8 +20,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageOps
+from typing_extensions import override
 
-from pftrack.core.model.source import FrameIndex
+from pftrack.core.model.source import FrameIndex, FrameSequence
 from pftrack.sources.formats import sniff
 from pftrack.sources.limits import HEAD_BYTES, Limits, SourceError, check_bytes, check_pixels, natural_order
 from pftrack.sources.sequence import BoundedCache
@@ -33,7 +34,7 @@ _DEPTHLESS = {"I", "F"}
 _ALBUMS = {"TIFF", "PNG", "WEBP"}  # a JPEG may carry its own preview as a second picture
 
 
-class ImageSequence:
+class ImageSequence(FrameSequence):
     """The pictures of a folder; may be used from several threads, one at a time."""
 
     def __init__(self, folder: Path, limits: Limits, index: FrameIndex | None) -> None:
@@ -55,38 +56,9 @@ class ImageSequence:
         sha256 = hashlib.sha256(b"".join(file.digest for file in self._files)).hexdigest()
         known = index is not None and (index.sha256, index.kind) == (sha256, "images")
         self.index = index if known and index is not None else self._survey(sha256, left_out)
-        self.times_s = np.array(self.index.times_s)
-        self.times_s.setflags(write=False)
 
-    @property
-    def frame_count(self) -> int:
-        """How many pictures there are."""
-        return self.index.frame_count
-
-    @property
-    def frame_rate_hz(self) -> float:
-        """The rate at which they are shown, since pictures do not tell one."""
-        return self.index.frame_rate_hz
-
-    @property
-    def size(self) -> tuple[int, int]:
-        """Width and height of every picture, px."""
-        return self.index.width, self.index.height
-
-    @property
-    def sha256(self) -> str:
-        """Digest of the pictures' digests, in order."""
-        return self.index.sha256
-
-    def picture(self, index: int) -> NDArray[np.uint8]:
-        """Return a frame, (height, width, 3) RGB, read-only.
-
-        Raises:
-            IndexError: There is no such frame.
-            SourceError: The file has changed since it was surveyed.
-        """
-        if not 0 <= index < self.frame_count:
-            raise IndexError(f"frame must be between 0 and {self.frame_count - 1}, got {index}")
+    @override
+    def _picture(self, index: int) -> NDArray[np.uint8]:
         with self._lock:
             picture = self._cache.get(index)
             if picture is None:
@@ -96,13 +68,8 @@ class ImageSequence:
                 self._cache.put(index, picture, picture.nbytes)
             return picture
 
-    @property
-    def square(self) -> bool:
-        """Whether pixels are square, as those of pictures are."""
-        return True
-
+    @override
     def close(self) -> None:
-        """Let go of the cached pictures."""
         with self._lock:
             self._cache.clear()
 

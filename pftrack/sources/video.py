@@ -22,8 +22,9 @@ from typing import BinaryIO
 import numpy as np
 from av.video.frame import VideoFrame
 from numpy.typing import NDArray
+from typing_extensions import override
 
-from pftrack.core.model.source import FrameIndex
+from pftrack.core.model.source import FrameIndex, FrameSequence
 from pftrack.sources.decoder import Decoder, measure, orientation_of, stored_size
 from pftrack.sources.formats import Format
 from pftrack.sources.limits import Limits, SourceError, check_pixels
@@ -33,7 +34,7 @@ _KEYFRAMES_TRIED = 3
 _MOST_KEPT_ON_THE_WAY = 48
 
 
-class VideoSequence:
+class VideoSequence(FrameSequence):
     """The pictures of a video or an animated GIF; may be used from several threads, one at a time."""
 
     def __init__(
@@ -75,8 +76,6 @@ class VideoSequence:
             self._decoder.close()
             raise
         self._close_file = weakref.finalize(self, file.close)  # also when nobody remembers to
-        self.times_s = np.array(self.index.times_s)
-        self.times_s.setflags(write=False)
         self._numbers: dict[int | None, int] = {stamp: number for number, stamp in enumerate(self.index.stamps)}
         self._untrue: set[int] = set()
         self._pass: Iterator[tuple[int, VideoFrame]] | None = None
@@ -84,47 +83,20 @@ class VideoSequence:
         self._from_start = False
 
     @property
-    def frame_count(self) -> int:
-        """How many frames really decode."""
-        return self.index.frame_count
-
-    @property
-    def frame_rate_hz(self) -> float:
-        """Frames a second; the mean where the rate varies."""
-        return self.index.frame_rate_hz
-
-    @property
-    def size(self) -> tuple[int, int]:
-        """Width and height of every picture, px."""
-        return _size(self.index)
-
-    @property
-    def sha256(self) -> str:
-        """Digest of the file."""
-        return self.index.sha256
-
-    @property
+    @override
     def square(self) -> bool:
-        """Whether pixels are square, or were made so."""
         return self._is_square(self.index)
 
-    def picture(self, index: int) -> NDArray[np.uint8]:
-        """Return a frame, (height, width, 3) RGB, read-only.
-
-        Raises:
-            IndexError: There is no such frame.
-            SourceError: The file has changed since it was surveyed.
-        """
-        if not 0 <= index < self.frame_count:
-            raise IndexError(f"frame must be between 0 and {self.frame_count - 1}, got {index}")
+    @override
+    def _picture(self, index: int) -> NDArray[np.uint8]:
         with self._lock:
             held = self._cache.get(index)
             if isinstance(held, VideoFrame):
                 held = self._convert(index, held)
             return self._reach(index) if held is None else held
 
+    @override
     def close(self) -> None:
-        """Let go of the file and the cached pictures."""
         with self._lock:
             self._pass = None
             self._cache.clear()
@@ -135,7 +107,7 @@ class VideoSequence:
         """Return whether an index has pixels made square, or they are; one of an earlier version has not."""
         stream = self._decoder.stream
         stored = stream.width, stream.height
-        return self._decoder.square_size(*stored)[0] == stored or stored_size(_size(index), index.orientation) != stored
+        return self._decoder.square_size(*stored)[0] == stored or stored_size(index.size, index.orientation) != stored
 
     def _survey(self, sha256: str, *, square: bool) -> FrameIndex:
         """Decode everything once."""
@@ -266,7 +238,3 @@ class VideoSequence:
     @property
     def _kept_on_the_way(self) -> int:
         return min(_MOST_KEPT_ON_THE_WAY, self._limits.cache_bytes // (2 * 3 * self.index.width * self.index.height))
-
-
-def _size(index: FrameIndex) -> tuple[int, int]:
-    return index.width, index.height

@@ -5,6 +5,7 @@ number, with the index of what decodes, and with its truth. `pftrack.sources.seq
 `pftrack.sources.truth` reads tables of truth.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Generic, Literal, Protocol, TypeAlias, TypeVar
@@ -285,6 +286,11 @@ class FrameIndex:
         return len(self.checksums)
 
     @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of every picture, px."""
+        return self.width, self.height
+
+    @property
     def duration_s(self) -> float:
         """How long it lasts, s; the last frame is shown as long as the mean one."""
         return self.times_s[-1] + 1 / self.frame_rate_hz
@@ -309,40 +315,46 @@ class FrameIndex:
 _ADAPTER = TypeAdapter(FrameIndex)
 
 
-class FrameSequence(Protocol):
-    """Random access to pictures of one size."""
+class FrameSequence(ABC):
+    """Random access to pictures of one size.
 
-    @property
-    def name(self) -> str:
-        """The file's or folder's own name, without its path."""
+    Attributes:
+        name: The file's or folder's own name, without its path.
+        index: All that the survey found; what follows from it is below.
+    """
+
+    name: str
+    index: FrameIndex
 
     @property
     def frame_count(self) -> int:
         """How many frames really decode."""
+        return self.index.frame_count
 
     @property
     def frame_rate_hz(self) -> float:
         """Frames a second; the mean where the rate varies."""
+        return self.index.frame_rate_hz
 
     @property
     def size(self) -> tuple[int, int]:
         """Width and height of every picture, px."""
+        return self.index.size
 
     @property
     def sha256(self) -> str:
         """Digest of the content."""
+        return self.index.sha256
 
     @property
     def times_s(self) -> Floats:
         """When each frame is shown, (frame_count,), from 0, s."""
+        return np.array(self.index.times_s)
 
     @property
     def square(self) -> bool:
         """Whether pixels are square, or were made so; an earlier version took oblong ones as they are stored."""
-
-    @property
-    def index(self) -> FrameIndex:
-        """All that the survey found."""
+        return True
 
     def picture(self, index: int) -> NDArray[np.uint8]:
         """Return a frame, (height, width, 3) RGB, read-only.
@@ -354,9 +366,17 @@ class FrameSequence(Protocol):
             IndexError: There is no such frame.
             SourceError: The file has changed since it was surveyed.
         """
+        if not 0 <= index < self.frame_count:
+            raise IndexError(f"frame must be between 0 and {self.frame_count - 1}, got {index}")
+        return self._picture(index)
+
+    @abstractmethod
+    def _picture(self, index: int) -> NDArray[np.uint8]:
+        """Return a frame that there is."""
 
     def close(self) -> None:
         """Let go of files and cached pictures."""
+        return
 
 
 class Truth(Protocol):

@@ -19,6 +19,7 @@ from typing import BinaryIO
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.source import Belief, FrameIndex, FrameSequence, Plane
@@ -34,12 +35,10 @@ LARGEST_PAPER_PX = 1920
 PICTURE = re.compile(r"pictures/([0-9]{6}|[1-9][0-9]{6,7})\.jpg")
 
 
-class BeliefSequence:
+class BeliefSequence(FrameSequence):
     """The frames of a recording of beliefs.
 
     Attributes:
-        name: Of the file.
-        sha256: Of its content.
         content: What it says.
         first: Number that the loop had for frame 0 of the sequence.
         has_pictures: Whether its frames have pictures; else they are paper.
@@ -70,7 +69,7 @@ class BeliefSequence:
         Raises:
             SourceError: It is no recording of beliefs, its clip cannot be read, or it exceeds the limits.
         """
-        self.name, self.sha256 = name, sha256
+        self.name = name
         self._file, self._lock = file, threading.Lock()
         self.content = Content(file)
         found, self._missing = find_clip(file, self.content, clip, beside, limits)
@@ -81,14 +80,8 @@ class BeliefSequence:
         pictures = map(PICTURE.fullmatch, self.content.entries)
         self._pictures = sorted(int(each[1]) for each in pictures if each)
         self.has_pictures = self._clip is not None or bool(self._pictures)
-        self.index = self._survey(limits)
+        self.index = self._survey(sha256, limits)
         self._close_file = weakref.finalize(self, file.close)  # also when nobody remembers to
-        self.size, self.frame_rate_hz = (self.index.width, self.index.height), self.index.frame_rate_hz
-        self.frame_count = self.index.frame_count
-        self.times_s = np.array(self.index.times_s)
-        self.times_s.setflags(write=False)
-
-    square = True
 
     @property
     def first(self) -> int:
@@ -96,10 +89,9 @@ class BeliefSequence:
         counted = self._clip is not None or "times.npy" in self.content.entries
         return 0 if counted else min([self.content.first, *self._pictures[:1]])
 
-    def picture(self, index: int) -> NDArray[np.uint8]:
-        """Return a frame, (height, width, 3) RGB, read-only; white paper where it has no picture."""
-        if not 0 <= index < self.frame_count:
-            raise IndexError(f"expected a frame from 0 to {self.frame_count - 1}, got {index}")
+    @override
+    def _picture(self, index: int) -> NDArray[np.uint8]:
+        """Return a frame; white paper where it has no picture."""
         if self._clip is not None:
             return self._clip.picture(index)
         name = f"pictures/{self.first + index:06d}.jpg"
@@ -135,19 +127,19 @@ class BeliefSequence:
             scale[1], shift[1] = 0.0, self.size[1] / 2.0
         return Plane(self.size, (scale[0], scale[1]), (shift[0], shift[1]))
 
+    @override
     def close(self) -> None:
-        """Let go of the file."""
         if self._clip is not None:
             self._clip.close()
         self._close_file()
 
-    def _survey(self, limits: Limits) -> FrameIndex:
+    def _survey(self, sha256: str, limits: Limits) -> FrameIndex:
         content, warnings = self.content, [*self.content.about.remarks, *filter(None, [self._missing])]
         if self._clip is not None:
             known = self._clip.index
             warnings += [*known.warnings, *_outside(content.last + 1, known.frame_count)]
             warnings += self._misfits(known.width, known.height, known.frame_count)
-            return replace(known, kind="beliefs", sha256=self.sha256, warnings=tuple(warnings))
+            return replace(known, kind="beliefs", sha256=sha256, warnings=tuple(warnings))
         times = content.times_s
         count = (max([content.last, *self._pictures[-1:]]) + 1 - self.first) if times is None else len(times)
         if count > limits.frames:
@@ -167,7 +159,7 @@ class BeliefSequence:
         checksums = tuple(zlib.crc32(f"{self.first + number}".encode()) for number in range(count))
         return FrameIndex(
             kind="beliefs",
-            sha256=self.sha256,
+            sha256=sha256,
             width=width,
             height=height,
             frame_rate_hz=rate,

@@ -10,11 +10,12 @@ from typing import BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from pftrack.core.arrays import Floats
 from pftrack.core.geometry.polygons import paint_disc
 from pftrack.core.model.parameters import Parameters
-from pftrack.core.model.source import Frame, FrameIndex, History, Measurements, Target
+from pftrack.core.model.source import Frame, FrameIndex, FrameSequence, History, Measurements, Target
 from pftrack.sources.limits import Limits, SourceError
 from pftrack.sources.tracks.table import LARGEST_FILE_BYTES, read_tracks
 
@@ -35,7 +36,7 @@ LEAST_VARIANCE_PX2 = 1e-12
 PAPER, DOT_RGB, DOT_PX = 255, (86, 180, 233), 4.0
 
 
-class TrackSequence:
+class TrackSequence(FrameSequence):
     """Tracks of a file, in px of a picture that holds what is seen of them.
 
     Attributes:
@@ -46,8 +47,6 @@ class TrackSequence:
         origin: (2,) where the picture's corner is, in the file's unit.
         first_frame: Number in the file of the first frame.
     """
-
-    square = True
 
     def __init__(self, file: BinaryIO, *, name: str, sha256: str, limits: Limits) -> None:
         """Read a file, which is closed.
@@ -61,43 +60,37 @@ class TrackSequence:
         if len(data) > LARGEST_FILE_BYTES:
             raise SourceError(f"a table of tracks may have at most {LARGEST_FILE_BYTES // 1024**2} MiB")
         table = read_tracks(data, limits.frames)
-        self.name, self.sha256 = name, sha256
+        self.name = name
         self.names: Sequence[str] = table.names
-        self.size, scale, origin = _frame(table.positions, table.variances)
+        size, scale, origin = _frame(table.positions, table.variances)
         self.scale, self.origin, self.first_frame = scale, origin, table.first
         self.positions: Floats = scale * (table.positions - origin)
         variances = scale * scale * table.variances
         self.variances: Floats = np.maximum(variances, LEAST_VARIANCE_PX2)
-        scaled = [] if scale == 1.0 else [_scaling(self.size, scale, origin)]
+        scaled = [] if scale == 1.0 else [_scaling(size, scale, origin)]
         if (variances < LEAST_VARIANCE_PX2).any():
             scaled.append(f"Variances below {LEAST_VARIANCE_PX2:g} px² of the picture were raised to that.")
         for array in (self.positions, self.variances):
             array.flags.writeable = False
-        self.frame_rate_hz, self.frame_count = FRAME_RATE_HZ, len(self.positions)
-        self.times_s: Floats = np.arange(self.frame_count) / FRAME_RATE_HZ
         self.index = FrameIndex(
             kind="tracks",
             sha256=sha256,
-            width=self.size[0],
-            height=self.size[1],
+            width=size[0],
+            height=size[1],
             frame_rate_hz=FRAME_RATE_HZ,
-            times_s=tuple(self.times_s.tolist()),
+            times_s=tuple((np.arange(len(self.positions)) / FRAME_RATE_HZ).tolist()),
             checksums=tuple(zlib.crc32(np.nan_to_num(one).tobytes()) for one in self.positions),
             warnings=(*table.warnings, *scaled),
         )
 
-    def picture(self, index: int) -> NDArray[np.uint8]:
-        """Return a frame as dots on white paper, (height, width, 3) RGB, read-only; what is not seen has none."""
-        if not 0 <= index < self.frame_count:
-            raise IndexError(f"expected a frame from 0 to {self.frame_count - 1}, got {index}")
+    @override
+    def _picture(self, index: int) -> NDArray[np.uint8]:
+        """Return a frame as dots on white paper; what is not seen has none."""
         image = np.full((self.size[1], self.size[0], 3), PAPER, dtype=np.uint8)
         for x, y in self.positions[index][np.isfinite(self.positions[index]).all(axis=1)]:
             paint_disc(image, float(x), float(y), DOT_PX, DOT_RGB)
         image.flags.writeable = False
         return image
-
-    def close(self) -> None:
-        """Let go of nothing: the file was read whole."""
 
 
 def _scaling(size: tuple[int, int], scale: float, origin: Floats) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.model.parameters import revise
-from pftrack.core.model.source import Frame, FrameIndex, History
+from pftrack.core.model.source import Frame, FrameIndex, FrameSequence, History
 from pftrack.experiments.head.scene import HeadSource
 from pftrack.experiments.head.scene_parameters import HeadSceneParameters
 from pftrack.vision.geometry.face import FEATURES
@@ -16,31 +16,17 @@ from tests.making import encoded
 Picture = NDArray[np.uint8]
 
 
-class Pictures:
-    """A `FrameSequence` of given pictures."""
+class Pictures(FrameSequence):
+    """Given pictures."""
 
     def __init__(self, pictures: Sequence[Picture], name: str = "face.mp4", frame_rate_hz: float = 30.0) -> None:
-        self._pictures = pictures
-        self.name = name
-        self.frame_count = len(pictures)
-        self.frame_rate_hz = frame_rate_hz
+        self._pictures, self.name = pictures, name
         height, width = pictures[0].shape[:2]
-        self.size = (width, height)
-        self.sha256 = "0" * 64
-        self.square = True
-        self.times_s = np.arange(len(pictures)) / frame_rate_hz
+        times, sums = tuple((np.arange(len(pictures)) / frame_rate_hz).tolist()), (0,) * len(pictures)
+        self.index = FrameIndex("video", "0" * 64, width, height, frame_rate_hz, times, sums)
 
-    @property
-    def index(self) -> FrameIndex:
-        size = self.size
-        times, sums = tuple(self.times_s.tolist()), (0,) * self.frame_count
-        return FrameIndex("video", self.sha256, *size, self.frame_rate_hz, times, sums)
-
-    def picture(self, index: int) -> Picture:
+    def _picture(self, index: int) -> Picture:
         return self._pictures[index]
-
-    def close(self) -> None:
-        pass
 
 
 @cache
