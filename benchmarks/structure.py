@@ -24,7 +24,7 @@ from scipy.spatial.transform import Rotation  # noqa: E402
 from pftrack.reproduce.structure_tracks import SimulatedTracks, head_tracks, prism_tracks  # noqa: E402
 from pftrack.vision.geometry.face import mean_model  # noqa: E402
 from pftrack.vision.structure import growing, recursive, variational  # noqa: E402
-from pftrack.vision.structure.cameras import fit_camera  # noqa: E402
+from pftrack.vision.structure.cameras import Sight, fit_camera  # noqa: E402
 from pftrack.vision.structure.factorization import factorize  # noqa: E402
 from pftrack.vision.structure.recursive import from_window  # noqa: E402
 from pftrack.vision.structure.tracks import (  # noqa: E402
@@ -86,8 +86,8 @@ def adjust_bundle(body: SimulatedTracks, tracks: Tracks) -> Shape:
         if camera is None:
             raise RuntimeError("a window leaves a camera")
         for index in order:
-            rows, precisions = check_view(tracks.positions[index], tracks.variances[index], count)
-            camera = fit_camera(focal, camera, state.shape, rows, precisions, camera, 0.0, 50)
+            sight = Sight(focal, *check_view(tracks.positions[index], tracks.variances[index], count))
+            camera = fit_camera(sight, camera, state.shape, camera, 0.0, 50)
             cameras[index] = camera
     turns = Rotation.from_matrix([one[:, :3] for one in cameras])
     weights = 1.0 / np.sqrt(tracks.variances)

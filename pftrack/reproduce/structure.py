@@ -35,7 +35,7 @@ from pftrack.reproduce.pool import Pool
 from pftrack.reproduce.structure_tracks import CENTRES, SimulatedTracks, head_tracks, prism_tracks
 from pftrack.vision.geometry.face import mean_model
 from pftrack.vision.structure import growing, recursive, variational
-from pftrack.vision.structure.cameras import fit_camera, frontal
+from pftrack.vision.structure.cameras import Sight, fit_camera, frontal
 from pftrack.vision.structure.factorization import factorize
 from pftrack.vision.structure.recursive import from_window
 from pftrack.vision.structure.tracks import Tracks, align, check_view, residuals, shape_error
@@ -177,11 +177,11 @@ def grow(trial: Trial) -> GrowthResult:
     errors, weights = [], []
     for index, theta in enumerate(body.theta_rad):
         positions, variances = body.tracks.positions[index], body.tracks.variances[index]
-        rows, precisions = check_view(positions, variances, len(mean))
-        cameras = cameras or [frontal(body.focal_px, mean, rows, precisions)] * 3
+        sight = Sight(body.focal_px, *check_view(positions, variances, len(mean)))
+        cameras = cameras or [frontal(sight, mean)] * 3
         shapes = mean, state.shape, np.array(body.shape_mm)
         cameras = [
-            fit_camera(body.focal_px, camera, shape, rows, precisions, camera, 0.0, POSE_ROUNDS)
+            fit_camera(sight, camera, shape, camera, 0.0, POSE_ROUNDS)
             for camera, shape in zip(cameras, shapes, strict=True)
         ]
         found = [angles(np.ascontiguousarray(camera[:, :3])) for camera in cameras]

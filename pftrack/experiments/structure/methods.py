@@ -15,7 +15,7 @@ from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.numerics.matrices import cholesky, eigenvalues, product, singular_values, solve_system
 from pftrack.experiments.structure.scene import Shape
 from pftrack.vision.structure import growing, recursive, variational
-from pftrack.vision.structure.cameras import residuals_and_slopes
+from pftrack.vision.structure.cameras import Sight, residuals_and_slopes
 from pftrack.vision.structure.factorization import metric_transform
 from pftrack.vision.structure.growing import Growing, fit_despite_outliers
 from pftrack.vision.structure.recursive import (
@@ -363,8 +363,8 @@ def _grown_shape(state: Growing | Recursive, seen: Observed, focal_px: float, mi
 def _misfit(shape: Floats, camera: Floats, seen: Observed, focal_px: float) -> float:
     """Return the mean square of the last frame's residuals in units of their noise; 1 if all is as it should be."""
     rows = np.ascontiguousarray(seen.positions[-1].T)
-    residuals, _, _ = residuals_and_slopes(focal_px, camera, shape, rows)
-    precisions = 1.0 / seen.variances[-1].T
+    precisions = 1.0 / np.ascontiguousarray(seen.variances[-1].T)
+    residuals, _, _ = residuals_and_slopes(Sight(focal_px, rows, precisions), camera, shape)
     free = int(np.count_nonzero(precisions)) - CAMERA_NUMBERS
     return float((precisions * residuals * residuals).sum() / free) if free > 0 else 1.0
 

@@ -37,7 +37,7 @@ from pftrack.experiments.structure.methods import (
 )
 from pftrack.experiments.structure.scene import BodyTarget, Shape, normalise_size
 from pftrack.vision.geometry.face import gaze
-from pftrack.vision.structure.cameras import evidence, fit_camera, frontal
+from pftrack.vision.structure.cameras import Sight, evidence, fit_camera, frontal
 from pftrack.vision.structure.growing import Growing, find_right
 from pftrack.vision.structure.tracks import check_view
 from pftrack.vision.structure.variational import transform_covariances
@@ -98,7 +98,7 @@ def flat(filled: Floats, rows: Floats, precisions: Floats, focal_px: float) -> P
         variance = np.divide(1.0, precisions[axis], out=np.full(len(points), np.inf), where=known)
         covariances[:, axis, axis] = np.minimum(variance / (size * size), UNKNOWN_DEPTH_SD)
     covariances[:, 2, 2] = UNKNOWN_DEPTH_SD
-    return Placed(points, covariances, frontal(focal_px, points, rows, precisions), known=False)
+    return Placed(points, covariances, frontal(Sight(focal_px, rows, precisions), points), known=False)
 
 
 def place(before: Placed, found: Found, rows: Floats, precisions: Floats, focal_px: float) -> Placed:
@@ -171,12 +171,12 @@ def settle(before: Placed, shape: Placed, rows: Floats, precisions: Floats, foca
     camera = before.camera
     if not _too_few(precisions):
         start = np.ascontiguousarray(shape.camera)
-        camera = fit_camera(focal_px, start, shape.points, rows, precisions, start, TURN_PRECISION, ROUNDS)
+        camera = fit_camera(Sight(focal_px, rows, precisions), start, shape.points, start, TURN_PRECISION, ROUNDS)
     return Placed(shape.points, shape.covariances, camera, shape.known, before.depth_odds)
 
 
 def _evidence(shape: Placed, rows: Floats, precisions: Floats, focal_px: float) -> float:
-    return evidence(focal_px, shape.camera, shape.points, rows, precisions, shape.camera, TURN_PRECISION)
+    return evidence(Sight(focal_px, rows, precisions), shape.camera, shape.points, shape.camera, TURN_PRECISION)
 
 
 @dataclass(frozen=True, eq=False)
@@ -287,8 +287,8 @@ def doubt(seen: methods.Observed, belief: Belief, focal_px: float, wrong: float)
     if belief.found is None:
         return seen
     shape, covariances = contiguous_copy(belief.found.points), contiguous_copy(belief.found.covariances)
-    rows, precisions = check_view(seen.positions[-1], seen.told[-1], len(shape))
-    right = find_right(focal_px, contiguous_copy(belief.found.camera), shape, covariances, rows, precisions, wrong)
+    sight = Sight(focal_px, *check_view(seen.positions[-1], seen.told[-1], len(shape)))
+    right = find_right(sight, contiguous_copy(belief.found.camera), shape, covariances, wrong)
     variances = seen.variances.copy()
     variances[-1] = seen.told[-1] / right[:, None]
     return replace(seen, variances=variances)

@@ -4,6 +4,8 @@ The camera has six numbers, a rotation and a translation, kept as a matrix (R, T
 is known. A long focal length at a great distance is the scaled orthographic camera.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from pftrack.core.arrays import Floats
@@ -31,15 +33,28 @@ NEAREST = 1e-3
 """The least depth, in the unit of the shape."""
 
 
+class Sight(NamedTuple):
+    """What was measured of n points in one frame, and through which lens.
+
+    Attributes:
+        focal_px: Focal length.
+        rows: (2, n) positions, px from the principal point.
+        precisions: (2, n) inverse variances, 1/px^2; 0 where a point was not seen.
+    """
+
+    focal_px: float
+    rows: Floats
+    precisions: Floats
+
+
 @compiled
-def residuals_and_slopes(focal: float, camera: Floats, shape: Floats, rows: Floats) -> tuple[Floats, Floats, Floats]:
+def residuals_and_slopes(sight: Sight, camera: Floats, shape: Floats) -> tuple[Floats, Floats, Floats]:
     """Return residuals (2, n), px, and the slopes of the predictions by the points (2, n, 3) and the camera (2, n, 6).
 
     Args:
-        focal: px.
+        sight: The frame.
         camera: (3, 4).
         shape: (n, 3).
-        rows: (2, n) positions, px from the principal point.
     """
     count = shape.shape[0]
     residuals, by_point, by_camera = np.empty((2, count)), np.empty((2, count, 3)), np.empty((2, count, SIZE))
@@ -50,10 +65,10 @@ def residuals_and_slopes(focal: float, camera: Floats, shape: Floats, rows: Floa
             for j in range(3):
                 turned[i] += camera[i, j] * shape[n, j]
         depth = max(turned[2] + camera[2, 3], NEAREST)
-        scale = focal / depth
+        scale = sight.focal_px / depth
         for d in range(2):
             seen = scale * (turned[d] + camera[d, 3])
-            residuals[d, n] = rows[d, n] - seen
+            residuals[d, n] = sight.rows[d, n] - seen
             slope[0] = slope[1] = 0.0
             slope[d] = scale
             slope[2] = -seen / depth
@@ -68,8 +83,9 @@ def residuals_and_slopes(focal: float, camera: Floats, shape: Floats, rows: Floa
 
 
 @compiled
-def frontal(focal: float, shape: Floats, rows: Floats, precisions: Floats) -> Floats:
-    """Return the camera (3, 4) that sees a shape from the front, as large and where it is seen."""
+def frontal(sight: Sight, shape: Floats) -> Floats:
+    """Return the camera (3, 4) that sees a shape (n, 3) from the front, as large and where it is seen."""
+    rows, precisions = sight.rows, sight.precisions
     camera = np.zeros((3, 4))
     means, sizes = np.zeros((2, 2)), np.zeros(2)
     for d in range(2):
@@ -88,7 +104,7 @@ def frontal(focal: float, shape: Floats, rows: Floats, precisions: Floats) -> Fl
     camera[2, 2] = 1.0
     # Seen mirrored or not at all, the scale is one that does no harm.
     scale = sizes[1] / sizes[0] if sizes[1] > 0.0 and sizes[0] > 0.0 else 1.0
-    camera[2, 3] = focal / scale
+    camera[2, 3] = sight.focal_px / scale
     for d in range(2):
         camera[d, 3] = means[d, 1] / scale - means[d, 0]
     return camera
@@ -96,23 +112,14 @@ def frontal(focal: float, shape: Floats, rows: Floats, precisions: Floats) -> Fl
 
 @compiled
 def fit_camera(
-    focal: float,
-    camera: Floats,
-    shape: Floats,
-    rows: Floats,
-    precisions: Floats,
-    before: Floats,
-    turn_precision: float,
-    most_rounds: int,
+    sight: Sight, camera: Floats, shape: Floats, before: Floats, turn_precision: float, most_rounds: int
 ) -> Floats:
     """Return the camera (3, 4) of the least weighted squared distances, by Gauss and Newton's method from one nearby.
 
     Args:
-        focal: px.
+        sight: The frame.
         camera: (3, 4) to begin with.
         shape: (n, 3).
-        rows: (2, n) positions, px from the principal point.
-        precisions: (2, n).
         before: (3, 4) of the frame before, from which it is not likely to have turned far: a body that is narrower than
             its model may as well be turned, and nothing else tells.
         turn_precision: Of the rotation since then, 1/rad^2.
@@ -120,8 +127,8 @@ def fit_camera(
     """
     found = camera
     for _ in range(most_rounds):
-        residuals, _, slopes = residuals_and_slopes(focal, found, shape, rows)
-        normal, wanted, _ = normal_of(residuals, slopes, precisions, turn_between(found, before), turn_precision)
+        residuals, _, slopes = residuals_and_slopes(sight, found, shape)
+        normal, wanted, _ = normal_of(residuals, slopes, sight.precisions, turn_between(found, before), turn_precision)
         change = cholesky_solve(cholesky_log_det(normal)[0], wanted)
         found = _move(found, change)
         length = 0.0
@@ -133,21 +140,13 @@ def fit_camera(
 
 
 @compiled
-def evidence(
-    focal: float,
-    camera: Floats,
-    shape: Floats,
-    rows: Floats,
-    precisions: Floats,
-    before: Floats,
-    turn_precision: float,
-) -> float:
+def evidence(sight: Sight, camera: Floats, shape: Floats, before: Floats, turn_precision: float) -> float:
     """Return the log density of a view given a shape, its camera integrated out, up to a constant; see `fit_camera`.
 
     The constant is that of the camera's prior, which is flat in the translation: the same for all shapes in one unit.
     """
-    residuals, _, slopes = residuals_and_slopes(focal, camera, shape, rows)
-    normal, _, cost = normal_of(residuals, slopes, precisions, turn_between(camera, before), turn_precision)
+    residuals, _, slopes = residuals_and_slopes(sight, camera, shape)
+    normal, _, cost = normal_of(residuals, slopes, sight.precisions, turn_between(camera, before), turn_precision)
     _, log_determinant = cholesky_log_det(normal)
     return -0.5 * (cost + log_determinant)
 
@@ -169,14 +168,7 @@ def turn_between(camera: Floats, reference: Floats) -> Floats:
 
 
 @compiled
-def steady_camera(
-    focal: float,
-    camera: Floats,
-    reference: Floats,
-    shape: Floats,
-    rows: Floats,
-    precisions: Floats,
-) -> Floats:
+def steady_camera(sight: Sight, camera: Floats, reference: Floats, shape: Floats) -> Floats:
     """Return a camera (3, 4) without that part of its rotation from a reference which may be noise.
 
     A body at rest seems to turn a little, by the noise of its points, and whoever takes that for a rotation learns a
@@ -184,17 +176,15 @@ def steady_camera(
     with q = rho^T V^-1 rho and V the covariance of the fitted rotation.
 
     Args:
-        focal: px.
-        camera: (3, 4) fitted to the view.
+        sight: The frame.
+        camera: (3, 4) fitted to the sight.
         reference: (3, 4) of the view from which rotations count.
         shape: (n, 3).
-        rows: (2, n) positions, px from the principal point.
-        precisions: (2, n).
     """
     turn = turn_between(camera, reference)
     angle = np.sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2])
-    residuals, _, slopes = residuals_and_slopes(focal, camera, shape, rows)
-    normal, _, _ = normal_of(residuals, slopes, precisions, turn, 0.0)
+    residuals, _, slopes = residuals_and_slopes(sight, camera, shape)
+    normal, _, _ = normal_of(residuals, slopes, sight.precisions, turn, 0.0)
     covariance, precision = np.empty((SIZE, SIZE)), np.empty((3, 3))
     invert(normal, covariance)
     invert(covariance[:3, :3].copy(), precision)
@@ -227,11 +217,7 @@ def _stiffen(normal: Floats) -> None:
 
 @compiled
 def normal_of(
-    residuals: Floats,
-    slopes: Floats,
-    precisions: Floats,
-    turn: Floats,
-    turn_precision: float,
+    residuals: Floats, slopes: Floats, precisions: Floats, turn: Floats, turn_precision: float
 ) -> tuple[Floats, Floats, float]:
     """Return precision (6, 6), lower half, and gradient (6,) of the camera, and the squared distances, weighted.
 

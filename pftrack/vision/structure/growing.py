@@ -27,7 +27,7 @@ from pftrack.core.numerics.elementary import exponentials, logarithms
 from pftrack.core.numerics.matrices import product, solve_system
 from pftrack.vision.geometry.face import Similarity, fit_similarity
 from pftrack.vision.structure import recursive, variational
-from pftrack.vision.structure.cameras import evidence, fit_camera, frontal, residuals_and_slopes
+from pftrack.vision.structure.cameras import Sight, evidence, fit_camera, frontal, residuals_and_slopes
 from pftrack.vision.structure.factorization import invert
 from pftrack.vision.structure.recursive import Recursive
 from pftrack.vision.structure.tracks import Tracks, check_view
@@ -151,15 +151,14 @@ def step(state: Growing, positions: Floats, variances: Floats) -> Growing:
         ValueError: The shapes differ, a variance is not above 0, or a position that was seen is not finite.
     """
     settings = state.settings
-    rows, precisions = check_view(positions, variances, len(state.mean_shape))
-    focal = float(settings.focal_px)
+    sight = Sight(float(settings.focal_px), *check_view(positions, variances, len(state.mean_shape)))
     mean_camera = state.mean_camera
     if mean_camera is None:
-        mean_camera = frontal(focal, state.mean_shape, rows, precisions)
+        mean_camera = frontal(sight, state.mean_shape)
     own_camera = state.own.camera if state.own.camera is not None else mean_camera
     turn_precision = 1.0 / state.own.settings.turn_sd_rad**2
-    mean_camera, usual = _predict(focal, mean_camera, state.mean_shape, rows, precisions, turn_precision)
-    own_camera, personal = _predict(focal, own_camera, state.own.shape, rows, precisions, turn_precision)
+    mean_camera, usual = _predict(sight, mean_camera, state.mean_shape, turn_precision)
+    own_camera, personal = _predict(sight, own_camera, state.own.shape, turn_precision)
     # A camera's translation is in the unit of the shape: in another size its flat prior is another.
     advantage = personal - usual - 3.0 * math.log(state.onto_mean.scale)
     advantage = min(max(advantage, -LARGEST_DIFFERENCE), LARGEST_DIFFERENCE)
@@ -171,7 +170,7 @@ def step(state: Growing, positions: Floats, variances: Floats) -> Growing:
         # What is not learned from must be followed all the same.
         own, onto_mean = replace(state.own, camera=own_camera), state.onto_mean
     else:
-        own = recursive.take(replace(state.own, settings=_of_own(settings)), rows, precisions)
+        own = recursive.take(replace(state.own, settings=_of_own(settings)), sight)
         onto_mean = fit_similarity(own.shape, state.mean_shape)
     shape = state.mean_shape + weight * (onto_mean(own.shape) - state.mean_shape)
     return Growing(settings, state.mean_shape, own, onto_mean, mean_camera, probability, weight, advantage, shape)
@@ -197,17 +196,10 @@ def _of_own(settings: Settings) -> recursive.Settings:
 
 
 @compiled
-def _predict(
-    focal: float,
-    camera: Floats,
-    shape: Floats,
-    rows: Floats,
-    precisions: Floats,
-    turn_precision: float,
-) -> tuple[Floats, float]:
+def _predict(sight: Sight, camera: Floats, shape: Floats, turn_precision: float) -> tuple[Floats, float]:
     """Return the camera that fits a shape to a frame, and the frame's log density given the shape."""
-    fitted = fit_camera(focal, camera, shape, rows, precisions, camera, turn_precision, CAMERA_ROUNDS)
-    return fitted, evidence(focal, fitted, shape, rows, precisions, camera, turn_precision)
+    fitted = fit_camera(sight, camera, shape, camera, turn_precision, CAMERA_ROUNDS)
+    return fitted, evidence(sight, fitted, shape, camera, turn_precision)
 
 
 # A point that has slipped to another place is measured as exactly as ever, there. One such measurement in fifty ruins a
@@ -268,43 +260,34 @@ def fit_despite_outliers(tracks: Tracks, wrong: float) -> tuple[Tracks, Variatio
 
 
 @compiled
-def find_right(
-    focal: float,
-    before: Floats,
-    shape: Floats,
-    covariances: Floats,
-    rows: Floats,
-    precisions: Floats,
-    wrong: float,
-) -> Floats:
+def find_right(sight: Sight, before: Floats, shape: Floats, covariances: Floats, wrong: float) -> Floats:
     """Return how likely each measurement of a view is right, (n,).
 
     Args:
-        focal: px.
+        sight: The frame.
         before: (3, 4) camera of the frame before.
         shape: (n, 3).
         covariances: (n, 3, 3) of its points.
-        rows: (2, n) positions, px from the principal point.
-        precisions: (2, n), 0 where a point was not measured.
         wrong: Share of the measurements that are wrong, 0..1.
     """
     count = len(shape)
-    positions, camera = rows.T.copy().reshape(1, count, 2), before
+    positions, camera = sight.rows.T.copy().reshape(1, count, 2), before
     right: Floats = np.ones((1, count))
-    variances, distances, kept = np.empty((1, count)), np.empty((1, count)), precisions.copy()
+    variances, distances, kept = np.empty((1, count)), np.empty((1, count)), sight.precisions.copy()
     for _ in range(ROUNDS):
-        residuals, by_point, _ = residuals_and_slopes(focal, camera, shape, rows)
+        residuals, by_point, _ = residuals_and_slopes(sight, camera, shape)
         for n in range(count):
             variances[0, n], distances[0, n] = 0.0, 0.0
             for d in range(2):
                 along = by_point[d, n].copy()
-                variances[0, n] += 0.5 / precisions[d, n] + 0.5 * _quadratic(along, covariances[n])
+                variances[0, n] += 0.5 / sight.precisions[d, n] + 0.5 * _quadratic(along, covariances[n])
                 distances[0, n] += residuals[d, n] ** 2
         right = _find_right(positions, distances, variances, wrong)
         for n in range(count):
             for d in range(2):
-                kept[d, n] = precisions[d, n] * right[0, n]
-        camera = fit_camera(focal, camera, shape, rows, kept, before, TURN_PRECISION, NEWTON_STEPS)
+                kept[d, n] = sight.precisions[d, n] * right[0, n]
+        likely_so = Sight(sight.focal_px, sight.rows, kept)
+        camera = fit_camera(likely_so, camera, shape, before, TURN_PRECISION, NEWTON_STEPS)
     likely: Floats = right[0]
     return likely
 

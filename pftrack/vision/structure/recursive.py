@@ -34,6 +34,7 @@ from pftrack.core.numerics.matrices import eigenvalues, inner_product, product
 from pftrack.vision.structure import variational
 from pftrack.vision.structure.cameras import (
     SIZE,
+    Sight,
     fit_camera,
     frontal,
     normal_of,
@@ -177,26 +178,24 @@ def step(state: Recursive, positions: Floats, variances: Floats) -> Recursive:
     Raises:
         ValueError: The shapes differ, a variance is not above 0, or a position that was seen is not finite.
     """
-    return take(state, *check_view(positions, variances, len(state.shape)))
+    return take(state, Sight(float(state.settings.focal_px), *check_view(positions, variances, len(state.shape))))
 
 
-def take(state: Recursive, rows: Floats, precisions: Floats) -> Recursive:
-    """Take a frame as `tracks.check_view` has it: rows (2, n) of positions and of precisions."""
-    focal = float(state.settings.focal_px)
-    camera = frontal(focal, state.shape, rows, precisions) if state.camera is None else state.camera
+def take(state: Recursive, sight: Sight) -> Recursive:
+    """Take a frame that was checked."""
+    camera = frontal(sight, state.shape) if state.camera is None else state.camera
     start, held = state.shape, state.precision
     # In the first frame it changes nothing; whoever begins has it compiled then, and not when somebody first forgets.
     if state.settings.memory < 1.0 or state.frames == 0:
-        start, held = _forgotten(
-            start, held, state.prior_shape, state.prior_precision, precisions, float(state.settings.memory)
-        )
+        prior = state.prior_shape, state.prior_precision
+        start, held = _forgotten(start, held, prior, sight.precisions, float(state.settings.memory))
     rounds = FIRST_ROUNDS if state.frames == 0 else LATER_ROUNDS
     turn_precision = 1.0 / state.settings.turn_sd_rad**2
     reference = state.reference
     if reference is None:
-        reference = fit_camera(focal, camera, state.shape, rows, precisions, camera, turn_precision, rounds)
+        reference = fit_camera(sight, camera, state.shape, camera, turn_precision, rounds)
     shape, precision, camera, log_evidence = _improve(
-        focal, start, held, camera, reference, rows, precisions, turn_precision, state.settings.rounds, rounds
+        sight, start, held, camera, reference, turn_precision, state.settings.rounds, rounds
     )
     return replace(
         state,
@@ -210,13 +209,11 @@ def take(state: Recursive, rows: Floats, precisions: Floats) -> Recursive:
 
 
 def _improve(
-    focal: float,
+    sight: Sight,
     start: Floats,
     held: Floats,
     before: Floats,
     reference: Floats,
-    rows: Floats,
-    precisions: Floats,
     turn_precision: float,
     rounds: int,
     camera_rounds: int,
@@ -227,10 +224,9 @@ def _improve(
     """
     _, log_before = cholesky_log_det(held)
     shape = start
-    camera = fit_camera(focal, before, shape, rows, precisions, before, turn_precision, camera_rounds)
-    precision, gradient, cost, log_camera = _combine(
-        focal, camera, before, reference, shape, start, held, rows, precisions, turn_precision
-    )
+    camera = fit_camera(sight, before, shape, before, turn_precision, camera_rounds)
+    seen = before, reference, start, held, turn_precision
+    precision, gradient, cost, log_camera = _combine(sight, camera, shape, seen)
     for _ in range(rounds):
         change, gain = _newton_step(precision, gradient)
         if gain < CLOSE:
@@ -238,8 +234,8 @@ def _improve(
         better = False
         for _ in range(HALVINGS):
             tried = shape + change.reshape(start.shape)
-            seen_from = fit_camera(focal, camera, tried, rows, precisions, before, turn_precision, camera_rounds)
-            fresh = _combine(focal, seen_from, before, reference, tried, start, held, rows, precisions, turn_precision)
+            seen_from = fit_camera(sight, camera, tried, before, turn_precision, camera_rounds)
+            fresh = _combine(sight, seen_from, tried, seen)
             if fresh[2] <= cost:
                 shape, camera = tried, seen_from
                 precision, gradient, cost, log_camera = fresh
@@ -262,22 +258,22 @@ def _newton_step(precision: Floats, gradient: Floats) -> tuple[Floats, float]:
 
 @compiled
 def _combine(
-    focal: float,
-    camera: Floats,
-    before: Floats,
-    reference: Floats,
-    shape: Floats,
-    start: Floats,
-    held: Floats,
-    rows: Floats,
-    precisions: Floats,
-    turn_precision: float,
+    sight: Sight, camera: Floats, shape: Floats, seen: tuple[Floats, Floats, Floats, Floats, float]
 ) -> tuple[Floats, Floats, float, float]:
-    """Return precision and gradient of the shape with the camera integrated out, the cost, and log det B."""
-    size = 3 * shape.shape[0]
-    residuals, _, _ = residuals_and_slopes(focal, camera, shape, rows)
-    steady = steady_camera(focal, camera, reference, shape, rows, precisions)
-    _, by_point, by_camera = residuals_and_slopes(focal, steady, shape, rows)
+    """Return precision and gradient of the shape with the camera integrated out, the cost, and log det B.
+
+    Args:
+        sight: The frame.
+        camera: (3, 4) fitted to it.
+        shape: (n, 3) that is tried.
+        seen: What was known before the frame: its camera, that of the first frame, the shape and its precision, and
+            the precision of the turn between two frames.
+    """
+    before, reference, start, held, turn_precision = seen
+    size, precisions = 3 * shape.shape[0], sight.precisions
+    residuals, _, _ = residuals_and_slopes(sight, camera, shape)
+    steady = steady_camera(sight, camera, reference, shape)
+    _, by_point, by_camera = residuals_and_slopes(sight, steady, shape)
     normal, wanted, cost = normal_of(residuals, by_camera, precisions, turn_between(camera, before), turn_precision)
     precision, gradient, coupling = held.copy(), np.zeros(size), np.zeros((size, SIZE))
     away = (start - shape).reshape(size)
@@ -299,13 +295,7 @@ def _combine(
 
 
 @compiled
-def _pay(
-    precision: Floats,
-    gradient: Floats,
-    coupling: Floats,
-    wanted: Floats,
-    lower: Floats,
-) -> None:
+def _pay(precision: Floats, gradient: Floats, coupling: Floats, wanted: Floats, lower: Floats) -> None:
     """Take C B^-1 C^T off the precision, and C B^-1 of its gradient off the gradient, in place; L L^T = B."""
     size = coupling.shape[0]
     for k in range(SIZE):
@@ -329,14 +319,10 @@ def _pay(
 
 @compiled
 def _forgotten(
-    shape: Floats,
-    known: Floats,
-    prior_shape: Floats,
-    prior_precision: Floats,
-    precisions: Floats,
-    memory: float,
+    shape: Floats, known: Floats, prior: tuple[Floats, Floats], precisions: Floats, memory: float
 ) -> tuple[Floats, Floats]:
-    """Return shape and precision after what is well seen has been forgotten a little, towards the prior."""
+    """Return shape and precision after what is well seen has been forgotten a little, towards the prior's."""
+    prior_shape, prior_precision = prior
     count = shape.shape[0]
     kept = precisions[0] + precisions[1]
     most = kept.max()

@@ -8,6 +8,7 @@ from pftrack.core.geometry.rotation import rotation
 from pftrack.core.model.parameters import Value
 from pftrack.experiments import find
 from pftrack.vision.structure import variational
+from pftrack.vision.structure.cameras import Sight
 from pftrack.vision.structure.factorization import metric_transform
 from pftrack.vision.structure.growing import find_right, fit_despite_outliers
 from pftrack.vision.structure.tracks import Tracks
@@ -35,7 +36,7 @@ def test_what_has_slipped_is_found() -> None:
         for point in slipped:
             turn = rng.uniform(0, 2 * np.pi)
             rows[:, point] += 40.0 * np.array([np.cos(turn), np.sin(turn)])
-        right = find_right(FOCAL, CAMERA, POINTS, sure, rows, np.full((2, 12), NOISE**-2), 0.02)
+        right = find_right(Sight(FOCAL, rows, np.full((2, 12), NOISE**-2)), CAMERA, POINTS, sure, 0.02)
         assert right[slipped].max() < 1e-3
         believed.extend(np.delete(right, slipped))
     assert np.mean(believed) > 0.98
@@ -46,14 +47,14 @@ def test_a_shape_that_is_wrong_itself_accuses_nobody() -> None:
     rng = np.random.default_rng(2)
     rows, precisions = seen(np.zeros(3), rng), np.full((2, 12), NOISE**-2)
     other = POINTS + 0.3 * rng.standard_normal(POINTS.shape)
-    right = find_right(FOCAL, CAMERA, other, np.zeros((12, 3, 3)), rows, precisions, 0.02)
+    right = find_right(Sight(FOCAL, rows, precisions), CAMERA, other, np.zeros((12, 3, 3)), 0.02)
     assert np.median(right) > 0.9
     assert (right > 0.5).sum() >= 10
     rows[:, 3], precisions[:, 3] = 0.0, 0.0
-    assert find_right(FOCAL, CAMERA, POINTS, np.zeros((12, 3, 3)), rows, precisions, 0.02)[3] == 1.0
+    assert find_right(Sight(FOCAL, rows, precisions), CAMERA, POINTS, np.zeros((12, 3, 3)), 0.02)[3] == 1.0
     precisions[:, 4:] = 0.0
     rows[:, 0] += 50.0
-    assert find_right(FOCAL, CAMERA, POINTS, np.zeros((12, 3, 3)), rows, precisions, 0.02).tolist() == [1.0] * 12
+    assert find_right(Sight(FOCAL, rows, precisions), CAMERA, POINTS, np.zeros((12, 3, 3)), 0.02).tolist() == [1.0] * 12
 
 
 def test_a_factorization_does_without_them() -> None:

@@ -3,7 +3,7 @@ import pytest
 
 from pftrack.core.geometry.rotation import rotation
 from pftrack.vision.structure import recursive
-from pftrack.vision.structure.cameras import fit_camera, frontal, residuals_and_slopes, steady_camera
+from pftrack.vision.structure.cameras import Sight, fit_camera, frontal, residuals_and_slopes, steady_camera
 from pftrack.vision.structure.recursive import Recursive, Settings, from_window
 from pftrack.vision.structure.tracks import Tracks, shape_error
 from tests.vision.structure.views import FOCAL_PX, angles, covariance, own, usual, views
@@ -26,12 +26,12 @@ def test_slopes_are_those_of_central_differences() -> None:
     """The slopes by point and by translation are the derivatives, and those by rotation those of a small turn."""
     shape = own()
     camera = np.column_stack([rotation(np.array([0.2, -0.4, 0.1])), [5.0, -3.0, 400.0]])
-    rows = np.zeros((2, len(shape)))
-    _, by_point, by_camera = residuals_and_slopes(FOCAL_PX, camera, shape, rows)
+    nowhere = Sight(FOCAL_PX, *np.zeros((2, 2, len(shape))))
+    _, by_point, by_camera = residuals_and_slopes(nowhere, camera, shape)
     step = 1e-5
 
     def seen(camera: np.ndarray, shape: np.ndarray) -> np.ndarray:
-        return -residuals_and_slopes(FOCAL_PX, camera, shape, rows)[0]
+        return -residuals_and_slopes(nowhere, camera, shape)[0]
 
     for axis in range(3):
         change = step * np.eye(3)[axis]
@@ -52,9 +52,9 @@ def test_a_camera_is_found_exactly() -> None:
     camera = np.column_stack([rotation(theta), [5.0, -3.0, 400.0]])
     placed = shape @ camera[:, :3].T + camera[:, 3]
     rows = np.ascontiguousarray((FOCAL_PX * placed[:, :2] / placed[:, 2:]).T)
-    ones = np.ones_like(rows)
-    first = frontal(FOCAL_PX, shape, rows, ones)
-    found = fit_camera(FOCAL_PX, first, shape, rows, ones, first, 0.0, 30)
+    sight = Sight(FOCAL_PX, rows, np.ones_like(rows))
+    first = frontal(sight, shape)
+    found = fit_camera(sight, first, shape, first, 0.0, 30)
     assert np.abs(found - camera).max() < 1e-7
 
 
@@ -96,8 +96,8 @@ def test_a_turn_that_may_be_noise_is_taken_as_none() -> None:
     front = np.column_stack([np.eye(3), [0.0, 0.0, 500.0]])
     for theta, kept in ((1e-4, False), (0.5, True)):
         camera = np.column_stack([rotation(np.array([0.0, theta, 0.0])), front[:, 3]])
-        rows = -residuals_and_slopes(FOCAL_PX, camera, shape, np.zeros((2, len(shape))))[0]
-        steady = steady_camera(FOCAL_PX, camera, front, shape, rows, np.ones_like(rows))
+        rows = -residuals_and_slopes(Sight(FOCAL_PX, *np.zeros((2, 2, len(shape)))), camera, shape)[0]
+        steady = steady_camera(Sight(FOCAL_PX, rows, np.ones_like(rows)), camera, front, shape)
         assert np.allclose(steady, camera if kept else front, atol=0.02 if kept else 1e-12)
 
 
