@@ -12,6 +12,7 @@ tracks nor which others there are changes anything.
 """
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,7 @@ from pftrack.core.numerics.matrices import inner_product, total
 from pftrack.core.numerics.random import standard_normals, uniforms
 from pftrack.filters.resampling import systematic_parents
 from pftrack.filters.trajectories.gaussian import locate
-from pftrack.filters.trajectories.tree import came_from, copy, grow, positions_of, sample_positions, sprout
+from pftrack.filters.trajectories.tree import Tree, came_from, copy, grow, positions_of, sample_positions, sprout
 
 MOST_PARTICLES = 20_000
 """Of one track: a tree numbers its nodes with 16 bits."""
@@ -37,6 +38,17 @@ LEAST_LOG, MOST_LOG = -20.0, 20.0
 DRAWS = 8
 """Draws of a track in a frame, of which not all are used."""
 MOVE, OFFSET, PLACE, LAW = range(4)
+
+
+class Stored(NamedTuple):
+    """The arrays of a `Cloud`, for compiled code."""
+
+    offsets: Ints
+    nodes: NDArray[np.float32]
+    parents: NDArray[np.uint16]
+    counts: NDArray[np.uint16]
+    logs: NDArray[np.float32]
+    known: Ints
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,10 +88,14 @@ class Cloud:
             )
 
     @property
+    def arrays(self) -> Stored:
+        """The arrays."""
+        return Stored(self.offsets, self.nodes, self.parents, self.counts, self.logs, self.known)
+
+    @property
     def nbytes(self) -> int:
         """How much memory it takes."""
-        arrays = self.offsets, self.nodes, self.parents, self.counts, self.logs, self.known
-        return sum(array.nbytes for array in arrays)
+        return sum(array.nbytes for array in self.arrays)
 
     def age(self, track: int, age: int) -> tuple[Floats, Floats]:
         """Return the positions (n, 2) of a track some frames ago, px, and the share (n,) of today's of each."""
@@ -115,8 +131,7 @@ class Cloud:
         return means, covariances
 
 
-@dataclass(frozen=True, eq=False)
-class Law:
+class Law(NamedTuple):
     """The noise that is taken for true.
 
     Attributes:
@@ -134,8 +149,7 @@ class Law:
     drift: float = 0.0
 
 
-@dataclass(frozen=True, eq=False)
-class Moments:
+class Moments(NamedTuple):
     """What a step came to, of K tracks; NaN where a track has not begun.
 
     Attributes:
@@ -240,39 +254,20 @@ def step(
             numbers=(numbers, "K", "whole"),
         )
     seeds, frame, purpose = stream
-    offsets, nodes, parents, counts, logs, known, *moments = _step_particles(
-        before.offsets,
-        before.nodes,
-        before.parents,
-        before.counts,
-        before.logs,
-        before.known,
+    own_seeds = np.ascontiguousarray(np.broadcast_to(np.asarray(seeds, np.int64), len(observed)))
+    stored, moments = _step_particles(
+        before.arrays,
         np.ascontiguousarray(observed),
-        law.noise,
-        law.drive,
-        law.heavy,
-        law.learned,
-        law.drift,
-        *start,
-        count,
-        max(lag, 1) + 1,
-        by_mode,
-        numbers,
-        np.ascontiguousarray(np.broadcast_to(np.asarray(seeds, np.int64), len(observed))),
-        frame,
-        purpose,
+        law,
+        start,
+        (count, max(lag, 1) + 1, by_mode),
+        (numbers, own_seeds, frame, purpose),
     )
-    return Cloud(offsets, nodes, parents, counts, logs, known), Moments(*moments)
+    return Cloud(*stored), moments
 
 
 @compiled
-def _weigh(
-    here: Floats,
-    measured: Floats,
-    squares: Floats,
-    logs: Floats,
-    heavy: bool,
-) -> tuple[Floats, float]:
+def _weigh(here: Floats, measured: Floats, squares: Floats, logs: Floats, heavy: bool) -> tuple[Floats, float]:
     """Return weights (n,) that sum to 1, and the log of the mean density.
 
     Args:
@@ -310,11 +305,7 @@ def _weigh(
 
 @compiled
 def _laws(
-    before: NDArray[np.float32],
-    own: Ints,
-    given: Floats,
-    drift: float,
-    stream: tuple[int, int, int, int],
+    before: NDArray[np.float32], own: Ints, given: Floats, drift: float, stream: tuple[int, int, int, int]
 ) -> Floats:
     """Return log sigma^2 and log tau^2 (2, n) of particles.
 
@@ -365,104 +356,90 @@ def _moments(values: Floats, weights: Floats) -> tuple[float, float]:
 
 
 @compiled
+def _locate_ages(tree: Tree, row: Ints, by_mode: bool, past: Floats) -> None:
+    """Write the positions of a track's ages (A, 2), given the offsets of these in the tree."""
+    for age in range(past.shape[0]):
+        first, last = row[age], row[age + 1]
+        past[age] = locate(tree[0][first:last], tree[2][first:last], by_mode)
+
+
+@compiled
 def _step_particles(
-    offsets: Ints,
-    nodes: NDArray[np.float32],
-    parents: NDArray[np.uint16],
-    counts: NDArray[np.uint16],
-    logs: NDArray[np.float32],
-    known: Ints,
+    before: Stored,
     observed: Floats,
-    noise: Floats,
-    drive: Floats,
-    heavy: bool,
-    learned: bool,
-    drift: float,
-    means: Floats,
-    covariances: Floats,
-    given_known: Ints,
-    count: int,
-    ages: int,
-    by_mode: bool,
-    numbers: Ints,
-    seeds: Ints,
-    frame: int,
-    purpose: int,
-) -> tuple[
-    Ints,
-    NDArray[np.float32],
-    NDArray[np.uint16],
-    NDArray[np.uint16],
-    NDArray[np.float32],
-    Ints,
-    Floats,
-    Floats,
-    Floats,
-    Floats,
-    Floats,
-]:
-    tracks, kept = offsets.shape[0], min(offsets.shape[1], ages)
-    room = nodes.shape[0] + 2 * count * tracks
+    law: Law,
+    start: tuple[Floats, Floats, Ints],
+    settings: tuple[int, int, bool],
+    streams: tuple[Ints, Ints, int, int],
+) -> tuple[Stored, Moments]:
+    """Return the arrays of the next cloud, and what the step came to; arguments as for `step`.
+
+    Args:
+        before: Arrays of the cloud.
+        observed: (K, 2) px.
+        law: The noise.
+        start: Of tracks that begin.
+        settings: Particles of a track, ages that are kept, and whether estimates are modes.
+        streams: Numbers (K,) and seeds (K,) of the tracks, frame and purpose.
+    """
+    means, covariances, given_known = start
+    count, ages, by_mode = settings
+    numbers, seeds, frame, purpose = streams
+    tracks, kept = before.offsets.shape[0], min(before.offsets.shape[1], ages)
+    room = before.nodes.shape[0] + 2 * count * tracks
     new_offsets, new_known = np.zeros((tracks, kept + 1), np.int64), np.zeros(tracks, np.int64)
     tree = np.empty((room, 2), np.float32), np.zeros(room, np.uint16), np.empty(room, np.uint16)
-    new_logs = np.empty((count * tracks if learned else 0, 2), np.float32)
-    estimates, sds = np.full((tracks, 2), np.nan), np.full((tracks, 2), np.nan)
-    past = np.full((kept, tracks, 2), np.nan)
-    densities, sizes = np.zeros(tracks), np.full(tracks, np.nan)
+    new_logs = np.empty((count * tracks if law.learned else 0, 2), np.float32)
+    places, past = np.full((2, tracks, 2), np.nan), np.full((kept, tracks, 2), np.nan)
+    found = Moments(places[0], places[1], past, np.zeros(tracks), np.full(tracks, np.nan))
     cursor, log_cursor, old_log = 0, 0, 0
     for track in range(tracks):
-        row = offsets[track]
+        row = before.offsets[track]
         standing = row[1] - row[0]
         if standing == 0 and np.isnan(means[track, 0, 0]):
             new_offsets[track] = cursor
             continue
-        own_logs = logs[old_log : old_log + standing] if logs.shape[0] > 0 else logs
+        own_logs = before.logs[old_log : old_log + standing] if before.logs.shape[0] > 0 else before.logs
         old_log += standing
         seed, draw = seeds[track], DRAWS * numbers[track]
-        old_nodes, old_parents = nodes, parents
+        old_nodes, old_parents = before.nodes, before.parents
         if standing > 0:
-            own = came_from(counts[row[0] : row[1]], count)
-            at, earlier = positions_of(own, row, nodes, parents)
+            own = came_from(before.counts[row[0] : row[1]], count)
+            at, earlier = positions_of(own, row, before.nodes, before.parents)
         else:
             own, row = np.arange(count), np.array([0, count])
-            normals = standard_normals(seed, frame, purpose, draw + PLACE, 4 * count)
-            at, earlier = sample_positions(means[track], covariances[track], normals)
+            at, earlier = sample_positions(
+                means[track], covariances[track], standard_normals(seed, frame, purpose, draw + PLACE, 4 * count)
+            )
             old_nodes, old_parents = at.astype(np.float32), np.zeros(count, np.uint16)
-        new_known[track] = min((known[track] if standing > 0 else given_known[track]) + 1, kept)
-        squares, deviations = np.array([noise[track]]), np.array([np.sqrt(drive[track])])
+        new_known[track] = min((before.known[track] if standing > 0 else given_known[track]) + 1, kept)
+        squares, deviations = np.array([law.noise[track]]), np.array([np.sqrt(law.drive[track])])
         particle_logs = logarithms(squares).reshape(1, 1)
-        if learned:
-            given = np.array([noise[track], drive[track]])
-            particle_logs = _laws(own_logs, own, given, drift, (seed, frame, purpose, draw))
+        if law.learned:
+            given = np.array([law.noise[track], law.drive[track]])
+            particle_logs = _laws(own_logs, own, given, law.drift, (seed, frame, purpose, draw))
             squares, deviations = exponentials(particle_logs[0]), exponentials(0.5 * particle_logs[1])
         here = _move(at, earlier, deviations, standard_normals(seed, frame, purpose, draw + MOVE, 2 * count))
         weights, chosen = np.full(count, 1.0 / count), np.arange(count)
         if np.isfinite(observed[track, 0]) and np.isfinite(observed[track, 1]):
-            weights, densities[track] = _weigh(here, observed[track], squares, particle_logs[0], heavy)
+            weights, found.densities[track] = _weigh(here, observed[track], squares, particle_logs[0], law.heavy)
             chosen = systematic_parents(weights, uniforms(seed, frame, purpose, draw + OFFSET, 1)[0], count)
-        sizes[track] = 1.0 / inner_product(weights, weights)
+        found.sizes[track] = 1.0 / inner_product(weights, weights)
         for axis in range(2):
-            estimates[track, axis], sds[track, axis] = _moments(here[axis], weights)
+            found.estimates[track, axis], found.sds[track, axis] = _moments(here[axis], weights)
         new_offsets[track, 0] = cursor
         new_offsets[track, 1] = sprout(chosen, here, own, tree, cursor)
-        if learned:
+        if law.learned:
             log_cursor = copy(chosen, particle_logs, new_logs, log_cursor)
         cursor = grow(old_nodes, old_parents, row, tree, new_offsets[track])
-        for age in range(new_known[track]):
-            first, last = new_offsets[track, age], new_offsets[track, age + 1]
-            past[age, track] = locate(tree[0][first:last], tree[2][first:last], by_mode)
+        _locate_ages(tree, new_offsets[track], by_mode, past[: new_known[track], track])
         if by_mode:
-            estimates[track] = past[0, track]
-    return (
+            found.estimates[track] = past[0, track]
+    return Stored(
         new_offsets,
         tree[0][:cursor].copy(),
         tree[1][:cursor].copy(),
         tree[2][:cursor].copy(),
         new_logs[:log_cursor].copy(),
         new_known,
-        estimates,
-        sds,
-        past,
-        densities,
-        sizes,
-    )
+    ), found
