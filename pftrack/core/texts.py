@@ -1,11 +1,12 @@
 """Texts that people read and mend, such as presets and the glossary: YAML files beside what they speak of."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, TypeVar
 
 import yaml
-from pydantic import ConfigDict, TypeAdapter, ValidationError
+from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
 
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 """The same, ten times faster, where PyYAML was built with libyaml."""
@@ -22,13 +23,14 @@ def read_texts(path: Path) -> tuple[Mapping[str, Any], Mapping[str, str]]:
     place = f"{path.parent.name}/{path.name}"
     text = path.read_text(encoding="utf-8")
     try:
-        declared = yaml.load(text, Loader=_LOADER)  # noqa: S506 - both loaders are safe
-        if not isinstance(declared, dict):
-            got = type(declared).__name__
-            raise ValueError(f"{place} must map names to what they declare, got {got}")  # noqa: TRY004 - of a file
-        root = yaml.compose(text, Loader=_LOADER)
+        loader = _LOADER(text)
+        root = loader.get_single_node()
+        declared = loader.construct_document(root) if root is not None else None
     except yaml.YAMLError as error:
         raise ValueError(f"{place} is not YAML: {error}") from error
+    if not isinstance(declared, dict):
+        got = type(declared).__name__
+        raise ValueError(f"{place} must map names to what they declare, got {got}")  # noqa: TRY004 - of a file
     return declared, {name: f"{place}, line {line}" for name, line in _lines(root, "")}
 
 
@@ -67,25 +69,44 @@ def refusal(error: ValidationError, places: Mapping[str, str], file: str, *above
     return ValueError(f"{places['.'.join(way[:known])] if known else file}: {said}")
 
 
-def read_as(kind: type[T], path: Path, key: str) -> tuple[T, ...]:
+def read_as(kind: type[T], path: Path, key: str, more: Mapping[str, Mapping[str, Any]] | None = None) -> tuple[T, ...]:
     """Return what a YAML file maps its names to, as objects of a dataclass.
 
     Args:
-        kind: The dataclass; a field `origin` gets file and line.
+        kind: The dataclass; a field `origin` takes file and line.
         path: The file.
         key: The field that takes the name.
+        more: By name, values of fields that no file can hold, such as functions.
 
     Raises:
         ValueError: The file is not YAML, or a field is unknown, missing or wrong; it names file and line.
     """
     declared, places = read_texts(path)
     adapter, read = TypeAdapter(kind), []
+    has_origin = "origin" in {each.name for each in fields(kind)}  # type: ignore[arg-type] # a dataclass
     for name, values in declared.items():
+        if not isinstance(values, dict):
+            got = type(values).__name__
+            raise ValueError(f"{places[name]}: {name} must map fields to values, got {got}")  # noqa: TRY004 - of a file
+        own = {key: name, **({"origin": places[name]} if has_origin else {}), **(more or {}).get(name, {})}
         try:
-            origin = {"origin": places[name]} if "origin" in kind.__annotations__ else {}
-            read.append(
-                adapter.validate_python({**values, key: name, **origin} if isinstance(values, dict) else values)
-            )
+            read.append(adapter.validate_python({**values, **own}))
         except ValidationError as error:
             raise refusal(error, places, path.name, name) from error
     return tuple(read)
+
+
+M = TypeVar("M", bound=BaseModel)
+
+
+def read_whole(kind: type[M], path: Path) -> M:
+    """Return what a YAML file declares as one object, whose fields are the file's names.
+
+    Raises:
+        ValueError: The file is not YAML, or a name is unknown, missing or wrong; it names file and line.
+    """
+    declared, places = read_texts(path)
+    try:
+        return kind.model_validate(declared)
+    except ValidationError as error:
+        raise refusal(error, places, f"{path.parent.name}/{path.name}") from error

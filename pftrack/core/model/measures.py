@@ -33,23 +33,21 @@ size as well reports it as a series of the role "extent", and is measured by the
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic import with_config
 
 from pftrack.core.arrays import Bools, Floats
 from pftrack.core.files import warn_once
+from pftrack.core.texts import CLOSED, read_as
 
 How: TypeAlias = Literal["share", "median", "mean", "until"]
 
-OTB = "Wu, Lim, Yang, Online object tracking: a benchmark, 2013"
-REVISITED = "Čehovin, Leonardis, Kristan, Visual object tracking performance measures revisited, 2016"
-VOT = "Kristan et al., A novel performance evaluation methodology for single-target trackers, 2016"
-POINTING = "Zhang et al., Top-down neural attention by excitation backprop, 2018"
-FACES = "Fanelli et al., Random forests for real time 3D face analysis, 2013"
 
 PRECISE_PX, PRECISE_DEG = 20.0, 10.0
 
@@ -89,6 +87,7 @@ class EvaluatedRun:
     loss_probabilities: Floats | None = None
 
 
+@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class Measure:
     """The declaration of a measure.
@@ -247,15 +246,53 @@ def _within(limit: float, course: EvaluatedRun) -> Floats:
     return _flags(course.errors <= limit, ~np.isnan(course.errors))
 
 
+def _loss_probability(course: EvaluatedRun) -> Floats:
+    if course.loss_probabilities is None:
+        return np.full(len(course.errors), np.nan)
+    return course.loss_probabilities
+
+
+def _following(course: EvaluatedRun) -> Floats:
+    return 1.0 - course.searching if course.searching is not None else np.full(len(course.errors), np.nan)
+
+
+def _deviation(course: EvaluatedRun) -> Floats:
+    if course.deviations is None:
+        return np.full(len(course.errors), np.nan)
+    return np.where(np.isfinite(course.deviations), course.deviations, np.nan)
+
+
 # ---------------------------------------------------------------- the families
 
-HIT_RATE = Measure(
-    "hit_rate",
-    "Hit rate",
-    "Share of the labelled frames in which the target is not lost.",
-    "share",
-    _held,
-)
+FRAMES: Mapping[str, Callable[[EvaluatedRun], Floats]] = {
+    "hit_rate": _held,
+    "held_at_end": _held,
+    "inside_share": _inside,
+    "precision_20px": partial(_within, PRECISE_PX),
+    "normalised_error": _normalise,
+    "median_error_px": _errors,
+    "frames_to_failure": _failed,
+    "mean_iou": _overlap,
+    "precision_10deg": partial(_within, PRECISE_DEG),
+    "median_error_deg": _errors,
+    "frames_to_loss": _missed,
+    "following_share": _following,
+    "mean_deviation": _deviation,
+    "mean_loss_probability": _loss_probability,
+}
+"""The values of the frames, (L,), by the names of `measures.yaml`, where the words and definitions stand."""
+
+_DECLARED = {
+    each.name: each
+    for each in read_as(
+        Measure,
+        Path(__file__).with_name("measures.yaml"),
+        "name",
+        {name: {"frames": frames} for name, frames in FRAMES.items()},
+    )
+}
+
+HIT_RATE = _DECLARED["hit_rate"]
 """Of every experiment with a notion of lost, declared or not."""
 
 
@@ -268,105 +305,27 @@ def held_at_end(frames: int = END_FRAMES) -> Measure:
         found[last] = held[last]
         return found
 
-    return Measure(
-        "held_at_end",
-        f"Held in the last {frames} frames",
-        f"Share of the last {frames} labelled frames in which the target is not lost.",
-        "share",
-        values,
-    )
+    known = _DECLARED["held_at_end"]
+    title, description = (text.format(frames=frames) for text in (known.title, known.description))
+    return replace(known, title=title, description=description, frames=values)
 
 
-PICTURE_MEASURES = (
-    Measure(
-        "inside_share",
-        "Inside the true box",
-        "Share of the labelled frames whose estimate lies inside the true box, its edge included.",
-        "share",
-        _inside,
-        source=POINTING,
-    ),
-    Measure(
-        "precision_20px",
-        "Within 20 px of the truth",
-        "Share of the labelled frames whose estimate is at most 20 px from the centre of the true box.",
-        "share",
-        partial(_within, PRECISE_PX),
-        source=OTB,
-    ),
-    Measure(
-        "normalised_error",
-        "Median error over the target's size",
-        "Median over the labelled frames of the error divided by the diagonal of the true box.",
-        "median",
-        _normalise,
-        better="lower",
-        source=REVISITED,
-    ),
-    Measure(
-        "median_error_px",
-        "Median error",
-        "Median over the labelled frames of the distance from the centre of the true box.",
-        "median",
-        _errors,
-        unit="px",
-        better="lower",
-        source=REVISITED,
-    ),
-    Measure(
-        "frames_to_failure",
-        "Frames of overlap from the start",
-        "Frames before the first labelled one in which a box of the true size around the estimate does not overlap "
-        "the true box; all frames of the run if that never happens.",
-        "until",
-        _failed,
-        unit="frames",
-        source=VOT,
-    ),
-)
+_PICTURE = ("inside_share", "precision_20px", "normalised_error", "median_error_px", "frames_to_failure")
+
+PICTURE_MEASURES = tuple(_DECLARED[name] for name in _PICTURE)
 """Of a target with a position and a box around it in the picture."""
 
-MEAN_IOU = Measure(
-    "mean_iou",
-    "Mean overlap with the true box",
-    "Mean over the labelled frames of the intersection over the union of the box that the tracker believes in and "
-    "the true one; a tracker without a size has none.",
-    "mean",
-    _overlap,
-    source=REVISITED,
-)
+MEAN_IOU = _DECLARED["mean_iou"]
 """Of the same, where a tracker believes in a size."""
 
 POSE_MEASURES = (
-    Measure(
-        "precision_10deg",
-        "Within 10° of the truth",
-        "Share of the labelled frames whose error is at most 10 degrees.",
-        "share",
-        partial(_within, PRECISE_DEG),
-        source=FACES,
-    ),
-    Measure(
-        "median_error_deg",
-        "Median error",
-        "Median over the labelled frames of the error.",
-        "median",
-        _errors,
-        unit="°",
-        better="lower",
-        source=REVISITED,
-    ),
-    Measure(
-        "frames_to_failure",
-        "Frames before the first lost one",
-        "Frames before the first labelled one in which the target is lost; all frames of the run if none is.",
-        "until",
-        _missed,
-        unit="frames",
-        source=REVISITED,
-    ),
+    _DECLARED["precision_10deg"],
+    _DECLARED["median_error_deg"],
+    replace(_DECLARED["frames_to_loss"], name="frames_to_failure"),
 )
 """Of a target whose pose is estimated, in degrees: what has no box cannot be inside one."""
+
+MEAN_LOSS_PROBABILITY = _DECLARED["mean_loss_probability"]
 
 # Measures of what a tracker says of itself are those of all runs on a recording whose truth is not known. The tracker
 # may be wrong: one that follows the wrong thing says that it follows. So these numbers compare trackers and parameters,
@@ -380,51 +339,7 @@ def own_account(unit: str) -> tuple[Measure, ...]:
     Args:
         unit: Of its estimates.
     """
-    return (
-        Measure(
-            "following_share",
-            "Says that it follows",
-            "Share of the frames in which the tracker does not look for its target; unknown for one that never looks.",
-            "share",
-            _following,
-        ),
-        Measure(
-            "mean_deviation",
-            "Stated deviation",
-            "Mean over the frames of the posterior standard deviation, over all components (root mean square).",
-            "mean",
-            _deviation,
-            unit=unit,
-            better="lower",
-        ),
-    )
-
-
-def _loss_probability(course: EvaluatedRun) -> Floats:
-    if course.loss_probabilities is None:
-        return np.full(len(course.errors), np.nan)
-    return course.loss_probabilities
-
-
-MEAN_LOSS_PROBABILITY = Measure(
-    "mean_loss_probability",
-    "Probability that the target is lost",
-    "Mean over the frames after the first of the probability that the target is lost, as the tracker can tell without "
-    "a look at the truth; unknown for one that cannot, and on recordings, where it is not calibrated.",
-    "mean",
-    _loss_probability,
-    better="lower",
-)
-
-
-def _following(course: EvaluatedRun) -> Floats:
-    return 1.0 - course.searching if course.searching is not None else np.full(len(course.errors), np.nan)
-
-
-def _deviation(course: EvaluatedRun) -> Floats:
-    if course.deviations is None:
-        return np.full(len(course.errors), np.nan)
-    return np.where(np.isfinite(course.deviations), course.deviations, np.nan)
+    return _DECLARED["following_share"], replace(_DECLARED["mean_deviation"], unit=unit)
 
 
 # The one rule of who says that a target is lost: the truth where it is known, which may be a person's marks in a few
