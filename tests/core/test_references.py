@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from pftrack.core.model.glossary import REFERENCES, Reference, cite, read_references
+from pftrack.core.model.glossary import REFERENCES, Reference, cite
+from pftrack.core.texts import read_as
 from pftrack.experiments import EXPERIMENTS
 
 PAGE = Path(__file__).parents[2] / "docs" / "reference" / "references.md"
@@ -34,13 +35,28 @@ def test_bibtex_is_one_entry_with_balanced_braces() -> None:
 
 
 def test_what_is_wrong_with_a_reference_is_named(tmp_path: Path) -> None:
-    """An unknown field is named with file and line, and an unknown key with those that are known."""
+    """A field that is missing or unknown is named with file and line, and an unknown key with those that are known."""
     path = tmp_path / "references.yaml"
-    path.write_text("\na: {kind: misc, authors: [A B], titel: T, year: 1988}\n", encoding="utf-8")
-    with pytest.raises(ValueError, match=r"references.yaml, line 2: a has an unknown field 'titel'"):
-        read_references(path)
+    wrong = {
+        "a: {kind: misc, authors: [A B], titel: T, year: 1988}": "has an unknown field 'titel'",
+        "a: {kind: misc, authors: [A B], year: 1988}": "lacks 'title'",
+        "a: text": "must map fields to values, got str",
+    }
+    for text, problem in wrong.items():
+        path.write_text(f"\n{text}\n", encoding="utf-8")
+        with pytest.raises(ValueError, match=rf"references.yaml, line 2: a {problem}"):
+            read_as(Reference, path, "key")
     with pytest.raises(ValueError, match=r"unknown reference 'bando2008'; references.yaml has bando2007, bando2006"):
         cite("bando2008")
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS.own)
+def test_an_experiment_cites_by_name_not_by_number(name: str) -> None:
+    """Every citation of an experiment says who wrote what and when, in words that a visitor can look up."""
+    experiment = EXPERIMENTS[name]
+    assert experiment.references
+    for citation in experiment.references:
+        assert str(citation.reference.year) in citation.short
 
 
 def test_the_page_has_every_reference_and_every_experiment() -> None:

@@ -178,16 +178,7 @@ def _join_names(names: tuple[str, ...]) -> str:
     return " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
 
 
-def read_references(path: Path) -> Mapping[str, Reference]:
-    """Return the references of a YAML file, which maps their keys to their fields.
-
-    Raises:
-        ValueError: The file is not YAML, or a reference lacks a field or has an unknown one; it names file and line.
-    """
-    return {reference.key: reference for reference in read_as(Reference, path, "key")}
-
-
-REFERENCES = read_references(Path(__file__).with_name("references.yaml"))
+REFERENCES = {each.key: each for each in read_as(Reference, Path(__file__).with_name("references.yaml"), "key")}
 """What the project's own experiments come from, by key."""
 
 
