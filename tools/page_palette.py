@@ -14,7 +14,7 @@ __all__ = ["files"]
 FOLDER = Path(__file__).parents[1] / "frontend_static" / "shared"
 THEMED = "truth"
 MEANINGS = tuple(name for name in COLOURS if name != THEMED)
-NOTE = "Generated from pftrack/core/model/palette.py by `python -m tools.page_palette`; changes here are lost."
+NOTE = "Generated from pftrack/core/model/palette.yaml by `python -m tools.page_palette`; changes here are lost."
 
 
 def files() -> dict[Path, str]:

@@ -1,4 +1,4 @@
-// Generated from pftrack/core/model/palette.py by `python -m tools.page_palette`; changes here are lost.
+// Generated from pftrack/core/model/palette.yaml by `python -m tools.page_palette`; changes here are lost.
 
 /** @typedef {[number, number, number]} Colour Red, green and blue, 0 to 255. */
 /** @typedef {{light: Colour, dark: Colour}} Themed */

@@ -4,19 +4,21 @@ import re
 from pathlib import Path
 
 import numpy as np
+import pytest
 from matplotlib import colormaps
 
+from pftrack.core.model import palette
 from pftrack.core.model.palette import (
     BRANCHES,
     COLOURS,
     CURVES,
     DIVERGING,
-    NEUTRALS,
     OKABE_ITO,
-    VERDICTS,
     VIRIDIS,
+    Palette,
     hexadecimal,
 )
+from pftrack.core.texts import read_whole
 
 ROOT = Path(__file__).parents[2]
 
@@ -27,12 +29,18 @@ def test_hexadecimal() -> None:
     assert hexadecimal((255, 255, 255)) == "#ffffff"
 
 
-def test_range() -> None:
-    """Every colour has three channels of 0 to 255."""
-    themed = [colour for pair in (*DIVERGING, *VERDICTS.values()) for colour in pair]
-    for colour in (*OKABE_ITO.values(), *COLOURS.values(), *CURVES, *BRANCHES, *VIRIDIS, *NEUTRALS.values(), *themed):
-        assert len(colour) == 3
-        assert all(0 <= channel <= 255 for channel in colour)
+def test_a_wrong_colour_is_refused_with_its_line(tmp_path: Path) -> None:
+    """A channel beyond 255 and a list that nobody knows are named with file and line."""
+    known = Path(palette.__file__).with_name("palette.yaml").read_text(encoding="utf-8")
+    path = tmp_path / "palette.yaml"
+    wrong = {
+        known.replace("black [0, 0, 0]", "black [0, 0, 256]"): r"line 5: the file has a wrong 'okabe_ito.black.2'",
+        f"{known}\nblacks: [0, 0, 0]\n": "the file has an unknown field 'blacks'",
+    }
+    for text, problem in wrong.items():
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(ValueError, match=problem):
+            read_whole(Palette, path)
 
 
 def test_distinct() -> None:
