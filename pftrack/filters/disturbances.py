@@ -70,15 +70,12 @@ def smooth_disturbances(
     measured = np.asarray(np.isfinite(chain.measurements).all(axis=1))
     noises, covariances = chain.noises * np.sqrt(process_factor), chain.covariances * observation_factor
     # Compiling takes seconds for each order in memory, and chains are made of views and transposes.
-    transitions, offsets, noises = map(contiguous_copy, (chain.transitions, chain.offsets, noises))
-    observations, covariances = map(contiguous_copy, (chain.observations, covariances))
-    mean, covariance, measurements = map(contiguous_copy, (chain.mean, chain.covariance, chain.measurements))
-    model = transitions, offsets, noises, measured, observations, covariances
-    forward, regular = _go_forward(mean, covariance, measurements, *model)
+    model = LinearChain(*map(contiguous_copy, chain._replace(noises=noises, covariances=covariances)))
+    forward, regular = _go_forward(model, measured)
     if not regular:
         raise np.linalg.LinAlgError("Singular matrix")
     evidence, innovations, precisions, gains = forward
-    process, observation = _go_back(innovations, precisions, gains, *model)
+    process, observation = _go_back(innovations, precisions, gains, model, measured)
     process_count = noises.shape[0] * noises.shape[2]
     observation_count = int(measured.sum()) * chain.measurements.shape[1]
     return Disturbances(
@@ -91,21 +88,12 @@ def smooth_disturbances(
 
 
 @compiled
-def _go_forward(
-    mean: Floats,
-    covariance: Floats,
-    measurements: Floats,
-    transitions: Floats,
-    offsets: Floats,
-    noises: Floats,
-    measured: Bools,
-    observations: Floats,
-    covariances: Floats,
-) -> tuple[tuple[Floats, Floats, Floats, Floats], bool]:
+def _go_forward(chain: LinearChain, measured: Bools) -> tuple[tuple[Floats, Floats, Floats, Floats], bool]:
     """Return what the filter keeps of each frame, and whether all is regular.
 
     That is the log evidence (T,), the innovation (T, m, 1), its precision (T, m, m) and the gain (T, d, m).
     """
+    mean, covariance, transitions, offsets, noises, measurements, observations, covariances = chain
     frames, size = offsets.shape
     count = measurements.shape[1]
     innovations, precisions = np.zeros((frames, count, 1)), np.zeros((frames, count, count))
@@ -138,18 +126,10 @@ def _go_forward(
 
 @compiled
 def _go_back(
-    innovations: Floats,
-    precisions: Floats,
-    gains: Floats,
-    transitions: Floats,
-    offsets: Floats,
-    noises: Floats,
-    measured: Bools,
-    observations: Floats,
-    covariances: Floats,
+    innovations: Floats, precisions: Floats, gains: Floats, chain: LinearChain, measured: Bools
 ) -> tuple[float, float]:
     """Return the sums of E[u^T u | Z] over all frames, and of E[v^T R^-1 v | Z] over those with a measurement."""
-    frames, size = offsets.shape
+    frames, size = chain.offsets.shape
     # r and N of the state of a frame: after its measurement, before it, and then of the frame before.
     said, sure = np.zeros((size, 1)), np.zeros((size, size))
     process, observation = 0.0, 0.0
@@ -159,15 +139,15 @@ def _go_back(
             heard = multiply(precisions[t], innovations[t])
             error = heard - multiply(gain, said)
             doubt = precisions[t] + multiply(multiply(gain, sure), gains[t])
-            observation += len(error) + np.sum(covariances[t] * (multiply(error, error.T.copy()) - doubt))
-            left = np.eye(size) - multiply(gains[t], observations[t])
-            there = observations[t].T.copy()
+            observation += len(error) + np.sum(chain.covariances[t] * (multiply(error, error.T.copy()) - doubt))
+            left = np.eye(size) - multiply(gains[t], chain.observations[t])
+            there = chain.observations[t].T.copy()
             said = multiply(there, heard) + multiply(left.T.copy(), said)
             sure = multiply(multiply(left.T.copy(), sure), left)
-            sure += multiply(multiply(there, precisions[t]), observations[t])
-        drive = noises[t].T.copy()
-        moved, doubts = multiply(drive, said), multiply(multiply(drive, sure), noises[t])
+            sure += multiply(multiply(there, precisions[t]), chain.observations[t])
+        drive = chain.noises[t].T.copy()
+        moved, doubts = multiply(drive, said), multiply(multiply(drive, sure), chain.noises[t])
         process += len(moved) + np.sum(moved * moved) - np.trace(doubts)
-        said = multiply(transitions[t].T.copy(), said)
-        sure = multiply(multiply(transitions[t].T.copy(), sure), transitions[t])
+        said = multiply(chain.transitions[t].T.copy(), said)
+        sure = multiply(multiply(chain.transitions[t].T.copy(), sure), chain.transitions[t])
     return process, observation

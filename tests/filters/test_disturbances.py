@@ -1,6 +1,5 @@
 """Smoothing disturbances: the moments of the noises are those of the joint distribution of all frames."""
 
-from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -79,16 +78,7 @@ def test_noises_are_those_of_the_joint_distribution(spread: float) -> None:
 def test_factors_scale_the_noises() -> None:
     """A chain whose matrices were multiplied beforehand comes to the same."""
     it = chain()
-    scaled = LinearChain(
-        it.mean,
-        it.covariance,
-        it.transitions,
-        it.offsets,
-        2.0 * it.noises,
-        it.measurements,
-        it.observations,
-        0.25 * it.covariances,
-    )
+    scaled = it._replace(noises=2.0 * it.noises, covariances=0.25 * it.covariances)
     first, second = smooth_disturbances(it, 4.0, 0.25), smooth_disturbances(scaled)
     assert first.log_evidence.tolist() == second.log_evidence.tolist()
     assert (first.process, first.observation) == (second.process, second.observation)
@@ -97,7 +87,7 @@ def test_factors_scale_the_noises() -> None:
 def test_nothing_is_compiled_again_for_another_order_in_memory() -> None:
     """Read-only arrays and such in Fortran's order come to the same numbers by what is compiled already."""
     it = chain()
-    arrays = [np.array(getattr(it, field.name), order="F") for field in fields(it)]
+    arrays = [np.array(array, order="F") for array in it]
     for array in arrays:
         array.flags.writeable = False
     first = smooth_disturbances(it)

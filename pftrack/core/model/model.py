@@ -15,7 +15,7 @@ Then the posterior can be computed exactly, and how large the noises were, given
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Final, Literal, Protocol, TypeAlias
+from typing import Any, ClassVar, Final, Literal, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
@@ -102,8 +102,7 @@ class LinearStep:
     covariance: Floats
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class LinearChain:
+class LinearChain(NamedTuple):
     """A linear Gaussian model over T frames, and what was measured in them.
 
     Attributes:

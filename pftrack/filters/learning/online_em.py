@@ -18,7 +18,7 @@ Regression works in coordinates of order one, xi = (x - centre) / 100 px.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -255,7 +255,6 @@ def fit_noise(
     *,
     begin: Mapping[NoiseKind, float] | None = None,
     most_steps: int = MOST_STEPS,
-    on_step: Callable[[int], object] = lambda _: None,
 ) -> NoiseFit:
     """Return by what factors the covariances of noises make the chains most probable.
 
@@ -264,7 +263,6 @@ def fit_noise(
         bounds: Least and largest factor of each noise that is to be fitted, positive.
         begin: Factors to begin at; 1 if not given.
         most_steps: How many times the frames may be smoothed at most.
-        on_step: Called after each time with how many there were.
 
     Raises:
         numpy.linalg.LinAlgError: An innovation covariance is singular.
@@ -274,7 +272,7 @@ def fit_noise(
         raise ValueError(f"chains and positive bounds are needed, got {len(chains)} and {dict(bounds)}")
     kinds = tuple(bounds)
     limits = logarithm([bounds[kind] for kind in kinds])
-    search = _Ascent(chains, kinds, limits, most_steps, on_step)
+    search = _Ascent(chains, kinds, limits, most_steps)
     start = logarithm([(begin or {}).get(kind, 1.0) for kind in kinds])
     place, converged = search.climb(np.clip(start, limits[:, 0], limits[:, 1]))
     factors = {kind: float(it) for kind, it in zip(kinds, exponential(place), strict=True)}
@@ -285,17 +283,12 @@ class _Ascent:
     """The way up, on logarithms of factors."""
 
     def __init__(
-        self,
-        chains: Sequence[LinearChain],
-        kinds: tuple[NoiseKind, ...],
-        limits: Floats,
-        most_steps: int,
-        on_step: Callable[[int], object],
+        self, chains: Sequence[LinearChain], kinds: tuple[NoiseKind, ...], limits: Floats, most_steps: int
     ) -> None:
         self.kept: list[float] = []
         self.steps = 0
         self._chains, self._kinds, self._limits = chains, kinds, limits
-        self._most_steps, self._on_step = most_steps, on_step
+        self._most_steps = most_steps
 
     def climb(self, place: Floats) -> tuple[Floats, bool]:
         """Return the last place that was kept, and whether it has arrived."""
@@ -322,7 +315,6 @@ class _Ascent:
         scales = factors.get("process", 1.0), factors.get("observation", 1.0)
         found = [smooth_disturbances(chain, *scales) for chain in self._chains]
         self.steps += 1
-        self._on_step(self.steps)
         evidence = float(sum(each.log_evidence.sum() for each in found))
         means = [_mean(found, kind) for kind in self._kinds]
         return evidence, self._clip(place + logarithm(means))
