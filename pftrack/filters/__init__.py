@@ -14,7 +14,7 @@ The members differ in how they represent the posterior and where they put their 
 An object with several features is tracked in two layers (`layers`):
 
 - `adaptive`: below, particles of each feature, drawn in a given ratio from the upper prediction and from their own;
-- `affine`, `perspective`: above, the camera's entries or the pose itself; `affine_pose` gets the pose from the entries;
+- `affine`, `perspective`: above, the camera's entries and the pose from them, or the pose itself;
 - `sequential`: the small Kalman filters of both, for compiled loops;
 - `agreement`: features that are elsewhere, or less exact than they say;
 - `rao_blackwell`: both layers at once, particles of all features together and an exact camera for each of them.

@@ -21,8 +21,7 @@ from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials
 from pftrack.core.numerics.matrices import factorise, multiply, substitute
 from pftrack.core.numerics.random import Gaussian, Generator
-from pftrack.filters import affine_pose
-from pftrack.filters.affine import AffineLayer
+from pftrack.filters.affine import AffineLayer, extended_step
 from pftrack.filters.particles import moments, normalise
 from pftrack.filters.resampling import systematic
 from pftrack.filters.sequential import predict_second_order
@@ -138,7 +137,7 @@ def step(
     noise[:3, :3] += covariance[:3, :3]
     noise[3:, 3:] += covariance[:3, :3]
     slopes = np.ascontiguousarray(layer.reference[:, :3])
-    pose = affine_pose.extended_step(belief.pose, entries, noise, slopes, layer.theta_sd_rad, layer.walk)
+    pose = extended_step(belief.pose, entries, noise, slopes, layer.theta_sd_rad, layer.walk)
     return RaoBlackwell(
         cameras,
         covariance,

@@ -34,7 +34,7 @@ from pftrack.experiments.shared.pose import methods
 from pftrack.experiments.shared.pose.methods import Method
 from pftrack.experiments.shared.pose.parameters import AS_PUBLISHED
 from pftrack.experiments.shared.pose.state import PoseState
-from pftrack.filters import affine_pose
+from pftrack.filters import affine
 from pftrack.reproduce.finding import Finding, References
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.run import Run
@@ -294,18 +294,18 @@ def _pose_errors(by_particles: bool, seed: int) -> Floats:
     """Return the mean absolute errors (3,) of the angles, degrees, from entries of 5 px/mm with noise of 0.05."""
     scene = PrismParameters()
     reference, noise = np.eye(2, 3) * 5.0, 0.05**2 * np.eye(6)
-    theta = Gaussian(np.zeros(3), affine_pose.THETA_SD_RAD**2 * np.eye(3))
-    particles = theta.sample(Stream(seed, 0, Purpose.START), affine_pose.THETA_COUNT)
+    theta = Gaussian(np.zeros(3), affine.THETA_SD_RAD**2 * np.eye(3))
+    particles = theta.sample(Stream(seed, 0, Purpose.START), affine.THETA_COUNT)
     errors = []
     for index in range(1, 150 if by_particles else FRAMES):
         truth = sight(seed, index, scene).theta_rad
         measured = (reference @ rotation(truth)).ravel() + 0.05 * Stream(seed, index, Purpose.SCENE).standard_normal(6)
         if by_particles:
             rng = Stream(seed, index, Purpose.TRACK)
-            theta, particles = affine_pose.particle(
-                particles, measured, noise, reference, affine_pose.THETA_SD_RAD, rng, affine_pose.THETA_COUNT
+            theta, particles = affine.particle(
+                particles, measured, noise, reference, affine.THETA_SD_RAD, rng, affine.THETA_COUNT
             )
         else:
-            theta = affine_pose.extended_step(theta, measured, noise, reference, affine_pose.THETA_SD_RAD)
+            theta = affine.extended_step(theta, measured, noise, reference, affine.THETA_SD_RAD)
         errors.append(np.abs(wrap(theta.mean - truth)))
     return np.asarray(np.rad2deg(np.mean(errors, axis=0)))

@@ -10,25 +10,346 @@ inexactly, damage spreads differently. So each picture is checked against its ch
 wrong, the keyframe is not used again, an earlier one is tried, and in the end the pass is repeated from the start. That
 repetition does just what the survey did: it skips nothing and holds on to no decoder's buffers, because what a decoder
 puts where data are missing may be what an earlier picture left in the buffer.
+
+The decoder below is FFmpeg through PyAV, with a fixed format and strict limits:
+
+- The container's format is forced; nothing is guessed.
+- The file comes in as an open file object without a name, and whatever else the container may want to open is refused.
+- Only decoders of a list of well-known codecs are let near the bytes; sound and subtitles are not decoded at all.
+- One thread, so that the same bytes give the same pictures, also where they are damaged.
 """
 
 import threading
 import weakref
 import zlib
 from bisect import bisect_right
-from collections.abc import Iterator
-from typing import BinaryIO
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import BinaryIO, NoReturn, cast
 
+import av
+import cv2
 import numpy as np
+from av.sidedata.sidedata import SideData, Type
+from av.stream import Discard, Disposition
 from av.video.frame import VideoFrame
+from av.video.reformatter import VideoReformatter
+from av.video.stream import VideoStream
 from numpy.typing import NDArray
 from typing_extensions import override
 
 from pftrack.core.model.source import FrameIndex, FrameSequence
-from pftrack.sources.decoder import Decoder, measure, orientation_of, stored_size
-from pftrack.sources.formats import Format
+from pftrack.sources.formats import ALLOWED, Format
 from pftrack.sources.limits import Limits, SourceError, check_pixels
 from pftrack.sources.sequence import BoundedCache
+
+_CODECS = {
+    "h264": "H.264",
+    "hevc": "H.265",
+    "av1": "AV1",
+    "libdav1d": "AV1",
+    "vp8": "VP8",
+    "libvpx": "VP8",
+    "vp9": "VP9",
+    "libvpx-vp9": "VP9",
+    "theora": "Theora",
+    "mpeg4": "MPEG-4",
+    "msmpeg4v2": "DivX 2",
+    "msmpeg4": "DivX 3",
+    "h263": "H.263",
+    "mpeg1video": "MPEG-1",
+    "mpeg2video": "MPEG-2",
+    "mjpeg": "Motion JPEG",
+    "prores": "ProRes",
+    "dnxhd": "DNxHD",
+    "ffv1": "FFV1",
+    "huffyuv": "HuffYUV",
+    "ffvhuff": "HuffYUV",
+    "utvideo": "Ut Video",
+    "png": "PNG",
+    "rawvideo": "raw pictures",
+    "gif": "GIF",
+}
+_MOST_OBLONG = 4
+_NEARLY_SQUARE = 0.01
+_HEADROOM = 16
+"""FFmpeg itself stops at this many times the allowed pixels; what exceeds them by less is refused with the limit."""
+
+
+class Decoder:
+    """One pass over the pictures of a video stream, from any point where decoding can begin.
+
+    Attributes:
+        damaged: Pictures of this pass that were found damaged and left out.
+        skip_before: Pictures before this time need not come out, in ticks; those that no other picture rests on are
+            then not decoded.
+    """
+
+    def __init__(self, file: BinaryIO, container_format: Format, max_pixels: int) -> None:
+        """Open the stream at its beginning.
+
+        Args:
+            file: Open for reading; stays open when the decoder is closed.
+            container_format: What the content is.
+            max_pixels: The most that a picture may have.
+
+        Raises:
+            SourceError: It is broken, holds no pictures, or has an unsupported codec.
+        """
+        self.damaged = 0
+        self.skip_before: int | None = None
+        file.seek(0)
+        options = {"codec_whitelist": ",".join(_CODECS), "max_pixels": str(_HEADROOM * max_pixels)}
+        try:
+            self._container = av.open(
+                _Nameless(file),
+                mode="r",
+                format=container_format.decoder,
+                options=options,
+                metadata_errors="replace",
+                io_open=_refuse,
+            )
+        except av.FFmpegError as error:
+            raise _out_of_memory_or(error, f"the {container_format.title} file is broken or cut short") from None
+        try:
+            self.stream = self._choose()
+        except BaseException:
+            self._container.close()
+            raise
+        self._reformatter = VideoReformatter()
+
+    def close(self) -> None:
+        """Let go of the decoder; the file stays open."""
+        self._container.close()
+
+    @property
+    def duration_us(self) -> int | None:
+        """How long the container says it lasts, in microseconds."""
+        return self._container.duration
+
+    def seek(self, stamp: int) -> None:
+        """Go on from the keyframe at a time, or the nearest before it.
+
+        Raises:
+            SourceError: The container cannot seek.
+        """
+        try:
+            self._container.seek(stamp, stream=self.stream, backward=True)
+        except av.FFmpegError:
+            raise SourceError("the video cannot be entered in the middle; expected one that can") from None
+
+    def frames(self) -> Iterator[VideoFrame]:
+        """Yield the pictures that decode undamaged, in the order in which they are shown."""
+        context = self.stream.codec_context
+        packets = self._container.demux(self.stream)
+        while True:
+            try:
+                packet = next(packets)
+                if packet.is_corrupt:  # cut short: what decodes of it would be a guess
+                    self.damaged += 1
+                    continue
+                needless = self.skip_before is not None and packet.pts is not None and packet.pts < self.skip_before
+                context.skip_frame = "NONREF" if needless else "DEFAULT"
+                decoded = packet.decode()
+            except StopIteration:
+                return
+            except av.FFmpegError as error:
+                if isinstance(error, MemoryError):
+                    raise
+                self.damaged += 1
+                continue
+            for frame in decoded:
+                if frame.is_corrupt:
+                    self.damaged += 1
+                else:
+                    yield frame
+
+    def square_size(self, width: int, height: int) -> tuple[tuple[int, int], str]:
+        """Return the size that a stored picture has in square pixels; neither width nor height gets smaller.
+
+        A ratio that no camera or disc has is taken for an error of the file, and one that changes the size by less than
+        a hundredth is not worth another picture.
+
+        Returns:
+            Width and height, px, and a sentence for people where the pixels are not square.
+        """
+        told = self.stream.sample_aspect_ratio
+        ratio = float(told or 1)
+        if told is None or abs(ratio - 1) < _NEARLY_SQUARE:
+            return (width, height), ""
+        name = f"{told.numerator}:{told.denominator}"
+        if not 1 / _MOST_OBLONG <= ratio <= _MOST_OBLONG:
+            return (width, height), f"the shape of pixels is given as {name}; they are taken to be square"
+        square = (round(width * ratio), height) if ratio > 1 else (width, round(height / ratio))
+        return square, (
+            f"pixels are not square ({name}); pictures of {width} x {height} px are shown and tracked as "
+            f"{square[0]} x {square[1]} px"
+        )
+
+    def rgb(self, frame: VideoFrame, orientation: int, size: tuple[int, int]) -> NDArray[np.uint8]:
+        """Convert a picture to 8-bit RGB, upright, read-only.
+
+        Args:
+            frame: The picture as it is stored.
+            orientation: How it is turned upright, see `orientation_of`.
+            size: Width and height before that, px; `square_size` makes its pixels square.
+        """
+        image: NDArray[np.uint8] = np.asarray(
+            self._reformatter.reformat(frame, format="rgb24").to_ndarray(), dtype=np.uint8
+        )
+        if size != (frame.width, frame.height):  # the interpolation whose results do not depend on the processor
+            image = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_LINEAR_EXACT), dtype=np.uint8)
+        if orientation & _TRANSPOSED:
+            image = image.transpose(1, 0, 2)
+        if orientation & _MIRRORED_X:
+            image = image[:, ::-1]
+        if orientation & _MIRRORED_Y:
+            image = image[::-1]
+        image = np.ascontiguousarray(image)
+        image.setflags(write=False)
+        return image
+
+    def _choose(self) -> VideoStream:
+        cover = Disposition.attached_pic
+        stream = next((each for each in self._container.streams.video if not each.disposition & cover), None)
+        if stream is None:
+            kinds = {each.type for each in self._container.streams}
+            what = "sound, but no pictures" if "audio" in kinds else "no pictures"
+            raise SourceError(f"the file holds {what}; expected {ALLOWED}")
+        context = stream.codec_context
+        if getattr(context, "name", None) not in _CODECS:  # there is no context where FFmpeg has no decoder
+            known = ", ".join(dict.fromkeys(_CODECS.values()))
+            raise SourceError(f"the video has an unsupported codec; expected one of {known}")
+        for other in self._container.streams:
+            if other.index != stream.index:
+                other.discard = Discard.all
+        context.thread_type = "NONE"
+        context.thread_count = 1
+        return stream
+
+
+_TRANSPOSED, _MIRRORED_X, _MIRRORED_Y = 1, 2, 4
+
+
+def orientation_of(frame: VideoFrame) -> int:
+    """Read how a picture must be turned to stand upright.
+
+    The container's display matrix maps (x, y) to (a x + c y, b x + d y); cameras use its eight multiples of a quarter
+    turn with or without a mirror.
+
+    Returns:
+        A sum of 1: rows and columns change places; then 2: left and right do; then 4: top and bottom do.
+    """
+    side_data = cast("Iterable[SideData]", frame.side_data)  # typed as a mapping, which it is not quite
+    data = next((data for data in side_data if data.type == Type.DISPLAYMATRIX), None)
+    if data is None:
+        return 0
+    a, b, _, c, d = (int(value) for value in np.frombuffer(bytes(data), np.int32)[:5])
+    if abs(a) >= abs(b):
+        return _MIRRORED_X * (a < 0) + _MIRRORED_Y * (d < 0)
+    return _TRANSPOSED + _MIRRORED_X * (c < 0) + _MIRRORED_Y * (b < 0)
+
+
+def stored_size(size: tuple[int, int], orientation: int) -> tuple[int, int]:
+    """Return the width and height before a picture is turned upright, from those after it."""
+    return (size[1], size[0]) if orientation & _TRANSPOSED else size
+
+
+class _Nameless:
+    """An open file without its name: what FFmpeg does not know, it cannot take for an address."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self.read, self.seek, self.tell = file.read, file.seek, file.tell
+
+
+def _refuse(*_: object) -> NoReturn:
+    raise PermissionError("a video may not open other files")
+
+
+def _out_of_memory_or(error: av.FFmpegError, sentence: str) -> Exception:
+    if isinstance(error, MemoryError):
+        return MemoryError()
+    return SourceError(f"{sentence}, so that it cannot be read; expected {ALLOWED}")
+
+
+# Frames are counted; a tracker steps from one to the next. Their times matter for speeds on a screen, and as names by
+# which a seek knows a frame again, for which they must rise from frame to frame.
+
+USUAL_RATE_HZ = 25.0
+"""The rate of a sequence that does not tell its own."""
+
+_SLOWEST_HZ, _FASTEST_HZ = 0.01, 1000.0
+_SAME_RATE = 0.01
+_STEADY = 0.25
+_SHORT = 0.9
+
+
+@dataclass(frozen=True, slots=True)
+class Timing:
+    """The times of a video's frames.
+
+    Attributes:
+        stamps: In the container's ticks, rising; empty if its times are of no use.
+        times_s: From 0, s.
+        rate_hz: Frames a second, in the mean.
+        warnings: Sentences for people about what is odd.
+    """
+
+    stamps: tuple[int, ...]
+    times_s: tuple[float, ...]
+    rate_hz: float
+    warnings: tuple[str, ...]
+
+
+def measure(stamps: Sequence[int | None], decoder: Decoder) -> Timing:
+    """Judge the times of all frames that a pass has decoded.
+
+    Args:
+        stamps: One a frame, in the container's ticks, as decoded.
+        decoder: The one that made the pass.
+    """
+    tick_s = float(decoder.stream.time_base or 0)
+    declared = decoder.stream.average_rate or decoder.stream.guessed_rate
+    declared_hz = float(declared) if declared else USUAL_RATE_HZ
+    warnings = []
+    known = tuple(stamp for stamp in stamps if stamp is not None)
+    rising = len(known) == len(stamps) and all(one < other for one, other in pairwise(known))
+    if rising and tick_s > 0:
+        times_s = (np.array(known) - known[0]) * tick_s
+        rate_hz = (len(known) - 1) / times_s[-1] if len(known) > 1 else declared_hz
+        if abs(declared_hz / rate_hz - 1) < _SAME_RATE:
+            rate_hz = declared_hz  # exact, where measured times are rounded to ticks
+        warnings += _unsteady(times_s, tick_s)
+    else:
+        known, rate_hz = (), declared_hz
+        times_s = np.arange(len(stamps)) / rate_hz
+    if not _SLOWEST_HZ <= rate_hz <= _FASTEST_HZ:
+        warnings.append(f"the frame rate is given as {rate_hz:.4g} Hz; {USUAL_RATE_HZ:g} Hz are taken instead")
+        rate_hz = USUAL_RATE_HZ
+        times_s = np.arange(len(stamps)) / rate_hz
+    warnings = _missing(len(stamps), float(times_s[-1]) + 1 / rate_hz, decoder) + warnings
+    return Timing(known, tuple(times_s.tolist()), float(rate_hz), tuple(warnings))
+
+
+def _unsteady(times_s: np.ndarray[tuple[int, ...], np.dtype[np.float64]], tick_s: float) -> list[str]:
+    gaps = np.diff(times_s)
+    if gaps.size == 0 or np.ptp(gaps) <= _STEADY * np.median(gaps) + 2 * tick_s:
+        return []
+    slowest, fastest = 1 / gaps.max(), 1 / gaps.min()
+    return [f"the frame rate varies between {slowest:.3g} and {fastest:.3g} Hz; frames play at the mean rate"]
+
+
+def _missing(frames: int, lasting_s: float, decoder: Decoder) -> list[str]:
+    announced, announced_s = decoder.stream.frames, (decoder.duration_us or 0) / 1e6
+    if announced > frames:
+        return [f"the file announces {announced} frames and {frames} decode; it is cut short or damaged"]
+    if announced == 0 and lasting_s < _SHORT * announced_s:
+        return [f"the file announces {announced_s:.3g} s and its pictures end after {lasting_s:.3g} s"]
+    if decoder.damaged:
+        return [f"{decoder.damaged} pictures are damaged and left out"]
+    return []
+
 
 _KEYFRAMES_TRIED = 3
 _MOST_KEPT_ON_THE_WAY = 48

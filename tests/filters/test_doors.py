@@ -16,7 +16,6 @@ from pftrack.core.numerics.random import Gaussian
 from pftrack.filters import (
     adaptive,
     affine,
-    affine_pose,
     agreement,
     auxiliary,
     beam,
@@ -218,15 +217,15 @@ DOORS: dict[str, Door] = {
         lambda p, v: (it := layer(np.ones((5, 3)), np.ones((2, 4)), np.ones(4))).update(it.begin(), p, v, rng()),
         {"p": "F 2", "v": "F 2"},
     ),
-    "affine_pose.entries": (affine_pose.entries, CAMERA),
-    "affine_pose.extended_step": (
-        lambda mean, covariance, measured, r, reference: affine_pose.extended_step(
+    "affine.entries": (affine.entries, CAMERA),
+    "affine.extended_step": (
+        lambda mean, covariance, measured, r, reference: affine.extended_step(
             Gaussian(mean, covariance), measured, r, reference, 0.1
         ),
         POSE,
     ),
-    "affine_pose.particle": (
-        lambda p, measured, r, reference: affine_pose.particle(p, measured, r, reference, 0.1, rng(), 6),
+    "affine.particle": (
+        lambda p, measured, r, reference: affine.particle(p, measured, r, reference, 0.1, rng(), 6),
         {"p": "N 3", "measured": "6", "r": "6 6", "reference": "2 3"},
     ),
     "perspective.PerspectiveLayer": (pinhole, {"points": "F 3", "start": "6", "noise": "6"}),

@@ -12,10 +12,9 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.source import FrameIndex
-from pftrack.sources.decoder import Decoder
 from pftrack.sources.limits import Limits, SourceError
 from pftrack.sources.sequence import open_sequence
-from pftrack.sources.video import VideoSequence
+from pftrack.sources.video import Decoder, VideoSequence
 from tests.sources.films import Draw, Film, Read, decoded, opened
 
 # ---------------------------------------------------------------- any order, the same pixels
