@@ -7,9 +7,13 @@ in small letters, with _ for spaces. Blank lines are passed over.
 import csv
 import io
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import NamedTuple
 
+from pydantic import BaseModel, ConfigDict
+
+from pftrack.core.texts import read_whole
 from pftrack.sources.limits import SourceError
 
 LARGEST_FRAME = 10_000_000
@@ -17,6 +21,57 @@ MOST_COLUMNS = 16_384
 """As many as a spreadsheet can have."""
 UNKNOWN = {"", "na", "n/a", "none", "null", "-"}
 """Cells without a number."""
+
+
+class Asked(BaseModel):
+    """A column of boxes.
+
+    Attributes:
+        asks: What a person is asked.
+        named: How programs name it.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    asks: str
+    named: tuple[str, ...]
+
+
+class ColumnNames(BaseModel):
+    """What `columns.yaml` declares, by what a column is.
+
+    Attributes:
+        boxes: Columns of a table of boxes.
+        tracks: Names of the columns of a table of tracks.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    boxes: dict[str, Asked]
+    tracks: dict[str, tuple[str, ...]]
+
+
+COLUMN_NAMES = read_whole(ColumnNames, Path(__file__).with_name("columns.yaml"))
+
+
+def places_of(header: Sequence[str]) -> dict[str, int]:
+    """Return where each column is, by name, the first of several; a list takes minutes where there are many."""
+    return {name: place for place, name in reversed(tuple(enumerate(header)))}
+
+
+def find_columns(places: Mapping[str, int], names: Mapping[str, Sequence[str]], prefix: str = "") -> dict[str, int]:
+    """Return where columns are, by what they are, of those that there are.
+
+    Args:
+        places: Of all columns, as of `places_of`.
+        names: How programs name them, by what they are; the first name counts.
+        prefix: Before each name.
+    """
+    found = {
+        what: next((places[prefix + word] for word in words if prefix + word in places), None)
+        for what, words in names.items()
+    }
+    return {what: place for what, place in found.items() if place is not None}
 
 
 class Table(NamedTuple):

@@ -12,7 +12,7 @@ import pftrack
 from pftrack.sources.limits import SourceError
 from pftrack.sources.results.numbers import form_of
 from pftrack.sources.results.reading import read_results
-from pftrack.sources.results.table import FORMS, Box, rename
+from pftrack.sources.results.table import FORMS, Box, columns_in, preview, rename
 from pftrack.sources.results.writing import write_results
 from pftrack.sources.sequence import open_sequence
 
@@ -126,6 +126,15 @@ def test_columns_by_the_names_of_programs(header: str) -> None:
     """A table of boxes is known by its header, whoever wrote it."""
     separator = next(each for each in ";\t," if each in header)
     assert places(f"{header}\n{separator.join(['3', '7', '10', '20', '30', '40'])}\n") == [(3, 7, 10, 20, 30, 40)]
+
+
+def test_a_person_is_shown_the_columns_that_would_be_read() -> None:
+    """Of two columns that may be the target, the preview guesses the one that the reader takes."""
+    header = "frame,track,id,x,y,w,h"
+    guess = preview(f"{header}\n0,9,7,10,20,30,40\n").guess
+    assert guess == columns_in(header.split(","))
+    assert guess["target"] == 2
+    assert places(f"{header}\n0,9,7,10,20,30,40\n") == [(0, 7, 10, 20, 30, 40)]
 
 
 def test_columns_that_a_person_names() -> None:

@@ -9,7 +9,17 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, TypeAlias
 
-from pftrack.sources.cells import LARGEST_FRAME, decode, delimiter_of, frame_in, number_in, read_table
+from pftrack.sources.cells import (
+    COLUMN_NAMES,
+    LARGEST_FRAME,
+    decode,
+    delimiter_of,
+    find_columns,
+    frame_in,
+    number_in,
+    places_of,
+    read_table,
+)
 from pftrack.sources.limits import SourceError
 
 Form: TypeAlias = Literal["mot", "otb", "vot", "cvat", "coco", "csv"]
@@ -123,34 +133,10 @@ def table_of(
     return ResultTable(form, ordered, max(frames, ordered[-1].frame + 1), names or {}, tuple(told))
 
 
-NAMES: Mapping[str, tuple[str, ...]] = {
-    "frame": ("frame", "frame_id", "frame_number", "frame_index", "frame_no", "image_id", "t"),
-    "target": ("target", "id", "track_id", "track", "object", "object_id", "obj_id", "player", "name"),
-    "x": ("x", "left", "xmin", "x_min", "x1", "bb_left", "bbox_left", "x_px"),
-    "y": ("y", "top", "ymin", "y_min", "y1", "bb_top", "bbox_top", "y_px"),
-    "w": ("w", "width", "bb_width", "bbox_width", "w_px"),
-    "h": ("h", "height", "bb_height", "bbox_height", "h_px"),
-    "right": ("right", "xmax", "x_max", "x2", "bb_right"),
-    "bottom": ("bottom", "ymax", "y_max", "y2", "bb_bottom"),
-    "centre_x": ("cx", "x_center", "center_x", "xc", "centre_x"),
-    "centre_y": ("cy", "y_center", "center_y", "yc", "centre_y"),
-    "score": ("score", "conf", "confidence", "probability"),
-}
+NAMES = {what: column.named for what, column in COLUMN_NAMES.boxes.items()}
 """What a column may be, and how programs call it; the first of several counts."""
 
-COLUMNS: Mapping[str, str] = {
-    "frame": "Number of the frame",
-    "target": "Number or name of the target",
-    "x": "Left edge of the box, px",
-    "y": "Upper edge, px",
-    "w": "Width, px",
-    "h": "Height, px",
-    "right": "Right edge, px",
-    "bottom": "Lower edge, px",
-    "centre_x": "Middle across, px",
-    "centre_y": "Middle downwards, px",
-    "score": "How sure the tracker is",
-}
+COLUMNS = {what: column.asks for what, column in COLUMN_NAMES.boxes.items()}
 """What a person is asked, one column each."""
 
 WAYS = (("x", "y", "w", "h"), ("x", "y", "right", "bottom"), ("centre_x", "centre_y", "w", "h"))
@@ -176,12 +162,8 @@ class Preview(NamedTuple):
 
 def columns_in(header: Sequence[str]) -> dict[str, int] | None:
     """Return in which column what is; None if these are no columns of boxes."""
-    places = {name: place for place, name in reversed(tuple(enumerate(header)))}
-    found = {
-        what: next(places[name] for name in names if name in places)
-        for what, names in NAMES.items()
-        if any(name in places for name in names)
-    }
+    places = places_of(header)
+    found = find_columns(places, NAMES)
     if "frame" not in found or {"x3", "y3"} <= places.keys() or not any(set(way) <= found.keys() for way in WAYS):
         polygon = "frame" in found and {"x1", "y1", "x2", "y2", "x3", "y3"} <= places.keys()
         return {"frame": found["frame"]} if polygon else None
@@ -254,12 +236,7 @@ def preview(text: str) -> Preview:
     if len(header) < FEWEST_COLUMNS or not any(header):
         raise SourceError(f"expected a table with {FEWEST_COLUMNS} columns or more, got {len(header)}")
     rows = [tuple(row) for _, row in itertools.islice(table.rows, ROWS_SHOWN)]
-    guess = {
-        what: next(place for place, name in enumerate(header) if name in names)
-        for what, names in NAMES.items()
-        if any(name in names for name in header)
-    }
-    return Preview(tuple(header), tuple(rows), guess)
+    return Preview(tuple(header), tuple(rows), find_columns(places_of(header), NAMES))
 
 
 def rename(data: bytes, columns: Mapping[str, int]) -> bytes:

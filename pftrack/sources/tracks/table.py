@@ -20,7 +20,7 @@ import numpy as np
 
 from pftrack.core.arrays import Floats
 from pftrack.core.files import csv_text
-from pftrack.sources.cells import Table, decode, frame_in, number_in, read_table
+from pftrack.sources.cells import COLUMN_NAMES, Table, decode, find_columns, frame_in, number_in, places_of, read_table
 from pftrack.sources.formats import TRACKS_COLUMNS
 from pftrack.sources.limits import SourceError
 
@@ -32,16 +32,7 @@ ONLY = "1"
 FURTHEST_PX = 1e6
 WORDS = ", ".join(TRACKS_COLUMNS)
 
-SYNONYMS: Mapping[str, tuple[str, ...]] = {
-    "frame": ("frame",),
-    "point": ("point", "track", "track_id", "particle", "id"),
-    "x": ("x_px", "x", "u"),
-    "y": ("y_px", "y", "v"),
-    "var_x": ("var_x", "var_x_px2"),
-    "var_y": ("var_y", "var_y_px2"),
-    "sd_x": ("sd_x", "sd_x_px", "sd", "sd_px"),
-    "sd_y": ("sd_y", "sd_y_px", "sd", "sd_px"),
-}
+SYNONYMS = COLUMN_NAMES.tracks
 SPREADS = (SYNONYMS["var_x"] + SYNONYMS["sd_x"], SYNONYMS["var_y"] + SYNONYMS["sd_y"])
 COVARIANCE = ("cov_xy", "var_xy")
 
@@ -87,16 +78,15 @@ def read_tracks(data: bytes, most_frames: int) -> TrackTable:
     """
     table = read_table(decode(data))
     header = table.header
-    # Looked up by name, and the first of several: in a list that takes minutes where there are many columns.
-    columns = {name: place for place, name in reversed(tuple(enumerate(header)))}
-    plain = _places(columns, "") is not None
-    point = _column(columns, "point")
-    form = _long if plain or point is not None else _wide
-    found: dict[str, dict[int, tuple[float, float, float, float]]] = {}
+    columns = places_of(header)
+    found = find_columns(columns, SYNONYMS)
+    point = found.get("point")
+    form = _long if _places(found) is not None or point is not None else _wide
+    seen: dict[str, dict[int, tuple[float, float, float, float]]] = {}
     for line, frame, name, values in form(table, columns):
-        if name not in found and len(found) == MOST_POINTS:
+        if name not in seen and len(seen) == MOST_POINTS:
             raise SourceError(f"the table has more than the {MOST_POINTS} points that are allowed")
-        track = found.setdefault(name, {})
+        track = seen.setdefault(name, {})
         if frame in track:
             raise SourceError(_duplicate_message(line, None if form is _long and point is None else name, frame))
         track[frame] = values
@@ -107,7 +97,7 @@ def read_tracks(data: bytes, most_frames: int) -> TrackTable:
         warnings.append("The covariances of x and y are not used, only the variances.")
     if not all(any(name.endswith(words) for name in header) for words in SPREADS):
         warnings.append("There are no variances in the table; all positions count alike.")
-    return _table(found, most_frames, warnings)
+    return _table(seen, most_frames, warnings)
 
 
 def _table(
@@ -154,8 +144,8 @@ Row = tuple[int, int, str, tuple[float, float, float, float]]
 
 
 def _long(table: Table, columns: Mapping[str, int]) -> Iterator[Row]:
-    places = _places(columns, "")
-    frame, point = _column(columns, "frame"), _column(columns, "point")
+    found = find_columns(columns, SYNONYMS)
+    places, frame, point = _places(found), found.get("frame"), found.get("point")
     if places is None or (frame is None and point is not None):
         raise SourceError(f"the table has the columns {', '.join(table.header)[:120]}; expected {WORDS}")
     for number, (line, cells) in enumerate(_fill(table)):
@@ -168,10 +158,12 @@ def _long(table: Table, columns: Mapping[str, int]) -> Iterator[Row]:
 
 def _wide(table: Table, columns: Mapping[str, int]) -> Iterator[Row]:
     header = table.header
-    frame = _column(columns, "frame")
+    frame = find_columns(columns, SYNONYMS).get("frame")
     prefixes = dict.fromkeys(name[:-1].removesuffix("_") for name in header if name.endswith("_x"))
     kept = [name for name in prefixes if not name.endswith(("var", "sd"))]
-    points = [(name, places) for name in kept if (places := _places(columns, f"{name}_")) is not None]
+    points = [
+        (name, places) for name in kept if (places := _places(find_columns(columns, SYNONYMS, f"{name}_"))) is not None
+    ]
     if frame is None or not points:
         raise SourceError(
             f"the table has the columns {', '.join(header)[:120]}; expected {WORDS}, or frame and NAME_x, NAME_y, "
@@ -183,21 +175,14 @@ def _wide(table: Table, columns: Mapping[str, int]) -> Iterator[Row]:
             yield line, number, name[:40], _values(line, cells, places, table.delimiter)
 
 
-def _column(columns: Mapping[str, int], name: str, prefix: str = "") -> int | None:
-    return next((columns[prefix + word] for word in SYNONYMS[name] if prefix + word in columns), None)
-
-
-def _places(columns: Mapping[str, int], prefix: str) -> _Places | None:
-    x, y, var_x, var_y, sd_x, sd_y = (
-        _column(columns, name, prefix) for name in ("x", "y", "var_x", "var_y", "sd_x", "sd_y")
-    )
-    if x is None or y is None:
+def _places(found: Mapping[str, int]) -> _Places | None:
+    """Return where the numbers of a point are, given the columns that were found; None without a position."""
+    if not {"x", "y"} <= found.keys():
         return None
-    if var_x is not None and var_y is not None:
-        return _Places(x, y, (var_x, var_y), squared=True)
-    if sd_x is not None and sd_y is not None:
-        return _Places(x, y, (sd_x, sd_y), squared=False)
-    return _Places(x, y, None, squared=True)
+    for pair, squared in ((("var_x", "var_y"), True), (("sd_x", "sd_y"), False)):
+        if set(pair) <= found.keys():
+            return _Places(found["x"], found["y"], (found[pair[0]], found[pair[1]]), squared)
+    return _Places(found["x"], found["y"], None, squared=True)
 
 
 def _fill(table: Table) -> Iterator[tuple[int, list[str]]]:
