@@ -6,7 +6,12 @@ columns, of the series that have a role, or of series by name. What no frame of 
 """
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal, TypeAlias
+
+from pydantic import with_config
+
+from pftrack.core.texts import CLOSED, read_as
 
 PlotKind: TypeAlias = Literal[
     "error",
@@ -37,6 +42,7 @@ ReadingKind: TypeAlias = Literal[
 ]
 
 
+@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class Plot:
     """A plot over the frames of a run.
@@ -124,39 +130,11 @@ class Reading:
         return tuple(name for name in (self.series, self.sd) if name)
 
 
-ERROR = Plot(
-    "error",
-    "error",
-    "error",
-    "How far the estimate is from the truth; grey where the target is hidden, red where it is lost.",
-    needs_truth=True,
-)
-SAMPLE_SIZE = Plot(
-    "ess",
-    "ESS",
-    "sample size",
-    "Effective sample size: how many particles carry the weight, of how many there are.",
-)
-
-SIGMA = Plot(
-    "sigma",
-    "sigma",
-    "sigma",
-    "The largest standard deviation of the posterior, and dashed the thresholds that it is compared with.",
-)
-SAMPLERS = Plot("proposals", "proposals", "samplers", "How many particles came from which sampler.")
-
-INNOVATION = Plot(
-    "innovation",
-    "NIS",
-    "innovation",
-    "Normalised innovation squared: how far off the measurement was, in the deviations expected; dashed, what it is "
-    "above in one frame of twenty.",
-)
-
-STANDARD_PLOTS = (ERROR, SIGMA, SAMPLE_SIZE, SAMPLERS, INNOVATION)
+STANDARD_PLOTS = read_as(Plot, Path(__file__).with_name("plots.yaml"), "id")
 """The plots that suit every method: a method that has no particles, no choice between samplers, or no innovation shows
 fewer."""
+
+ERROR, SIGMA, SAMPLE_SIZE, SAMPLERS, INNOVATION = STANDARD_PLOTS
 
 PARTICLES, STEP_TIME = Reading("particles", "particles"), Reading("step", "time")
 
