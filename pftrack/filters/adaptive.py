@@ -14,6 +14,7 @@ likelihood of `positions`, then `weigh`.
 """
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,8 +28,7 @@ from pftrack.filters.particles import moments, normalise
 from pftrack.filters.resampling import systematic_parents
 
 
-@dataclass(frozen=True, slots=True)
-class Draw:
+class Draw(NamedTuple):
     """Particles of a new frame, not yet weighed.
 
     Attributes:
@@ -54,23 +54,23 @@ class Features:
 
     Attributes:
         coordinates: (F, 4, N) px; by feature: x and y in this frame, x and y in the last.
-        log_weights: (F, N); the weights of a feature sum to one.
         upper_counts: (F,) how many of each feature's particles, the first ones, came from the upper prediction.
+        parents: (F, N) which particle of the last frame each was drawn from, counted as in `Draw`; -1 without one.
+        log_weights: (F, N); the weights of a feature sum to one.
         survivors: (F, N) which particles were drawn by weight, to be the parents of the next frame.
         means: (F, 2) px, weighted means of the positions.
         covariances: (F, 2, 2) px^2, weighted.
         log_evidences: (F,) log of the mean likelihood; -inf if no particle of the feature had any.
-        parents: (F, N) which particle of the last frame each was drawn from, counted as in `Draw`; -1 without one.
     """
 
     coordinates: Floats
-    log_weights: Floats
     upper_counts: Ints
+    parents: Ints
+    log_weights: Floats
     survivors: Ints
     means: Floats
     covariances: Floats
     log_evidences: Floats
-    parents: Ints
 
     @property
     def particles(self) -> Floats:
@@ -113,12 +113,7 @@ def begin(positions: Floats, spread_px: float, count: int, rng: Generator, speed
 
 
 def draw(
-    features: Features,
-    projection: Projection,
-    ratios: Floats,
-    noise_sd_px: float,
-    count: int,
-    rng: Generator,
+    features: Features, projection: Projection, ratios: Floats, noise_sd_px: float, count: int, rng: Generator
 ) -> Draw:
     """Draw the particles of the next frame from both predictions.
 
@@ -145,18 +140,8 @@ def draw(
     if not ((ratios >= 0.0) & (ratios <= 1.0)).all():
         raise ValueError(f"ratios must be between 0 and 1, got {ratios.min():g} to {ratios.max():g}")
     normals, uniforms = rng.standard_normal((size, 4, count)), rng.random((size, count))
-    return Draw(
-        *_draw(
-            features.coordinates,
-            features.survivors,
-            projection.means,
-            projection.covariances,
-            ratios,
-            float(noise_sd_px),
-            normals,
-            uniforms,
-        )
-    )
+    lower = features.coordinates, features.survivors
+    return _draw(lower, (projection.means, projection.covariances), ratios, float(noise_sd_px), normals, uniforms)
 
 
 def weigh(drawn: Draw, log_likelihoods: Floats, rng: Generator) -> Features:
@@ -174,17 +159,7 @@ def weigh(drawn: Draw, log_likelihoods: Floats, rng: Generator) -> Features:
     """
     check(missing=True, coordinates=(drawn.coordinates, "F 4 N"), log_likelihoods=(log_likelihoods, "F N"))
     offsets = rng.random(len(drawn.upper_counts))
-    log_weights, survivors, means, covariances, log_evidences = _weigh(drawn.coordinates, log_likelihoods, offsets)
-    return Features(
-        drawn.coordinates,
-        log_weights,
-        drawn.upper_counts,
-        survivors,
-        means,
-        covariances,
-        log_evidences,
-        drawn.parents,
-    )
+    return Features(*drawn, *_weigh(drawn.coordinates, log_likelihoods, offsets))
 
 
 def orphan(features: Features) -> Features:
@@ -209,38 +184,38 @@ def propagate(features: Features) -> Floats:
 
 @compiled
 def _draw(
-    coordinates: Floats,
-    survivors: Ints,
-    means: Floats,
-    covariances: Floats,
+    lower: tuple[Floats, Ints],
+    upper: tuple[Floats, Floats],
     ratios: Floats,
     noise_sd: float,
     normals: Floats,
     uniforms: Floats,
-) -> tuple[Floats, Ints, Ints]:
+) -> Draw:
+    """Return the drawn particles, given coordinates and survivors of the last frame, and a `Projection`'s moments."""
+    (coordinates, survivors), (means, covariances) = lower, upper
     features, _, count = normals.shape
     drawn = np.empty((features, 4, count))
     upper_counts, parents = np.empty(features, np.int64), np.full((features, count), -1, np.int64)
     for n in range(features):
-        upper = int(np.rint(ratios[n] * count))
-        upper_counts[n] = upper
+        from_upper = int(np.rint(ratios[n] * count))
+        upper_counts[n] = from_upper
         for axis in range(2):
             # The factor of the covariance of this frame's and the last frame's position.
             now = np.sqrt(max(covariances[n, axis, 0, 0], 0.0))
             shared = covariances[n, axis, 1, 0] / now if now > 0.0 else 0.0
             rest = np.sqrt(max(covariances[n, axis, 1, 1] - shared * shared, 0.0))
-            for i in range(upper):
+            for i in range(from_upper):
                 first, second = normals[n, axis, i], normals[n, 2 + axis, i]
                 drawn[n, axis, i] = means[n, axis, 0] + now * first
                 drawn[n, 2 + axis, i] = means[n, axis, 1] + shared * first + rest * second
-        for i in range(upper, count):
+        for i in range(from_upper, count):
             parent = survivors[n, int(uniforms[n, i] * survivors.shape[1])]
             parents[n, i] = n * coordinates.shape[2] + parent
             for axis in range(2):
                 newest, older = coordinates[n, axis, parent], coordinates[n, 2 + axis, parent]
                 drawn[n, axis, i] = 2.0 * newest - older + noise_sd * normals[n, axis, i]
                 drawn[n, 2 + axis, i] = newest
-    return drawn, upper_counts, parents
+    return Draw(drawn, upper_counts, parents)
 
 
 @compiled

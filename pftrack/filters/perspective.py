@@ -82,9 +82,8 @@ class PerspectiveLayer:
         """
         del rng
         check(points_mm=(self.points_mm, "F 3"), positions=(positions, "F 2"), variances=(variances, "F 2"))
-        seen = self.points_mm, self.focal_px, self.principal_px
-        held = self.reach_rad**2
-        return Gaussian(*_observe(belief.mean, belief.covariance, *seen, positions, variances, held))
+        solid, seen = (self.points_mm, self.focal_px, self.principal_px), (positions, variances)
+        return Gaussian(*_observe(belief.mean, belief.covariance, solid, seen, self.reach_rad**2))
 
     def pose(self, belief: Gaussian) -> Gaussian:
         """Return the belief in the angles, rad."""
@@ -120,11 +119,7 @@ def features(state: Floats, points_mm: Floats, focal_px: float) -> tuple[Floats,
 
 @compiled
 def project(
-    mean: Floats,
-    covariance: Floats,
-    points_mm: Floats,
-    focal_px: float,
-    principal_px: Floats,
+    mean: Floats, covariance: Floats, points_mm: Floats, focal_px: float, principal_px: Floats
 ) -> tuple[Floats, Floats]:
     """Return the Gaussians of `Projection`, given mean (12,) and covariance (12, 12) of (q_t, q_{t-1}).
 
@@ -155,15 +150,18 @@ def project(
 
 @compiled
 def _observe(
-    mean: Floats,
-    covariance: Floats,
-    points_mm: Floats,
-    focal_px: float,
-    principal_px: Floats,
-    positions: Floats,
-    variances: Floats,
-    held: float,
+    mean: Floats, covariance: Floats, solid: tuple[Floats, float, Floats], seen: tuple[Floats, Floats], held: float
 ) -> tuple[Floats, Floats]:
+    """Return the posterior's mean and covariance.
+
+    Args:
+        mean: (12,) of the prior.
+        covariance: (12, 12) of the prior.
+        solid: Points (F, 3) mm, focal length and principal point (2,), px.
+        seen: Positions (F, 2) px and their variances (F, 2) px^2.
+        held: Variance of the angles about 0; infinite if the object is not held.
+    """
+    (points_mm, focal_px, principal_px), (positions, variances) = solid, seen
     count = points_mm.shape[0]
     pixels, slopes = features(mean[:6], points_mm, focal_px)
     jacobian = np.zeros((2 * count, 12))
