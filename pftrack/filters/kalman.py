@@ -60,14 +60,8 @@ def predict(posterior: Gaussian, dynamics: LinearTransition) -> Gaussian:
         mean=(posterior.mean, "d"),
         covariance=(posterior.covariance, "d d"),
     )
-    mean, covariance = _predict(
-        contiguous_copy(posterior.mean),
-        contiguous_copy(posterior.covariance),
-        contiguous_copy(dynamics.transition),
-        contiguous_copy(dynamics.offset),
-        contiguous_copy(dynamics.noise),
-    )
-    return Gaussian(mean, covariance)
+    known = posterior.mean, posterior.covariance, dynamics.transition, dynamics.offset, dynamics.noise
+    return Gaussian(*_predict(*map(contiguous_copy, known)))
 
 
 def update(
@@ -134,13 +128,8 @@ def condition(
         numpy.linalg.LinAlgError: The innovation covariance is singular.
     """
     _check(prior, measurement, jacobian, noise_covariance, predicted)
-    mean, covariance, log_evidence, regular = condition_on_innovation(
-        contiguous_copy(prior.mean),
-        contiguous_copy(prior.covariance),
-        contiguous_copy(np.subtract(measurement, predicted)),
-        contiguous_copy(jacobian),
-        contiguous_copy(noise_covariance),
-    )
+    known = prior.mean, prior.covariance, np.subtract(measurement, predicted), jacobian, noise_covariance
+    mean, covariance, log_evidence, regular = condition_on_innovation(*map(contiguous_copy, known))
     if not regular:
         raise np.linalg.LinAlgError("Singular matrix")
     return Gaussian(mean, covariance), log_evidence

@@ -16,7 +16,7 @@ import numpy as np
 from pftrack.core.arrays import Floats
 from pftrack.core.numerics.checks import check
 from pftrack.core.numerics.compiled import compiled
-from pftrack.core.numerics.matrices import factorise, multiply, solve
+from pftrack.core.numerics.matrices import contiguous_copy, factorise, multiply, solve
 from pftrack.core.numerics.random import Gaussian, log_density, symmetrise
 
 Function: TypeAlias = Callable[[Floats], Floats]
@@ -50,7 +50,7 @@ def transform(
     offsets = _sigma_points(np.ascontiguousarray(covariances, np.float64), np.sqrt(dimension + spread))
     weights = np.full(2 * dimension + 1, 0.5 / (dimension + spread))
     weights[0] = spread / (dimension + spread)
-    images = np.array(function(means[:, None, :] + offsets), np.float64, order="C")
+    images = contiguous_copy(function(means[:, None, :] + offsets))
     check(missing=True, means=(means, "n d"), images=(images, f"n {len(weights)} m"))
     return _weight(weights, offsets, images)
 
@@ -170,13 +170,8 @@ def update_batch(
     predicted, spreads, cross = transform(means, covariances, observe, kappa)
     check(missing=True, measurement=(measurement, "m"), observe=(predicted, "n m"))
     innovation_covariances = symmetrise(spreads + noise_covariance)
-    updated, remaining, regular = _condition(
-        np.array(means, np.float64, order="C"),
-        np.array(covariances, np.float64, order="C"),
-        innovation_covariances,
-        cross,
-        np.array(measurement - predicted, np.float64, order="C"),
-    )
+    known = map(contiguous_copy, (means, covariances, measurement - predicted))
+    updated, remaining, regular = _condition(*known, innovation_covariances, cross)
     if not regular:
         raise np.linalg.LinAlgError("Singular matrix")
     return updated, symmetrise(remaining), log_density(measurement, predicted, innovation_covariances)
@@ -184,11 +179,7 @@ def update_batch(
 
 @compiled
 def _condition(
-    means: Floats,
-    covariances: Floats,
-    innovation_covariances: Floats,
-    cross: Floats,
-    innovations: Floats,
+    means: Floats, covariances: Floats, innovations: Floats, innovation_covariances: Floats, cross: Floats
 ) -> tuple[Floats, Floats, bool]:
     """Return means (n, d) and covariances (n, d, d) of the posteriors, and whether there are any."""
     count, dimension = means.shape

@@ -11,8 +11,7 @@ the bit on every processor. Of equally good places the one nearest to where the 
 what has no structure stays where it is, and of equally near ones the upper, then the left one.
 """
 
-from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,8 +30,7 @@ APART_PX = 3
 """From here on another place is a match of its own rather than the slope of the best one."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Matches:
+class Matches(NamedTuple):
     """The best place of each template.
 
     Attributes:
@@ -73,14 +71,13 @@ def match(
         raise ValueError(f"templates must be odd squares of 1 to {LARGEST_TEMPLATE_PX} px, got {high} x {wide}")
     if around.shape != (count, 2):
         raise ValueError(f"expected a place (x, y) for each of {count} templates, got an array of {around.shape}")
-    found = _match(
+    return _match(
         read_only(np.ascontiguousarray(grey)),
         read_only(np.ascontiguousarray(templates)),
         np.ascontiguousarray(around, np.int64),
         reach_px,
         cost == "correlation",
     )
-    return Matches(*found)
 
 
 def cost_map(
@@ -103,12 +100,8 @@ def cut(grey: NDArray[np.uint8], places: Ints, size_px: int) -> NDArray[np.uint8
 
 @compiled
 def _match(
-    grey: NDArray[np.uint8],
-    templates: NDArray[np.uint8],
-    around: Ints,
-    reach: int,
-    correlation: bool,
-) -> tuple[Ints, Floats, Floats, Floats]:
+    grey: NDArray[np.uint8], templates: NDArray[np.uint8], around: Ints, reach: int, correlation: bool
+) -> Matches:
     count = templates.shape[0]
     places, offsets = around.copy(), np.zeros((count, 2))
     least, seconds = np.full(count, np.inf), np.full(count, np.inf)
@@ -122,7 +115,7 @@ def _match(
             offsets[k, 0] = _between(costs[row, column - 1], least[k], costs[row, column + 1])
         if 0 < row < costs.shape[0] - 1:
             offsets[k, 1] = _between(costs[row - 1, column], least[k], costs[row + 1, column])
-    return places, offsets, least, seconds
+    return Matches(places, offsets, least, seconds)
 
 
 @compiled

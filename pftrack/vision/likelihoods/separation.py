@@ -15,7 +15,7 @@ count. A contrast of 0 says that particles beside the target weigh as much as th
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,8 +131,7 @@ LEAST_VARIANCE = 0.5
 """In squared grey levels; what has less is a flat patch."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Reliefs:
+class Reliefs(NamedTuple):
     """One template a feature, each a cloud of points on a surface.
 
     Attributes:
@@ -148,8 +147,7 @@ class Reliefs:
     ends: Ints
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Views:
+class Views(NamedTuple):
     """Templates as they should look in one frame.
 
     Attributes:
@@ -177,9 +175,7 @@ def project_views(reliefs: Reliefs, slopes: Floats) -> Views:
         ValueError: There are not as many as templates.
     """
     check(missing=True, ends=(reliefs.ends[1:], "F"), slopes=(slopes, "F 2 3"))
-    return Views(
-        *_project_views(reliefs.points_mm, reliefs.normals, reliefs.levels, reliefs.ends, np.ascontiguousarray(slopes))
-    )
+    return _project_views(reliefs, np.ascontiguousarray(slopes))
 
 
 def reach(positions: Floats, views: Views, shape: tuple[int, int]) -> Part:
@@ -218,17 +214,12 @@ def correlations(grey: NDArray[np.uint8], positions: Floats, views: Views) -> Fl
     """
     check_picture(grey, "height width")
     check(missing=True, ends=(views.ends[1:], "F"), positions=(positions, "F N 2"))
-    return _correlations(grey, np.ascontiguousarray(positions), views.offsets, views.levels, views.ends)
+    return _correlations(grey, np.ascontiguousarray(positions), views)
 
 
 @compiled
-def _project_views(
-    points_mm: Floats,
-    normals: Floats,
-    levels: Floats,
-    ends: Ints,
-    slopes: Floats,
-) -> tuple[Ints, Floats, Ints, Ints]:
+def _project_views(reliefs: Reliefs, slopes: Floats) -> Views:
+    points_mm, normals, levels, ends = reliefs
     features = len(ends) - 1
     offsets, kept = np.empty((len(levels), 2), np.int64), np.empty(len(levels))
     kept_ends, extent = np.zeros(features + 1, np.int64), np.zeros(4, np.int64)
@@ -265,17 +256,12 @@ def _project_views(
         for p in range(first, count):
             kept[p] /= np.sqrt(squares)
         kept_ends[n + 1] = count
-    return offsets[:count].copy(), kept[:count].copy(), kept_ends, extent
+    return Views(offsets[:count].copy(), kept[:count].copy(), kept_ends, extent)
 
 
 @compiled
-def _correlations(
-    grey: NDArray[np.uint8],
-    positions: Floats,
-    offsets: Ints,
-    levels: Floats,
-    ends: Ints,
-) -> Floats:
+def _correlations(grey: NDArray[np.uint8], positions: Floats, views: Views) -> Floats:
+    offsets, levels, ends, _ = views
     features, count, _ = positions.shape
     height, width = grey.shape
     flat = grey.ravel()

@@ -330,17 +330,11 @@ def _next(state: Online) -> Online:
     settings = state.settings
     first = 2 * (state.frames - settings.window)
     memory = float(settings.memory)
-    second, eta, totals, motion, spreads, energy = _slide(
-        state.rows,
-        state.precisions,
-        state.second,
-        state.eta,
-        state.totals,
-        state.motion,
-        state.motion_covariances,
-        memory,
-        settings.forgetting == "common",
-        float(settings.gamma),
+    (second, eta, totals), (motion, spreads), energy = _slide(
+        (state.rows, state.precisions),
+        (state.second, state.eta, state.totals),
+        (state.motion, state.motion_covariances),
+        (memory, settings.forgetting == "common", float(settings.gamma)),
         first,
     )
     # The average of free energies has the eta of all points together, as printed.
@@ -364,22 +358,23 @@ def _next(state: Online) -> Online:
 
 @compiled
 def _slide(
-    rows: Floats,
-    precisions: Floats,
-    second: Floats,
-    eta: Floats,
-    totals: Floats,
-    motion: Floats,
-    spreads: Floats,
-    memory: float,
-    common: bool,
-    gamma: float,
+    seen: tuple[Floats, Floats],
+    averages: tuple[Floats, Floats, Floats],
+    before: tuple[Floats, Floats],
+    settings: tuple[float, bool, float],
     first: int,
-) -> tuple[Floats, Floats, Floats, Floats, Floats, float]:
-    """Return averaged moments, eta, totals, motion, its covariances, and the free energy of the window.
+) -> tuple[tuple[Floats, Floats, Floats], tuple[Floats, Floats], float]:
+    """Return averages, motion and its covariances, and the free energy of the window.
 
-    The window has slid on already; motion and spreads are those of before.
+    Args:
+        seen: Positions and precisions in the window, which has slid on already.
+        averages: Second moments, eta and totals of the points.
+        before: The motion before, and its covariances.
+        settings: Memory, whether all points forget alike, and gamma.
+        first: Number of the window's first row.
     """
+    (rows, precisions), (second, eta, totals), (motion, spreads) = seen, averages, before
+    memory, common, gamma = settings
     height, count = rows.shape
     newest, newest_spreads, _ = posterior_rows(
         rows[height - 2 :].copy(), precisions[height - 2 :].copy(), second, gamma, first + height - 2
@@ -394,20 +389,20 @@ def _slide(
                     spreads[frame + 2, i, j] if kept else newest_spreads[frame - height + 2, i, j]
                 )
     shape, covariances = posterior_points(rows, precisions, cameras, camera_spreads)
-    seen = _information(covariances)
+    told = _information(covariances)
     fresh = moments(shape, covariances)
     averaged, weights, sums = np.empty_like(second), np.empty(count), np.empty(count)
     for n in range(count):
         weights[n] = 1.0 / (1.0 + memory / eta[n])
-        sums[n] = memory * totals[n] + seen[n]
+        sums[n] = memory * totals[n] + told[n]
         if not common:
-            weights[n] = seen[n] / sums[n] if sums[n] > 0.0 else 0.0
+            weights[n] = told[n] / sums[n] if sums[n] > 0.0 else 0.0
         for i in range(4):
             for j in range(4):
                 averaged[n, i, j] = second[n, i, j] + weights[n] * (fresh[n, i, j] - second[n, i, j])
     cameras, camera_spreads, logs = posterior_rows(rows, precisions, averaged, gamma, first)
     energy = free_energy(rows, precisions, shape, covariances, cameras, camera_spreads, logs, gamma, first)
-    return averaged, weights, sums, cameras, camera_spreads, energy
+    return (averaged, weights, sums), (cameras, camera_spreads), energy
 
 
 @compiled
