@@ -107,14 +107,7 @@ def nearest_rotation(matrix: Floats) -> Floats:
             [xy - yx, zx + xz, yz + zy, zz - xx - yy],
         ]
     )
-    w, x, y, z = principal(sums).tolist()
-    return np.array(
-        [
-            [w * w + x * x - y * y - z * z, 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
-            [2.0 * (x * y + w * z), w * w - x * x + y * y - z * z, 2.0 * (y * z - w * x)],
-            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), w * w - x * x - y * y + z * z],
-        ]
-    )
+    return quaternion_matrix(principal(sums))
 
 
 # A rotation vector has no preferred axis, and near zero its three numbers are the turns about the three axes, so that a

@@ -166,8 +166,7 @@ LEVELS = 256
 
 def viridis(values: Floats) -> NDArray[np.uint8]:
     """Return colours (..., 3) RGB for numbers (...), from purple for 0 and below to yellow for 1 and above."""
-    places = np.clip(np.rint((LEVELS - 1) * values), 0, LEVELS - 1).astype(np.intp)
-    return np.rint(_levels()[places]).astype(np.uint8)
+    return np.rint(_shades(values)).astype(np.uint8)
 
 
 def over(image_rgb: NDArray[np.uint8], values: Floats, *, width: int) -> NDArray[np.uint8]:
@@ -185,9 +184,13 @@ def over(image_rgb: NDArray[np.uint8], values: Floats, *, width: int) -> NDArray
     size = max(round(image_rgb.shape[1] * scale), 1), max(round(image_rgb.shape[0] * scale), 1)
     small = cv2.resize(np.ascontiguousarray(image_rgb), size, interpolation=cv2.INTER_AREA)
     places = cv2.resize(values.astype(np.float32), size, interpolation=cv2.INTER_AREA)
-    heat = _levels()[np.clip(np.rint((LEVELS - 1) * places), 0, LEVELS - 1).astype(np.intp)]
     grey = cv2.cvtColor(small, cv2.COLOR_RGB2GRAY).astype(np.float64)[:, :, None]
-    return np.rint(SHARE * heat + (1.0 - SHARE) * grey).astype(np.uint8)
+    return np.rint(SHARE * _shades(places) + (1.0 - SHARE) * grey).astype(np.uint8)
+
+
+def _shades(values: Floats) -> Floats:
+    """Return colours (..., 3) of numbers (...) of 0 to 1."""
+    return np.asarray(_levels()[np.clip(np.rint((LEVELS - 1) * values), 0, LEVELS - 1).astype(np.intp)])
 
 
 @cache
