@@ -22,7 +22,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pftrack.core.arrays import Floats
 from pftrack.core.model.drawing import Ellipse, Links, Points, Polyline, Primitive
 from pftrack.core.model.palette import COLOURS
-from pftrack.core.model.parameters import NOT_BOOLEAN, ParameterError
+from pftrack.core.model.parameters import NOT_BOOLEAN, ParameterError, first_problem
 from pftrack.core.model.source import Target
 
 LARGEST_FILE_BYTES = 1024 * 1024
@@ -145,10 +145,7 @@ class Mark(BaseModel, ABC):
         try:
             return cls.model_validate(raw)
         except ValidationError as error:
-            first = error.errors()[0]
-            cause = first.get("ctx", {}).get("error")
-            if isinstance(cause, ParameterError):
-                raise cause from None
+            first = first_problem(error)
             place = ".".join(str(part) for part in ("mark", *first["loc"]))
             message = first["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
             raise ParameterError(place, first["input"], f"as a mark of kind {cls.name()} has it: {message}") from None

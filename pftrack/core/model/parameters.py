@@ -80,6 +80,19 @@ class ParameterError(ValueError):
         return type(self), (self.field, self.value, self.bound)
 
 
+def first_problem(error: ValidationError) -> Any:  # noqa: ANN401 - as pydantic tells it
+    """Return what pydantic found wrong, first of all.
+
+    Raises:
+        ParameterError: A validator has raised it.
+    """
+    first = error.errors()[0]
+    cause = first.get("ctx", {}).get("error")
+    if isinstance(cause, ParameterError):
+        raise cause from None
+    return first
+
+
 Within: TypeAlias = tuple[float, float, float]
 """The smallest and the largest value of a number, and the step of its slider."""
 
@@ -305,10 +318,7 @@ def revise(current: P, changes: Mapping[str, object]) -> P:
     try:
         return model.model_validate(values, strict=False)
     except ValidationError as error:
-        first = error.errors()[0]
-        cause = first.get("ctx", {}).get("error")
-        if isinstance(cause, ParameterError):
-            raise cause from None
+        first = first_problem(error)
         name = str(first["loc"][0])
         raise ParameterError(name, first["input"], describe_allowed(known[name])) from None
 

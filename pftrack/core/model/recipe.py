@@ -24,6 +24,7 @@ from pftrack.core.model.parameters import (
     Parameters,
     Value,
     declarations,
+    first_problem,
     flat,
     revise,
 )
@@ -322,10 +323,7 @@ class Recipe(BaseModel):
         try:
             return cls.model_validate(raw)
         except ValidationError as error:
-            first = error.errors()[0]
-            cause = first.get("ctx", {}).get("error")
-            if isinstance(cause, ParameterError):
-                raise cause from None
+            first = first_problem(error)
             place = ".".join(str(part) for part in first["loc"]) or "recipe"
             if first["type"] == "extra_forbidden":
                 raise ParameterError(place, first["input"], "left out: a recipe has no such field") from None
