@@ -5,6 +5,7 @@ to know the kinds below and nothing of the experiment. A plot is a view of the d
 columns, of the series that have a role, or of series by name. What no frame of a run has is not shown.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, TypeAlias
@@ -130,7 +131,16 @@ class Reading:
         return tuple(name for name in (self.series, self.sd) if name)
 
 
-STANDARD_PLOTS = read_as(Plot, Path(__file__).with_name("plots.yaml"), "id")
+def read_plots(path: Path) -> Mapping[str, Plot]:
+    """Return the plots of a YAML file, which maps their ids to their fields.
+
+    Raises:
+        ValueError: The file is not YAML, or a plot lacks a field or has an unknown one; it names file and line.
+    """
+    return {plot.id: plot for plot in read_as(Plot, path, "id")}
+
+
+STANDARD_PLOTS = tuple(read_plots(Path(__file__).with_name("plots.yaml")).values())
 """The plots that suit every method: a method that has no particles, no choice between samplers, or no innovation shows
 fewer."""
 
