@@ -16,54 +16,59 @@ draws is not known, has 2.2, 3.9 and 3.6.
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache, lru_cache
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict
 
 from pftrack.core.arrays import Floats
 from pftrack.core.geometry.rotation import nearest_rotation
 from pftrack.core.numerics.elementary import exponential, power
 from pftrack.core.numerics.matrices import product, solve_system
+from pftrack.core.texts import read_whole
 
-FEATURES = ("nose", "leye", "reye", "lmc", "rmc", "llc", "rlc", "lbro", "rbro", "lmou", "rmou")
+
+class Feature(BaseModel):
+    """A point of the face.
+
+    Attributes:
+        title: What people call it.
+        mean_mm: Its mean over people; None for one on the right, which mirrors that on the left.
+        sd_mm: The standard deviation about it.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    title: str
+    mean_mm: tuple[float, float, float] | None = None
+    sd_mm: tuple[float, float, float] | None = None
+
+
+class Features(BaseModel):
+    """What `face.yaml` declares.
+
+    Attributes:
+        features: By name, in order.
+        links: Pairs of them between which a line helps the eye.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    features: dict[str, Feature]
+    links: tuple[tuple[str, str], ...]
+
+
+_DECLARED = read_whole(Features, Path(__file__).with_name("face.yaml"))
+
+FEATURES = tuple(_DECLARED.features)
 """Nose tip; centres, inner and outer corners of the eyes; inner ends of the brows; corners of the mouth."""
 
-TITLES = {
-    "nose": "tip of the nose",
-    "leye": "left eye",
-    "reye": "right eye",
-    "lmc": "left eye, inner corner",
-    "rmc": "right eye, inner corner",
-    "llc": "left eye, outer corner",
-    "rlc": "right eye, outer corner",
-    "lbro": "left brow, inner end",
-    "rbro": "right brow, inner end",
-    "lmou": "left corner of the mouth",
-    "rmou": "right corner of the mouth",
-}
+TITLES = {name: feature.title for name, feature in _DECLARED.features.items()}
 """What people call the features; left and right are the person's own."""
 
-LINKS = (
-    ("rlc", "reye"),
-    ("reye", "rmc"),
-    ("lmc", "leye"),
-    ("leye", "llc"),
-    ("rbro", "lbro"),
-    ("rmc", "nose"),
-    ("nose", "lmc"),
-    ("rmou", "lmou"),
-)
-"""Pairs of features between which a line helps the eye: eyes, brows, nose and mouth."""
-
-_LEFT = {
-    "nose": ((0.0, 38.0, -26.0), (0.0, 3.0, 2.2)),
-    "leye": ((31.5, 0.0, 0.0), (1.8, 0.8, 1.5)),
-    "lmc": ((16.5, 1.0, 6.0), (1.3, 0.8, 1.5)),
-    "llc": ((45.0, -1.0, 14.0), (2.0, 1.0, 2.0)),
-    "lbro": ((14.0, -20.0, -3.0), (2.0, 2.5, 2.0)),
-    "lmou": ((26.0, 67.0, 2.0), (1.8, 3.5, 2.5)),
-}
-"""Mean and standard deviation over people of the points on the person's left, mm (docs/methods/heads.md)."""
+LINKS = _DECLARED.links
+"""Pairs of features between which a line helps the eye."""
 
 ASYMMETRY_SD_MM = 0.5
 SIZE_SD = 0.03
@@ -250,9 +255,9 @@ def _statistics() -> tuple[Floats, Floats]:
     mean, spread = np.empty((2, len(FEATURES), 3))
     for index, name in enumerate(FEATURES):
         mirrored = name.startswith("r")
-        middle, sd = _LEFT["l" + name[1:] if mirrored else name]
-        mean[index] = np.array(middle) * ((-1.0, 1.0, 1.0) if mirrored else 1.0)
-        spread[index] = sd
+        known = _DECLARED.features["l" + name[1:] if mirrored else name]
+        mean[index] = np.array(known.mean_mm) * ((-1.0, 1.0, 1.0) if mirrored else 1.0)
+        spread[index] = known.sd_mm
     return mean, spread
 
 
