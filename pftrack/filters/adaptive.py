@@ -159,7 +159,8 @@ def weigh(drawn: Draw, log_likelihoods: Floats, rng: Generator) -> Features:
     """
     check(missing=True, coordinates=(drawn.coordinates, "F 4 N"), log_likelihoods=(log_likelihoods, "F N"))
     offsets = rng.random(len(drawn.upper_counts))
-    return Features(*drawn, *_weigh(drawn.coordinates, log_likelihoods, offsets))
+    log_weights, survivors, means, covariances, log_evidences = _weigh(drawn.coordinates, log_likelihoods, offsets)
+    return Features(*drawn, log_weights, survivors, means, covariances, log_evidences)
 
 
 def orphan(features: Features) -> Features:

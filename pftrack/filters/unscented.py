@@ -170,8 +170,8 @@ def update_batch(
     predicted, spreads, cross = transform(means, covariances, observe, kappa)
     check(missing=True, measurement=(measurement, "m"), observe=(predicted, "n m"))
     innovation_covariances = symmetrise(spreads + noise_covariance)
-    known = map(contiguous_copy, (means, covariances, measurement - predicted))
-    updated, remaining, regular = _condition(*known, innovation_covariances, cross)
+    known, spread, innovations = map(contiguous_copy, (means, covariances, measurement - predicted))
+    updated, remaining, regular = _condition(known, spread, innovations, innovation_covariances, cross)
     if not regular:
         raise np.linalg.LinAlgError("Singular matrix")
     return updated, symmetrise(remaining), log_density(measurement, predicted, innovation_covariances)

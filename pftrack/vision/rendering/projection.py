@@ -188,7 +188,7 @@ def over(image_rgb: NDArray[np.uint8], values: Floats, *, width: int) -> NDArray
     return np.rint(SHARE * _shades(places) + (1.0 - SHARE) * grey).astype(np.uint8)
 
 
-def _shades(values: Floats) -> Floats:
+def _shades(values: NDArray[Any]) -> Floats:
     """Return colours (..., 3) of numbers (...) of 0 to 1."""
     return np.asarray(_levels()[np.clip(np.rint((LEVELS - 1) * values), 0, LEVELS - 1).astype(np.intp)])
 
