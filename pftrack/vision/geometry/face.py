@@ -46,7 +46,7 @@ class Feature(BaseModel):
 
 
 class Features(BaseModel):
-    """What `face.yaml` declares.
+    """What `features.yaml` declares.
 
     Attributes:
         features: By name, in order.
@@ -59,7 +59,7 @@ class Features(BaseModel):
     links: tuple[tuple[str, str], ...]
 
 
-_DECLARED = read_whole(Features, Path(__file__).with_name("face.yaml"))
+_DECLARED = read_whole(Features, Path(__file__).with_name("features.yaml"))
 
 FEATURES = tuple(_DECLARED.features)
 """Nose tip; centres, inner and outer corners of the eyes; inner ends of the brows; corners of the mouth."""

@@ -11,28 +11,30 @@ point, N(shat_n, Sig_n), and in each row of the motion, N(thhat_d, Vd^-1). Each 
 A precision of 0 says that a point was not seen: it adds nothing to any of the three.
 """
 
+from typing import TypeAlias
+
 import numpy as np
 
 from pftrack.core.arrays import Floats
 from pftrack.core.numerics.compiled import compiled
 from pftrack.vision.structure.factorization import invert
 
+Seen: TypeAlias = tuple[Floats, Floats]
+"""Rows (D, n) of positions, and their precisions, (D, n) inverse variances."""
+
+Belief: TypeAlias = tuple[Floats, Floats]
+"""Means and covariances: (n, 3) and (n, 3, 3) of a shape's points, or (D, 4) and (D, 4, 4) of a motion's rows."""
+
 
 @compiled
-def posterior_points(
-    rows: Floats,
-    precisions: Floats,
-    motion: Floats,
-    spreads: Floats,
-) -> tuple[Floats, Floats]:
-    """Return means (n, 3) and covariances (n, 3, 3) of the points: the E step.
+def posterior_points(seen: Seen, motion: Belief) -> Belief:
+    """Return the belief in the points: the E step.
 
     Args:
-        rows: (D, n) positions.
-        precisions: (D, n) inverse variances.
-        motion: (D, 4) means of the rows.
-        spreads: (D, 4, 4) their covariances.
+        seen: Positions and precisions.
+        motion: The belief in the rows.
     """
+    (rows, precisions), (thetas, spreads) = seen, motion
     count = rows.shape[1]
     means, covariances = np.empty((count, 3)), np.empty((count, 3, 3))
     precision, information = np.empty((3, 3)), np.empty(3)
@@ -43,11 +45,11 @@ def posterior_points(
                 precision[i, j] = 1.0 if i == j else 0.0
         for d in range(rows.shape[0]):
             weight = precisions[d, n]
-            rest = rows[d, n] - motion[d, 3]
+            rest = rows[d, n] - thetas[d, 3]
             for i in range(3):
-                information[i] += weight * (rest * motion[d, i] - spreads[d, i, 3])
+                information[i] += weight * (rest * thetas[d, i] - spreads[d, i, 3])
                 for j in range(i + 1):
-                    precision[i, j] += weight * (motion[d, i] * motion[d, j] + spreads[d, i, j])
+                    precision[i, j] += weight * (thetas[d, i] * thetas[d, j] + spreads[d, i, j])
         invert(precision, covariances[n])
         for i in range(3):
             means[n, i] = 0.0
@@ -71,22 +73,16 @@ def moments(means: Floats, covariances: Floats) -> Floats:
 
 
 @compiled
-def posterior_rows(
-    rows: Floats,
-    precisions: Floats,
-    second: Floats,
-    gamma: float,
-    first: int,
-) -> tuple[Floats, Floats, Floats]:
-    """Return means (D, 4) and covariances (D, 4, 4) of the rows of motion, and log det Vd (D,): the M step.
+def posterior_rows(seen: Seen, second: Floats, gamma: float, first: int) -> tuple[Belief, Floats]:
+    """Return the belief in the rows of motion, and log det Vd (D,): the M step.
 
     Args:
-        rows: (D, n) positions.
-        precisions: (D, n) inverse variances.
+        seen: Positions and precisions.
         second: (n, 4, 4) second moments of (s; 1).
         gamma: Precision of the prior of the motion.
         first: Number of the first row, counted from the beginning of the tracks: the first four have a prior mean.
     """
+    rows, precisions = seen
     height, count = rows.shape
     means, covariances, log_determinants = np.empty((height, 4)), np.empty((height, 4, 4)), np.empty(height)
     precision, information = np.empty((4, 4)), np.empty(4)
@@ -106,36 +102,24 @@ def posterior_rows(
             means[d, i] = 0.0
             for j in range(4):
                 means[d, i] += covariances[d, i, j] * information[j]
-    return means, covariances, log_determinants
+    return (means, covariances), log_determinants
 
 
 @compiled
-def free_energy(
-    rows: Floats,
-    precisions: Floats,
-    shape: Floats,
-    shape_covariances: Floats,
-    motion: Floats,
-    motion_covariances: Floats,
-    log_determinants: Floats,
-    gamma: float,
-    first: int,
-) -> float:
+def free_energy(seen: Seen, shape: Belief, motion: Belief, log_determinants: Floats, gamma: float, first: int) -> float:
     """Return F, the lower bound on the log density of the positions that were seen (Bando 2007, fig. 4.19, corrected).
 
     Args:
-        rows: (D, n) positions.
-        precisions: (D, n) inverse variances.
-        shape: (n, 3) means of the points.
-        shape_covariances: (n, 3, 3).
-        motion: (D, 4) means of the rows.
-        motion_covariances: (D, 4, 4).
+        seen: Positions and precisions.
+        shape: The belief in the points.
+        motion: The belief in the rows.
         log_determinants: (D,) log det Vd of the rows' precisions.
         gamma: Precision of the prior of the motion.
         first: Number of the first row.
     """
+    (rows, precisions), (thetas, motion_covariances), (means, shape_covariances) = seen, motion, shape
     height, count = rows.shape
-    second = moments(shape, shape_covariances)
+    second = moments(means, shape_covariances)
     scratch = np.empty((3, 3))
     energy = 0.0
     for n in range(count):
@@ -145,23 +129,19 @@ def free_energy(
             energy -= 0.5 * second[n, i, i]
         for d in range(height):
             if precisions[d, n] > 0.0:
-                square = _expected_square(rows[d, n], motion[d], motion_covariances[d], second[n], shape_covariances[n])
+                square = _expected_square(rows[d, n], thetas[d], motion_covariances[d], second[n], shape_covariances[n])
                 energy -= 0.5 * (np.log(2.0 * np.pi) - np.log(precisions[d, n]) + precisions[d, n] * square)
     for d in range(height):
         energy += 0.5 * (4.0 * (1.0 + np.log(gamma)) - log_determinants[d])
         for i in range(4):
-            offset = motion[d, i] - (1.0 if first + d == i else 0.0)
+            offset = thetas[d, i] - (1.0 if first + d == i else 0.0)
             energy -= 0.5 * gamma * (offset * offset + motion_covariances[d, i, i])
     return energy
 
 
 @compiled
 def _expected_square(
-    position: float,
-    motion: Floats,
-    motion_covariance: Floats,
-    second: Floats,
-    shape_covariance: Floats,
+    position: float, motion: Floats, motion_covariance: Floats, second: Floats, shape_covariance: Floats
 ) -> float:
     """Return the expected square of a position less theta . (s; 1), given moments of theta and of s."""
     apart = position

@@ -20,7 +20,7 @@ from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import product, singular_values, solve_system
 from pftrack.core.numerics.random import Generator
 from pftrack.vision.structure.factorization import invert, metric_transform
-from pftrack.vision.structure.passes import free_energy, moments, posterior_points, posterior_rows
+from pftrack.vision.structure.passes import Belief, Seen, free_energy, moments, posterior_points, posterior_rows
 from pftrack.vision.structure.tracks import FEWEST_POINTS, Tracks, check_view
 
 Initial: TypeAlias = Literal["svd", "zero", "random"]
@@ -78,37 +78,23 @@ def fit(
     """
     if iterations < 1 or not gamma > 0.0:
         raise ValueError(f"expected at least one iteration and gamma above 0, got {iterations} and {gamma:g}")
-    rows, precisions = tracks.matrix, tracks.precisions
-    motion, covariances = initial_motion(rows, precisions, initial, gamma, rng)
-    return iterate(rows, precisions, motion, covariances, iterations, gamma)
+    seen = tracks.matrix, tracks.precisions
+    return iterate(seen, initial_motion(seen, initial, gamma, rng), iterations, gamma)
 
 
-def iterate(
-    rows: Floats,
-    precisions: Floats,
-    motion: Floats,
-    covariances: Floats,
-    iterations: int,
-    gamma: float,
-    first: int = 0,
-) -> Variational:
+def iterate(seen: Seen, motion: Belief, iterations: int, gamma: float, first: int = 0) -> Variational:
     """Return the posterior after passes from a given motion; arguments as in `passes`."""
     energies = np.empty(iterations)
     for iteration in range(iterations):
-        shape, spread = posterior_points(rows, precisions, motion, covariances)
-        motion, covariances, logs = posterior_rows(rows, precisions, moments(shape, spread), gamma, first)
-        energies[iteration] = free_energy(rows, precisions, shape, spread, motion, covariances, logs, gamma, first)
-    return Variational(shape, spread, motion, covariances, energies, strengths_of(precisions, shape, motion))
+        shape = posterior_points(seen, motion)
+        motion, logs = posterior_rows(seen, moments(*shape), gamma, first)
+        energies[iteration] = free_energy(seen, shape, motion, logs, gamma, first)
+    return Variational(*shape, *motion, energies, strengths_of(seen[1], shape[0], motion[0]))
 
 
-def initial_motion(
-    rows: Floats,
-    precisions: Floats,
-    initial: Initial,
-    gamma: float,
-    rng: Generator | None = None,
-) -> tuple[Floats, Floats]:
-    """Return means (D, 4) and covariances (D, 4, 4) of a motion to begin with."""
+def initial_motion(seen: Seen, initial: Initial, gamma: float, rng: Generator | None = None) -> Belief:
+    """Return a belief in the motion to begin with."""
+    rows, precisions = seen
     height = len(rows)
     if initial == "zero":
         # The first three rows have the means of their prior, without which no direction would differ from another.
@@ -308,8 +294,8 @@ def run(tracks: Tracks, settings: Settings | None = None) -> list[Online]:
 def _first(state: Online) -> Online:
     """Return the state after the batch method on the first full window."""
     gamma = state.settings.gamma
-    start = initial_motion(state.rows, state.precisions, "svd", gamma)
-    found = iterate(state.rows, state.precisions, *start, state.settings.iterations, gamma)
+    seen = state.rows, state.precisions
+    found = iterate(seen, initial_motion(seen, "svd", gamma), state.settings.iterations, gamma)
     energy = float(found.free_energies[-1])
     return replace(
         state,
@@ -358,27 +344,26 @@ def _next(state: Online) -> Online:
 
 @compiled
 def _slide(
-    seen: tuple[Floats, Floats],
+    seen: Seen,
     averages: tuple[Floats, Floats, Floats],
-    before: tuple[Floats, Floats],
+    before: Belief,
     settings: tuple[float, bool, float],
     first: int,
-) -> tuple[tuple[Floats, Floats, Floats], tuple[Floats, Floats], float]:
-    """Return averages, motion and its covariances, and the free energy of the window.
+) -> tuple[tuple[Floats, Floats, Floats], Belief, float]:
+    """Return averages, the belief in the motion, and the free energy of the window.
 
     Args:
         seen: Positions and precisions in the window, which has slid on already.
         averages: Second moments, eta and totals of the points.
-        before: The motion before, and its covariances.
+        before: The belief in the motion before.
         settings: Memory, whether all points forget alike, and gamma.
         first: Number of the window's first row.
     """
     (rows, precisions), (second, eta, totals), (motion, spreads) = seen, averages, before
     memory, common, gamma = settings
     height, count = rows.shape
-    newest, newest_spreads, _ = posterior_rows(
-        rows[height - 2 :].copy(), precisions[height - 2 :].copy(), second, gamma, first + height - 2
-    )
+    last = rows[height - 2 :].copy(), precisions[height - 2 :].copy()
+    (newest, newest_spreads), _ = posterior_rows(last, second, gamma, first + height - 2)
     cameras, camera_spreads = np.empty((height, 4)), np.empty((height, 4, 4))
     for frame in range(height):
         kept = frame < height - 2
@@ -388,7 +373,7 @@ def _slide(
                 camera_spreads[frame, i, j] = (
                     spreads[frame + 2, i, j] if kept else newest_spreads[frame - height + 2, i, j]
                 )
-    shape, covariances = posterior_points(rows, precisions, cameras, camera_spreads)
+    shape, covariances = posterior_points(seen, (cameras, camera_spreads))
     told = _information(covariances)
     fresh = moments(shape, covariances)
     averaged, weights, sums = np.empty_like(second), np.empty(count), np.empty(count)
@@ -400,9 +385,9 @@ def _slide(
         for i in range(4):
             for j in range(4):
                 averaged[n, i, j] = second[n, i, j] + weights[n] * (fresh[n, i, j] - second[n, i, j])
-    cameras, camera_spreads, logs = posterior_rows(rows, precisions, averaged, gamma, first)
-    energy = free_energy(rows, precisions, shape, covariances, cameras, camera_spreads, logs, gamma, first)
-    return (averaged, weights, sums), (cameras, camera_spreads), energy
+    motion_now, logs = posterior_rows(seen, averaged, gamma, first)
+    energy = free_energy(seen, (shape, covariances), motion_now, logs, gamma, first)
+    return (averaged, weights, sums), motion_now, energy
 
 
 @compiled

@@ -25,17 +25,8 @@ def fitted(tracks: Tracks = NOISY, iterations: int = 10, initial: Initial = "svd
 
 def energy(tracks: Tracks, found: Variational) -> float:
     logs = np.array([-np.linalg.slogdet(one)[1] for one in found.motion_covariances])
-    return free_energy(
-        tracks.matrix,
-        tracks.precisions,
-        found.shape,
-        found.shape_covariances,
-        found.motion,
-        found.motion_covariances,
-        logs,
-        GAMMA,
-        0,
-    )
+    shape, motion = (found.shape, found.shape_covariances), (found.motion, found.motion_covariances)
+    return free_energy((tracks.matrix, tracks.precisions), shape, motion, logs, GAMMA, 0)
 
 
 def test_inverses_are_exact() -> None:
@@ -53,7 +44,7 @@ def test_the_information_form_is_the_gain_form() -> None:
     """The points' beliefs agree with the gain form of Bando 2007, eq. 4.13 as corrected, to 1e-9."""
     found = fitted()
     rows, precisions = NOISY.matrix, NOISY.precisions
-    means, covariances = posterior_points(rows, precisions, found.motion, found.motion_covariances)
+    means, covariances = posterior_points((rows, precisions), (found.motion, found.motion_covariances))
     slopes = found.motion[:, :3]
     for n in range(len(BODY)):
         xi = np.diag([1.0, 1.0, 1.0, 0.0]) + np.einsum("d,dij->ij", precisions[:, n], found.motion_covariances)
@@ -70,7 +61,7 @@ def test_rows_are_a_regression_on_the_points() -> None:
     """The rows' beliefs are those of Bayesian regression with the moments of the points."""
     found = fitted()
     second = moments(found.shape, found.shape_covariances)
-    means, covariances, logs = posterior_rows(NOISY.matrix, NOISY.precisions, second, GAMMA, 0)
+    (means, covariances), logs = posterior_rows((NOISY.matrix, NOISY.precisions), second, GAMMA, 0)
     for d in (0, 2, 3, 17):
         weights = NOISY.precisions[d]
         precision = GAMMA * np.eye(4) + np.einsum("n,nij->ij", weights, second)
@@ -118,7 +109,8 @@ def test_the_free_energy_never_falls(initial: Initial) -> None:
 def test_the_passes_are_stationary() -> None:
     """After a pass over the points dF/ds vanishes; after one over the rows any change of them lowers F."""
     found = fitted()
-    shape, spread = posterior_points(NOISY.matrix, NOISY.precisions, found.motion, found.motion_covariances)
+    motion = found.motion, found.motion_covariances
+    shape, spread = posterior_points((NOISY.matrix, NOISY.precisions), motion)
     after = replace(found, shape=shape, shape_covariances=spread)
     step = 1e-5
     slope = energy(NOISY, replace(after, shape=(1 + step) * shape)) - energy(
