@@ -45,7 +45,6 @@ PLACES = {
     ("pftrack/teaching/lessons/figure.py", "histogram"): "a kind of trace, by the field's name for it",
     ("pftrack/teaching/lessons/__init__.py", "resampling"): "the id of a lesson",
     ("pftrack/teaching/lessons/traces.py", "histogram"): "the same kind of trace",
-    ("pftrack/core/model/measures.py", "face"): "the title of a publication",
     ("pftrack/core/model/faults.py", "faces"): "the triangles of a mesh",
     ("pftrack/sources/beliefs/recorder.py", "recorded"): "what a loop has recorded",
     ("pftrack/vision/structure/growing.py", "frozen"): "what a growing shape keeps",
