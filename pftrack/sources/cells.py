@@ -52,6 +52,8 @@ class ColumnNames(BaseModel):
 
 
 COLUMN_NAMES = read_whole(ColumnNames, Path(__file__).with_name("columns.yaml"))
+BOX_NAMES = {what: column.named for what, column in COLUMN_NAMES.boxes.items()}
+"""How programs name the columns of boxes; the first name of several counts."""
 
 
 def places_of(header: Sequence[str]) -> dict[str, int]:

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from pftrack.sources.cells import decode, delimiter_of
+from pftrack.sources.cells import BOX_NAMES, COLUMN_NAMES, decode, find_columns, places_of, read_table
 from pftrack.sources.limits import HEAD_BYTES, SourceError
 from pftrack.sources.results.numbers import form_of
+from pftrack.sources.results.table import WAYS
 
 ALLOWED = (
     "an MP4, MOV, MKV, WebM, AVI, OGG, MPEG or MPEG-TS video, an animated GIF, "
@@ -22,12 +23,6 @@ ALLOWED = (
 )
 TRACKS_COLUMNS = ("frame", "point", "x_px", "y_px", "var_x", "var_y")
 """What a table of tracks has; see `pftrack.sources.tracks.table` for other forms."""
-
-PLAIN = ({"x", "y"}, {"x_px", "y_px"}, {"u", "v"})
-"""Columns by which a table of tracks is known, whatever else it has."""
-
-SIDES = ({"w", "h"}, {"width", "height"})
-"""Columns by which a table of boxes is known, beside x and y."""
 
 RECORDING_ENTRY = "recording.json"
 """Name of the first entry of a recording of beliefs."""
@@ -79,7 +74,7 @@ def is_beliefs(path: Path) -> bool:
 def _tracks(head: bytes) -> bool:
     """Look for the header of a table that has x and y, or columns of points of their own and a frame."""
     names = _columns(head)
-    if any(pair <= names for pair in PLAIN):
+    if {"x", "y"} <= find_columns(names, COLUMN_NAMES.tracks).keys():
         return not _boxes(head)
     return "frame" in names and (
         "point" in names or any(f"{name[:-2]}_y" in names for name in names if name.endswith("_x"))
@@ -88,12 +83,12 @@ def _tracks(head: bytes) -> bool:
 
 def _boxes(head: bytes) -> bool:
     """Look for the header of a table of boxes, whose x and y are corners."""
-    return any(sides | {"x", "y"} <= _columns(head) for sides in SIDES)
+    found = find_columns(_columns(head), BOX_NAMES).keys()
+    return any(set(way) <= found for way in WAYS)
 
 
-def _columns(head: bytes) -> set[str]:
-    line = decode(head).partition("\n")[0]
-    return {name.strip().lower() for name in line.split(delimiter_of(line))}
+def _columns(head: bytes) -> dict[str, int]:
+    return places_of(read_table(decode(head)).header)
 
 
 def _starts(*signatures: bytes) -> Callable[[bytes], bool]:

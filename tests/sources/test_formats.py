@@ -32,6 +32,23 @@ def test_readable_formats_are_told_by_their_first_bytes(head: bytes, title: str)
 
 
 @pytest.mark.parametrize(
+    ("header", "kind"),
+    [
+        ("frame,point,x_px,y_px,var_x,var_y", "tracks"),
+        ("u;v", "tracks"),
+        ("frame,nose_x,nose_y", "tracks"),
+        ("frame,x,y,w,h", "beliefs"),
+        ("frame,x_px,y_px,w_px,h_px", "beliefs"),
+        ("frame,x,y,right,bottom", "beliefs"),
+    ],
+)
+def test_tables_are_told_by_the_names_of_their_columns(header: str, kind: str) -> None:
+    """Places alone are tracks, places with sides or with the other edges are boxes, by any name that programs use."""
+    numbers = (";" if ";" in header else ",").join("123456"[: 1 + max(header.count(","), header.count(";"))])
+    assert sniff(f"{header}\n{numbers}\n".encode()).kind == kind
+
+
+@pytest.mark.parametrize(
     ("head", "what"),
     [
         (b"", "is empty"),

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple, TypeAlias
 
 from pftrack.sources.cells import (
+    BOX_NAMES,
     COLUMN_NAMES,
     LARGEST_FRAME,
     decode,
@@ -133,9 +134,6 @@ def table_of(
     return ResultTable(form, ordered, max(frames, ordered[-1].frame + 1), names or {}, tuple(told))
 
 
-NAMES = {what: column.named for what, column in COLUMN_NAMES.boxes.items()}
-"""What a column may be, and how programs call it; the first of several counts."""
-
 COLUMNS = {what: column.asks for what, column in COLUMN_NAMES.boxes.items()}
 """What a person is asked, one column each."""
 
@@ -163,7 +161,7 @@ class Preview(NamedTuple):
 def columns_in(header: Sequence[str]) -> dict[str, int] | None:
     """Return in which column what is; None if these are no columns of boxes."""
     places = places_of(header)
-    found = find_columns(places, NAMES)
+    found = find_columns(places, BOX_NAMES)
     if "frame" not in found or {"x3", "y3"} <= places.keys() or not any(set(way) <= found.keys() for way in WAYS):
         polygon = "frame" in found and {"x1", "y1", "x2", "y2", "x3", "y3"} <= places.keys()
         return {"frame": found["frame"]} if polygon else None
@@ -236,7 +234,7 @@ def preview(text: str) -> Preview:
     if len(header) < FEWEST_COLUMNS or not any(header):
         raise SourceError(f"expected a table with {FEWEST_COLUMNS} columns or more, got {len(header)}")
     rows = [tuple(row) for _, row in itertools.islice(table.rows, ROWS_SHOWN)]
-    return Preview(tuple(header), tuple(rows), find_columns(places_of(header), NAMES))
+    return Preview(tuple(header), tuple(rows), find_columns(places_of(header), BOX_NAMES))
 
 
 def rename(data: bytes, columns: Mapping[str, int]) -> bytes:
@@ -251,7 +249,7 @@ def rename(data: bytes, columns: Mapping[str, int]) -> bytes:
     """
     text = decode(data)
     header = read_table(text).header
-    unknown = [what for what, place in columns.items() if what not in NAMES or not 0 <= place < len(header)]
+    unknown = [what for what, place in columns.items() if what not in BOX_NAMES or not 0 <= place < len(header)]
     if unknown:
         raise SourceError(f"the table has no column for {', '.join(unknown)[:80]}; it has {len(header)} columns")
     line, _, rest = text.partition("\n")
