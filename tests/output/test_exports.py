@@ -19,7 +19,7 @@ from pftrack import __version__
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.model.setup import ExportError
 from pftrack.experiments import find
-from pftrack.output.exports import films
+from pftrack.output.exports import files as made
 from pftrack.output.exports.formats import FORMATS, export_at, exporting, exports_of
 from pftrack.runs.run import Run
 from pftrack.runs.table import columns_in, table_of
@@ -119,7 +119,7 @@ def test_films_have_a_picture_for_each_frame(ball: Run, files: Path) -> None:
         assert (gif.n_frames, gif.info["duration"], gif.info["loop"]) == (FRAMES // 2, 70, 0)  # type: ignore[attr-defined]
         shown = np.asarray(gif.convert("RGB"), float)
     assert shown.shape == pictures[0].shape
-    assert np.abs(shown - films._picture(ball.branch(0), 0)).mean() < 4
+    assert np.abs(shown - made._picture(ball.branch(0), 0)).mean() < 4
 
 
 def test_pictures_of_plots_are_at_print_size(ball: Run, files: Path) -> None:

@@ -6,7 +6,6 @@
 
 from pftrack.analysis.diagnosis.course import COLUMNS, Course, Rule, Sign, course_of
 from pftrack.analysis.diagnosis.diagnosis import (
-    RULES,
     Diagnosis,
     Evidence,
     course_of_run,
@@ -14,6 +13,7 @@ from pftrack.analysis.diagnosis.diagnosis import (
     diagnose_course,
     picture_size,
 )
+from pftrack.analysis.diagnosis.rules import RULES
 
 __all__ = [
     "COLUMNS",

@@ -9,15 +9,18 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from string import Formatter
 from typing import TypeAlias
 
 import numpy as np
+from pydantic import with_config
 
 from pftrack.core.arrays import Bools, Floats
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.preset import CauseId
 from pftrack.core.model.series import Series, SeriesRole
+from pftrack.core.texts import CLOSED, read_as
 from pftrack.runs.loss import LASTING_FRAMES, Loss
 
 Numbers: TypeAlias = Floats
@@ -28,6 +31,7 @@ MOST_HIDDEN = 1.0 / 3.0
 """Share of the parts of a target that are to be seen, at most, where it counts as hidden."""
 
 
+@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class Column:
     """What a column of a course is.
@@ -37,35 +41,17 @@ class Column:
         title: What it is, a few words.
         unit: Of its numbers; "run" for the run's own unit, empty for pure numbers.
         is_flag: Whether it is 0 or 1 in each frame.
+        origin: File and line.
     """
 
     name: str
     title: str
     unit: str = ""
     is_flag: bool = False
+    origin: str = ""
 
 
-COLUMNS = {
-    column.name: column
-    for column in (
-        Column("error", "distance from the truth", "run"),
-        Column("deviation", "stated deviation", "run"),
-        Column("excess", "error over the stated deviation"),
-        Column("fit", "fit to the picture"),
-        Column("ess_share", "ESS over the particles"),
-        Column("distinct", "different particles"),
-        Column("kept", "model's likeness to the first look"),
-        Column("misfit", "difference from what is seen", "%"),
-        Column("nis", "normalised innovation squared"),
-        Column("hidden", "out of sight", is_flag=True),
-        Column("searching", "searching", is_flag=True),
-        Column("mirrored", "mirror image", is_flag=True),
-        Column("mirror_gap", "from the mirror image, in deviations"),
-        Column("outside", "beyond the picture", is_flag=True),
-        Column("step", "way of the estimate a frame", "run"),
-        Column("true_step", "way of the target a frame", "run"),
-    )
-}
+COLUMNS = {column.name: column for column in read_as(Column, Path(__file__).with_name("columns.yaml"), "name")}
 """What evidence is shown from, by name."""
 
 
@@ -491,36 +477,69 @@ def middle(values: Numbers) -> float:
     return np.float64(np.median(known) if len(known) else np.nan)
 
 
+@with_config(CLOSED)
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A kind of sign that a cause is at work.
+
+    Attributes:
+        name: Of the rule that finds it, or of one of the ways in which it does.
+        cause: Which.
+        text: A sentence with places for numbers; see signs.yaml.
+        evidence: Names of the columns of the course that show it.
+        origin: File and line.
+    """
+
+    name: str
+    cause: CauseId
+    text: str
+    evidence: tuple[str, ...]
+    origin: str = ""
+
+
+KINDS = {kind.name: kind for kind in read_as(Kind, Path(__file__).with_name("signs.yaml"), "name")}
+
+
 @dataclass(frozen=True)
 class Sign:
     """That a cause is at work.
 
     Attributes:
-        cause: Which.
+        kind: What is said of it.
         since: Frame since when.
         strength: How clearly, from 0 to 1.
-        text: A sentence with a place `{name}`, with a format if need be, for each number, and `{unit}` for the run's.
-            Bars part it: what names a number that is not known, as where a person has marked few frames, is left out.
         numbers: What was measured, by name.
-        evidence: Names of the columns of the course that show it.
         unit: Of the run's estimates.
     """
 
-    cause: CauseId
+    kind: Kind
     since: int
     strength: float
-    text: str
     numbers: dict[str, float]
-    evidence: tuple[str, ...]
     unit: str = ""
+
+    @property
+    def cause(self) -> CauseId:
+        """The cause."""
+        return self.kind.cause
+
+    @property
+    def evidence(self) -> tuple[str, ...]:
+        """Names of the columns of the course that show it."""
+        return self.kind.evidence
 
     @property
     def words(self) -> str:
         """The sentence with its numbers, as far as they are known."""
-        known = [
-            part for part in self.text.split("|") if all(math.isfinite(self.numbers[name]) for name in _named(part))
-        ]
+        parts = self.kind.text.split("|")
+        known = [part for part in parts if all(math.isfinite(self.numbers[name]) for name in _named(part))]
         return "".join(known).format(**self.numbers, unit=f" {self.unit}".rstrip())
+
+
+def sign(kind: str, since: int, strength: float, **numbers: float) -> Sign:
+    """Return a sign of a kind, with the numbers that its text names."""
+    named = {"since": since, **numbers} if "since" in _named(KINDS[kind].text) else numbers
+    return Sign(KINDS[kind], since, strength, named)
 
 
 def _named(text: str) -> set[str]:

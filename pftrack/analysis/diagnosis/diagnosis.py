@@ -7,29 +7,7 @@ from typing import Any
 import numpy as np
 
 from pftrack.analysis.diagnosis.course import COLUMNS, Course, Moment, Rule, Sign, course_of
-from pftrack.analysis.diagnosis.motion import (
-    another_that_fits,
-    beyond_the_picture,
-    changed_model,
-    left_behind,
-    out_of_sight,
-    out_of_the_cloud,
-    suddenly_gone,
-    widened_cloud,
-    wrong_find,
-)
-from pftrack.analysis.diagnosis.weights import (
-    alike_particles,
-    everything_fits,
-    few_weights,
-    mirror_image,
-    near_its_mirror_image,
-    refuted,
-    same_again,
-    still_picture,
-    sure_of_nothing,
-    too_sure,
-)
+from pftrack.analysis.diagnosis.rules import RULES
 from pftrack.core.model.measures import Witness
 from pftrack.core.model.preset import CAUSES, CauseId
 from pftrack.runs.run import Run
@@ -37,29 +15,6 @@ from pftrack.runs.run import Run
 # A rule measures one mechanism around a moment and returns a `Sign` if it is at work: since when, how strongly, and the
 # numbers that this is said from. Several may be: the diagnosis orders them by when they began. What follows from
 # another sign begins later, so no rule needs to know the others.
-
-RULES: tuple[Rule, ...] = (
-    beyond_the_picture,
-    few_weights,
-    alike_particles,
-    same_again,
-    still_picture,
-    mirror_image,
-    near_its_mirror_image,
-    changed_model,
-    wrong_find,
-    everything_fits,
-    too_sure,
-    refuted,
-    sure_of_nothing,
-    out_of_sight,
-    suddenly_gone,
-    another_that_fits,
-    widened_cloud,
-    left_behind,
-    out_of_the_cloud,
-)
-"""All of them; of two signs since the same frame the one whose rule comes first is told first."""
 
 LEAD_IN, LEAD_OUT = 12, 12
 """So many frames before the first sign and after the moment belong to the evidence."""

@@ -6,7 +6,7 @@ of each run, so that it can be made again.
 
 import json
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,7 +15,7 @@ import numpy as np
 from pftrack.core.files import csv_text, write_whole
 from pftrack.core.model.setup import ExportError
 from pftrack.core.version import __version__
-from pftrack.output.exports.formats import Group
+from pftrack.output.exports.formats import FileKind, read_kinds
 from pftrack.runs.comparison import Comparison
 from pftrack.runs.manifest import manifest_of
 
@@ -25,29 +25,15 @@ COLUMNS = ("run", "name", "frame", "frame_of_run", "error", "lost")
 the error in the comparison's unit, and whether the target is lost, 1 or 0; what is not known is empty."""
 
 
-@dataclass(frozen=True, slots=True)
-class ComparisonExport:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ComparisonExport(FileKind):
     """A kind of file that can be made of a comparison.
 
     Attributes:
-        name: Name in addresses.
-        title: What it is, a few words.
-        suffix: Of the file's name, without the dot.
-        media_type: Of the file.
-        group: What kind of thing it is.
         make: Makes its content of a comparison whose frames have been computed.
-        short: What it is called beside others of its group.
-        slow: Whether whoever asks has to wait: the runs are computed for it.
     """
 
-    name: str
-    title: str
-    suffix: str
-    media_type: str
-    group: Group
     make: Callable[[Comparison], bytes]
-    short: str
-    slow: bool = True
 
 
 def export_comparison(comparison: Comparison, path: Path) -> None:
@@ -106,22 +92,13 @@ def _picture(comparison: Comparison, form: str) -> bytes:
     return encode(figure, SUFFIXES[f".{form}"], title, {"runs": [manifest_of(run) for run in comparison.runs]})
 
 
-COMPARISON_FORMATS: tuple[ComparisonExport, ...] = (
-    ComparisonExport("csv", "Table of errors and losses, CSV", "csv", "text/csv", "numbers", _table, "CSV"),
-    ComparisonExport(
-        "png", "Picture of the errors, PNG", "png", "image/png", "plots", lambda it: _picture(it, "png"), "PNG"
-    ),
-    ComparisonExport(
-        "svg", "Picture of the errors, SVG", "svg", "image/svg+xml", "plots", lambda it: _picture(it, "svg"), "SVG"
-    ),
-    ComparisonExport(
-        "json",
-        "What differs, what came of it, and the recipes, JSON",
-        "json",
-        "application/json",
-        "documents",
-        _document,
-        "JSON",
-    ),
+MAKERS: Mapping[str, Callable[[Comparison], bytes]] = {
+    "csv": _table,
+    "png": lambda comparison: _picture(comparison, "png"),
+    "svg": lambda comparison: _picture(comparison, "svg"),
+    "json": _document,
+}
+COMPARISON_FORMATS = tuple(
+    ComparisonExport(**fields, make=MAKERS[name]) for name, fields in read_kinds("comparisons.yaml").items()
 )
 """What every comparison can be exported as, in the order in which it is listed."""

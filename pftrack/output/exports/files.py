@@ -1,4 +1,4 @@
-"""The table of a run as files: CSV, Parquet, NPZ and JSON Lines, all with the same columns; and boxes of other forms.
+"""A run as files: its table as CSV, Parquet, NPZ and JSON Lines, boxes in other forms, and films.
 
 Tables are written piece by piece: of a long run there is never the whole text in memory. Boxes, what is believed and
 what is true, are in the forms of `pftrack.sources.results`.
@@ -11,10 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.faults import without_faults
 from pftrack.core.model.setup import ExportError
-from pftrack.runs.manifest import embed
+from pftrack.runs.manifest import embed, extent_of, title_of
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import extent_series
 from pftrack.runs.table import columns_in, table_of
@@ -141,3 +143,47 @@ def _box(frame: int, centre: tuple[float, ...], extent: tuple[float, ...]) -> Bo
 def _number(run: Run, frame: int) -> int:
     """Return the number in the recording of a frame of the run."""
     return frame + (run.setup.footage.start if run.setup.footage else 0)
+
+
+# Films have every frame at the source's own rate. A GIF is for a slide or a page: at most so wide, so fast and so long
+# that it can be loaded; of a longer run it shows every second frame, every third and so on, at the same speed.
+
+GIF_RATE_HZ, GIF_PICTURES, GIF_WIDE_PX = 15.0, 300, 640
+SAMPLED = 6
+"""So many pictures of a run tell which colours its GIF needs."""
+
+
+def mp4_of(run: Run, path: Path) -> Steps:
+    """Write a film of a run, whose manifest is the file's comment."""
+    from pftrack.vision.rendering.film import FilmWriter  # noqa: PLC0415 - it loads codecs
+
+    total = run.computed + 1
+    words = {"title": f"{title_of(run)}; {extent_of(run)}", "comment": embed(run)}
+    with FilmWriter(path, run.source.frame_rate_hz, words) as film:
+        for frame in range(total):
+            film.write(_picture(run, frame))
+            yield frame + 1, total
+
+
+def gif_of(run: Run, path: Path) -> Steps:
+    """Write a GIF of a run that plays for ever, whose manifest is the file's comment."""
+    from pftrack.vision.rendering.film import common_colours, write_gif  # noqa: PLC0415 - it loads codecs
+
+    total, rate_hz = run.computed + 1, run.source.frame_rate_hz
+    stride = max(math.ceil(rate_hz / GIF_RATE_HZ), math.ceil(total / GIF_PICTURES), 1)
+    scale = min(1.0, GIF_WIDE_PX / _picture(run, 0).shape[1])
+    samples = sorted({round(place) for place in np.linspace(0, total - 1, SAMPLED)})
+    colours = common_colours([_picture(run, frame, scale) for frame in samples])
+    pictures = []
+    for frame in range(0, total, stride):
+        pictures.append(colours.of(_picture(run, frame, scale)))
+        yield min(frame + stride, total), total
+    write_gif(path, pictures, stride / rate_hz, comment=embed(run))
+
+
+def _picture(run: Run, frame: int, scale: float = 1.0) -> NDArray[np.uint8]:
+    """Return what a frame looks like, (height, width, 3) RGB; the run stands there afterwards."""
+    from pftrack.vision.rendering import render_beside  # noqa: PLC0415 - only who wants a picture has to wait for it
+
+    drawing = without_faults(run.experiment.draw(run.seek(frame), run.diagnostics))
+    return render_beside(drawing, layers=run.experiment.shown_layers, scale=scale)

@@ -1,9 +1,9 @@
 """What a run can be exported as, and what shows one: one list for Python, commands, server and pages.
 
 A format is a `RunExport`: a function that writes a run, as far as it has been computed, to a file, and tells how far it
-is; the suffix of a file's name chooses it. To add one is to write that function and to add a line to `FORMATS`;
-wherever exports are offered it is there then. To these come the files that an experiment offers of the frame at which a
-run stands.
+is; the suffix of a file's name chooses it. To add one is to write that function, to add it to `WRITERS`, and to
+describe it in runs.yaml; wherever exports are offered it is there then. To these come the files that an experiment
+offers of the frame at which a run stands.
 
 Code that writes through `exporting` or `export` gets a file that appears whole or not at all, and beside a file that
 cannot hold its manifest, one that is called like it with `.manifest.json` behind.
@@ -14,24 +14,36 @@ import json
 import os
 import threading
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Literal, Protocol, TypeAlias, cast
+from typing import Any, Literal, Protocol, TypeAlias, cast
+
+from pydantic import with_config
 
 from pftrack.core.entry_points import load
 from pftrack.core.files import part_of, settle, write_whole
 from pftrack.core.model.faults import without_faults
 from pftrack.core.model.setup import Export, Exported, ExportError
 from pftrack.core.model.source import FrameIndex
+from pftrack.core.texts import CLOSED, read_as
 from pftrack.experiments.experiment import Experiment
-from pftrack.output.exports.files import believed_file, csv_of, json_lines_of, npz_of, parquet_of, true_file
+from pftrack.output.exports.files import (
+    believed_file,
+    csv_of,
+    gif_of,
+    json_lines_of,
+    mp4_of,
+    npz_of,
+    parquet_of,
+    true_file,
+)
 from pftrack.output.exports.notebook import run_notebook
 from pftrack.runs.manifest import bibtex_of, extent_of, manifest_of
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import extent_series
 from pftrack.sources.beliefs.sequence import BeliefSequence
 from pftrack.sources.limits import DEFAULT_LIMITS, SourceError
-from pftrack.sources.results.table import FORMS, Form
+from pftrack.sources.results.table import Form
 from pftrack.sources.truth import BOXES
 
 # The library draws runs as pictures and films; it knows no browser. A package that shows them otherwise says so by
@@ -101,16 +113,6 @@ def show(run: Run, *, port: int = 0, browser: bool | None = None) -> Shown:
     return cast("Shown", load(GROUP, "show")(run, port=port, browser=browser))
 
 
-SUFFIXES: Mapping[Form, str] = {
-    "mot": "mot.txt",
-    "otb": "otb.txt",
-    "vot": "vot.txt",
-    "cvat": "cvat.xml",
-    "coco": "coco.json",
-}
-SHORT: Mapping[Form, str] = {"mot": "MOT", "otb": "OTB", "vot": "VOT", "cvat": "CVAT", "coco": "COCO"}
-MEDIA_TYPES = {"txt": "text/plain", "xml": "application/xml", "json": "application/json"}
-
 SMALLEST_STILL_PX = 1200
 """A small picture is enlarged so far that lines and letters on it are sharp."""
 
@@ -143,9 +145,10 @@ class Write(Protocol):
         """
 
 
+@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
-class RunExport:
-    """A kind of file that can be made of a run.
+class FileKind:
+    """A kind of file that can be made of a run, or of a comparison.
 
     Attributes:
         name: Name in commands and addresses.
@@ -153,10 +156,10 @@ class RunExport:
         suffix: Of the file's name, without the dot.
         media_type: Of the file.
         group: What kind of thing it is.
-        write: What writes it.
-        slow: Whether it has to go through all frames again, so that a session does not wait for it.
+        slow: Whether whoever asks has to wait: all frames are gone through again, or computed.
         beside: Whether its manifest is a file of its own.
         short: What it is called beside others of its group; the title if empty.
+        origin: File and line where it is declared.
     """
 
     name: str
@@ -164,10 +167,26 @@ class RunExport:
     suffix: str
     media_type: str
     group: Group
-    write: Write
     slow: bool = False
     beside: bool = False
     short: str = ""
+    origin: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunExport(FileKind):
+    """A kind of file that can be made of a run.
+
+    Attributes:
+        write: What writes it.
+    """
+
+    write: Write
+
+
+def read_kinds(name: str) -> dict[str, dict[str, Any]]:
+    """Return what a YAML file beside this module declares of files of some kind, by name."""
+    return {it.name: asdict(it) for it in read_as(FileKind, Path(__file__).with_name(name), "name")}
 
 
 def exports_of(experiment: Experiment) -> tuple[RunExport, ...]:
@@ -282,27 +301,8 @@ def _at_once(make: Callable[[Run], bytes]) -> Write:
     return write
 
 
-def _boxes(form: Form, group: Literal["boxes", "truth"]) -> RunExport:
-    """Return the export of boxes in a form."""
-    make, what = (believed_file, "Believed") if group == "boxes" else (true_file, "True")
-    name = FORMS[form]
-    suffix = SUFFIXES[form] if group == "boxes" else f"truth.{SUFFIXES[form]}"
-    media_type = MEDIA_TYPES[suffix.rpartition(".")[2]]
-    write = _at_once(lambda run: make(run, form))
-    return RunExport(f"{group}-{form}", f"{what} boxes, {name}", suffix, media_type, group, write, short=SHORT[form])
-
-
 def _table(pieces: Callable[[Run, Path], Steps]) -> Write:
     return lambda run, path, _plot: pieces(run, path)
-
-
-def _films(form: Literal["mp4", "gif"]) -> Write:
-    def write(run: Run, path: Path, _plot: str | None) -> Steps:
-        from pftrack.output.exports import films  # noqa: PLC0415 - it loads codecs, for which only who wants a film has to wait
-
-        return (films.mp4_of if form == "mp4" else films.gif_of)(run, path)
-
-    return write
 
 
 def _plots(form: Literal["png", "svg"]) -> Write:
@@ -328,7 +328,8 @@ def _of_frame(offered: Export) -> RunExport:
     def make(run: Run) -> bytes:
         return offered.make(run.current.state, run.diagnostics[: run.position + 1])
 
-    return RunExport(offered.name, offered.title, offered.suffix, offered.media_type, "model", _at_once(make))
+    fields = {name: getattr(offered, name) for name in ("name", "title", "suffix", "media_type")}
+    return RunExport(**fields, group="model", write=_at_once(make))
 
 
 def _manifest(run: Run) -> bytes:
@@ -340,70 +341,37 @@ def _recipe(run: Run) -> bytes:
     return f"{json.dumps(recipe, indent=2, ensure_ascii=False)}\n".encode()
 
 
-NOTEBOOK = RunExport(
-    "notebook",
-    "Notebook of the run (Jupyter)",
-    "ipynb",
-    "application/x-ipynb+json",
-    "documents",
-    _at_once(run_notebook),
-    short="Notebook",
-)
+def _boxes(name: str) -> Write:
+    """Return what writes boxes, given the name of the export: which of them, and the form."""
+    which, _, form = name.partition("-")
+    make = believed_file if which == "boxes" else true_file
+    return _at_once(lambda run: make(run, cast("Form", form)))
 
-FORMATS: tuple[RunExport, ...] = (
-    RunExport("csv", "Table, CSV", "csv", "text/csv", "numbers", _table(csv_of), beside=True, short="CSV"),
-    RunExport(
-        "parquet",
-        "Table, Parquet",
-        "parquet",
-        "application/vnd.apache.parquet",
-        "numbers",
-        _table(parquet_of),
-        short="Parquet",
-    ),
-    RunExport("npz", "Arrays for NumPy, NPZ", "npz", "application/zip", "numbers", _table(npz_of), short="NPZ"),
-    RunExport(
-        "jsonl",
-        "Table, JSON Lines",
-        "jsonl",
-        "application/jsonl",
-        "numbers",
-        _table(json_lines_of),
-        beside=True,
-        short="JSON Lines",
-    ),
-    RunExport("mp4", "Film, MP4", "mp4", "video/mp4", "film", _films("mp4"), slow=True, short="MP4"),
-    RunExport("gif", "Short film for a slide, GIF", "gif", "image/gif", "film", _films("gif"), slow=True, short="GIF"),
-    RunExport("png", "Picture of plots, PNG", "png", "image/png", "plots", _plots("png"), short="PNG"),
-    RunExport("svg", "Picture of plots, SVG", "svg", "image/svg+xml", "plots", _plots("svg"), short="SVG"),
-    RunExport(
-        "frame-png",
-        "Frame with all that is drawn, PNG",
-        "frame.png",
-        "image/png",
-        "model",
-        _at_once(_still),
-        short="PNG",
-    ),
-    RunExport(
-        "html", "Page with scene and plots, HTML", "html", "text/html", "film", write_page, slow=True, short="HTML page"
-    ),
-    NOTEBOOK,
-    RunExport("recipe", "Recipe, JSON", "json", "application/json", "documents", _at_once(_recipe), short="Recipe"),
-    RunExport(
-        "bibtex",
-        "Citation, BibTeX",
-        "bib",
-        "text/x-bibtex",
-        "documents",
-        _at_once(lambda run: bibtex_of(run).encode()),
-        short="BibTeX",
-    ),
+
+WRITERS: Mapping[str, Write] = {
+    "csv": _table(csv_of),
+    "parquet": _table(parquet_of),
+    "npz": _table(npz_of),
+    "jsonl": _table(json_lines_of),
+    "mp4": _table(mp4_of),
+    "gif": _table(gif_of),
+    "png": _plots("png"),
+    "svg": _plots("svg"),
+    "frame-png": _at_once(_still),
+    "html": write_page,
+    "notebook": _at_once(run_notebook),
+    "recipe": _at_once(_recipe),
+    "bibtex": _at_once(lambda run: bibtex_of(run).encode()),
+}
+"""What writes what every run can be exported as."""
+
+EVERY = tuple(
+    RunExport(**fields, write=WRITERS.get(name) or _boxes(name)) for name, fields in read_kinds("runs.yaml").items()
 )
+FORMATS = tuple(it for it in EVERY if it.name in WRITERS)
 """What every run can be exported as, in the order in which it is listed."""
 
-BELIEVED = tuple(_boxes(form, "boxes") for form in SUFFIXES)
-TRUE = tuple(_boxes(form, "truth") for form in SUFFIXES)
+BELIEVED, TRUE = (tuple(it for it in EVERY if it.group == group) for group in ("boxes", "truth"))
 """What a run of a target with a box can be exported as besides."""
 
 # While a recording is written, the scene follows the newest frame. The recorder says whenever something has been

@@ -1,0 +1,508 @@
+"""Rules of diagnosis: each asks whether one cause is at work, and returns a sign of it.
+
+The first ones ask where the target goes, and what is looked for: it may go beyond the edge, behind something, or where
+the law of motion does not. What is looked for may have changed, something else may fit as well, or a search took the
+wrong place. The others ask what is believed, by particles or without. Particles and their weights may carry too little,
+differ too little, or say more than is seen. A belief without particles may be too sure of itself, or on the wrong side
+of an ambiguity. What a sign says in words stands in signs.yaml.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.analysis.diagnosis.course import (
+    ENOUGH,
+    FOLLOWING,
+    LEADING,
+    Course,
+    Flags,
+    Moment,
+    Numbers,
+    Rule,
+    Sign,
+    middle,
+    sign,
+)
+
+PASSING = 3
+"""Frames, at most, in which a target passes the edge of the picture."""
+AT_ONCE = 3
+"""Frames from the first on, at most, after which a target was never followed."""
+
+
+def beyond_the_picture(moment: Moment) -> Sign | None:
+    """Ask whether the target was beyond the edge of the picture shortly before."""
+    outside = moment.course.outside == 1.0
+    if not outside[moment.around].any():
+        return None
+    since = moment.since(outside)
+    frames = int(np.count_nonzero(outside[since:]))
+    blind = moment.goes_blind
+    # An estimate follows what it does not see, and comes to the edge a little later than the target.
+    if not moment.knows_truth and blind is not None and since - PASSING <= blind < since:
+        since = blind
+    return sign("beyond-the-picture", since, 1.0, frames=frames)
+
+
+def out_of_sight(moment: Moment) -> Sign | None:
+    """Ask whether the target was hidden when, or just before, it was lost, and nothing of it was seen."""
+    course = moment.course
+    hidden, near = course.hidden == 1.0, moment.near
+    if not (hidden[near] & moment.unseen[near]).any():
+        return None
+    begun = moment.since(hidden)
+    length = _stretch(hidden, begun)
+    # What hides it covers it little by little: it may be lost before nothing of it is left.
+    since = begun if begun <= moment.frame else moment.since(moment.unseen)
+    return sign(
+        "out-of-sight",
+        since,
+        min(1.0, length / 4),
+        frames=length if _is_known(course.hidden, begun + length) else np.nan,
+        true=_way(course.truths[begun : begun + length]),
+        believed=_way(course.estimates[begun : begun + length]),
+        frame=moment.frame,
+        usual=middle(course.deviation[moment.usual]),
+        deviation=float(course.deviation[moment.frame]),
+        error=float(course.error[moment.frame]),
+    )
+
+
+def suddenly_gone(moment: Moment) -> Sign | None:
+    """Ask, where only what the tracker sees is known, whether the target went out of sight within a few frames."""
+    course, unseen = moment.course, moment.unseen
+    if moment.knows_truth or np.isfinite(course.hidden).any() or not unseen[moment.around].any():
+        return None
+    by_hypotheses = bool(np.isfinite(course.misfit).any())
+    if moment.by_features and not moment.is_gone:
+        return None
+    if moment.is_gaussian or by_hypotheses or moment.leaves_cloud or moment.fades or _at_once(moment):
+        return None
+    since = moment.since(unseen)
+    before = middle(course.fit[max(since - 4, 0) : max(since - 2, 1)])
+    if not before > moment.usual_fit - 0.5 * (moment.usual_fit - moment.low_fit):
+        return None
+    return sign("suddenly-gone", since, 0.6, before=before, fit=float(course.fit[since]))
+
+
+def out_of_the_cloud(moment: Moment) -> Sign | None:
+    """Ask, where no truth is known, whether the target left the particles, which did not follow it."""
+    course, since = moment.course, moment.goes_blind
+    if moment.knows_truth or since is None:
+        return None
+    if not np.isfinite(course.particles).any():
+        return _nothing_fits(moment, since)
+    if moment.fades:
+        return _beside_its_features(moment, since) if moment.is_gone else None
+    if not (moment.leaves_cloud or _at_once(moment)):
+        return None
+    shares = course.ess_share
+    least = float(np.nanmin(shares[max(since - 4, 1) : since + 4]))
+    return sign(
+        "out-of-the-cloud" if moment.leaves_cloud else "out-of-the-cloud-at-once",
+        since,
+        0.7 if moment.leaves_cloud else 0.4,
+        usual=moment.usual_fit,
+        fit=middle(course.fit[moment.after]),
+        least=least,
+    )
+
+
+def _beside_its_features(moment: Moment, since: int) -> Sign:
+    """Say the same of a target in parts, as a face by its features."""
+    course = moment.course
+    return sign(
+        "beside-its-features",
+        since,
+        0.6,
+        usual=moment.usual_fit,
+        fit=middle(course.fit[since + 1 : since + 1 + FOLLOWING]),
+    )
+
+
+def _nothing_fits(moment: Moment, since: int) -> Sign | None:
+    """Ask the same of hypotheses that are compared with all that is seen: what covers it would be seen, too."""
+    misfit = moment.course.misfit
+    if not np.isfinite(misfit).any():
+        return None
+    return sign("nothing-fits", since, 0.6, misfit=middle(misfit[moment.after]), usual=middle(misfit[moment.usual]))
+
+
+def _at_once(moment: Moment) -> bool:
+    return moment.goes_blind is not None and moment.goes_blind <= AT_ONCE
+
+
+def left_behind(moment: Moment) -> Sign | None:
+    """Ask whether the target, in full sight, went where the law of motion does not expect it."""
+    course = moment.course
+    near = moment.near
+    sight = ~((course.hidden[near] == 1.0) | (course.outside[near] == 1.0)).any()
+    mirrored = course.mirrored[moment.after] == 1.0  # then it is followed, as what looks the same
+    if not (sight and not moment.fits_after and moment.is_off) or np.count_nonzero(mirrored) > len(mirrored) / 2:
+        return None
+    far = course.error > 0.5 * course.error[moment.frame]
+    since = min(moment.since(far, gap=0), moment.since(moment.unseen, gap=0))
+    true, believed = _paces(course, since, moment.frame)
+    # Of a clip nobody may have told what is hidden.
+    in_sight = "left-behind-in-full-sight" if np.isfinite(course.hidden[near]).all() else "left-behind"
+    return sign(
+        in_sight,
+        since,
+        0.8,
+        true=true,
+        believed=believed,
+        frame=moment.frame,
+        error=float(course.error[moment.frame]),
+        fit=middle(course.fit[moment.after]),
+        usual=moment.usual_fit,
+    )
+
+
+def _way(places: Numbers) -> float:
+    """Return how far it is from the first to the last of places (n, d)."""
+    return float(np.sqrt(np.square(places[-1] - places[0]).sum())) if len(places) else np.nan
+
+
+def _paces(course: Course, since: int, frame: int) -> tuple[float, float]:
+    """Return how far the target goes a frame between two frames, and how far the estimate goes in that direction."""
+    first, frames = max(since - 1, 0), min(frame, frame - since + 1)
+    goes, follows = (places[frame] - places[first] for places in (course.truths, course.estimates))
+    length = float(np.sqrt(np.square(goes).sum()))
+    if not (length > 0.0 and goes.shape == follows.shape):
+        return middle(course.true_step[since : frame + 1]), middle(course.step[since : frame + 1])
+    return length / frames, float(goes @ follows) / length / frames
+
+
+def _is_known(values: Numbers, frame: int) -> bool:
+    """Return whether a frame has a value, or is the one after the last."""
+    return frame == len(values) or bool(np.isfinite(values[frame]))
+
+
+def _stretch(holds: Flags, first: int) -> int:
+    """Return for how many frames in a row something holds from a frame on."""
+    ends = np.flatnonzero(~holds[first:])
+    return int(ends[0]) if len(ends) else len(holds) - first
+
+
+WIDENED, WIDENED_EARLY, WIDER = 1.4, 2.0, 1.1
+"""Times its usual value that the deviation is where a cloud comes apart; the same in the first frames, and times the
+largest value before."""
+DOUBTED = 2.0
+"""Times the fall to what is low, at most, where a model that has changed still fits what is followed."""
+CHANGED, STILL_ALIKE = 0.8, 0.95
+"""Likeness of the model to the first look below which it is another one, and above which it is the same."""
+
+
+def changed_model(moment: Moment) -> Sign | None:
+    """Ask whether what is looked for has become something else, which fits."""
+    course = moment.course
+    later = moment.after
+    kept, fit = middle(course.kept[later]), middle(course.fit[later])
+    if not (kept < CHANGED and fit >= moment.usual_fit - DOUBTED * (moment.usual_fit - moment.low_fit)):
+        return None
+    since = moment.since(course.kept < STILL_ALIKE)
+    return sign("changed-model", since, 1.0 - kept, kept=kept, fit=fit)
+
+
+def wrong_find(moment: Moment) -> Sign | None:
+    """Ask whether a search ended at a place that is not the target's."""
+    course = moment.course
+    searching = course.searching == 1.0
+    ends = np.flatnonzero(searching[:-1] & ~searching[1:]) + 1
+    # What an earlier search found is another loss's cause, which may be over long ago.
+    wrong = [end for end in ends if moment.frame - LEADING <= end <= moment.frame + 30 and course.lost[end]]
+    if not moment.knows_truth:
+        return _poor_find(moment, ends)
+    if not wrong or not np.isfinite(course.error[wrong[0]]):
+        return None
+    found = int(wrong[0])
+    begun = _begin_of_search(moment, found)
+    return sign("wrong-find", begun, 1.0, found=found, fit=course.fit[found], error=course.error[found])
+
+
+def _poor_find(moment: Moment, ends: NDArray[np.intp]) -> Sign | None:
+    """Ask, where no truth is known, whether a search ended at a place that fits worse than the target did."""
+    fit = moment.course.fit
+    poor = [end for end in ends if moment.frame - 1 <= end <= moment.frame + 30 and _is_poor(moment, int(end))]
+    if not poor:
+        return None
+    found = int(poor[0])
+    begun = _begin_of_search(moment, found)
+    return sign("poor-find", begun, 0.7, found=found, fit=float(fit[found]), usual=moment.usual_fit)
+
+
+def _is_poor(moment: Moment, found: int) -> bool:
+    """Whether what was found fits worse than what was followed, if not as badly as what is not seen."""
+    short = 0.5 * (moment.usual_fit - moment.low_fit)
+    return middle(moment.course.fit[found : found + FOLLOWING]) < moment.usual_fit - short
+
+
+def _begin_of_search(moment: Moment, found: int) -> int:
+    begun = found - 1
+    while begun > 0 and (moment.course.searching[begun - 1] == 1.0 or moment.unseen[begun - 1]):
+        begun -= 1
+    return begun
+
+
+def widened_cloud(moment: Moment) -> Sign | None:
+    """Ask, where no truth is known, whether the cloud came apart while what is followed fitted as before."""
+    course = moment.course
+    usual = middle(course.deviation[moment.usual])
+    around = course.deviation[max(moment.frame - 4, 1) : moment.frame + 12]
+    widest = float(np.nanmax(around)) if np.isfinite(around).any() else np.nan
+    cloud = moment.is_place and bool(np.isfinite(course.particles).any())
+    before = course.deviation[moment.usual]
+    # In its first frames a cloud grows to what is usual.
+    wide = max(
+        (WIDENED if len(before) >= ENOUGH else WIDENED_EARLY) * usual, WIDER * float(np.max(before, initial=0.0))
+    )
+    if moment.knows_truth or not (cloud and moment.fits_after and widest >= wide):
+        return None
+    apart = course.deviation > 0.5 * (usual + widest)
+    since = min(moment.since(apart, gap=0), moment.frame)
+    return sign("widened-cloud", since, min(1.0, widest / usual / 4), widest=widest, usual=usual)
+
+
+def another_that_fits(moment: Moment) -> Sign | None:
+    """Ask whether what is followed while the target is lost fits as well as the target did."""
+    course = moment.course
+    fit, off = middle(course.fit[moment.after]), middle(course.error[moment.after])
+    # A pose that is wrong is no other thing.
+    if not (moment.is_place and moment.fits_after and moment.is_off):
+        return None
+    return sign("another-that-fits", moment.frame, 0.9, fit=fit, usual=moment.usual_fit, off=off)
+
+
+FEW = 50
+"""Particles, at most, that are few in themselves,"""
+FEW_EFFECTIVE = 25.0
+"""and how many of them carry the weight at the most."""
+FEW_EACH = 12
+"""Particles for each number of the estimate, at most, that are few whatever they weigh."""
+FEW_DIFFERENT = 5.0
+"""Different particles, at most, in what no noise renews."""
+DEGENERATE = 0.1
+"""ESS over the particles below which a few carry all the weight."""
+UNDECIDED = 0.6
+"""ESS over the particles above which the picture hardly tells them apart."""
+OPINIONATED = 0.92
+"""ESS over the particles below which weights prefer some of them, where nothing of the target is seen."""
+GROWN = 3.0
+"""Times its usual value that a deviation is greater where a cloud is no longer held together."""
+BEGINNING = slice(1, 2)
+"""The first frames, in which a cloud is still as it was placed."""
+WITHIN = 2.0
+"""Deviations that an error is below where the target is still within the cloud."""
+
+
+def few_weights(moment: Moment) -> Sign | None:
+    """Ask whether weights were multiplied without a resampling until a few particles carry all of them."""
+    course = moment.course
+    few = (course.ess_share < DEGENERATE) & (course.resampled == 0.0)
+    drawn = course.resampled[max(moment.frame - 10, 1) : moment.frame + 1]
+    if not few[moment.frame - 1 : moment.frame + 2].any() or not np.isfinite(drawn).any() or drawn.mean() > 0.1:
+        return None
+    since = moment.since(few)
+    ess = float(np.nanmin(course.ess[since : moment.frame + 2]))
+    return sign("few-weights", since, 1.0, count=middle(course.particles), ess=ess)
+
+
+def alike_particles(moment: Moment) -> Sign | None:
+    """Ask whether the particles differ too little, or are too few, to be where the target may go."""
+    course, frame = moment.course, moment.frame
+    count = middle(course.particles)
+    alike = course.distinct <= np.minimum(FEW_DIFFERENT, 0.1 * course.particles)
+    if alike[: frame + 1].any() and alike[max(frame - 3, 0) : frame + 1].any():
+        since = moment.since(alike)
+        left = float(np.nanmin(course.distinct[max(frame - 3, 0) : frame + 1]))
+        return sign("alike-particles", since, 1.0, few=FEW_DIFFERENT, count=count, left=left)
+    effective = middle(course.ess[moment.usual])
+    few = count <= FEW and not effective > FEW_EFFECTIVE
+    if not (few or count <= FEW_EACH * course.estimates.shape[1]):
+        return None
+    return sign("too-few-particles", 0, 1.0 - count / (2 * FEW), count=count, ess=effective)
+
+
+def sure_of_nothing(moment: Moment) -> Sign | None:
+    """Ask whether weights prefer some particles where nothing of the target is seen."""
+    course = moment.course
+    blind = moment.unseen & ~(course.outside == 1.0)
+    hides = course.hidden[moment.near] == 1.0
+    # What is only half covered is still told from the rest, and rightly: where it is known, all of it must be hidden.
+    window, nothing = (moment.near, blind & (course.hidden == 1.0)) if hides.any() else (moment.around, blind)
+    if not np.isfinite(course.hidden[moment.near]).any():
+        # What is in sight by half is told from the rest as well; only where all of it is gone the fit is at its lowest.
+        window, nothing = moment.near, blind & moment.at_floor
+    share = middle(course.ess_share[window][nothing[window]])
+    if not (share < OPINIONATED and np.count_nonzero(nothing[window]) >= 3):
+        return None
+    # The features of a pose are weighed one by one, and most of them hold even where one is hidden.
+    if not moment.is_place or (moment.leaves_cloud and not hides.any()):
+        return None
+    begun = moment.goes_blind or moment.frame
+    grown = middle(course.deviation[begun : begun + FOLLOWING]) / middle(course.deviation[moment.usual])
+    # Where it is in sight, the particles are elsewhere, and which of them is the least wrong says nothing of weights.
+    if not hides.any() if np.isfinite(course.hidden[moment.near]).any() else not grown < GROWN:
+        return None
+    since = moment.since(blind)
+    return sign("sure-of-nothing", since, min(1.0, 2 * (1.0 - share)), share=share)
+
+
+def everything_fits(moment: Moment) -> Sign | None:
+    """Ask whether the picture fits wherever one looks, so that nothing holds the particles together."""
+    course = moment.course
+    later = moment.after
+    shares = middle(course.ess_share[moment.before]), middle(course.ess_share[later])
+    deviation, off = middle(course.deviation[later]), middle(course.error[later])
+    grown = deviation / middle(course.deviation[BEGINNING])
+    if (course.hidden[moment.near] == 1.0).any():  # it grows where nothing is seen, too
+        return None
+    always = middle(course.deviation[moment.usual]) >= GROWN * middle(course.deviation[BEGINNING])
+    within = off < WITHIN * deviation if moment.knows_truth else always
+    if not (min(shares) >= UNDECIDED and moment.fits_after and grown >= GROWN and within):
+        return None
+    since = moment.since(course.ess_share >= UNDECIDED)
+    return sign("everything-fits", since, min(1.0, grown / 10), share=shares[1], grown=grown)
+
+
+TOO_SURE, DOUBTFUL = 3.0, 2.0
+"""Times the stated deviation that an error exceeds where a belief is too sure, and where it begins to be."""
+STANDING = 0.01
+"""Of the stated deviation that a target goes in a frame where it stands still."""
+WHITE = 1.2
+"""Mean square of the changes of a number from frame to frame over its variance, above which it does not go anywhere: of
+white noise it is 2 on average (von Neumann 1941)."""
+STILL_FRAMES, FEWEST = (60, 30), 12
+"""So many frames make a picture that stands still, if not all of them do; and the fewest of which that can be said."""
+WENT = 1.5
+"""Of its deviations that an estimate goes, at the least, where it should have stayed where it was."""
+MIRROR_NEAR, PARTED = 3.0, 8.0
+"""Deviations from a mirror image, at most, where a filter may come out on its side; and where both have parted."""
+
+
+def same_again(moment: Moment) -> Sign | None:
+    """Ask whether a filter without particles takes each picture of a target that stands still for news."""
+    course = moment.course
+    moves = middle(course.true_step[1 : moment.frame + 1])
+    if np.isfinite(course.particles).any() or not (moves < STANDING * middle(course.deviation[moment.usual])):
+        return None
+    near = course.excess[moment.near]
+    # Where it is lost, that is said of the belief already; elsewhere some errors of a right filter are as great.
+    if not np.isfinite(near).any() or not (course.lost[moment.frame] or middle(near) > DOUBTFUL):
+        return None
+    over = course.excess > DOUBTFUL
+    since = min(moment.since(over), moment.frame)
+    worst = float(np.nanmax(near))
+    return sign("same-again", since, min(1.0, worst / 10), worst=worst)
+
+
+def still_picture(moment: Moment) -> Sign | None:
+    """Ask, where no truth is known, whether what a filter without particles measures stands still."""
+    course, frame = moment.course, moment.frame
+    if moment.knows_truth or np.isfinite(course.particles).any():
+        return None
+    firsts = (1, *(frame + 1 - count for count in STILL_FRAMES))
+    still = [
+        one for one in firsts if one > 0 and frame + 1 - one >= FEWEST and _stands(course.measured[one : frame + 1])
+    ]
+    if not still:
+        return None
+    since = still[0]
+    first = slice(since, since + FEWEST // 3)
+    goes = np.abs(course.estimates[frame] - np.median(course.estimates[first], axis=0))
+    way = float(np.nanmax(goes / course.sigmas[first].mean(axis=0), initial=0.0))
+    if not way > WENT:
+        return None
+    return sign("still-picture", since, 0.6, count=frame + 1 - since, way=way)
+
+
+def _stands(measured: Numbers) -> bool:
+    """Whether all numbers (n, m) that were measured stay where they are but for white noise."""
+    known = measured[:, np.isfinite(measured).all(axis=0)]
+    if not known.shape[1]:
+        return False
+    changes, variances = np.square(np.diff(known, axis=0)).mean(axis=0), known.var(axis=0)
+    return bool((changes >= WHITE * variances).all())
+
+
+def too_sure(moment: Moment) -> Sign | None:
+    """Ask whether a belief without particles states a deviation that its error belies."""
+    course = moment.course
+    if not moment.is_gaussian:
+        return None
+    over = course.excess > TOO_SURE
+    if not over[moment.around].any() or moment.fits_after:
+        return None
+    since = moment.since(over)
+    worst = float(np.nanmax(course.excess[moment.around]))
+    return sign("too-sure", since, min(1.0, worst / 20), limit=TOO_SURE, worst=worst)
+
+
+def refuted(moment: Moment) -> Sign | None:
+    """Ask, where no truth is known, whether what is seen refutes a belief without particles, frame after frame."""
+    course, since = moment.course, moment.goes_blind
+    if moment.knows_truth or not moment.is_gaussian or since is None:
+        return None
+    later = slice(since, since + FOLLOWING)
+    fit, nis, limit = (middle(column[later]) for column in (course.fit, course.nis, course.nis_limit))
+    return sign(
+        "refuted-by-innovations" if nis > limit else "refuted",
+        since,
+        0.7,
+        fit=fit,
+        usual=moment.usual_fit,
+        deviation=middle(course.deviation[later]),
+        nis=nis,
+        limit=limit,
+    )
+
+
+def mirror_image(moment: Moment) -> Sign | None:
+    """Ask whether the estimate is the mirror image of the truth."""
+    mirrored = moment.course.mirrored == 1.0
+    window = mirrored[moment.before.start : moment.frame + 2 * FOLLOWING]
+    if not window.any():
+        return None
+    first = moment.before.start + int(np.argmax(window))
+    # Near the pose at which both are one, neither is nearer: it is lost before that can be told.
+    since = min(moment.since(mirrored), moment.frame)
+    return sign("mirror-image", since, 1.0, off=float(moment.course.error[first]))
+
+
+def near_its_mirror_image(moment: Moment) -> Sign | None:
+    """Ask, where no truth is known, whether two poses that the camera shows alike were near each other."""
+    course, frame = moment.course, moment.frame
+    gap = course.mirror_gap
+    first = max(frame - 2 * FOLLOWING, 1)
+    window = gap[first : frame + 2 * FOLLOWING]
+    # Of hypotheses both are known to have been near each other when they have parted; of a Gaussian it is told at once.
+    passed = moment.fits_after if moment.is_gaussian else bool(gap[frame] > PARTED)
+    if moment.knows_truth or not (window < MIRROR_NEAR).any() or not passed:
+        return None
+    nearest = first + int(np.nanargmin(window))
+    since = min(first + int(np.flatnonzero(window < MIRROR_NEAR)[0]), frame)
+    return sign("near-its-mirror-image", since, 0.5, nearest=nearest, gap=float(gap[nearest]))
+
+
+RULES: tuple[Rule, ...] = (
+    beyond_the_picture,
+    few_weights,
+    alike_particles,
+    same_again,
+    still_picture,
+    mirror_image,
+    near_its_mirror_image,
+    changed_model,
+    wrong_find,
+    everything_fits,
+    too_sure,
+    refuted,
+    sure_of_nothing,
+    out_of_sight,
+    suddenly_gone,
+    another_that_fits,
+    widened_cloud,
+    left_behind,
+    out_of_the_cloud,
+)
+"""All of them; of two signs since the same frame the one whose rule comes first is told first."""
