@@ -8,31 +8,25 @@ keeps them works everywhere. Its tests need a few lines for that, in the manner 
     def test_it_keeps_what_every_experiment_promises(check):
         check()
 
-- `declarations`: identity, parameters, presets, plots and readings are whole and consistent;
-- `numbers`: what a tracker says is finite, and as it declares it;
+- `declarations`: identity, parameters, presets, plots and readings are whole and consistent; the kinds of mark that it
+  takes describe themselves, and refuse what is none;
+- `numbers`: what a tracker says is finite, and as it declares it; its model, asked at any state, says what the filter
+  weighs by, and a linear one is what the filter computes with;
 - `coverage`: bands hold the truth as often as they say, or it is declared that they do not;
 - `repeatability`: seek, branch, file, process, batch and change of tracker lead to the same numbers;
-- `models`: asked at any state they say what the filter weighs by; a linear one is what the filter computes with;
-- `marks`: the kinds of mark that it takes describe themselves, and refuse what is none;
 - `recordings`: a film of its own scene is tracked from a mark, as an upload is;
 - `losses`: each failure still fails in its own way, and its cure cures; other seeds and changes can be computed; a
   probability that the target is lost is one, however it is told;
 - `drawings`: they are finite, within reach of the picture, on declared layers and stable from frame to frame.
 """
 
+from functools import partial
+
 from pftrack.experiments.experiment import Experiment
-from pftrack.testing import (
-    coverage,
-    declarations,
-    drawings,
-    losses,
-    marks,
-    models,
-    numbers,
-    recordings,
-    repeatability,
-)
-from pftrack.testing.check import Check, CheckError
+from pftrack.testing import declarations, drawings, numbers, recordings, repeatability  # noqa: F401 - they add checks
+from pftrack.testing.check import OF_EACH, OF_WHOLE, Check, CheckError
+from pftrack.testing.coverage import thorough_checks
+from pftrack.testing.losses import failure_checks
 
 __all__ = ["Check", "CheckError", "check_experiment", "experiment_checks"]
 
@@ -45,18 +39,16 @@ def experiment_checks(experiment: Experiment, *, thorough: bool = False) -> tupl
         thorough: Whether bands are measured over forty seeds of the default scene and of the presets that the
             calibration names as well, which takes minutes.
     """
-    families = (
-        declarations,
-        numbers,
-        repeatability,
-        models,
-        marks,
-        recordings,
-        losses,
-        drawings,
+    return (
+        *(Check(name, partial(function, experiment)) for name, function in OF_WHOLE.items()),
+        *(
+            Check(f"{name} ({tracker})", partial(function, experiment, tracker))
+            for tracker in experiment.trackers
+            for name, function in OF_EACH.items()
+        ),
+        *failure_checks(experiment),
+        *(thorough_checks(experiment) if thorough else ()),
     )
-    others = (check for family in families for check in family.checks(experiment))
-    return (*others, *coverage.checks(experiment, thorough=thorough))
 
 
 def check_experiment(experiment: Experiment) -> None:

@@ -1,9 +1,10 @@
 """What a check is, and the runs that checks are made on."""
 
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,19 +59,22 @@ def demand(holds: object, sentence: str) -> None:
         raise CheckError(sentence)
 
 
-def named_checks(experiment: Experiment, parts: Sequence[tuple[str, Callable[[Experiment], None]]]) -> Iterator[Check]:
-    """Yield checks of an experiment as a whole."""
-    for name, function in parts:
-        yield Check(name, partial(function, experiment))
+Whole: TypeAlias = Callable[[Experiment], None]
+Each: TypeAlias = Callable[[Experiment, str], None]
+
+OF_WHOLE: dict[str, Whole] = {}
+OF_EACH: dict[str, Each] = {}
+"""Checks by what should hold, a clause: of an experiment as a whole, and of each of its trackers."""
 
 
-def each_tracker(
-    experiment: Experiment, parts: Sequence[tuple[str, Callable[[Experiment, str], None]]]
-) -> Iterator[Check]:
-    """Yield checks that are made of each tracker, one tracker after the other; its name stands behind the check's."""
-    for tracker in experiment.trackers:
-        for name, function in parts:
-            yield Check(f"{name} ({tracker})", partial(function, experiment, tracker))
+def whole(name: str) -> Callable[[Whole], Whole]:
+    """Return what makes a function a check of an experiment as a whole."""
+    return lambda function: OF_WHOLE.setdefault(name, function)
+
+
+def each_tracker(name: str) -> Callable[[Each], Each]:
+    """Return what makes a function a check of each tracker of an experiment."""
+    return lambda function: OF_EACH.setdefault(name, function)
 
 
 def begin_run(

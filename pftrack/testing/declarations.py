@@ -1,10 +1,12 @@
-"""Checks of what an experiment declares: who it is, its parameters, its presets, its plots and readings."""
+"""Checks of what an experiment declares: who it is, its parameters, presets, plots, readings and kinds of mark."""
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any
 
-from pftrack.core.model.drawing import legend
+from pftrack.core.model.drawing import Drawing, legend
+from pftrack.core.model.marks import Editor, Mark
 from pftrack.core.model.parameters import Declaration, ParameterError, Parameters, declarations, revise, with_role
 from pftrack.core.model.plot import Plot
 from pftrack.core.model.recipe import Change
@@ -16,7 +18,8 @@ from pftrack.sweep import Plan
 from pftrack.sweep.axis import Axis, SweepError
 from pftrack.sweep.cells import COMMON
 from pftrack.sweep.table import FIXED
-from pftrack.testing.check import Check, CheckError, begin_run, demand, named_checks
+from pftrack.testing.check import CheckError, begin_run, demand, whole
+from pftrack.vision.rendering import render
 
 UNITS = ("_px", "_mm", "_deg", "_rad", "_hz", "_s", "_ms", "_frames")
 """Endings of names that state a unit; the declaration then has to state it as well."""
@@ -35,24 +38,7 @@ SHAPES: Mapping[str, tuple[SeriesShape, ...]] = {
 """The shapes of series that the kinds of plot draw which read series by name."""
 
 
-def checks(experiment: Experiment) -> Iterator[Check]:
-    """Yield the checks of this module."""
-    yield from named_checks(
-        experiment,
-        [
-            ("the registry finds it by its id", _is_registered),
-            ("it says what it is", _says_what_it_is),
-            ("its parameters are declared whole", _declares_parameters),
-            ("bad values are refused with their field", _refuses_bad_values),
-            ("its presets run", _presets_run),
-            ("its example sweep is a plan", _example_sweep_is_a_plan),
-            ("its plots and readings are complete", _declares_plots),
-            ("its layers are named once, and one explains the estimate", _declares_layers),
-            ("its measures are declared whole", _declares_measures),
-        ],
-    )
-
-
+@whole("the registry finds it by its id")
 def _is_registered(experiment: Experiment) -> None:
     try:
         found = find(experiment.id)
@@ -61,6 +47,7 @@ def _is_registered(experiment: Experiment) -> None:
     demand(found is experiment, f"the registry has another experiment of the name {experiment.id}")
 
 
+@whole("it says what it is")
 def _says_what_it_is(experiment: Experiment) -> None:
     for name in ("title", "family", "description", "target"):
         demand(getattr(experiment, name), f"the experiment's {name} must say something, got an empty text")
@@ -78,6 +65,7 @@ def _says_what_it_is(experiment: Experiment) -> None:
         _demand_words(tracker.description, f"the description of the tracker {name}")
 
 
+@whole("its parameters are declared whole")
 def _declares_parameters(experiment: Experiment) -> None:
     for declared in declarations(type(experiment.simulate().parameters)):
         name = declared.name
@@ -106,12 +94,13 @@ def _demand_bounds(declared: Declaration) -> None:
         )
 
 
+@whole("bad values are refused with their field")
 def _refuses_bad_values(experiment: Experiment) -> None:
     parameters = experiment.simulate().parameters
     for declared in declarations(type(parameters)):
         for value in _bad(declared):
-            _demand_refusal(parameters, declared.name, value)
-    _demand_refusal(parameters, "no_such_parameter", 1)
+            _demand_value_refusal(parameters, declared.name, value)
+    _demand_value_refusal(parameters, "no_such_parameter", 1)
 
 
 def _bad(declared: Declaration) -> Iterator[object]:
@@ -123,19 +112,25 @@ def _bad(declared: Declaration) -> Iterator[object]:
         )
 
 
-def _demand_refusal(parameters: Parameters, name: str, value: object) -> None:
+def _demand_value_refusal(parameters: Parameters, name: str, value: object) -> None:
+    _demand_refusal(lambda: revise(parameters, {name: value}), f"{name} = {value!r}", name)
+
+
+def _demand_refusal(act: Callable[[], object], what: str, field: str, where: str = "") -> None:
+    """Demand that something is refused with an error of a field, or of a part of it."""
     try:
-        revise(parameters, {name: value})
+        act()
     except ParameterError as error:
-        demand(error.field == name, f"{name} = {value!r} must be refused with its own name, got {error.field!r}")
+        demand(
+            error.field.split(".")[0] == field, f"{what} must be refused with its field {field}, got {error.field!r}"
+        )
     except Exception as error:
-        raise CheckError(
-            f"{name} = {value!r} must be refused with a ParameterError, got {type(error).__name__}"
-        ) from error
+        raise CheckError(f"{what} must be refused with a ParameterError, got {type(error).__name__}") from error
     else:
-        raise CheckError(f"{name} = {value!r} must be refused, and was accepted")
+        raise CheckError(f"{what} must be refused{where}, and was accepted")
 
 
+@whole("its measures are declared whole")
 def _declares_measures(experiment: Experiment) -> None:
     for measure in experiment.run_measures:
         _demand_name(measure.name, "measure")
@@ -150,6 +145,7 @@ def _declares_measures(experiment: Experiment) -> None:
     demand(decisive.how == "share", f"success is decided by a share, and {decisive.name} is a {decisive.how}")
 
 
+@whole("its presets run")
 def _presets_run(experiment: Experiment) -> None:
     demand(experiment.presets, "an experiment needs a preset at least: its picture in the gallery is made by it")
     _demand_unique((preset.name for preset in experiment.presets), "presets")
@@ -177,6 +173,7 @@ def _presets_run(experiment: Experiment) -> None:
             demand(lost, f"the preset {preset.name} has a tour and never loses its target")
 
 
+@whole("its example sweep is a plan")
 def _example_sweep_is_a_plan(experiment: Experiment) -> None:
     example = experiment.example_sweep
     if example is not None:
@@ -187,6 +184,7 @@ def _example_sweep_is_a_plan(experiment: Experiment) -> None:
             raise CheckError(f"the example sweep does not fit the experiment: {error}") from None
 
 
+@whole("its plots and readings are complete")
 def _declares_plots(experiment: Experiment) -> None:
     _demand_unique((plot.id for plot in experiment.plots), "plots")
     demand(experiment.readings, "an experiment needs a reading at least: a line of figures for each frame")
@@ -212,6 +210,7 @@ def _declares_plots(experiment: Experiment) -> None:
         )
 
 
+@whole("its layers are named once, and one explains the estimate")
 def _declares_layers(experiment: Experiment) -> None:
     layers = experiment.layers
     _demand_unique((layer.name for layer in layers), "layers")
@@ -259,3 +258,96 @@ def _demand_name(name: str, what: str) -> None:
 def _demand_unique(names: Iterable[str], what: str) -> None:
     twice = [name for name, count in Counter(names).items() if count > 1]
     demand(not twice, f"{what} must have names of their own, got twice {', '.join(twice)}")
+
+
+SIZE = (320, 240)
+"""Width and height of the picture in which marks are made, px."""
+
+
+@whole("its kinds of mark describe themselves")
+def _kinds_describe_themselves(experiment: Experiment) -> None:
+    kinds, finder = experiment.video.marks, experiment.video.finder
+    if not experiment.accepts_video:
+        demand(not kinds, f"the experiment takes no recordings, and has {len(kinds)} kinds of mark")
+    for kind in (finder.kind, *finder.hints) if finder else ():
+        demand(kind in kinds, f"the finder's {kind.name()} must be among the kinds that the experiment takes")
+    names = [kind.name() for kind in kinds]
+    demand(len(names) == len(set(names)), f"kinds of mark must have names of their own, got {', '.join(names)}")
+    for kind in kinds:
+        editor = kind.editor()
+        name = kind.name()
+        demand(editor.kind == name, f"the editor of {name} is one of {editor.kind}")
+        demand(kind.title[:1].isupper(), f"{name} must have a title in sentence case, got {kind.title!r}")
+        demand(
+            kind.instruction.endswith("."), f"the instruction of {name} must be a sentence, got {kind.instruction!r}"
+        )
+        demand(editor.handles or editor.numbers, f"an editor of {name} has nothing to drag and nothing to type")
+        _demand_consistent(name, editor)
+
+
+def _demand_consistent(name: str, editor: Editor) -> None:
+    handles = {handle.name for handle in editor.handles}
+    for handle in editor.handles:
+        within = all(0 <= share <= 1 for share in handle.at)
+        demand(within, f"{handle.name} of {name} must begin within the picture, got {handle.at} of its size")
+    for number in editor.numbers:
+        ordered = number.minimum <= number.default <= number.maximum and number.step > 0
+        demand(ordered, f"the default of {number.name} of {name} must lie within its bounds, with a step above 0")
+        about = number.about
+        demand(about is None or about in handles, f"{number.name} of {name} is about {about!r}, which is no handle")
+    unknown = {end for link in editor.links for end in link} - handles
+    demand(not unknown, f"{name} joins handles that it does not have: {', '.join(sorted(unknown))}")
+
+
+@whole("bad marks are refused with their field")
+def _bad_marks_are_refused(experiment: Experiment) -> None:
+    if not experiment.video.marks:
+        return
+    for raw in ({"kind": "no such kind"}, {}, "no mark", None, 7):
+        _demand_mark_refusal(experiment, raw, "what is no mark")
+    for kind in experiment.video.marks:
+        good = at_first(kind)
+        _demand_mark_refusal(experiment, {**good, "no_such_field": 1}, f"a {kind.name()} with an unknown field")
+        editor = kind.editor()
+        for number in editor.numbers:
+            for value in (math.nan, math.inf, -1e9, 1e9, "many", None):
+                _demand_mark_refusal(experiment, _with(good, number.name, value), f"{number.name} = {value!r}")
+        for handle in editor.handles:
+            for place in ([math.nan, 1.0], [-1e9, 1.0], [1.0, 1e9], [-SIZE[0], -SIZE[1]], [1.0], "here", None):
+                _demand_mark_refusal(experiment, _with(good, handle.name, place), f"{handle.name} at {place!r}")
+
+
+def _demand_mark_refusal(experiment: Experiment, raw: object, what: str) -> None:
+    where = f" in a picture of {SIZE[0]} x {SIZE[1]} px"
+    _demand_refusal(lambda: experiment.video.mark(raw).check(SIZE), what, "mark", where)
+
+
+@whole("marks survive their JSON and can be drawn")
+def _marks_survive(experiment: Experiment) -> None:
+    for kind in experiment.video.marks:
+        mark = experiment.video.mark(at_first(kind))
+        again = experiment.video.mark(mark.model_dump(mode="json"))
+        demand(again == mark, f"a {kind.name()} must come back from its JSON, got {again!r} for {mark!r}")
+        mark.check(SIZE)
+        drawn = dict(mark.draw())
+        layers = {item.layer for item in drawn.values()}
+        demand(layers == {"mark"}, f"a {kind.name()} must be drawn on the layer 'mark', got {sorted(layers)}")
+        shape = render(Drawing(*SIZE, drawn)).shape
+        demand(shape == (SIZE[1], SIZE[0], 3), f"a {kind.name()} is rendered to the shape {shape}")
+
+
+def at_first(kind: type[Mark], size: tuple[int, int] = SIZE) -> dict[str, Any]:
+    """Return the JSON of a mark as an editor begins with it in a picture of this width and height, px."""
+    editor = kind.editor()
+    raw: dict[str, Any] = {"kind": kind.name()}
+    for handle in editor.handles:
+        raw = _with(raw, handle.name, [share * (length - 1) for share, length in zip(handle.at, size, strict=True)])
+    for number in editor.numbers:
+        raw = _with(raw, number.name, number.default)
+    return raw
+
+
+def _with(raw: dict[str, Any], path: str, value: object) -> dict[str, Any]:
+    """Return JSON with another value at a place whose parts are joined by dots."""
+    first, _, rest = path.partition(".")
+    return {**raw, first: _with(raw.get(first, {}), rest, value) if rest else value}

@@ -9,7 +9,7 @@ from pftrack.core.arrays import Floats
 from pftrack.core.model.drawing import Drawing, Ellipsoids, Picture, Primitive, World, WorldDrawing
 from pftrack.core.model.faults import faults
 from pftrack.experiments.experiment import Experiment
-from pftrack.testing.check import FRAMES, Check, CheckError, demand, each_tracker, straight
+from pftrack.testing.check import FRAMES, CheckError, demand, each_tracker, straight
 from pftrack.vision.rendering import render_beside
 
 REACH = 10.0
@@ -35,32 +35,18 @@ WORLD_REACH = 1.01
 """How many radii of a world a coordinate may lie from its middle; what is further is cut off."""
 
 
-def checks(experiment: Experiment) -> Iterator[Check]:
-    """Yield the checks of this module, each for every tracker."""
-    yield from each_tracker(
-        experiment,
-        [
-            ("a drawing holds what can be shown", _drawings_have_no_faults),
-            ("drawings keep to the picture and to declared layers", _drawings_are_sound),
-            ("what is drawn in a world keeps to it", _worlds_are_sound),
-            ("what has a name in a drawing stays what it is", _names_are_stable),
-            ("a drawing shows no future", _no_future_is_drawn),
-            ("a second run can be drawn beside it", _a_second_run_is_drawn),
-            ("a tracker that joins it is drawn", _a_joined_tracker_is_drawn),
-        ],
-    )
-
-
 def _draw(experiment: Experiment, tracker: str) -> Iterator[tuple[int, Drawing]]:
     yield from enumerate(straight(experiment, tracker).drawings)
 
 
+@each_tracker("a drawing holds what can be shown")
 def _drawings_have_no_faults(experiment: Experiment, tracker: str) -> None:
     for frame, drawing in _draw(experiment, tracker):
         for name, clause in faults(drawing).items():
             raise CheckError(f"{name} in frame {frame} cannot be shown: {clause}")
 
 
+@each_tracker("drawings keep to the picture and to declared layers")
 def _drawings_are_sound(experiment: Experiment, tracker: str) -> None:
     for frame, drawing in _draw(experiment, tracker):
         _demand_sound(experiment, drawing, frame)
@@ -91,6 +77,7 @@ def _demand_layer(experiment: Experiment, name: str, item: Primitive) -> None:
     demand(item.layer in experiment.shown_layers, f"{name} is drawn on the layer {item.layer!r}, which is not declared")
 
 
+@each_tracker("what is drawn in a world keeps to it")
 def _worlds_are_sound(experiment: Experiment, tracker: str) -> None:
     for world in experiment.worlds:
         stated = world.name and world.title and world.unit
@@ -145,6 +132,7 @@ def _demand_finite(name: str, item: Primitive, frame: int) -> None:
         )
 
 
+@each_tracker("what has a name in a drawing stays what it is")
 def _names_are_stable(experiment: Experiment, tracker: str) -> None:
     known: dict[str, tuple[str, str]] = {}
     for frame, drawing in _draw(experiment, tracker):
@@ -161,6 +149,7 @@ def _names_are_stable(experiment: Experiment, tracker: str) -> None:
             )
 
 
+@each_tracker("a drawing shows no future")
 def _no_future_is_drawn(experiment: Experiment, tracker: str) -> None:
     known = straight(experiment, tracker)
     early = known.drawings[FRAMES // 2]
@@ -170,6 +159,7 @@ def _no_future_is_drawn(experiment: Experiment, tracker: str) -> None:
     demand(same, f"frame {FRAMES // 2} is drawn differently once later frames are computed")
 
 
+@each_tracker("a second run can be drawn beside it")
 def _a_second_run_is_drawn(experiment: Experiment, tracker: str) -> None:
     run = straight(experiment, tracker).run
     there = straight(experiment, experiment.default_tracker, seed=0).run.current.diagnostics
@@ -180,6 +170,7 @@ def _a_second_run_is_drawn(experiment: Experiment, tracker: str) -> None:
     demand(more, "nothing is drawn of a second run beside the first")
 
 
+@each_tracker("a tracker that joins it is drawn")
 def _a_joined_tracker_is_drawn(experiment: Experiment, tracker: str) -> None:
     """Draw a step that a tracker took of which the experiment's own code knows neither name nor title."""
     known = straight(experiment, tracker)

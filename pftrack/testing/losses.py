@@ -32,22 +32,12 @@ AT_END = 5
 """So many frames at the end decide whether the target is held."""
 
 
-def checks(experiment: Experiment) -> Iterator[Check]:
-    """Yield checks of each tracker, and one of each failure."""
-    yield from each_tracker(
-        experiment,
-        [
-            ("other seeds from a frame on are a branch with these seeds", _other_seeds_are_branches),
-            ("every change that is tried of a run can be computed", _changes_can_be_computed),
-            ("its loss probability is one, told at once or frame by frame", _is_probability),
-            ("its loss probability rises when it searches, or when little is like its target", _rises),
-        ],
-    )
+def failure_checks(experiment: Experiment) -> Iterator[Check]:
+    """Yield a check of each failure."""
     for number, failure in enumerate(experiment.failures, 1):
         shown = Entry(number, experiment, failure)
-        yield Check(
-            f"each failure fails in its way, and its cure cures ({failure.id})", partial(_fails_and_is_cured, shown)
-        )
+        name = f"each failure fails in its way, and its cure cures ({failure.id})"
+        yield Check(name, partial(_fails_and_is_cured, shown))
 
 
 def _fails_and_is_cured(shown: Entry) -> None:
@@ -83,6 +73,7 @@ BEGIN = FRAMES - 4
 OTHER_SEED = SEED + 1
 
 
+@each_tracker("other seeds from a frame on are a branch with these seeds")
 def _other_seeds_are_branches(experiment: Experiment, tracker: str) -> None:
     branch = straight(experiment, tracker).run.branch(BEGIN, {"seed": OTHER_SEED})
     one = Trial(experiment, branch.source, branch.timeline, OTHER_SEED, branch.current.state)
@@ -97,6 +88,7 @@ def _other_seeds_are_branches(experiment: Experiment, tracker: str) -> None:
     )
 
 
+@each_tracker("every change that is tried of a run can be computed")
 def _changes_can_be_computed(experiment: Experiment, tracker: str) -> None:
     run = straight(experiment, tracker).run
     state = run.branch(BEGIN).current.state
@@ -112,6 +104,7 @@ def _changes_can_be_computed(experiment: Experiment, tracker: str) -> None:
             demand(False, f"{each.title} must be computed, got {type(error).__name__}: {error}")
 
 
+@each_tracker("its loss probability is one, told at once or frame by frame")
 def _is_probability(experiment: Experiment, tracker: str) -> None:
     declared = experiment.quality.loss_probability
     for name in {**declared.models, **declared.refused}:
@@ -136,6 +129,7 @@ def _is_probability(experiment: Experiment, tracker: str) -> None:
     demand(same, f"the loss probability of {tracker} is another one where it is told frame by frame")
 
 
+@each_tracker("its loss probability rises when it searches, or when little is like its target")
 def _rises(experiment: Experiment, tracker: str) -> None:
     model = experiment.quality.loss_probability.models.get(tracker)
     if model is None:

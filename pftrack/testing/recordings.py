@@ -30,8 +30,8 @@ from pftrack.runs.run import Run
 from pftrack.sources.beliefs.recorder import Recorder
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.tracks.table import write
-from pftrack.testing.check import FRAMES, SEED, Check, CheckError, demand, named_checks, straight
-from pftrack.testing.marks import at_first
+from pftrack.testing.check import FRAMES, SEED, CheckError, demand, straight, whole
+from pftrack.testing.declarations import at_first
 from pftrack.testing.repeatability import FEW, demand_equal
 from pftrack.vision.rendering.film import FilmWriter
 
@@ -40,16 +40,6 @@ LENGTH = 2 * FRAMES // 3
 
 LATER = LENGTH // 2
 """The picture at which a run that does not begin with the film begins."""
-
-
-def checks(experiment: Experiment) -> Iterator[Check]:
-    """Yield the checks of this module."""
-    yield from named_checks(
-        experiment,
-        [
-            ("a film of its scene is tracked from a mark", _a_film_is_tracked),
-        ],
-    )
 
 
 @contextmanager
@@ -107,6 +97,7 @@ def _record(path: Path, steps: Sequence[Step]) -> None:
             record(step.diagnostics.frame, **(believed or {"mean": step.state.estimate}), truth=truth)
 
 
+@whole("a film of its scene is tracked from a mark")
 def _a_film_is_tracked(experiment: Experiment) -> None:
     if not experiment.accepts_video:
         return

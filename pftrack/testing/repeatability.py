@@ -22,14 +22,13 @@ from pftrack.runs.scoring import estimates_hash, reductions
 from pftrack.testing.check import (
     FRAMES,
     SEED,
-    Check,
     CheckError,
     begin_run,
     copy_arrays,
     demand,
     each_tracker,
-    named_checks,
     straight,
+    whole,
 )
 
 MIDDLE = FRAMES // 2
@@ -42,29 +41,7 @@ SEEKING = (2, 1, FRAMES - 2, FRAMES - 3)
 """Forward, back to a frame that is computed again from the first state, and from one that was kept on the way."""
 
 
-def checks(experiment: Experiment) -> Iterator[Check]:
-    """Yield the checks of this module."""
-    yield from named_checks(
-        experiment,
-        [
-            ("frames are the same when asked for again", _frames_are_the_same),
-            ("only a noisy source depends on the seed", _only_noise_depends_on_the_seed),
-            ("another process comes to the same numbers", _another_process_agrees),
-            ("a batch comes to the numbers of live runs", _a_batch_agrees),
-            ("any tracker takes over from any other", _trackers_take_over),
-        ],
-    )
-    yield from each_tracker(
-        experiment,
-        [
-            ("seeking comes to the same numbers", _seeking_agrees),
-            ("a branch shares the past and comes to the same numbers", _a_branch_agrees),
-            ("what only smooths changes no estimate", _smoothing_changes_no_estimate),
-            ("a saved run comes to the same numbers", _a_saved_run_agrees),
-        ],
-    )
-
-
+@whole("frames are the same when asked for again")
 def _frames_are_the_same(experiment: Experiment) -> None:
     setup = experiment.simulate()
     history = History(((0, setup.parameters),))
@@ -75,6 +52,7 @@ def _frames_are_the_same(experiment: Experiment) -> None:
         demand(same, f"frame {index} of the source depends on which frames were asked for before")
 
 
+@whole("only a noisy source depends on the seed")
 def _only_noise_depends_on_the_seed(experiment: Experiment) -> None:
     setup = experiment.simulate()
     history = History(((0, setup.parameters),))
@@ -91,6 +69,7 @@ def _look_alike(one: Frame, other: Frame) -> bool:
     return all((a is None and b is None) or np.array_equal(a, b) for a, b in pairs)  # type: ignore[arg-type]  # not None
 
 
+@each_tracker("seeking comes to the same numbers")
 def _seeking_agrees(experiment: Experiment, tracker: str) -> None:
     known, wandering = straight(experiment, tracker), begin_run(experiment, tracker)
     for frame in SEEKING:
@@ -102,6 +81,7 @@ def _seeking_agrees(experiment: Experiment, tracker: str) -> None:
     demand_equal(known.run, wandering, "a run that seeks to and fro", max(SEEKING) + 1)
 
 
+@each_tracker("a branch shares the past and comes to the same numbers")
 def _a_branch_agrees(experiment: Experiment, tracker: str) -> None:
     trunk = straight(experiment, tracker).run
     before = trunk.estimates_sha256
@@ -119,6 +99,7 @@ def _a_branch_agrees(experiment: Experiment, tracker: str) -> None:
     demand_equal(changed, replayed, "a run with the branch's timeline")
 
 
+@each_tracker("what only smooths changes no estimate")
 def _smoothing_changes_no_estimate(experiment: Experiment, tracker: str) -> None:
     trunk = straight(experiment, tracker).run
     for declared in with_role(type(trunk.parameters_at(LATE)), "smoothing"):
@@ -144,6 +125,7 @@ def _other_values(experiment: Experiment, tracker: str) -> Iterator[tuple[str, V
                     break
 
 
+@each_tracker("a saved run comes to the same numbers")
 def _a_saved_run_agrees(experiment: Experiment, tracker: str) -> None:
     with tempfile.TemporaryDirectory() as folder:
         run = straight(experiment, tracker).run.branch(FEW)
@@ -160,6 +142,7 @@ def _load(path: Path) -> Run:
         raise CheckError(f"a saved run must open again: {error}") from None
 
 
+@whole("another process comes to the same numbers")
 def _another_process_agrees(experiment: Experiment) -> None:
     with tempfile.TemporaryDirectory() as folder:
         runs, files = [], []
@@ -172,6 +155,7 @@ def _another_process_agrees(experiment: Experiment) -> None:
         demand(found == run.estimates_sha256, f"another process comes to other estimates with the tracker {tracker}")
 
 
+@whole("a batch comes to the numbers of live runs")
 def _a_batch_agrees(experiment: Experiment) -> None:
     folding = [name for name, tracker in experiment.trackers.items() if tracker.fold]
     alone = [name for name in experiment.trackers if name not in folding]
@@ -199,6 +183,7 @@ def _demand_batch(experiment: Experiment, trackers: list[str], seeds: list[int])
                 demand(pair[0] == pair[1], f"a batch comes to another {name} {where}: {pair[0]} for {pair[1]}")
 
 
+@whole("any tracker takes over from any other")
 def _trackers_take_over(experiment: Experiment) -> None:
     """Let each tracker follow each other one, and see that a run with all of them comes again from its timeline."""
     names = list(experiment.trackers)

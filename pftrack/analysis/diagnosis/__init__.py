@@ -1,7 +1,7 @@
 """Why a target was lost: a diagnosis from a run's own numbers, by the declared roles of what it reports.
 
 - `course`: what a run's rows say over time, and the moment in question; `diagnosis`: the rules together;
-- `motion`: rules of where the target goes and what it looks like; `weights`: rules of particles and of other beliefs.
+- `rules`: a function for each cause; what they say in words stands in signs.yaml.
 """
 
 from pftrack.analysis.diagnosis.course import COLUMNS, Course, Rule, Sign, course_of
