@@ -24,28 +24,15 @@ Beside them `finding` compares, `record` keeps what was found and knows on which
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from time import process_time
-from typing import NamedTuple
 
-from pftrack.reproduce import (
-    ball,
-    ball_learning,
-    calibration,
-    diagnosis,
-    fish,
-    hand,
-    head,
-    histogram,
-    linkage,
-    linkage_regions,
-    loss_probability,
-    prism,
-    signals,
-    structure,
-    trajectories,
-)
+from pydantic import with_config
+
+from pftrack.core.texts import CLOSED, read_as
 from pftrack.reproduce.finding import Finding, describe_verdicts, not_run
 from pftrack.reproduce.pool import Pool
 from pftrack.reproduce.record import Entry, Form, Record, hash_sources, read_record
@@ -53,67 +40,39 @@ from pftrack.reproduce.record import Entry, Form, Record, hash_sources, read_rec
 __all__ = ["RESULTS", "Entry", "Finding", "Pool", "Record", "describe_verdicts", "is_older", "read_record", "reproduce"]
 
 
-class Result(NamedTuple):
-    """A result.
+@with_config(CLOSED)
+@dataclass(frozen=True, slots=True)
+class Result:
+    """A result that can be computed.
 
     Attributes:
-        compute: From a pool, and whether the whole protocol is to be run, to findings.
+        name: In commands and records.
+        study: Module of this package.
+        function: The study's, from a pool, and whether the whole protocol is to be run, to findings.
         quick_s: Processor time of the quick form, s, as measured on one core; 0 where there is none.
         full_s: The same of the full one. The cheap ones come first, and a bar says how long is left.
+        origin: File and line where it is declared.
     """
 
-    compute: Callable[[Pool, bool], list[Finding]]
+    name: str
+    study: str
+    function: str
     quick_s: float
     full_s: float
+    origin: str = ""
+
+    @property
+    def module(self) -> str:
+        """Full name of the study's module."""
+        return f"pftrack.reproduce.{self.study}"
+
+    def compute(self, pool: Pool, full: bool) -> list[Finding]:
+        """Compute it."""
+        found: list[Finding] = getattr(import_module(self.module), self.function)(pool, full)
+        return found
 
 
-RESULTS: dict[str, Result] = {
-    "kalman-sine": Result(signals.kalman_sine, 1.0, 24),
-    "sample-count-signal": Result(signals.sample_count, 1.5, 24),
-    "dimension": Result(signals.dimension, 3.9, 69),
-    "one-step": Result(signals.one_step, 1.6, 3),
-    "occlusion": Result(ball.coarse_map, 3.3, 101),
-    "sensitivity": Result(ball.variations, 2.3, 58),
-    "wide-swing": Result(ball.wide_swing, 1.5, 135),
-    "sample-count": Result(ball.sample_count, 3.2, 56),
-    "maps": Result(ball.whole_protocol, 0.0, 700),
-    "learning": Result(ball_learning.unobstructed, 3.2, 19),
-    "learning-clutter": Result(ball_learning.clutter, 0.0, 346),
-    "prism": Result(prism.pose, 13.5, 75),
-    "prism-readings": Result(prism.readings, 8.8, 18),
-    "prism-perspective": Result(prism.perspective, 7.0, 75),
-    "pose-filters": Result(prism.pose_filters, 0.3, 2),
-    "head": Result(head.pose, 7.4, 1800),
-    "calibration": Result(calibration.coverage, 2.7, 900),
-    "loss": Result(loss_probability.loss_probabilities, 0.0, 427),
-    "structure": Result(structure.prism, 0.9, 21),
-    "structure-face": Result(structure.faces, 2.2, 21),
-    "histogram": Result(histogram.table, 5.0, 77),
-    "histogram-trackers": Result(histogram.trackers, 0.0, 56),
-    "trajectories": Result(trajectories.errors, 8.6, 45),
-    "corners": Result(trajectories.pictures, 4.7, 23),
-    "fish-offline": Result(fish.offline, 0.0, 27),
-    "fish": Result(fish.table, 10.1, 500),
-    "fish-ablations": Result(fish.ablations, 0.0, 900),
-    "hand": Result(hand.table, 3.4, 56),
-    "hand-switches": Result(hand.switches, 3.8, 12),
-    "hand-scoring": Result(hand.scorings, 0.0, 148),
-    "hand-particles": Result(hand.compare_with_particles, 0.0, 33),
-    "hand-steps": Result(hand.steps, 0.0, 0),
-    "linkage-algebra": Result(linkage.algebra, 0.0, 0),
-    "linkage-cross": Result(linkage.cross, 1.4, 111),
-    "linkage-static": Result(linkage.static, 3.1, 7),
-    "linkage-confident": Result(linkage.confident, 1.2, 3),
-    "linkage-recovery": Result(linkage.recovery, 0.3, 1),
-    "linkage-space": Result(linkage.space, 1.4, 29),
-    "linkage-strips": Result(linkage_regions.algebra, 0.1, 0),
-    "linkage-regions": Result(linkage_regions.containment, 3.4, 17),
-    "linkage-ingredients": Result(linkage_regions.ingredients, 5.0, 12),
-    "linkage-regions-space": Result(linkage_regions.space, 1.0, 10),
-    "linkage-variants": Result(linkage_regions.variants, 0.8, 5),
-    "linkage-lines": Result(linkage.lines, 1.9, 57),
-    "diagnosis": Result(diagnosis.confusion, 0.0, 418),
-}
+RESULTS = {one.name: one for one in read_as(Result, Path(__file__).with_name("results.yaml"), "name")}
 """All results by name."""
 
 
@@ -154,7 +113,7 @@ def reproduce(
     found: dict[str, list[Finding]] = {}
     spent = 0.0
     for name in sorted(costs, key=lambda one: costs[one]):
-        sources = "" if record is None else hash_sources(RESULTS[name].compute.__module__)
+        sources = "" if record is None else hash_sources(RESULTS[name].module)
         if record is not None and record.has(name, form, sources):
             found[name] = record.findings(name)
         else:
@@ -173,7 +132,7 @@ def reproduce(
 
 def is_older(name: str, entry: Entry) -> bool:
     """Return whether a result was computed from other sources than those here, or from sources that are not known."""
-    return entry.sources != hash_sources(RESULTS[name].compute.__module__)
+    return entry.sources != hash_sources(RESULTS[name].module)
 
 
 def _tell(

@@ -22,7 +22,6 @@ import pyarrow.parquet as pq
 from pftrack.core.model.parameters import Value
 from pftrack.core.numerics.statistics import chi_square, rank_sum
 from pftrack.experiments.shared.recording import LAYOUTS
-from pftrack.output.figures.picture import save
 from pftrack.reproduce.finding import Finding, References
 from pftrack.reproduce.pool import RUNS_A_PIECE, Pool
 from pftrack.sweep import Plan, Result
@@ -271,9 +270,7 @@ def whole_protocol(pool: Pool, full: bool) -> list[Finding]:
     with TemporaryDirectory() as scratch:
         folder = pool.folder or Path(scratch)
         maps = Maps(**{name: pool.sweep(plan, folder / f"{name}.parquet") for name, plan in plans(full).items()})
-        if pool.folder is not None:
-            for name, figure in draw(maps).items():
-                save(figure, pool.folder / f"{name}.png", name)
+        pool.draw(lambda: draw(maps))
         return _judge(maps)
 
 
@@ -357,20 +354,11 @@ def _success_where(found: CellMap, *, radius_above: float) -> float:
 # and a larger picture, wide occluders are no longer hopeless, success hardly depends on their width, and switching is
 # ahead by little.
 
-VALUES: dict[str, Value] = {
-    "amplitude_px": 200,
-    "frame_rate_hz": 60,
-    "image_width_px": 640,
-    "image_height_px": 480,
-    "process_noise_px": 1.5,
-    "slot_spacing_px": 120,
-    "slot_offset_px": 30,
-}
-
 
 def wide_swing(pool: Pool, full: bool) -> list[Finding]:
     """Success and error on 25 cells and over the number of particles; the quick form has two layouts of the twenty."""
-    scene = replace(COARSE, layouts=20 if full else 2, values=VALUES)
+    swing = REFERENCES.settings["scenes"]["swing"]
+    scene = replace(COARSE, layouts=20 if full else 2, values=swing)
     trackers = tuple(REFERENCES.table("swing"))
     table = rows(pool, scene.plan(trackers, 5 if full else 1))
     findings = []
@@ -390,7 +378,7 @@ def wide_swing(pool: Pool, full: bool) -> list[Finding]:
         findings.append(REFERENCES.judge("swing-corrected", whole.success, tracker))
         findings.append(REFERENCES.judge("swing-corrected-error", whole.error, tracker))
     counts = REFERENCES.table("swing-count")
-    scene = replace(SIXTEEN, values=VALUES, axes=(Axis("sample_count", tuple(counts["h-spf"])),))
+    scene = replace(SIXTEEN, values=swing, axes=(Axis("sample_count", tuple(counts["h-spf"])),))
     table = rows(pool, scene.plan(tuple(counts), 2))
     for tracker, references in counts.items():
         by_count = {count: tally(table, tracker=tracker, sample_count=count) for count in references}
@@ -440,22 +428,6 @@ def sample_count(pool: Pool, full: bool) -> list[Finding]:
 
 VARIED = Scene((30, 55, 80), (5, 9, 13))
 TRACKERS = ("h-spf", "s-spf", "pc-pf")
-VARIATIONS: Mapping[str, Mapping[str, Value]] = {
-    "baseline": {},
-    "multinomial resampling": {"resampling": "multinomial"},
-    "rho 5 %": {"background_level": 0.05},
-    "rho 1 %": {"background_level": 0.01},
-    "b = 2": {"process_noise_px": 2},
-    "b = 4": {"process_noise_px": 4},
-    "slots at 40 px": {"slot_offset_px": 40},
-    "slots at 60 px": {"slot_offset_px": 60},
-    "matched swing": {"assumed_period_frames": 30},
-    "60 frames/s": {"frame_rate_hz": 60, "process_noise_px": 0.8, "slot_offset_px": 30},
-    "amplitude 50 px": {"amplitude_px": 50, "process_noise_px": 1.5},
-    "region 10 px": {"lost_radii": 2},
-    "initial sd 3 px": {"initial_sd_px": 3},
-    "corrected weights": {"apf_weights": "corrected"},
-}
 QUICK = "baseline", "rho 5 %", "rho 1 %", "matched swing", "corrected weights"
 
 
@@ -464,8 +436,9 @@ def variations(pool: Pool, full: bool) -> list[Finding]:
     scene, trials = replace(VARIED, layouts=20 if full else 4), 2 if full else 1
     errors = REFERENCES.table("variation-error")
     findings = []
-    for name in VARIATIONS if full else QUICK:
-        table = rows(pool, scene.plan(TRACKERS, trials, **VARIATIONS[name]))
+    varied = REFERENCES.settings["variations"]
+    for name in varied if full else QUICK:
+        table = rows(pool, scene.plan(TRACKERS, trials, **varied[name]))
         whole = {tracker: tally(table, tracker=tracker) for tracker in TRACKERS}
         for tracker, cell in whole.items():
             # The layouts of a cell differ more than its trials do: it is they that count as independent.

@@ -25,30 +25,6 @@ REFERENCES = References(__file__)
 CYCLE_FRAMES = 30
 CYCLES = 10
 
-BALL: dict[str, Value] = {
-    "ball_radius_px": 8,
-    "gamma_px": 8,
-    "gamma_min_px": 6.4,
-    "gamma_max_px": 32,
-    "process_noise_px": 2,
-    "occlusion_width_px": 0,
-    "distracter_radius_px": 0,
-}
-
-FAST: dict[str, Value] = {
-    "learn_dynamics": True,
-    "forgetting": 0.97,
-    "warm_up_frames": 8,
-    "learning_ridge": 1e-7,
-    "largest_spectral_radius": 1.05,
-}
-SLOW: dict[str, Value] = {
-    "learn_dynamics": True,
-    "forgetting": 0.99,
-    "warm_up_frames": 15,
-    "learning_ridge": 1e-4,
-    "largest_spectral_radius": 1.02,
-}
 CLUTTER_FRAMES, CLUTTER_SEEDS = 423, 50
 CLUTTER_LOST = 100
 SPLIT = 8
@@ -68,7 +44,8 @@ class Course:
 
 def unobstructed(pool: Pool, full: bool) -> list[Finding]:
     """Spread and learned period of a ball in plain sight, cycle by cycle."""
-    frames, values = CYCLES * 2 * CYCLE_FRAMES, {**BALL, **SLOW, "amplitude_px": 80}
+    frames = CYCLES * 2 * CYCLE_FRAMES
+    values = {**_ball(), **_learning("slow learning, strong guard"), "amplitude_px": 80}
     slow, hard = (
         pool.runs(
             _course, [recipe("ball", tracker, values, seed=seed, frames=frames) for seed in range(40 if full else 8)]
@@ -99,15 +76,6 @@ SCENES: dict[str, tuple[float, tuple[tuple[float, float, float], ...], int]] = {
 
 MANY_SEEDS = 24
 
-SETTINGS: Mapping[str, tuple[str, dict[str, Value]]] = {
-    "S1, no learning": ("S1", {}),
-    "S2, no learning": ("S2", {}),
-    "S2, fast learning, weak guard": ("S2", FAST),
-    "S2, fast learning, strong guard": ("S2", {**FAST, "largest_spectral_radius": 1.02}),
-    "S2, slow learning, strong guard": ("S2", SLOW),
-}
-"""Scene and learning of each row of the reference table."""
-
 WEAK = "S2, fast learning, weak guard"
 HANDED_DOWN = "upf recursive"
 
@@ -119,7 +87,7 @@ class ClutterTrials:
     scene: str
     tracker: str
     seeds: tuple[int, ...]
-    learning: dict[str, Value]
+    learning: str
 
 
 def clutter(pool: Pool, full: bool) -> list[Finding]:
@@ -127,9 +95,9 @@ def clutter(pool: Pool, full: bool) -> list[Finding]:
     if not full:
         return [REFERENCES.not_run("few-runs")]
     findings = []
-    for name, (scene, learning) in SETTINGS.items():
-        trackers = (*REFERENCES.table("success")[name], HANDED_DOWN)
-        success = {it: _success(pool, scene, it, learning, CLUTTER_SEEDS) for it in trackers}
+    for name, stated in REFERENCES.table("success").items():
+        scene, _, learning = name.partition(", ")
+        success = {it: _success(pool, scene, it, learning, CLUTTER_SEEDS) for it in (*stated, HANDED_DOWN)}
         for tracker, ours in success.items():
             known = "handed-down" if tracker == HANDED_DOWN else "success"
             findings.append(REFERENCES.judge(known, ours, name, tracker))
@@ -146,7 +114,7 @@ def clutter(pool: Pool, full: bool) -> list[Finding]:
     return findings + _among_many(pool)
 
 
-def _success(pool: Pool, scene: str, tracker: str, learning: dict[str, Value], seeds: int) -> float:
+def _success(pool: Pool, scene: str, tracker: str, learning: str, seeds: int) -> float:
     """Return the share of seeds with which a tracker holds the ball."""
     parts = [ClutterTrials(scene, tracker, tuple(range(first, seeds, SPLIT)), learning) for first in range(SPLIT)]
     return sum(pool.map(_survivors, parts)) / seeds
@@ -154,8 +122,9 @@ def _success(pool: Pool, scene: str, tracker: str, learning: dict[str, Value], s
 
 def _among_many(pool: Pool) -> list[Finding]:
     """Look for the collapse of the sharpened APF among many things of the ball's colour, as in fig. 3.14."""
-    before = _success(pool, "many", "apf", {}, MANY_SEEDS)
-    after, hard, unscented = (_success(pool, "many", it, FAST, MANY_SEEDS) for it in ("apf", "h-spf", HANDED_DOWN))
+    before = _success(pool, "many", "apf", "no learning", MANY_SEEDS)
+    fast = "fast learning, weak guard"
+    after, hard, unscented = (_success(pool, "many", it, fast, MANY_SEEDS) for it in ("apf", "h-spf", HANDED_DOWN))
     return [
         REFERENCES.judge("many-until", before - after, holds=before > 0.7 and after < 0.3),
         REFERENCES.judge("many-switching", hard - after),
@@ -169,8 +138,8 @@ def _survivors(trials: ClutterTrials) -> int:
     setup = replace(experiment.simulate(), open_source=partial(BallSource, look_alikes=look_alikes))
     tracker, _, variant = trials.tracker.partition(" ")
     values: dict[str, Value] = {
-        **BALL,
-        **trials.learning,
+        **_ball(),
+        **_learning(trials.learning),
         "amplitude_px": 70,
         "occlusion_width_px": width,
         "clutter_count": clutter_count,
@@ -179,6 +148,14 @@ def _survivors(trials: ClutterTrials) -> int:
     }
     rows = outcomes(experiment, setup, values=values, trackers=[tracker], seeds=trials.seeds, frames=CLUTTER_FRAMES)
     return sum((outcome.lost_frames or 0) <= CLUTTER_LOST for (outcome,) in rows)
+
+
+def _ball() -> Mapping[str, Value]:
+    return REFERENCES.settings["scenes"]["ball"]
+
+
+def _learning(name: str) -> Mapping[str, Value]:
+    return REFERENCES.settings["learning"][name]
 
 
 def _observes(row: Diagnostics) -> bool:

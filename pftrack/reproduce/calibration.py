@@ -47,12 +47,12 @@ def _judge(
 ) -> list[Finding]:
     """Compare both bands with what they say, on values and seeds."""
     findings, errors = [], []
-    for band in ("document", "calibrated"):
-        runs = [
-            recipe(experiment, "pf-asd", {**values, "pose_band": band}, seed=seed, frames=frames)
-            for values, seed in trials
-        ]
-        *shares, error = np.mean(pool.runs(_measure, runs), axis=0)
+    runs = {
+        band: [recipe(experiment, "pf-asd", {**it, "pose_band": band}, seed=seed, frames=frames) for it, seed in trials]
+        for band in ("document", "calibrated")
+    }
+    for band, outcomes in pool.run_groups(_measure, runs).items():
+        *shares, error = np.mean(outcomes, axis=0)
         errors.append(float(error))
         findings += REFERENCES.judge_all("band", dict(zip(SHARES, shares, strict=True)), name, band)
     return [*findings, REFERENCES.judge("error", errors[1] / errors[0], name)]

@@ -10,6 +10,8 @@ column, and the sentence has a place for each of their names:
       reference: {h-spf: 0.407, s-spf: 0.292}
       tolerance: 0.04
 
+A file may have `settings` besides: values of parameters by a group and a name, as of scenes or of variations.
+
 A study computes figures and asks for `judge("pooled", figure, "h-spf")`. A published claim that could not be confirmed
 has a `known` reason, for all of its cells or for some, and is reported as different all the same.
 """
@@ -23,9 +25,10 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, SupportsFloat, TypeAlias
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, TypeAdapter, ValidationError, model_validator
 
 from pftrack.core.arrays import Floats
+from pftrack.core.model.parameters import Value
 from pftrack.core.texts import read_texts
 
 Verdict: TypeAlias = Literal["reproduced", "better", "differs", "our own figure", "not run"]
@@ -265,8 +268,14 @@ class Statement(BaseModel):
         return all(bounds) and not math.isnan(ours)
 
 
+SETTINGS = "settings"
+_SETTINGS: TypeAdapter[Mapping[str, Mapping[str, Mapping[str, Value]]]] = TypeAdapter(
+    Mapping[str, Mapping[str, Mapping[str, Value]]]
+)
+
+
 class References:
-    """The statements of a study, by name; the file is read when the first of them is asked for."""
+    """The statements of a study, by name, and its settings; the file is read when the first of them is asked for."""
 
     def __init__(self, study: str) -> None:
         """Know the file.
@@ -283,8 +292,26 @@ class References:
         Raises:
             ValueError: The file is not YAML, or a statement is not one; it names file and line.
         """
-        declared, places = read_texts(self.path)
-        return {name: _read(name, fields, places[name]) for name, fields in declared.items()}
+        declared, places = self._texts
+        return {name: _read(name, fields, places[name]) for name, fields in declared.items() if name != SETTINGS}
+
+    @cached_property
+    def settings(self) -> Mapping[str, Mapping[str, Mapping[str, Value]]]:
+        """Values of parameters by a group and a name.
+
+        Raises:
+            ValueError: They are something else; it names file and line.
+        """
+        declared, places = self._texts
+        try:
+            return _SETTINGS.validate_python(declared.get(SETTINGS, {}))
+        except ValidationError as error:
+            said = error.errors()[0]
+            raise ValueError(f"{places[SETTINGS]}: {' '.join(map(str, said['loc']))}: {said['msg']}") from None
+
+    @cached_property
+    def _texts(self) -> tuple[Mapping[str, Any], Mapping[str, str]]:
+        return read_texts(self.path)
 
     def judge(self, name: str, ours: SupportsFloat, *keys: Key, **more: Any) -> Finding:  # noqa: ANN401 - see `Statement`
         """Judge a figure by a statement; see `Statement.judge`."""

@@ -29,13 +29,12 @@ from pftrack.experiments.fish.parameters import FISH, GUIDANCE
 from pftrack.experiments.fish.scene import FishSource, FishTarget
 from pftrack.experiments.fish.swimming import FRAMES, TankName, clip
 from pftrack.filters.learning.diffusion import Learned, learn
-from pftrack.output.figures.picture import save
 from pftrack.output.figures.style import CURVE_COLOURS, new_figure, write_title
 from pftrack.reproduce.finding import Finding, References
 from pftrack.reproduce.pool import Pool, begin, preset_recipe
 from pftrack.runs.many import FrameBlock, Trial, side_by_side
 from pftrack.runs.run import Run
-from pftrack.vision.rendering import png, render
+from pftrack.vision.rendering import render
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -266,7 +265,7 @@ AT_FRAME, AROUND_PX = 12, 110
 TITLES = {"guided": "Guided diffusion", "ordinary": "Ordinary filter"}
 
 
-def draw(found: Mapping[tuple[str, int], Successes]) -> "dict[str, Figure]":
+def draw(found: Mapping[tuple[str, int], Successes]) -> "Figure":
     """Return figures 6 and 7 of Mitsugami et al. 2009 as one, given successes by tracker and number of particles."""
     figure, panels = new_figure(3.2, columns=2)
     counts = sorted({count for _, count in found})
@@ -283,7 +282,7 @@ def draw(found: Mapping[tuple[str, int], Successes]) -> "dict[str, Figure]":
         panel.set_xlabel("Particles")
     panel.legend(loc="lower right", frameon=False)
     figure.axes[0].set_ylabel("Successes")
-    return {"figure-fish-success": figure}
+    return figure
 
 
 def ten_particles() -> NDArray[np.uint8]:
@@ -341,10 +340,7 @@ def table(pool: Pool, full: bool) -> list[Finding]:
         findings.append(REFERENCES.judge("gain", gain, title, holds=gain >= least, least=least))
     if full:
         findings += [*_figures(found), *_factors(found)]
-        if pool.folder is not None:
-            for name, figure in draw(found).items():
-                save(figure, pool.folder / f"{name}.png", name)
-            (pool.folder / "figure-fish-particles.png").write_bytes(png(ten_particles()))
+        pool.draw(lambda: {"figure-fish-success": draw(found), "figure-fish-particles": ten_particles()})
     return findings
 
 

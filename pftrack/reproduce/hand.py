@@ -5,7 +5,7 @@ changes.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import product
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
@@ -19,12 +19,11 @@ from pftrack.core.model.parameters import Value
 from pftrack.experiments import find
 from pftrack.experiments.hand.candidates import chain_rate
 from pftrack.experiments.hand.shape import MODEL, joints, open_pose, parts
-from pftrack.output.figures.picture import save
 from pftrack.output.figures.style import CURVE_COLOURS, INK, explain_below, new_figure, write_title
 from pftrack.reproduce.finding import Finding, References
-from pftrack.reproduce.pool import Pool, begin, recipe, rows_of
+from pftrack.reproduce.pool import Key, Pool, begin, recipe, rows_of, seeded
 from pftrack.runs.run import Run
-from pftrack.vision.rendering import png, render_beside
+from pftrack.vision.rendering import render_beside
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -117,15 +116,15 @@ def right_figure(found: Mapping[tuple[str, int, str], Outcome]) -> "Figure":
     return figure
 
 
-def kept_figure() -> bytes:
-    """Return a picture of the same frame with one hand kept (left) and with four, each with the hand in space, PNG."""
-    pictures: list[NDArray[np.uint8]] = []
+def kept_figure() -> NDArray[np.uint8]:
+    """Return a picture of the same frame with one hand kept (left) and with four, each with the hand in space."""
+    pictures = []
     hand = find("hand")
     for width in WIDTHS:
         run = begin(recipe("hand", "beam", {"motion": "wrist", "beam_width": width}, seed=SEED))
         drawing = replace(hand.draw(run.seek(FRAME), run.diagnostics), caption="")
         pictures.append(render_beside(drawing, layers=hand.shown_layers, scale=SCALE))
-    return png(np.hstack(pictures))
+    return np.hstack(pictures)
 
 
 # The integral of eq. 2.3, which sets the step of an angle, is compared with what becomes of the finger's own pixels
@@ -193,19 +192,20 @@ TERMS = {"whole silhouettes": "cover_term", "the straight wrist": "wrist_prior"}
 def table(pool: Pool, full: bool) -> list[Finding]:
     """Best right, any right, after backtracking and the tip error, by the reference's ranking and by ours."""
     rankings = RANKINGS if full else RANKINGS[:1]
-    keys = list(product(MOTIONS, WIDTHS, rankings))
-    conditions = [(motion, _beam(width, ranking, scoring=SCORED[ranking])) for motion, width, ranking in keys]
-    found = dict(zip(keys, _means(pool, conditions, full=full), strict=True))
-    findings: list[Finding] = []
+    conditions = {
+        (motion, width, ranking): (motion, _beam(width, ranking, scoring=SCORED[ranking]))
+        for motion, width, ranking in product(MOTIONS, WIDTHS, rankings)
+    }
+    found, findings = _means(pool, conditions, full=full), []
     for motion, width in product(MOTIONS, WIDTHS):
         one = found[motion, width, "reference"]
         shares = {"best right": one.best, "any right": one.any, "right after backtracking": one.backtracked}
         findings.append(REFERENCES.judge("tips", one.tips, motion, width, wider=_wider(full)))
         findings += REFERENCES.judge_all("right", shares, motion, width, wider=_wider(full))
-    if pool.folder is not None and full:
-        save(right_figure(found), pool.folder / "figure-hand-right.png", "figure-hand-right")
-        (pool.folder / "figure-hand-kept.png").write_bytes(kept_figure())
-    return [*findings, *_rankings(found)] if full else findings
+    if not full:
+        return findings
+    pool.draw(lambda: {"figure-hand-right": right_figure(found), "figure-hand-kept": kept_figure()})
+    return [*findings, *_rankings(found)]
 
 
 def _rankings(found: dict[tuple[str, int, str], Outcome]) -> list[Finding]:
@@ -222,10 +222,12 @@ def _rankings(found: dict[tuple[str, int, str], Outcome]) -> list[Finding]:
 
 def switches(pool: Pool, full: bool) -> list[Finding]:
     """Four hands without the comparison of whole silhouettes, and without the prior of a straight wrist."""
-    keys = list(product(TERMS, MOTIONS))
-    conditions = [(motion, _beam(4, "reference", scoring="reference", **{TERMS[it]: False})) for it, motion in keys]
-    findings: list[Finding] = []
-    for key, one in zip(keys, _means(pool, conditions, full=full), strict=True):
+    conditions = {
+        (it, motion): (motion, _beam(4, "reference", scoring="reference", **{term: False}))
+        for (it, term), motion in product(TERMS.items(), MOTIONS)
+    }
+    findings = []
+    for key, one in _means(pool, conditions, full=full).items():
         shares = {"best right": one.best, "any right": one.any}
         findings += REFERENCES.judge_all("without", shares, *key, wider=_wider(full))
     return findings
@@ -236,11 +238,9 @@ def scorings(pool: Pool, full: bool) -> list[Finding]:
     if not full:
         return [REFERENCES.not_run("scoring-needs-trials")]
     keys = list(product(RANKINGS, WIDTHS, SCORINGS))
-    conditions = [
-        (motion, _beam(width, ranking, scoring=scoring)) for ranking, width, scoring in keys for motion in MOTIONS
-    ]
+    conditions = {(*key, motion): (motion, _beam(key[1], key[0], scoring=key[2])) for key in keys for motion in MOTIONS}
     found = _means(pool, conditions, full=full)
-    best = {key: mean(found[len(MOTIONS) * n : len(MOTIONS) * (n + 1)]).best for n, key in enumerate(keys)}
+    best = {key: mean([found[*key, motion] for motion in MOTIONS]).best for key in keys}
     findings = []
     for width in WIDTHS:
         before, points, cells = (best["refined", width, scoring] for scoring in SCORINGS)
@@ -256,9 +256,10 @@ def compare_with_particles(pool: Pool, full: bool) -> list[Finding]:
     """The beam beside a particle filter with the same likelihood, at equal time a frame."""
     if not full:
         return [REFERENCES.not_run("particles-need-trials")]
-    conditions: tuple[Condition, ...] = _beam(4, "refined"), ("particles", {"sample_count": EQUAL_TIME})
-    found = _means(pool, list(product(MOTIONS, conditions)), full=full)
-    beams, particles = found[::2], found[1::2]
+    beam, others = _beam(4, "refined"), ("particles", {"sample_count": EQUAL_TIME})
+    conditions = {(kind[0], motion): (motion, kind) for kind in (beam, others) for motion in MOTIONS}
+    found = _means(pool, conditions, full=full)
+    beams, particles = ([found[kind[0], motion] for motion in MOTIONS] for kind in (beam, others))
     ratio = sum(one.frame_ms for one in particles) / sum(one.frame_ms for one in beams)
     return [
         *(
@@ -277,13 +278,10 @@ def _wider(full: bool) -> float:
     return 1.0 if full else math.sqrt(len(SEEDS) / FEW)
 
 
-def _means(pool: Pool, conditions: Sequence[tuple[str, Condition]], *, full: bool) -> list[Outcome]:
+def _means(pool: Pool, conditions: Mapping[Key, tuple[str, Condition]], *, full: bool) -> dict[Key, Outcome]:
     """Return what came of each motion under its condition, the mean over the seeds."""
-    seeds = SEEDS if full else SEEDS[:FEW]
-    runs = [
-        recipe("hand", tracker, {"motion": motion, **values}, seed=seed)
-        for motion, (tracker, values) in conditions
-        for seed in seeds
-    ]
-    outcomes = pool.runs(measure, runs)
-    return [mean(outcomes[start : start + len(seeds)]) for start in range(0, len(outcomes), len(seeds))]
+    groups = {
+        key: seeded(recipe("hand", tracker, {"motion": motion, **values}), SEEDS if full else SEEDS[:FEW])
+        for key, (motion, (tracker, values)) in conditions.items()
+    }
+    return {key: mean(outcomes) for key, outcomes in pool.run_groups(measure, groups).items()}

@@ -34,7 +34,6 @@ from pftrack.experiments.head.detection import eye_distance
 from pftrack.experiments.head.parameters import AS_PUBLISHED
 from pftrack.experiments.head.scene import SCRIPT_FRAMES
 from pftrack.experiments.shared.pose.methods import Method
-from pftrack.output.figures.picture import save
 from pftrack.output.figures.style import (
     CURVE_COLOURS,
     INK,
@@ -279,9 +278,7 @@ def pose(pool: Pool, full: bool) -> list[Finding]:
     if not full:
         return findings
     first = {model: courses[99, model, "pf-asd"] for model in MODELS}
-    if pool.folder is not None:
-        for name, figure in draw(first).items():
-            save(figure, pool.folder / f"{name}.png", name)
+    pool.draw(lambda: draw(first))
     findings += [*_table(courses), *_ratios(courses), *curves(first)]
     return [*findings, *_faster(pool), *people(pool), *growth(pool), *turns(pool)]
 

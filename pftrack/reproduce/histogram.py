@@ -12,7 +12,6 @@ target is hidden the observation knows lawn alone, and a filter that trusts it t
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,7 +20,6 @@ from pftrack.core.model.measures import Measure
 from pftrack.core.model.parameters import Value, revise
 from pftrack.experiments import find
 from pftrack.experiments.histogram.scene import look_alike_place, visible_share
-from pftrack.output.figures.picture import save
 from pftrack.output.figures.style import CURVE_COLOURS, LETTERS_PT, new_figure, write_title
 from pftrack.reproduce.finding import Finding, References
 from pftrack.reproduce.pool import Pool, begin, preset_recipe
@@ -35,28 +33,6 @@ REFERENCES = References(__file__)
 FRAMES, LAST, LOST_PX, SEEN = 120, 10, 14.0, 0.7
 """A success is within 14 px in each of the last 10 frames; errors are taken where 70 % of the target are seen."""
 
-SETTINGS: Mapping[str, Value] = MappingProxyType(
-    {
-        "look_alike_red": 0.68,
-        "occlusion_width_px": 46,
-        "occlusion_offset_px": 69,
-        "column_colours": "lawn",
-        "lighting_amplitude": 0.08,
-        "image_noise_sd": 4,
-        "sample_count": 300,
-        "apf_weights": "sharpened",
-        "resampling": "systematic",
-        "resampling_threshold": 1,
-        "process_noise_px": 1.5,
-        "velocity_noise_px": 0.3,
-        "initial_velocity_px": 1,
-        "search_reach_px": 8,
-        "window_width_px": 25,
-        "window_height_px": 33,
-    }
-)
-"""What the reference's protocol says besides the lecture's settings; nothing is left to defaults, which may change."""
-
 
 @dataclass(frozen=True)
 class Case:
@@ -65,7 +41,7 @@ class Case:
     Attributes:
         scene: Number of the scene.
         tracker: Name of the tracker.
-        values: Of parameters that differ from `lecture` and `SETTINGS`.
+        values: Of parameters that differ from `lecture` and the protocol.
         count: Runs, with the seeds from 0 on.
     """
 
@@ -95,8 +71,8 @@ def lecture() -> Mapping[str, Value]:
 
 def runs(case: Case) -> Outcome:
     """Carry out the runs of a case."""
-    experiment = find("histogram")
-    setup, values = experiment.simulate(), {**lecture(), **SETTINGS, "scene_number": case.scene, **case.values}
+    experiment, protocol = find("histogram"), REFERENCES.settings["scenes"]["lawn"]
+    setup, values = experiment.simulate(), {**lecture(), **protocol, "scene_number": case.scene, **case.values}
     parameters: Any = revise(setup.parameters, values)
     seen = np.array([visible_share(index, parameters) >= SEEN for index in range(FRAMES)])
     last = np.arange(FRAMES) >= FRAMES - LAST
@@ -179,16 +155,12 @@ QUICK = ("random walk", "N = 300")
 def table(pool: Pool, full: bool) -> list[Finding]:
     """Success of the lecture's filter over scenes, particles and lambda."""
     rows, count = (tuple(ROWS), RUNS) if full else (QUICK, QUICK_RUNS)
-    cases = [
-        Case(scene, "greedy", {}, 1) if row == "greedy search" else Case(scene, "condensation", ROWS[row], count)
-        for row in rows
-        for scene in SCENES
-    ]
-    found = pool.map(runs, cases)
-    by_row = {row: found[len(SCENES) * place : len(SCENES) * (place + 1)] for place, row in enumerate(rows)}
-    if pool.folder is not None and full:
-        for name, figure in draw(by_row, SCENES).items():
-            save(figure, pool.folder / f"{name}.png", name)
+    cases = {row: [Case(scene, "condensation", ROWS[row], count) for scene in SCENES] for row in rows}
+    if full:
+        cases["greedy search"] = [Case(scene, "greedy", {}, 1) for scene in SCENES]
+    by_row = pool.groups(runs, cases)
+    if full:
+        pool.draw(lambda: draw(by_row, SCENES))
     return [finding for row in rows for finding in _judge(row, by_row[row], 0.0 if full else QUICK_MORE)]
 
 
@@ -219,14 +191,17 @@ def trackers(pool: Pool, full: bool) -> list[Finding]:
     ways = [("condensation", "")]
     ways += [(name, rule) for name in ("apf", "h-spf", "s-spf") for rule in ("sharpened", "corrected")]
     ways.append(("pc-pf", ""))
-    cases = [Case(scene, name, {"apf_weights": rule} if rule else {}, RUNS) for name, rule in ways for scene in SCENES]
-    rates = np.array([one.success for one in pool.map(runs, cases)]).reshape(len(ways), len(SCENES)).mean(axis=1)
+    cases = {
+        (name, rule): [Case(scene, name, {"apf_weights": rule} if rule else {}, RUNS) for scene in SCENES]
+        for name, rule in ways
+    }
+    rates = {way: np.mean([one.success for one in found]) for way, found in pool.groups(runs, cases).items()}
     findings = []
-    for rate, (name, rule) in zip(rates, ways, strict=True):
+    for (name, rule), rate in rates.items():
         title = f"{name}, {rule}" if rule else name
         findings.append(REFERENCES.judge("tracker", rate, name, rule, title=title))
         if rule:
-            findings.append(REFERENCES.judge("tracker-gain", rate - rates[0], title=title))
+            findings.append(REFERENCES.judge("tracker-gain", rate - rates["condensation", ""], title=title))
     return findings
 
 

@@ -171,58 +171,14 @@ SUCCESS_RAD = 0.2
 LAST = 6
 """Frames at the end over which the error of a success is averaged."""
 
-CROSS: Mapping[str, Value] = {
-    "chain_path": "cross",
-    "true_length_1_px": 60,
-    "true_length_2_px": 48,
-    "true_length_3_px": 42,
-    "start_angle_rad": 0.2,
-    "start_length_1_px": 5,
-    "start_length_2_px": 6,
-    "start_length_3_px": 9,
-    **TABLE_4_1,
-}
 CROSS_RUNS, QUICK_CROSS_RUNS = 30, 10
 
-CAREFUL: Mapping[str, Value] = {
-    "start_angle_rad": 0.05,
-    "start_angle_variance_rad2": 0.01,
-    "start_rate_variance_rad2": 1e-4,
-    "observation_variance_px2": 1,
-}
-STATIC: Mapping[str, Value] = {
-    **CAREFUL,
-    "chain_path": "static",
-    "start_length_1_px": 4,
-    "start_length_2_px": 4,
-    "start_length_3_px": 8,
-    "start_length_variance_px2": 100,
-    "acceleration_rad": 0.01,
-}
 
-CONFIDENT: Mapping[str, Value] = {
-    **CAREFUL,
-    "chain_path": "mirror3",
-    "start_length_3_px": 9,
-    "acceleration_rad": 0.02,
-}
-IN_SPACE: Mapping[str, Value] = {
-    "chain_path": "3d",
-    "true_length_1_px": 68,
-    "true_length_2_px": 58,
-    "true_length_3_px": 48,
-    "measurement_noise_px": 0.1667,
-    "start_angle_rad": 0.08,
-    "start_angle_variance_rad2": 0.0021,
-    "start_length_1_px": 6,
-    "start_length_2_px": -6,
-    "start_length_3_px": 6,
-    "start_length_variance_px2": 75,
-    "start_rate_variance_rad2": 1e-3,
-    "acceleration_rad": 0.005,
-    "root_acceleration_px": 0.05,
-    "observation_variance_px2": 0.0278,
-}
+def scene(name: str) -> Mapping[str, Value]:
+    """Return the values of a scene of the study, that of the cross with the bounds of table 4.1."""
+    values = REFERENCES.settings["scenes"][name]
+    return {**values, **TABLE_4_1} if name == "cross" else values
+
 
 ROUNDS = 3
 """How often the iterated filter linearises."""
@@ -252,14 +208,14 @@ def cross(pool: Pool, full: bool) -> list[Finding]:
     runs = CROSS_RUNS if full else QUICK_CROSS_RUNS
     findings = []
     for tracker, beam in (("ekf-truncated", 1), ("ekf-mirrors", 2), ("ekf-mirrors", 4)):
-        errors = _last_errors(pool, tracker, {**CROSS, "beam_width": beam}, runs)
+        errors = _last_errors(pool, tracker, {**scene("cross"), "beam_width": beam}, runs)
         title = tracker + (f", beam {beam}" if tracker == "ekf-mirrors" else "")
         share = float((errors < SUCCESS_RAD).mean())
         findings.append(REFERENCES.judge("cross-successes", share, tracker, beam, runs=runs, title=title))
         if beam != 2:
             findings.append(REFERENCES.judge("cross-median", np.median(errors), tracker, beam, title=title))
     for tracker in REFERENCES.table("cross-own") if full else ():  # the particles take longer than all else
-        share = float((_last_errors(pool, tracker, CROSS, runs) < SUCCESS_RAD).mean())
+        share = float((_last_errors(pool, tracker, scene("cross"), runs) < SUCCESS_RAD).mean())
         findings.append(REFERENCES.judge("cross-own", share, tracker, runs=runs))
     return findings
 
@@ -267,8 +223,8 @@ def cross(pool: Pool, full: bool) -> list[Finding]:
 def static(pool: Pool, full: bool) -> list[Finding]:
     """A pose that is held: one filter becomes sure of a wrong length of the third link (8.2)."""
     runs = 12 if full else 6
-    ours = _third_length(courses(pool, "ekf-truncated", STATIC, runs))
-    worst = _third_length(courses(pool, "ukf", STATIC, runs))[3]
+    ours = _third_length(courses(pool, "ekf-truncated", scene("static"), runs))
+    worst = _third_length(courses(pool, "ukf", scene("static"), runs))[3]
     return [
         *REFERENCES.judge_all("static", dict(zip(REFERENCES.table("static"), ours, strict=True))),
         REFERENCES.judge("static-unscented", worst, holds=worst < ours[3]),
@@ -280,7 +236,7 @@ def confident(pool: Pool, full: bool) -> list[Finding]:
     runs = 16 if full else 8
     rates = {}
     for variance in (1, 100):
-        errors = _last_errors(pool, "ekf-mirrors", {**CONFIDENT, "start_length_variance_px2": variance}, runs)
+        errors = _last_errors(pool, "ekf-mirrors", {**scene("confident"), "start_length_variance_px2": variance}, runs)
         rates[variance] = float((errors < SUCCESS_RAD).mean())
     return REFERENCES.judge_all("confident", rates)
 
@@ -308,7 +264,11 @@ def _after_vibration(
     """Return runs of a chain that is still for 90 frames, then goes to another pose; lengths begin at others."""
     theta = _vibration(np.array([1.1, 0.9, 0.85]), np.array(end))
     motion = Motion(theta, r, np.concatenate([theta[0] + 0.03, start_px]))
-    given = {**STATIC, **dict.fromkeys(("start_length_1_px", "start_length_2_px", "start_length_3_px"), 0), **values}
+    given = {
+        **scene("static"),
+        **dict.fromkeys(("start_length_1_px", "start_length_2_px", "start_length_3_px"), 0),
+        **values,
+    }
     recipes = [recipe("linkage", "ekf-mirrors", given, seed=seed) for seed in range(runs)]
     return pool.runs(measure, recipes, source=motion.open)
 
@@ -320,17 +280,17 @@ def _failed(found: Sequence[RunResult]) -> list[bool]:
 def space(pool: Pool, full: bool) -> list[Finding]:
     """The same filter in space, on a motion that shows much: the worst of all seeds (8.6)."""
     runs = 5 if full else 2
-    found = courses(pool, "ekf-truncated", IN_SPACE, runs)
+    found = courses(pool, "ekf-truncated", scene("space"), runs)
     final = worst_length_px(found)
     ratio = max(float((np.abs(one.lengths - one.true_lengths) / one.deviations)[1:].max()) for one in found)
-    again = worst_length_px(courses(pool, "ekf-truncated", {**IN_SPACE, "linearisations": ROUNDS}, runs))
+    again = worst_length_px(courses(pool, "ekf-truncated", {**scene("space"), "linearisations": ROUNDS}, runs))
     findings = [
         REFERENCES.judge("space-final", final, "ekf-truncated"),
         REFERENCES.judge("space-worst", ratio),
         REFERENCES.judge("space-iterated", again, ROUNDS, holds=again < final),
     ]
     if full:
-        sampled = worst_length_px(courses(pool, "particles", IN_SPACE, runs))
+        sampled = worst_length_px(courses(pool, "particles", scene("space"), runs))
         findings.append(REFERENCES.judge("space-final", sampled, "particles"))
     return findings
 
@@ -391,14 +351,14 @@ def lines(pool: Pool, full: bool) -> list[Finding]:
     seeds = SEEDS if full else QUICK_SEEDS
     findings = []
     for tracker, values, limit in FILTERS if full else FILTERS[1:2]:
-        found = courses(pool, tracker, {**IN_SPACE, **values, "links_seen_as": "lines-and-ends"}, seeds)
+        found = courses(pool, tracker, {**scene("space"), **values, "links_seen_as": "lines-and-ends"}, seeds)
         title, worst = tracker + (f", linearised {ROUNDS} times" if values else ""), worst_length_px(found)
         findings.append(REFERENCES.judge("lines-final", worst, title=title, holds=worst < limit))
-    scene = preset_recipe("linkage", "3d").timeline[0].values
+    preset = preset_recipe("linkage", "3d").timeline[0].values
     for seen_as in ("lines-and-ends", "lines") if full else ("lines-and-ends",):
         way = seen_as.replace("-", " ")
         for tracker in ("ellipsoids", "box-guides") if full else ("ellipsoids",):
-            found = courses(pool, tracker, {**scene, "links_seen_as": seen_as}, seeds)
+            found = courses(pool, tracker, {**preset, "links_seen_as": seen_as}, seeds)
             contained = np.mean([one.contained.mean() for one in found])
             findings.append(REFERENCES.judge("lines-contained", contained, way=way, tracker=tracker))
             if tracker == "ellipsoids":

@@ -13,15 +13,12 @@ from itertools import product
 import numpy as np
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Recipe
 from pftrack.experiments.linkage.sets.ellipsoids import LENGTHENED, OUTER, PRINTED, cut, predict, trace_ratio
-from pftrack.output.figures.picture import save
 from pftrack.reproduce.finding import Finding, References
 from pftrack.reproduce.linkage import RunResult, measure, split
 from pftrack.reproduce.linkage import still as still_figure
-from pftrack.reproduce.pool import Pool, preset_recipe
-from pftrack.vision.rendering import png
+from pftrack.reproduce.pool import Key, Pool, preset_recipe, seeded
 
 REFERENCES = References(__file__)
 SEEDS, QUICK_SEEDS = 12, 4
@@ -30,21 +27,12 @@ OBJECTS = "two-1", "two-2"
 MIRRORS = "mirror3", "mirror2"
 ENDS = "lower", "upper"
 
-VARIANTS: Mapping[str, Mapping[str, Value]] = {
-    "motion slowed by 4": {"path_slowing": 4, "motion_bound_rad": 0.02},
-    "motion slowed by 10": {"path_slowing": 10, "motion_bound_rad": 0.008},
-    "S of 20 px/rad": {"angle_scale_px": 20},
-    "S of 150 px/rad": {"angle_scale_px": 150},
-}
-PRINTED_WAY: Mapping[str, Value] = {"predicted_ellipsoid": "printed", "first_ellipsoid": "inscribed"}
-LONGER_WAY: Mapping[str, Value] = {"predicted_ellipsoid": "lengthened", "first_ellipsoid": "inscribed"}
-
 
 def containment(pool: Pool, full: bool) -> list[Finding]:
     """The truth is in the region in all frames; regions split and are refuted; lengths are bounded."""
     seeds = SEEDS if full else QUICK_SEEDS
     names = ("static-regions", *MIRRORS, *OBJECTS)
-    found = dict(zip(names, _courses(pool, [preset_recipe("linkage", name) for name in names], seeds), strict=True))
+    found = _courses(pool, {name: preset_recipe("linkage", name) for name in names}, seeds)
     findings = REFERENCES.judge_all("contained", {name: _contained(one) for name, one in found.items()})
     for frame in REFERENCES.table("still-width"):
         width = np.median([one.high[frame, 2] - one.low[frame, 2] for one in found["static-regions"]])
@@ -58,9 +46,7 @@ def containment(pool: Pool, full: bool) -> list[Finding]:
         findings.append(REFERENCES.judge("single-region", single, name, runs=seeds))
     for name in OBJECTS:
         findings += REFERENCES.judge_all("ends", _ends(found[name]), name)
-    if pool.folder is not None:
-        save(still_figure(), pool.folder / "linkage-still.png", "linkage-still")
-        (pool.folder / "linkage-split.png").write_bytes(png(split()))
+    pool.draw(lambda: {"linkage-still": still_figure(), "linkage-split": split()})
     return [*findings, *_judge_intervals(found["two-1"], found["two-2"])]
 
 
@@ -93,9 +79,10 @@ def ingredients(pool: Pool, full: bool) -> list[Finding]:
     moving = (*MIRRORS, *OBJECTS)
     asked = {(name, tracker): preset_recipe("linkage", name, tracker) for name in OBJECTS for tracker in trackers}
     asked["mirror3", "ellipsoids-literal"] = preset_recipe("linkage", "mirror3", "ellipsoids-literal")
-    for title, way, names in (("longer", LONGER_WAY, OBJECTS), ("printed", PRINTED_WAY, (*moving, "static-regions"))):
+    for title, names in (("longer", OBJECTS), ("printed", (*moving, "static-regions"))):
+        way = REFERENCES.settings["ways"][title]
         asked |= {(name, title): preset_recipe("linkage", name, "ellipsoids-literal", **way) for name in names}
-    found = dict(zip(asked, _courses(pool, list(asked.values()), 4 if full else 2), strict=True))
+    found = _courses(pool, asked, 4 if full else 2)
     off = max(
         float(np.abs(a.final - b.final).max())
         for name in OBJECTS
@@ -124,10 +111,11 @@ def variants(pool: Pool, full: bool) -> list[Finding]:
 
     One seed, as the reference has it.
     """
-    chosen = {title: values for title, values in VARIANTS.items() if full or "path_slowing" not in values}
-    asked = [preset_recipe("linkage", "two-1", "ellipsoids-literal", **values) for values in chosen.values()]
+    variants = REFERENCES.settings["variants"]
+    chosen = {title: values for title, values in variants.items() if full or "path_slowing" not in values}
+    asked = {it: preset_recipe("linkage", "two-1", "ellipsoids-literal", **values) for it, values in chosen.items()}
     findings = []
-    for title, found in zip(chosen, _courses(pool, asked, 1), strict=True):
+    for title, found in _courses(pool, asked, 1).items():
         last, before = found[0].final, np.array([[60.0, 80.0], [50.0, 70.0], [40.0, 60.0]])
         moved = np.abs(last - before)
         moved[0, 1] = 0.0
@@ -142,7 +130,7 @@ def variants(pool: Pool, full: bool) -> list[Finding]:
 def space(pool: Pool, full: bool) -> list[Finding]:
     """In space regions are safe and weak: their guides of attitude and joints grow by the bound of the motion."""
     seeds = SPACE_SEEDS if full else QUICK_SPACE_SEEDS
-    (regions,) = _courses(pool, [preset_recipe("linkage", "3d", "ellipsoids")], seeds)
+    regions = _courses(pool, {"3d": preset_recipe("linkage", "3d", "ellipsoids")}, seeds)["3d"]
     ends = "space-ends" if full else "space-ends-of-one"
     return [
         REFERENCES.judge("space-contained", _contained(regions)),
@@ -150,10 +138,9 @@ def space(pool: Pool, full: bool) -> list[Finding]:
     ]
 
 
-def _courses(pool: Pool, asked: Sequence[Recipe], seeds: int) -> list[list[RunResult]]:
+def _courses(pool: Pool, asked: Mapping[Key, Recipe], seeds: int) -> dict[Key, list[RunResult]]:
     """Return the courses of each, one a seed."""
-    found = pool.runs(measure, [one.model_copy(update={"seed": seed}) for one in asked for seed in range(seeds)])
-    return [found[place : place + seeds] for place in range(0, len(found), seeds)]
+    return pool.run_groups(measure, {key: seeded(one, range(seeds)) for key, one in asked.items()})
 
 
 Strip = tuple[Floats, float, float]

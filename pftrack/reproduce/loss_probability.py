@@ -37,7 +37,6 @@ from pftrack.experiments.shared.loss_probability import (
     follow_features,
 )
 from pftrack.experiments.shared.signals import signal_names
-from pftrack.output.figures.picture import save
 from pftrack.output.figures.style import CURVE_COLOURS, INK, LETTERS_PT, TWO_COLUMNS_IN, new_figure
 from pftrack.reproduce.finding import Finding, References
 from pftrack.reproduce.pool import Pool, begin, recipe
@@ -232,9 +231,7 @@ def loss_probabilities(pool: Pool, full: bool) -> list[Finding]:
         for tracker, error in declared.refused.items():
             why = "refused" if error > MOST_ERROR else "seldom"
             findings.append(REFERENCES.not_run(why, name, tracker, error=error))
-    if pool.folder is not None:
-        for title, figure in draw_scores(scored).items():
-            save(figure, pool.folder / f"{title}.png", title)
+    pool.draw(lambda: draw_scores(scored))
     return findings
 
 

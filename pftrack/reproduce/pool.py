@@ -7,24 +7,34 @@ are the workers of the sweeps: both are handed pieces of work by number.
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
+from itertools import chain, islice
 from pathlib import Path
 from time import monotonic, process_time
 from types import TracebackType
-from typing import Any, Self, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Self, TypeAlias, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.model.source import Source
 from pftrack.experiments import find
+from pftrack.output.figures.picture import save
 from pftrack.runs.run import Run
 from pftrack.sweep import Plan, Progress, Result, carry_out, partial_of, read_result
 from pftrack.sweep.axis import SweepError
 from pftrack.sweep.driver import hand_out, open_workers
 from pftrack.sweep.work import Workers
+from pftrack.vision.rendering import png
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Item = TypeVar("Item")
 Outcome = TypeVar("Outcome")
+Key = TypeVar("Key")
 
 OpenSource: TypeAlias = Callable[[int, Any], Source[Any]]
 """From seed and parameters to a source of the study's own, in place of the experiment's scene."""
@@ -114,6 +124,30 @@ class Pool:
         """
         return self.map(partial(_measured, measure, source), recipes)
 
+    def groups(
+        self, function: Callable[[Item], Outcome], groups: Mapping[Key, Iterable[Item]]
+    ) -> dict[Key, list[Outcome]]:
+        """Return function(item) for the items under each key; see `map`."""
+        work = {key: list(items) for key, items in groups.items()}
+        outcomes = iter(self.map(function, chain.from_iterable(work.values())))
+        return {key: list(islice(outcomes, len(items))) for key, items in work.items()}
+
+    def run_groups(
+        self, measure: Callable[[Run], Outcome], groups: Mapping[Key, Iterable[Recipe]]
+    ) -> dict[Key, list[Outcome]]:
+        """Return what is measured of the runs of the recipes under each key; see `runs`."""
+        return self.groups(partial(_measured, measure, None), groups)
+
+    def draw(self, make: "Callable[[], Mapping[str, Figure | NDArray[np.uint8]]]") -> None:
+        """Write figures and pictures (RGB) by their names, PNG, where there is a folder for them."""
+        if self.folder is None:
+            return
+        for name, drawn in make().items():
+            if isinstance(drawn, np.ndarray):
+                (self.folder / f"{name}.png").write_bytes(png(drawn))
+            else:
+                save(drawn, self.folder / f"{name}.png", name)
+
     def _spread(self, function: Callable[[Item], Outcome], pieces: list[list[Item]]) -> list[Outcome]:
         """Return the outcomes of all pieces in order, each computed by the next worker that is free."""
         if self._workers is None:
@@ -183,6 +217,11 @@ def recipe(
     """Return the recipe of a run of a simulated scene with these values from the first frame on."""
     timeline = (Change(0, dict(values)),) if values else ()
     return Recipe(experiment=experiment, tracker=tracker, seed=seed, frames=frames, timeline=timeline)
+
+
+def seeded(recipe: Recipe, seeds: Iterable[int]) -> list[Recipe]:
+    """Return the recipe with each of the seeds."""
+    return [recipe.model_copy(update={"seed": seed}) for seed in seeds]
 
 
 def preset_recipe(experiment: str, preset: str, tracker: str = "", **values: Value) -> Recipe:

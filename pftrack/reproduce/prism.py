@@ -275,11 +275,8 @@ def _courses(
     values: Mapping[str, Value] | None = None,
     reading: Reading = "chosen",
 ) -> Courses:
-    trials = [Trial(method, seed, values or {}, reading) for seed in seeds for method in kinds]
-    by_method: Courses = {}
-    for trial, outcome in zip(trials, pool.map(run_trial, trials), strict=True):
-        by_method.setdefault(trial.method, []).append(outcome)
-    return by_method
+    trials = {method: [Trial(method, seed, values or {}, reading) for seed in seeds] for method in kinds}
+    return pool.groups(run_trial, trials)
 
 
 def _mean(courses: list[TrialResult], of: Callable[[TrialResult], float]) -> float:

@@ -4,7 +4,7 @@ The Kalman filter follows a sine, the particle filter a cosine.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from pftrack.filters.auxiliary import WeightRule
 from pftrack.filters.dynamics import autoregression
 from pftrack.filters.particles import ParticleSet
 from pftrack.reproduce.finding import Finding, References, three_errors
-from pftrack.reproduce.pool import Pool, recipe, rows_of
+from pftrack.reproduce.pool import Pool, recipe, rows_of, seeded
 from pftrack.runs.run import Run
 from pftrack.vision.likelihoods import chromaticity
 
@@ -42,7 +42,7 @@ def kalman_sine(pool: Pool, full: bool) -> list[Finding]:
 def sample_count(pool: Pool, full: bool) -> list[Finding]:
     """Median error of the particle filter on a cosine over the number of particles."""
     counts = list(REFERENCES.table("count")) if full else [10, 20, 50]
-    medians = dict(zip(counts, _medians(pool, [{"sample_count": count} for count in counts], full=full), strict=True))
+    medians = _medians(pool, {count: {"sample_count": count} for count in counts}, full=full)
     holds = medians[10] >= medians[20] >= medians[50]
     return [
         *REFERENCES.judge_all("count", medians, wider=_wider(full)),
@@ -55,20 +55,20 @@ def dimension(pool: Pool, full: bool) -> list[Finding]:
     dimensions = (1, 2, 3, 4, 5) if full else (1, 5)
     findings = []
     for count in REFERENCES.table("dimension"):
-        medians = _medians(pool, [{"sample_count": count, "dimension": copies} for copies in dimensions], full=full)
-        by_dimension = dict(zip(dimensions, medians, strict=True))
-        findings += REFERENCES.judge_all("dimension", by_dimension, count, wider=_wider(full))
-        growth = medians[-1] / medians[0]
-        holds = growth > 1.25 and (count == 1000 or bool((np.diff(medians) > 0).all()))
+        settings: dict[int, dict[str, Value]] = {it: {"sample_count": count, "dimension": it} for it in dimensions}
+        medians = _medians(pool, settings, full=full)
+        findings += REFERENCES.judge_all("dimension", medians, count, wider=_wider(full))
+        growth = medians[dimensions[-1]] / medians[dimensions[0]]
+        holds = growth > 1.25 and (count == 1000 or bool((np.diff(list(medians.values())) > 0).all()))
         findings.append(REFERENCES.judge("grows", growth, count, holds=holds))
     return findings
 
 
-def _medians(pool: Pool, settings: Sequence[dict[str, Value]], *, full: bool) -> list[float]:
-    count = MEDIAN_TRIALS if full else QUICK_TRIALS
-    runs = [recipe("sine", "condensation", setting, seed=seed) for setting in settings for seed in range(count)]
-    errors = np.array(pool.runs(mean_error, runs)).reshape(len(settings), count)
-    return [float(median) for median in np.median(errors, axis=1)]
+def _medians(pool: Pool, settings: Mapping[int, dict[str, Value]], *, full: bool) -> dict[int, float]:
+    """Return the median over trials of the mean error for each setting."""
+    seeds = range(MEDIAN_TRIALS if full else QUICK_TRIALS)
+    groups = {key: seeded(recipe("sine", "condensation", setting), seeds) for key, setting in settings.items()}
+    return {key: float(np.median(errors)) for key, errors in pool.run_groups(mean_error, groups).items()}
 
 
 def _wider(full: bool) -> float:

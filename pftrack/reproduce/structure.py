@@ -20,7 +20,6 @@ from pftrack.core.arrays import Floats
 from pftrack.core.geometry.rotation import angles
 from pftrack.core.numerics.elementary import wrap
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.output.figures.picture import save
 from pftrack.output.figures.style import (
     CURVE_COLOURS,
     INK,
@@ -305,9 +304,7 @@ def prism(pool: Pool, full: bool) -> list[Finding]:
     findings += _compare("prism-less-hidden", pool.map(run_trial, small), _online(pool, small, 0.5))
     if full:
         findings += _variations(pool)
-        if pool.folder is not None:
-            for name, figure in draw("prism", courses, common, own).items():
-                save(figure, pool.folder / f"{name}.png", name)
+        pool.draw(lambda: draw("prism", courses, common, own))
     return findings
 
 
@@ -334,9 +331,8 @@ def faces(pool: Pool, full: bool) -> list[Finding]:
         findings.append(REFERENCES.judge("face-gain", _mean([one.svd for one in courses]) - _steps(common), driver))
         findings += _beyond(name, courses, common, own)
         findings += _grow(pool, name, trials)
-        if pool.folder is not None and full and driver == 99:
-            for title, figure in draw("face", courses, common, own).items():
-                save(figure, pool.folder / f"{title}.png", title)
+        if full and driver == 99:
+            pool.draw(partial(draw, "face", courses, common, own))
     return findings
 
 

@@ -14,12 +14,11 @@ from pftrack.experiments.trajectories.scene import REFERENCE_PX, TRUE_PATH, Trac
 from pftrack.filters.trajectories.cloud import Cloud
 from pftrack.filters.trajectories.gaussian import logs_mode
 from pftrack.filters.trajectories.whole import GRID, Method, Settings, Smoothed, follow, likelihood_surface, track_error
-from pftrack.output.figures.picture import save
 from pftrack.output.figures.style import CURVE_COLOURS, INK, draw_scale, explain_below, new_figure, viridis, write_title
 from pftrack.reproduce.finding import Finding, References
 from pftrack.reproduce.pool import Pool, begin, preset_recipe, recipe
 from pftrack.runs.run import Run
-from pftrack.vision.rendering import png, render_beside
+from pftrack.vision.rendering import render_beside
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,12 +29,7 @@ DEEPEST = 100.0
 """Further below the maximum the likelihood is shown as this."""
 
 
-def draw(found: Mapping[str, Smoothed], surfaces: Mapping[str, Floats]) -> "dict[str, Figure]":
-    """Return the figures by name: of the runs of each method, and of log likelihoods (20, 20) over the grid."""
-    return {"trajectories-track": _track(found), "trajectories-likelihood": _likelihood(surfaces)}
-
-
-def _track(found: Mapping[str, Smoothed]) -> "Figure":
+def track_figure(found: Mapping[str, Smoothed]) -> "Figure":
     """Draw how far measurements and positions are aside of the truth, of the run whose error is the median."""
     figure, panels = new_figure(5.6, rows=len(found), share="xy")
     frames = np.arange(len(TRUE_PATH))
@@ -57,7 +51,7 @@ def _track(found: Mapping[str, Smoothed]) -> "Figure":
     return figure
 
 
-def _likelihood(surfaces: Mapping[str, Floats]) -> "Figure":
+def likelihood_figure(surfaces: Mapping[str, Floats]) -> "Figure":
     """Draw maps of the log likelihood less its maximum, and where that is."""
     colours = viridis()
     figure, panels = new_figure(3.4, columns=len(surfaces), share="y")
@@ -130,8 +124,7 @@ def pictures(pool: Pool, full: bool) -> list[Finding]:
         findings += REFERENCES.judge_all("corner-error", means, name, wider=wider, title=title)
     orders = [[one.errors[name][0] for name in ("raw", *METHODS)] for one in scenes]
     ordered = np.mean([sorted(order, reverse=True) == order for order in orders])
-    if pool.folder is not None:
-        (pool.folder / "trajectories-search.png").write_bytes(png(search_figure()))
+    pool.draw(lambda: {"trajectories-search": search_figure()})
     return [*findings, REFERENCES.judge("corner-order", ordered), REFERENCES.not_run("recording")]
 
 
@@ -202,9 +195,9 @@ def errors(pool: Pool, full: bool) -> list[Finding]:
     findings += _beside_the_exact(pool, full)
     if full:
         findings += [*_readings(pool), *_ensemble(pool)]
-    if pool.folder is not None:
-        for title, figure in draw(found, surfaces).items():
-            save(figure, pool.folder / f"{title}.png", title)
+    pool.draw(
+        lambda: {"trajectories-track": track_figure(found), "trajectories-likelihood": likelihood_figure(surfaces)}
+    )
     return findings
 
 

@@ -60,5 +60,4 @@ def test_references_are_whole() -> None:
 def test_the_figure_has_both_methods() -> None:
     """Figures 6 and 7 of Mitsugami et al. 2009: all fish, and the sharp turns."""
     found = {(tracker, count): Successes(20.0, 5.0, 0.1) for tracker in TRACKERS for count in COUNTS}
-    (figure,) = draw(found).values()
-    assert [len(panel.lines) for panel in figure.axes] == [2, 2]
+    assert [len(panel.lines) for panel in draw(found).axes] == [2, 2]

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from pftrack.reproduce import RESULTS, Finding, Pool, Record, Result, is_older, read_record, record, reproduce
+from pftrack.reproduce import RESULTS, Finding, Pool, Record, is_older, read_record, record, reproduce
 from pftrack.reproduce.finding import Statement
 from pftrack.reproduce.record import Form
 
@@ -22,7 +22,7 @@ def computed(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, bool]]:
             told.append((name, full))
             return [found]
 
-        monkeypatch.setitem(RESULTS, name, Result(compute, 0.0, 0.0))
+        monkeypatch.setattr(f"{RESULTS[name].module}.{RESULTS[name].function}", compute)
 
     unknown = Statement(result="a", source="here", reference=1.0, tolerance=0.1, ground="stated", known="why")  # type: ignore[arg-type]
     made_up(NAMES[0], unknown.judge(float("nan")))
@@ -84,7 +84,7 @@ def test_another_file_is_refused(text: str, tmp_path: Path) -> None:
 
 
 def names_of(result: str) -> set[str]:
-    found = record.list_sources(RESULTS[result].compute.__module__)
+    found = record.list_sources(RESULTS[result].module)
     return {path.relative_to(record.ROOT).as_posix() for path in found}
 
 
@@ -97,7 +97,7 @@ def names_of(result: str) -> set[str]:
             "experiments/hand",
         ),
         ("hand", ("reproduce/hand", "experiments/hand/likelihood", "experiments/hand/experiment"), "experiments/ball"),
-        ("diagnosis", ("analysis/diagnosis/weights", "experiments/ball/experiment"), "teaching"),
+        ("diagnosis", ("analysis/diagnosis/rules", "experiments/ball/experiment"), "teaching"),
     ],
 )
 def test_a_result_depends_on_what_it_imports(result: str, inside: tuple[str, ...], outside: str) -> None:

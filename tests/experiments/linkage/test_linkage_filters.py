@@ -18,7 +18,7 @@ from pftrack.experiments.linkage.parameters import TABLE_4_1
 from pftrack.experiments.linkage.scene import REFERENCE_RAD, LinkageTarget
 from pftrack.experiments.linkage.state import LinkageState
 from pftrack.filters import kalman
-from pftrack.reproduce.linkage import CROSS, measure
+from pftrack.reproduce.linkage import measure, scene
 from pftrack.reproduce.pool import begin, recipe
 
 LINKAGE = find("linkage")
@@ -170,8 +170,8 @@ def test_both_sides_are_kept_until_one_is_refuted() -> None:
 
     One filter with the same bounds goes wrong on the same seed.
     """
-    one = measure(begin(recipe("linkage", "ekf-truncated", CROSS)))
-    several = measure(begin(recipe("linkage", "ekf-mirrors", CROSS)))
+    one = measure(begin(recipe("linkage", "ekf-truncated", scene("cross"))))
+    several = measure(begin(recipe("linkage", "ekf-mirrors", scene("cross"))))
     assert one.errors[-6:].mean() > 1.0
     assert several.errors[-6:].mean() < 0.1
     assert several.hypotheses.max() == 4
