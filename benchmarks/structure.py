@@ -21,7 +21,7 @@ from scipy.optimize import least_squares  # noqa: E402
 from scipy.sparse import lil_matrix  # noqa: E402
 from scipy.spatial.transform import Rotation  # noqa: E402
 
-from pftrack.reproduce.structure_tracks import SimulatedTracks, head_tracks, prism_tracks  # noqa: E402
+from pftrack.reproduce.structure import SimulatedTracks, head_tracks, prism_tracks  # noqa: E402
 from pftrack.vision.geometry.face import mean_model  # noqa: E402
 from pftrack.vision.structure import growing, recursive, variational  # noqa: E402
 from pftrack.vision.structure.cameras import Sight, fit_camera  # noqa: E402

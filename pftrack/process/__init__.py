@@ -7,7 +7,19 @@ they do not need (`limits`): memory, processor time, files, the network, and wha
 """
 
 from pftrack.process.calls import Fault, Outcome, Refusal, Reply, Step, answer_calls, report
-from pftrack.process.child import ONE_THREAD, Child, Ending, command, describe, ending, environment, run
+from pftrack.process.child import (
+    ONE_THREAD,
+    AsyncEnd,
+    BlockingEnd,
+    Child,
+    Ending,
+    command,
+    describe,
+    ending,
+    environment,
+    pair,
+    run,
+)
 from pftrack.process.fork_server import ForkServer
 from pftrack.process.limits import (
     MEBIBYTE,
@@ -20,7 +32,6 @@ from pftrack.process.limits import (
     stand_alone,
     take_secret,
 )
-from pftrack.process.pipe import AsyncEnd, BlockingEnd, pair
 from pftrack.process.pool import BackgroundLoop, BlockingPool, CallError, Pool, Worker, WorkerLostError, run_task
 
 __all__ = [

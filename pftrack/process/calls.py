@@ -19,9 +19,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from pftrack.process.child import Ending
+from pftrack.process.child import BlockingEnd, Ending, Pack
 from pftrack.process.limits import MEBIBYTE, Budget, confine, give_way, leave_interrupts_to_parent, stand_alone
-from pftrack.process.pipe import BlockingEnd, Pack
 
 TELL_S = 0.2
 GRACE_S = 5.0

@@ -25,9 +25,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NoReturn
 
-from pftrack.process.child import NUMBER, ONE_THREAD, Child, command, environment
+from pftrack.process.child import NUMBER, ONE_THREAD, BlockingEnd, Child, command, environment, pair
 from pftrack.process.limits import adopt_orphans, close_descriptors, leave_interrupts_to_parent
-from pftrack.process.pipe import BlockingEnd, pair
 
 GRACE_S = 5.0
 NEW_CHILD, LOAD = b"+", b"="

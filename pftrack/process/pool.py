@@ -13,10 +13,9 @@ from types import TracebackType
 from typing import Any, Self, TypeVar
 
 from pftrack.process.calls import Answer, Call, Fault, Outcome, Refusal, Reply, Step, answer_calls, pack, unpack
-from pftrack.process.child import Child, Ending, describe, ending
+from pftrack.process.child import LARGEST_MESSAGE, AsyncEnd, Child, Ending, describe, ending
 from pftrack.process.fork_server import ForkServer
 from pftrack.process.limits import Budget
-from pftrack.process.pipe import LARGEST_MESSAGE, AsyncEnd
 
 T = TypeVar("T")
 

@@ -18,24 +18,37 @@ from pftrack.sweep.axis import MOST_RUNS, Axis, SweepError, SweepStopped, parse_
 from pftrack.sweep.cells import (
     CellMap,
     Code,
+    Comparison,
     Counts,
+    Paired,
     Quantity,
     Samples,
     Significance,
+    UsedTest,
     cells,
     columns,
+    compare,
     count,
     quantities,
     quantity_named,
     samples,
     significance,
 )
-from pftrack.sweep.comparison import Comparison, Paired, UsedTest, compare
 from pftrack.sweep.driver import Estimate, Progress, carry_out, estimate
-from pftrack.sweep.journal import Journal, begin, partial_of, resume
+from pftrack.sweep.journal import (
+    Journal,
+    Result,
+    begin,
+    csv_pieces,
+    partial_of,
+    read_chunk,
+    read_result,
+    resume,
+    rows_of,
+    summary,
+)
 from pftrack.sweep.plan import Plan, Single
 from pftrack.sweep.recording import Recording
-from pftrack.sweep.result import Result, csv_pieces, read_chunk, read_result, rows_of, summary
 
 __all__ = [
     "MOST_RUNS",

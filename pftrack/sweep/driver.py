@@ -16,10 +16,9 @@ from time import monotonic
 from typing import Any
 
 from pftrack.sweep.axis import SweepError, SweepStopped
-from pftrack.sweep.journal import Journal, begin, resume
+from pftrack.sweep.journal import Journal, Result, begin, read_result, resume
 from pftrack.sweep.plan import Plan
 from pftrack.sweep.recording import Recording
-from pftrack.sweep.result import Result, read_result
 from pftrack.sweep.table import Chunks
 from pftrack.sweep.work import LocalWorkers, Workers, as_text, compute_chunk, measure
 

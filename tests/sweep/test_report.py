@@ -21,8 +21,7 @@ from pftrack.sweep.cells import cells, quantities, quantity_named, samples
 from pftrack.sweep.report import Report, write_report
 from pftrack.sweep.report.figures import amounts, figures, largest_difference, scale_of
 from pftrack.sweep.report.files import export_result, page
-from pftrack.sweep.report.study import Study
-from pftrack.sweep.report.tables import tables
+from pftrack.sweep.report.study import Study, tables
 
 
 def test_a_report_has_all_its_files(report: Report) -> None:

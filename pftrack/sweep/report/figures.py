@@ -40,8 +40,7 @@ from pftrack.output.figures.panels import (
 )
 from pftrack.output.figures.style import CURVE_COLOURS, HEADING_PT, diverging, viridis
 from pftrack.sweep.axis import Axis, find_declaration
-from pftrack.sweep.cells import COMMON, SUCCESS, CellMap, Code, Correction, Quantity, samples
-from pftrack.sweep.comparison import TEST_TITLES, Comparison
+from pftrack.sweep.cells import COMMON, SUCCESS, TEST_TITLES, CellMap, Code, Comparison, Correction, Quantity, samples
 from pftrack.sweep.report.study import Study, format_value, label
 
 if TYPE_CHECKING:

@@ -17,10 +17,9 @@ from pftrack.output.figures.picture import SCREEN_DOTS_PER_INCH, PictureForm, en
 from pftrack.runs.manifest import FORMAT
 from pftrack.sweep.axis import SweepError
 from pftrack.sweep.cells import COMMON, Code, Quantity
+from pftrack.sweep.journal import Result, csv_pieces, summary
 from pftrack.sweep.report.figures import figures, file_of
-from pftrack.sweep.report.study import Study, format_value, label
-from pftrack.sweep.report.tables import Table, tables
-from pftrack.sweep.result import Result, csv_pieces, summary
+from pftrack.sweep.report.study import Study, Table, format_value, label, tables
 
 
 @dataclass(frozen=True)

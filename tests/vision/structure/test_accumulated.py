@@ -1,6 +1,6 @@
 import numpy as np
 
-from pftrack.reproduce.structure_tracks import prism_tracks
+from pftrack.reproduce.structure import prism_tracks
 from pftrack.vision.structure.factorization import factorize
 from pftrack.vision.structure.recursive import accumulate, empty, principal_shape
 from pftrack.vision.structure.tracks import shape_error
