@@ -95,15 +95,10 @@ def test_reproduce_sets_ours_beside_the_reference(
     call: Call, monkeypatch: pytest.MonkeyPatch, ours: float, verdict: str, code: int
 ) -> None:
     """`reproduce --json` gives one list of findings, people get a table, and one that is off ends with status 1."""
-    from pftrack import reproduce
     from pftrack.reproduce.finding import GROUNDS, Statement
 
     stated = Statement(result="mean", source="made up", reference=2.0, tolerance=0.1, ground="stated")
-    monkeypatch.setitem(
-        reproduce.RESULTS,
-        "one-step",
-        reproduce.Result(lambda _pool, _full: [stated.judge(ours)], 0.0, 0.0),
-    )
+    monkeypatch.setattr("pftrack.reproduce.signals.one_step", lambda _pool, _full: [stated.judge(ours)])
     ended, out, err = call("reproduce", "one-step", "--json")
     first, *others = json.loads(out)
     expected = {"result": "mean", "ours": ours, "reference": 2.0, "tolerance": 0.1, "source": "made up", "reason": ""}
@@ -112,7 +107,9 @@ def test_reproduce_sets_ours_beside_the_reference(
     assert {other["verdict"] for other in others} == {"not run"}
     assert err.startswith(f"pftrack: 1 {verdict}, ")
     assert err.endswith(f"; differences: 0 with a known cause, 0 without, {code} not expected\n")
-    assert "made up" in call("reproduce", "one-step")[1]
+    shown = call("reproduce", "one-step")[1]
+    assert ["mean", *f"{ours:g} 2 ± 0.1 {verdict}".split()] == shown.splitlines()[1].split()
+    assert max(map(len, shown.splitlines())) <= 80
 
 
 @pytest.mark.slow

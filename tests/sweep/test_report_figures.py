@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 from PIL import Image
@@ -51,36 +52,40 @@ def test_maps_have_the_colours_of_their_cells(finished: Result) -> None:
     for name in ("success", "error", "measure-inside_share"):
         figure = figures(study)[name]()
         picture = pixels(figure)
-        for image in figure.axes[0].images:
-            left, right, bottom, top = image.get_extent()
+        for panel, image in maps_of(figure):
             cells = image.get_array()
             expected = image.cmap(image.norm(cells), bytes=True)[..., :3]
-            rows, columns = cells.shape
-            for row, column in np.ndindex(rows, columns):
-                x = left + (column + 0.5) * (right - left) / columns
-                y = bottom + (row + 0.5) * (top - bottom) / rows
-                found = picture[picture.shape[0] - int(100 * y) - 1, int(100 * x)]
+            for row, column in np.ndindex(*cells.shape):
+                x, y = panel.transData.transform((column, row)) * 100 / figure.dpi
+                found = picture[picture.shape[0] - int(y) - 1, int(x)]
                 if not np.ma.getmaskarray(cells)[row, column]:
                     assert np.abs(found.astype(int) - expected[row, column]).max() <= 1, (name, row, column)
+
+
+def maps_of(figure: Figure) -> list[tuple[Axes, AxesImage]]:
+    """Return the maps of a figure with their panels."""
+    return [(panel, image) for panel in figure.axes for image in panel.images]
 
 
 def test_several_studies_share_a_scale(finished: Result) -> None:
     """Each has its maps, with the values that it fixes in the titles."""
     study = Study.of(finished)
     figure = mean_maps([study, study], quantity_named(finished.plan, "error"))
-    images = figure.axes[0].images
-    assert {image.norm for image in images} == {images[0].norm}
-    assert any("\nparticles 50" in text.get_text() for text in figure.texts)
+    found = maps_of(figure)
+    assert {image.norm for _, image in found} == {found[0][1].norm}
+    assert any("\nparticles 50" in panel.get_title() for panel, _ in found)
 
 
 def texts_of(figure: Figure) -> Iterator[Text]:
     """Yield what can be read on a figure."""
-    yield from figure.texts
-    for key in figure.legends:
-        yield from key.get_texts()
+    for part in figure.subfigs:
+        yield from part.texts
+        yield from (part._suptitle,)  # type: ignore[attr-defined]
+        for key in part.legends:
+            yield from key.get_texts()
     for panel in figure.axes:
-        if panel.axison:
-            yield from (panel.xaxis.label, panel.yaxis.label)
+        if panel.axison and panel.get_visible():
+            yield from (panel.title, panel.xaxis.label, panel.yaxis.label)
             yield from ticks_of(panel)
 
 
@@ -102,7 +107,7 @@ def assert_readable(figure: Figure) -> None:
     for text, box in boxes:
         assert figure.bbox.x0 <= box.x0 <= box.x1 <= figure.bbox.x1, text
         assert figure.bbox.y0 <= box.y0 <= box.y1 <= figure.bbox.y1, text
-    maps = [("a map", image.get_window_extent()) for image in figure.axes[0].images]
+    maps = [("a map", image.get_window_extent()) for _, image in maps_of(figure)]
     for (one, first), (other, second) in combinations([*boxes, *maps], 2):
         common = Bbox.intersection(first, second)
         assert common is None or min(common.width, common.height) <= 1, (one, other)

@@ -3,7 +3,7 @@
 Lengths are inches, sizes of letters points. Bands are grey where the target is hidden and red where it is lost.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from itertools import cycle
 from typing import Any, TypeAlias
 
@@ -14,11 +14,12 @@ from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from pftrack.core.arrays import Bools, Floats
+from pftrack.core.arrays import Bools, Floats, Ints
+from pftrack.core.model import series
+from pftrack.core.model.parameters import Declaration
 from pftrack.core.model.plot import Plot, PlotKind
-from pftrack.core.model.series import Hypotheses, SeriesRole
+from pftrack.core.model.series import Hypotheses, Series, SeriesRole
 from pftrack.core.model.setup import ExportError
-from pftrack.output.figures import panels
 from pftrack.output.figures.picture import PictureForm, encode
 from pftrack.output.figures.style import CURVE_COLOURS, INK, LETTERS_PT, TWO_COLUMNS_IN, bare
 from pftrack.runs.loss import Loss
@@ -43,28 +44,92 @@ FREE = 0.12
 """Within the row of a feature the line leaves this free above and below."""
 
 
+def frames(run: Run) -> Ints:
+    """Return the (L,) indices of the frames that were computed."""
+    return np.arange(run.computed + 1)
+
+
+def errors(run: Run) -> Floats:
+    """Return (L,) distances of the estimate from the truth."""
+    return np.array([np.nan if row.error is None else row.error for row in run.diagnostics])
+
+
+def sigmas(run: Run) -> Floats:
+    """Return (L,) the largest standard deviation of each frame."""
+    return np.array([max(row.sigma, default=np.nan) for row in run.diagnostics])
+
+
+def hidden_frames(run: Run) -> Bools:
+    """Return (L,) whether the target is known to be out of sight."""
+    return np.array([row.hidden is True for row in run.diagnostics])
+
+
+def find_series(run: Run, name: str) -> Series:
+    """Return the declaration of a series that a plot names."""
+    return next(one for one in run.experiment.all_series() if one.name == name)
+
+
+def of_role(run: Run, role: str) -> list[Series]:
+    """Return the series of a role that some frame has."""
+    return [one for one in run.experiment.all_series() if one.role == role and _is_measured(run, one.name)]
+
+
+def measure(run: Run, name: str) -> Floats:
+    """Return the values of a series, (L,) numbers, or (L, d) vectors and intervals; (L,) NaN where no frame has any."""
+    values = [row.series.get(name) for row in run.diagnostics]
+    if not name or all(value is None for value in values):
+        return np.full(len(values), np.nan)
+    return series.columns(find_series(run, name), values)[name]
+
+
+def hypotheses(run: Run, name: str) -> list[Hypotheses]:
+    """Return the hypotheses of each frame, without any where it has none."""
+    return [row.hypotheses(name) or Hypotheses((), ()) for row in run.diagnostics]
+
+
+def thresholds(run: Run, of: str) -> Iterator[tuple[list[int], list[float]]]:
+    """Yield of each parameter that limits a series the frames from which a value is in force, and the values."""
+    changes = sorted({0, *(change.frame for change in run.timeline.changes if change.frame <= run.computed)})
+    steps = [*changes, run.computed]
+    for item in run.experiment.declarations(type(run.setup.parameters)):
+        if item.role == "threshold" and item.threshold_of == of:
+            values = [_in_force(run, item, frame) for frame in steps]
+            if not np.isnan(values).all():
+                yield steps, values
+
+
+def _in_force(run: Run, item: Declaration, frame: int) -> float:
+    if item.trackers and run.tracker_at(frame) not in item.trackers:
+        return np.nan
+    return float(getattr(run.parameters_at(frame), item.name))
+
+
+def _is_measured(run: Run, name: str) -> bool:
+    return any(name in row.series for row in run.diagnostics)
+
+
 def _error(axes: Axes, run: Run, _plot: Plot) -> None:
-    _line(axes, run, panels.errors(run))
+    _line(axes, run, errors(run))
     axes.set_ylim(bottom=0)
 
 
 def _sigma(axes: Axes, run: Run, _plot: Plot) -> None:
-    _line(axes, run, panels.sigmas(run), "largest standard deviation")
-    for steps, values in panels.thresholds(run, "sigma"):
+    _line(axes, run, sigmas(run), "largest standard deviation")
+    for steps, values in thresholds(run, "sigma"):
         axes.step(steps, values, where="post", color=INK["truth"], linewidth=THIN, linestyle="--", label="threshold")
     axes.set_ylim(bottom=0)
 
 
 def _sample_size(axes: Axes, run: Run, _plot: Plot) -> None:
     for role, look in {"particles": {"color": INK["outline"], "linewidth": THIN}, "ess": {}}.items():
-        for found in panels.of_role(run, role)[:1]:
-            _line(axes, run, panels.measure(run, found.name), found.title, **look)
+        for found in of_role(run, role)[:1]:
+            _line(axes, run, measure(run, found.name), found.title, **look)
     axes.set_ylim(bottom=0)
 
 
 def _samplers(axes: Axes, run: Run, _plot: Plot) -> None:
-    (found, *_) = panels.of_role(run, "share")
-    counts = np.nan_to_num(panels.measure(run, found.name))
+    (found, *_) = of_role(run, "share")
+    counts = np.nan_to_num(measure(run, found.name))
     edges = np.arange(len(counts) + 1) - 0.5
     tops = np.cumsum(counts, axis=1)
     for place, (name, colour) in enumerate(zip(found.components, found.colours, strict=True)):
@@ -75,18 +140,18 @@ def _samplers(axes: Axes, run: Run, _plot: Plot) -> None:
 
 def _innovation(axes: Axes, run: Run, _plot: Plot) -> None:
     for role, look in {"nis_limit": {**TRUTH, "label": "limit of 95 %"}, "nis": {}}.items():
-        for found in panels.of_role(run, role)[:1]:
-            _line(axes, run, panels.measure(run, found.name), **look)
+        for found in of_role(run, role)[:1]:
+            _line(axes, run, measure(run, found.name), **look)
     axes.set_ylim(bottom=0)
 
 
 def _value(axes: Axes, run: Run, plot: Plot) -> None:
-    _line(axes, run, panels.measure(run, plot.series[0]))
+    _line(axes, run, measure(run, plot.series[0]))
 
 
 def _band(axes: Axes, run: Run, plot: Plot) -> None:
-    value, sd, truth = (panels.measure(run, name) for name in (plot.series[0], plot.sd, plot.truth))
-    axes.fill_between(panels.frames(run), value - 2 * sd, value + 2 * sd, **AREA, label="two standard deviations")
+    value, sd, truth = (measure(run, name) for name in (plot.series[0], plot.sd, plot.truth))
+    axes.fill_between(frames(run), value - 2 * sd, value + 2 * sd, **AREA, label="two standard deviations")
     _line(axes, run, value, "estimate")
     _truth(axes, run, truth)
     # The band may be as wide as it likes: the axis follows what is estimated and what is true.
@@ -99,24 +164,24 @@ def _band(axes: Axes, run: Run, plot: Plot) -> None:
 
 def _interval(axes: Axes, run: Run, plot: Plot) -> None:
     several = plot.series if len(plot.series) > 1 else ()
-    titles = {(name, 0): panels.find_series(run, name).title for name in several}
+    titles = {(name, 0): find_series(run, name).title for name in several}
     for name in plot.series:
-        ends = panels.measure(run, name)
+        ends = measure(run, name)
         low, high = ends.T if ends.ndim > 1 else (ends, ends)
-        axes.fill_between(panels.frames(run), low, high, **AREA)
+        axes.fill_between(frames(run), low, high, **AREA)
         for place, end in enumerate((low, high)):
             _line(axes, run, end, titles.get((name, place), ""), linewidth=THIN)
-    _truth(axes, run, panels.measure(run, plot.truth))
+    _truth(axes, run, measure(run, plot.truth))
 
 
 def _features(axes: Axes, run: Run, plot: Plot) -> None:
-    names = plot.row_titles or panels.find_series(run, plot.series[0]).components
-    values = np.atleast_2d(panels.measure(run, plot.series[0]).T)
-    seen, made_out = (_rows(panels.measure(run, name), values) for name in (plot.visible, plot.recognised))
+    names = plot.row_titles or find_series(run, plot.series[0]).components
+    values = np.atleast_2d(measure(run, plot.series[0]).T)
+    seen, made_out = (_rows(measure(run, name), values) for name in (plot.visible, plot.recognised))
     # Where the truth is unknown the tracker's own account has to do; it is not the same, so neither is the colour.
     states = {"hidden": seen == 0, "lost": np.isnan(seen) & (made_out == 0)}
     labels = {"hidden": "hidden", "lost": "unrecognised"}
-    x = panels.frames(run)
+    x = frames(run)
     for place, row in enumerate(values):
         for name, where in states.items():
             if where[place].any():
@@ -132,10 +197,10 @@ def _features(axes: Axes, run: Run, plot: Plot) -> None:
 
 def _frequency(axes: Axes, run: Run, plot: Plot) -> None:
     for name, colour in zip(plot.series, cycle(CURVE_COLOURS), strict=False):
-        flags = panels.measure(run, name).reshape(run.computed + 1, -1)
+        flags = measure(run, name).reshape(run.computed + 1, -1)
         known = np.cumsum(np.isfinite(flags).sum(axis=1))
         share = np.cumsum(np.nansum(flags, axis=1)) / np.where(known > 0, known, np.nan)
-        _line(axes, run, 100 * share, panels.find_series(run, name).title, color=colour)
+        _line(axes, run, 100 * share, find_series(run, name).title, color=colour)
     percents = [100 * level for level in plot.levels]
     for level in percents:
         axes.axhline(level, **{**TRUTH, "label": ""})
@@ -144,7 +209,7 @@ def _frequency(axes: Axes, run: Run, plot: Plot) -> None:
 
 
 def _hypotheses(axes: Axes, run: Run, plot: Plot) -> None:
-    known = panels.hypotheses(run, plot.series[0])
+    known = hypotheses(run, plot.series[0])
     lines, colours = [], []
     for frame, here in enumerate(known):
         before = known[frame - 1].values if frame else ()
@@ -155,12 +220,12 @@ def _hypotheses(axes: Axes, run: Run, plot: Plot) -> None:
             lines.append((begin, (frame, y)))
             colours.append(to_rgba(INK["estimate"], FAINTEST + (1 - FAINTEST) * weight))
     axes.add_collection(LineCollection(lines, colors=colours, linewidths=LINE))
-    _truth(axes, run, panels.measure(run, plot.truth))
+    _truth(axes, run, measure(run, plot.truth))
     axes.autoscale_view()
 
 
 def _tree(axes: Axes, run: Run, plot: Plot) -> None:
-    known = panels.hypotheses(run, plot.series[0])
+    known = hypotheses(run, plot.series[0])
     nodes = np.array([(frame, place + 1) for frame, it in enumerate(known) for place in range(len(it.weights))])
     weights = np.array([weight for it in known for weight in it.weights])
     edges = [
@@ -206,7 +271,7 @@ def _rows(values: Floats, like: Floats) -> Floats:
 
 def _truth(axes: Axes, run: Run, values: Floats) -> None:
     if not np.isnan(values).all():
-        axes.plot(panels.frames(run), values, **TRUTH)
+        axes.plot(frames(run), values, **TRUTH)
 
 
 def _line(axes: Axes, run: Run, values: Floats, label: str = "", **look: Any) -> None:  # noqa: ANN401 - what matplotlib takes
@@ -217,7 +282,7 @@ def _line(axes: Axes, run: Run, values: Floats, label: str = "", **look: Any) ->
         "label": label or "_",
     }
     # A single frame is a line of no length: it is seen as a point.
-    axes.plot(panels.frames(run), values, **{**own, "marker": "." if run.computed == 0 else "", **look})
+    axes.plot(frames(run), values, **{**own, "marker": "." if run.computed == 0 else "", **look})
 
 
 KINDS: Mapping[PlotKind, Draw] = {
@@ -324,7 +389,7 @@ def _panel(axes: Axes, run: Run, plot: Plot) -> Axes:
 
 
 def _bands(run: Run, plot: Plot) -> dict[str, Bools]:
-    known = {"hidden": panels.hidden_frames(run), "lost": Loss.of(run.diagnostics).lost}
+    known = {"hidden": hidden_frames(run), "lost": Loss.of(run.diagnostics).lost}
     return {name: known[name] for name in SHADED.get(plot.kind, ()) if known[name].any()}
 
 
@@ -345,11 +410,11 @@ def _has_numbers(run: Run, plot: Plot) -> bool:
         return False
     match plot.kind:
         case "error":
-            return not np.isnan(panels.errors(run)).all()
+            return not np.isnan(errors(run)).all()
         case "sigma":
             return True
         case "sample size" | "samplers" | "innovation":
-            return bool(panels.of_role(run, DRAWN_ROLE[plot.kind]))
+            return bool(of_role(run, DRAWN_ROLE[plot.kind]))
         case _:
             return any(name in row.series for row in run.diagnostics for name in plot.series)
 
@@ -357,7 +422,7 @@ def _has_numbers(run: Run, plot: Plot) -> bool:
 def _check_amount(run: Run, plots: tuple[Plot, ...]) -> None:
     for plot in plots:
         if plot.kind in {"tree", "hypotheses"}:
-            marks = sum(len(it.weights) for it in panels.hypotheses(run, plot.series[0]))
+            marks = sum(len(it.weights) for it in hypotheses(run, plot.series[0]))
             if marks > MOST_MARKS:
                 raise ExportError(
                     f"the plot {plot.id!r} of this run has {marks:,} marks, a picture shows at most {MOST_MARKS:,}; "
@@ -369,9 +434,9 @@ def _height(run: Run, plot: Plot, *, alone: bool) -> float:
     least = ALONE_IN if alone else PANEL_IN
     match plot.kind:
         case "features":
-            rows = len(panels.find_series(run, plot.series[0]).components)
+            rows = len(find_series(run, plot.series[0]).components)
         case "tree":
-            rows = max(len(it.weights) for it in panels.hypotheses(run, plot.series[0]))
+            rows = max(len(it.weights) for it in hypotheses(run, plot.series[0]))
         case _:
             rows = 0
     return max(least, ROW_IN * rows)

@@ -6,48 +6,41 @@ nothing is kept in global state.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeAlias
 
 import numpy as np
-from matplotlib.colors import Colormap
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, Normalize
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.palette import VERDICTS, hexadecimal
 from pftrack.core.model.parameters import with_role
-from pftrack.output.figures.maps import Block, MapAxis, code_block, stack, value_block
-from pftrack.output.figures.panels import (
-    BELOW_IN,
-    HIGH_IN,
-    LEFT_IN,
-    RIGHT_IN,
-    TITLE_IN,
+from pftrack.output.figures.layout import (
+    Part,
     Values,
-    axes_at,
     draw_boxes,
     draw_curve,
     draw_differences,
-    draw_key,
+    draw_map,
+    draw_scale,
     finish,
-    foot_height,
     key_line,
-    panels_below_each_other,
-    write,
-    write_numbers,
-    write_values,
+    lay_out,
+    write_across,
+    write_up,
 )
-from pftrack.output.figures.style import CURVE_COLOURS, HEADING_PT, diverging, viridis
+from pftrack.output.figures.style import CURVE_COLOURS, INK, diverging, viridis
 from pftrack.sweep.axis import Axis, find_declaration
 from pftrack.sweep.cells import COMMON, SUCCESS, TEST_TITLES, CellMap, Code, Comparison, Correction, Quantity, samples
 from pftrack.sweep.report.study import Study, format_value, label
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.lines import Line2D
-
-
+Key: TypeAlias = list[Line2D]
 MOST_BOXES = 16
 
 
@@ -82,45 +75,35 @@ def _boxed_axis(study: Study) -> Axis | None:
     return counts[0] if counts else several[0] if len(several) == 1 else None
 
 
-WIDE_IN = 3.3
+WIDE_IN, HIGH_IN = 3.3, 2.5
+"""Size of a panel."""
+
+EDGE_IN, BELOW_IN = 0.9, 0.55
+"""What the values and the title of an axis take beside and below a panel."""
+
 BOX_IN, NARROWEST_IN, WIDEST_IN = 0.35, 5.0, 16.0
 PERCENTILES = 5, 25, 50, 75, 95
 """Of a box: ends of the whiskers, edges of the box, and median."""
 
-Key = list["Line2D"]
-
 
 def curves(study: Study, axes: Sequence[Axis]) -> Figure:
     """Draw the success with its interval along every axis, all others pooled; error where nothing is judged."""
-    columns = min(len(axes), 3)
-    rows = -(-len(axes) // columns)
-    wide = max(WIDE_IN, NARROWEST_IN / columns)
-    below = BELOW_IN + max(_values(axis).height(wide) for axis in axes)
-    key = _key(study)
-    width = columns * (LEFT_IN + wide + RIGHT_IN)
-    foot = foot_height(key, width)
-    figure = Figure(figsize=(width, 2 * TITLE_IN + rows * (HIGH_IN + below) + foot))
-    top = figure.get_figheight() - 2 * TITLE_IN
-    write(figure, LEFT_IN, top + 0.1, "Success and its 95 % interval" if study.judged else "Mean error", HEADING_PT)
-    for place, axis in enumerate(axes):
-        row, column = divmod(place, columns)
-        bottom = top - row * (HIGH_IN + below) - HIGH_IN
-        panel = axes_at(figure, column * (width / columns) + LEFT_IN, bottom, wide, HIGH_IN)
+    wide = max(WIDE_IN, NARROWEST_IN / len(axes))
+    size = wide + EDGE_IN, HIGH_IN + BELOW_IN + max(_values(study, axis).below(wide) for axis in axes)
+    heading = "Success and its 95 % interval" if study.judged else "Mean error"
+    figure, (panels,) = lay_out([Part(heading, len(axes), size, _key(study), shared=False)])
+    for panel, axis in zip(panels, axes, strict=True):
         positions = np.array(axis.values, dtype=float) if axis.numerical else np.arange(len(axis.values))
         _curves(panel, study, positions, study.by_axis[axis.name])
-        if axis.numerical:
-            write_numbers(panel, positions, _values(axis).texts, wide)
-        else:
-            write_values(panel, _values(axis), wide)
         finish(panel, label(study, axis), "Success rate" if study.judged else "Mean error")
-    draw_key(figure, key, LEFT_IN, foot)
+        if not axis.numerical:
+            write_across(panel, _values(study, axis), wide)
     return figure
 
 
 def boxes(study: Study, axis: Axis, quantity: Quantity) -> Figure:
     """Draw the runs' values of a quantity over one axis, a box a tracker and value; success is no such quantity."""
-    part = f"{quantity.title}\n{_of_boxes()}", _key(study, of_boxes=True)
-    figure, (panel,) = _stack(study, axis, [part])
+    figure, (panel,) = _over(study, axis, [(f"{quantity.title}\n{_of_boxes()}", _key(study, of_boxes=True))])
     _boxes(panel, study, axis, quantity)
     return figure
 
@@ -134,7 +117,7 @@ def along(study: Study, axis: Axis, quantity: Quantity) -> Figure:
         test = TEST_TITLES[study.comparisons[quantity.name][0].test]
         title = f"On the same scenes, 95 % intervals\nFilled where different, {test} test at {study.level:g}"
         parts.append((title, _key_of_pairs(study)))
-    figure, panels = _stack(study, axis, parts)
+    figure, panels = _over(study, axis, parts)
     if is_success:
         _curves(panels[0], study, np.arange(len(axis.values)), study.maps)
         finish(panels[0], label(study, axis), quantity.label)
@@ -150,17 +133,26 @@ def _of_boxes() -> str:
     return f"Boxes {lower} to {upper} %, whiskers {low} to {high} %"
 
 
-def _stack(study: Study, axis: Axis, parts: "Sequence[tuple[str, Key]]") -> "tuple[Figure, list[Axes]]":
-    """Return panels over an axis below each other, each with its title and its key."""
+def _over(study: Study, axis: Axis, parts: Sequence[tuple[str, Key]]) -> tuple[Figure, list[Axes]]:
+    """Return panels over an axis below each other, given the heading and the key of each."""
+    values = _values(study, axis)
     wide = min(max(BOX_IN * len(axis.values) * len(study.trackers), NARROWEST_IN), WIDEST_IN)
-    return panels_below_each_other(_values(axis), wide, parts)
+    size = wide + EDGE_IN, HIGH_IN + BELOW_IN + values.below(wide)
+    figure, rows = lay_out([Part(heading, 1, size, key) for heading, key in parts])
+    panels = [panel for (panel,) in rows]
+    for panel in panels:
+        panel.set_xlim(-0.6, len(axis.values) - 0.4)
+        write_across(panel, values, wide)
+    return figure, panels
 
 
-def _values(axis: Axis) -> Values:
-    return Values(tuple(format_value(value) for value in axis.values), is_named=not axis.numerical)
+def _values(study: Study, axis: Axis | None) -> Values:
+    if axis is None:
+        return Values()
+    return Values(label(study, axis), tuple(format_value(value) for value in axis.values), is_named=not axis.numerical)
 
 
-def _curves(panel: "Axes", study: Study, positions: NDArray[Any], found: Mapping[str, CellMap]) -> None:
+def _curves(panel: Axes, study: Study, positions: NDArray[Any], found: Mapping[str, CellMap]) -> None:
     for name, colour in zip(study.trackers, _colours(study), strict=True):
         cells = found[name]
         values = cells.rate[0] if study.judged else cells.mean_error[0]
@@ -168,7 +160,7 @@ def _curves(panel: "Axes", study: Study, positions: NDArray[Any], found: Mapping
     panel.set_ylim(*((-0.02, 1.02) if study.judged else (0, None)))
 
 
-def _boxes(panel: "Axes", study: Study, axis: Axis, quantity: Quantity) -> None:
+def _boxes(panel: Axes, study: Study, axis: Axis, quantity: Quantity) -> None:
     found = samples(study.result, quantity, axis.name).values
     panel.use_sticky_edges = False
     width = 0.8 / len(study.trackers)
@@ -182,7 +174,7 @@ def _boxes(panel: "Axes", study: Study, axis: Axis, quantity: Quantity) -> None:
     finish(panel, label(study, axis), quantity.label)
 
 
-def _differences(panel: "Axes", study: Study, axis: Axis, quantity: Quantity) -> None:
+def _differences(panel: Axes, study: Study, axis: Axis, quantity: Quantity) -> None:
     """Draw the differences on the same scenes with their intervals; filled where the test finds one better."""
     pairs = study.comparisons[quantity.name]
     width = 0.5 / len(pairs)
@@ -226,8 +218,8 @@ CODES = {
 }
 
 CODE_NAMES = {
-    Code.FIRST_BETTER: "{first} better",
-    Code.SECOND_BETTER: "{second} better",
+    Code.FIRST_BETTER: "1 better",
+    Code.SECOND_BETTER: "2 better",
     Code.NOT_SIGNIFICANT: "not significant",
     Code.NOT_APPLICABLE: "not applicable",
 }
@@ -277,14 +269,41 @@ def significance_maps(study: Study, quantity: Quantity) -> Figure:
     return _map_stack(study, [_significance_block(study, study.comparisons[quantity.name])])
 
 
+@dataclass(frozen=True)
+class Block:
+    """Maps on one scale, under a heading.
+
+    Attributes:
+        heading: What they show.
+        maps: Cells (rows, columns) by what stands above each.
+        colours: Of the values.
+        scale: From values to colours.
+        key: What the colours of codes mean; a scale is drawn where there is none.
+    """
+
+    heading: str
+    maps: Mapping[str, Floats]
+    colours: Colormap
+    scale: Normalize
+    key: tuple[Patch, ...] = ()
+
+
 def _map_stack(study: Study, blocks: Sequence[Block]) -> Figure:
-    return stack(_map_axis(study, study.x), _map_axis(study, study.y), blocks, study.proportion)
-
-
-def _map_axis(study: Study, axis: Axis | None) -> MapAxis:
-    if axis is None:
-        return MapAxis()
-    return MapAxis(label(study, axis), tuple(format_value(value) for value in axis.values), is_named=not axis.numerical)
+    across, up = _values(study, study.x), _values(study, study.y)
+    high = WIDE_IN * study.proportion
+    size = WIDE_IN + EDGE_IN, high + BELOW_IN + across.below(WIDE_IN) + 0.4
+    parts = [Part(block.heading, len(block.maps), size, block.key) for block in blocks]
+    figure, rows = lay_out(parts)
+    for part, block, panels in zip(parts, blocks, rows, strict=True):
+        for place, (panel, (title, values)) in enumerate(zip(panels, block.maps.items(), strict=True)):
+            image = draw_map(panel, title, values, block.colours, block.scale)
+            panel.set_ylabel(up.title if place % part.columns == 0 else "")
+            panel.set_xlabel(across.title if place + part.columns >= part.count else "")
+        write_across(panels[0], across, WIDE_IN)
+        write_up(panels[0], up, high)
+        if not block.key:
+            draw_scale(panels, image)
+    return figure
 
 
 def _mean_block(studies: Sequence[Study], quantity: Quantity) -> Block:
@@ -294,7 +313,7 @@ def _mean_block(studies: Sequence[Study], quantity: Quantity) -> Block:
         for name, cells in study.maps.items()
     }
     ends = scale_of(quantity, maps.values())
-    return value_block(f"{quantity.label}; {quantity.better} is better", maps, amounts(quantity), ends)
+    return Block(f"{quantity.label}; {quantity.better} is better", maps, amounts(quantity), Normalize(*ends))
 
 
 def _difference_block(study: Study, quantity: Quantity) -> Block:
@@ -302,15 +321,16 @@ def _difference_block(study: Study, quantity: Quantity) -> Block:
     maps = {_pair_title(study, pair): pair.difference for pair in pairs}
     most = largest_difference(pairs)
     unit = f", {quantity.unit}" if quantity.unit else ""
-    return value_block(f"Difference{unit}; positive where 1 is better", maps, diverging(), (-most, most))
+    return Block(f"Difference{unit}; positive where 1 is better", maps, diverging(), Normalize(-most, most))
 
 
 def _significance_block(study: Study, pairs: Sequence[Comparison], correction: Correction = "none") -> Block:
     maps = {_pair_title(study, pair): pair.significance(study.level, correction).codes.astype(float) for pair in pairs}
     cells = "each cell by itself" if correction == "none" else "Holm's correction over the map"
     heading = f"{pairs[0].quantity.title}, {TEST_TITLES[pairs[0].test]} test at {study.level:g}, {cells}"
-    colours = [(CODES[code], CODE_NAMES[code].format(first="1", second="2")) for code in Code]
-    return code_block(heading, maps, colours)
+    key = tuple(Patch(facecolor=CODES[code], edgecolor=INK["outline"], label=CODE_NAMES[code]) for code in Code)
+    scale = BoundaryNorm(np.arange(-0.5, len(Code)), len(Code))
+    return Block(heading, maps, ListedColormap([CODES[code] for code in Code]), scale, key)
 
 
 def _pair_title(study: Study, pair: Comparison) -> str:
