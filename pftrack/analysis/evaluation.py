@@ -8,7 +8,7 @@ import json
 import math
 from collections.abc import Callable, Mapping
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
 from statistics import fmean
@@ -184,16 +184,8 @@ class Score:
 
     def as_dict(self) -> dict[str, object]:
         """Return the score as JSON values."""
-        return {
-            "name": self.name,
-            "frames": self.frames,
-            "grey": self.grey,
-            "success": list(self.success),
-            "precision": list(self.precision),
-            "success_mean": fmean(self.success),
-            "precision_mean": fmean(self.precision),
-            "frames_per_second": self.frames_per_second,
-        }
+        means = {"success_mean": fmean(self.success), "precision_mean": fmean(self.precision)}
+        return {**asdict(self), **means}
 
 
 def follows_boxes(experiment: Experiment) -> bool:

@@ -7,11 +7,12 @@ import base64
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from html import escape
-from typing import TYPE_CHECKING
+from functools import cache
+from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
+from markupsafe import Markup
 
 from pftrack.analysis.counterfactuals.report import CAVEAT
 from pftrack.analysis.diagnosis.diagnosis import diagnose
@@ -24,7 +25,6 @@ from pftrack.core.model.likelihood import LikelihoodMap
 from pftrack.core.model.palette import COLOURS, hexadecimal
 from pftrack.core.model.parameters import declarations
 from pftrack.core.model.plot import Reading, ReadingKind
-from pftrack.core.model.recipe import Change
 from pftrack.core.model.series import Interval, SeriesRole
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.loss import loss_words
@@ -34,42 +34,17 @@ from pftrack.vision.rendering import render_beside
 from pftrack.vision.rendering.projection import over
 
 if TYPE_CHECKING:
-    from pftrack.analysis.counterfactuals.report import Report
     from pftrack.analysis.explanation import Explanation
     from pftrack.runs.comparison import Comparison, Outcome, Paired
 
-KEY = "text-align:left;opacity:.75;padding:1px 12px 1px 0;white-space:nowrap"
-VALUE = "text-align:left;font-variant-numeric:tabular-nums;padding:1px 12px 1px 0"
-"""Styles of a cell that says what something is, and of one that says how much."""
 
+@cache
+def _macros() -> Any:  # noqa: ANN401 - jinja's
+    from jinja2 import Environment, PackageLoader, StrictUndefined  # noqa: PLC0415 - only who looks has to wait
 
-def box(title: str, content: str) -> str:
-    """Return content under a title, side by side where there is room.
-
-    Args:
-        title: Plain text.
-        content: HTML.
-    """
-    return (
-        f'<div class="pftrack"><strong>{escape(title)}</strong>'
-        f'<div style="display:flex;flex-wrap:wrap;gap:8px 24px;margin-top:6px">{content}</div></div>'
-    )
-
-
-def table(rows: str) -> str:
-    """Return rows as a table that looks like the text around it."""
-    return f'<table style="margin:0;font-size:inherit;color:inherit;border-collapse:collapse">{rows}</table>'
-
-
-def row(title: str, cells: Iterable[str]) -> str:
-    """Return a row of a table.
-
-    Args:
-        title: What it is about, plain text.
-        cells: HTML.
-    """
-    filled = "".join(f'<td style="{VALUE}">{cell}</td>' for cell in cells)
-    return f'<tr><td style="{KEY}">{escape(title)}</td>{filled}</tr>'
+    folder = PackageLoader("pftrack", "output")
+    made = Environment(loader=folder, autoescape=True, trim_blocks=True, undefined=StrictUndefined)
+    return made.get_template("displays.jinja").module
 
 
 # An experiment declares its readings (`pftrack.core.model.plot`); a run has those that its tracker measures. A number
@@ -193,22 +168,21 @@ HEIGHT = 100.0
 ROOM_ABOVE = 0.08
 """Share of the height that the largest error leaves free."""
 SHADES = {"hidden": 0.25, "lost": 0.45}
-FILLS = "display:block;width:100%;height:100%;max-width:none;max-height:none"
-"""Style of a picture that fills its room. The style sheets of notebooks have pictures be as high as their width asks
-for: that goes before attributes, but not before this."""
 
 
 def track(run: Run) -> str:
-    """Return the errors of all frames that a run has computed as SVG, with a mark for each change of a parameter."""
+    """Return the error over the frames as SVG, with bands where the target is hidden or lost, and marks at changes."""
     rows, last = run.diagnostics, max(1, run.computed)
     flags = {"hidden": [row.hidden is True for row in rows], "lost": [row.is_lost for row in rows]}
-    bands = "".join(band for name, known in flags.items() for band in _bands(name, known))
-    marks = "".join(_mark(run, change, last) for change in run.timeline.changes if 0 < change.frame <= last)
-    return (
-        f'<svg viewBox="0 0 {last} {HEIGHT:g}" preserveAspectRatio="none" style="{FILLS}" aria-hidden="true">{bands}'
-        f'<path d="{_path([row.error for row in rows])}" fill="none" stroke="{hexadecimal(COLOURS["estimate"])}" '
-        f'stroke-width="1.5" vector-effect="non-scaling-stroke"/>{marks}</svg>'
-    )
+    bands = [band for name, known in flags.items() for band in _bands(name, known)]
+    titles = {item.name: item.title for item in declarations(type(run.setup.parameters))}
+    marks = [
+        (change.frame, ", ".join(f"{titles.get(name, name)} {value}" for name, value in change.values.items()))
+        for change in run.timeline.changes
+        if 0 < change.frame <= last
+    ]
+    path, colour = _path([row.error for row in rows]), hexadecimal(COLOURS["estimate"])
+    return str(_macros().track(last, f"{HEIGHT:g}", bands, path, colour, marks))
 
 
 def _path(errors: Sequence[float | None]) -> str:
@@ -223,37 +197,25 @@ def _path(errors: Sequence[float | None]) -> str:
     return " ".join(steps)
 
 
-def _bands(name: str, flags: Sequence[bool]) -> Iterator[str]:
-    """Yield a rectangle for each stretch of frames in which something holds."""
+def _bands(name: str, flags: Sequence[bool]) -> Iterator[tuple[float, int, str, float]]:
+    """Yield left edge, width, colour and opacity of a band for each stretch of frames with the flag."""
     start = None
     for at, flag in enumerate([*flags, False]):
         if flag and start is None:
             start = at
         elif not flag and start is not None:
-            look = f'fill="{hexadecimal(COLOURS[name])}" opacity="{SHADES[name]}"'
-            yield f'<rect x="{start - 0.5}" width="{at - start}" height="{HEIGHT:g}" {look}/>'
+            yield start - 0.5, at - start, hexadecimal(COLOURS[name]), SHADES[name]
             start = None
 
 
-def _mark(run: Run, change: Change, last: int) -> str:
-    """Return the mark of a change, which a pointer explains."""
-    titles = {item.name: item.title for item in declarations(type(run.setup.parameters))}
-    said = ", ".join(f"{titles.get(name, name)} {value}" for name, value in change.values.items())
-    place = f'x="{change.frame - 0.002 * last}" width="{0.004 * last}" height="14"'
-    return f'<rect {place} fill="currentColor"><title>{escape(said)}</title></rect>'
-
-
 def comparison_html(comparison: "Comparison") -> str:
-    """Return a comparison as HTML, as far as its runs have been computed."""
-    names = [
-        f"{_dot(colour)} {escape(name)}" for name, colour in zip(comparison.names, comparison.colours, strict=True)
+    """Return a comparison as HTML: what differs, what came of each run, and what one gains."""
+    lines: list[tuple[str, Iterable[str]]] = [
+        (each.title, [MISSING if value is None else value for value in each.values]) for each in comparison.settings
     ]
-    lines: list[tuple[str, Iterable[str]]] = [("", names)]
-    lines += [(each.title, map(_format_value, each.values)) for each in comparison.settings]
-    lines += list(_outcomes(comparison))
-    rows = "".join(row(title, cells) for title, cells in lines)
-    said = "".join(f"<p style='margin:4px 0'>{escape(line)}</p>" for line in _sentences(comparison))
-    return box(f"Comparison of {len(names)} runs, {comparison.frames} frames", f"{table(rows)}<div>{said}</div>")
+    title = f"Comparison of {len(comparison.names)} runs, {comparison.frames} frames"
+    names = zip(comparison.names, comparison.colours, strict=True)
+    return str(_macros().comparison(title, names, [*lines, *_outcomes(comparison)], _sentences(comparison)))
 
 
 def _outcomes(comparison: "Comparison") -> Iterator[tuple[str, Iterable[str]]]:
@@ -288,58 +250,18 @@ def _difference(each: "Paired") -> str:
     return f"{mean} {unit}{interval} over {each.frames} frames"
 
 
-def _format_value(value: str | None) -> str:
-    return escape(value) if value is not None else MISSING
-
-
-def _dot(colour: str) -> str:
-    return f'<span style="color:{colour}">●</span>'
-
-
 SHOWN = 12
 """Changes that are listed; all are in `Explanation.lines`."""
 
 
 def explanation_html(explanation: "Explanation") -> str:
     """Return an explanation as HTML."""
-    diagnosis, report = explanation.diagnosis, explanation.what_if
-    signs = "".join(f"<li>{escape(sign.words)}</li>" for sign in diagnosis.signs)
-    said = f"<div><p style='margin:4px 0'>{escape(diagnosis.sentence)}</p><ul>{signs}</ul></div>"
-    untried = f"<p>{escape(explanation.untried)}</p>" if explanation.untried else ""
-    return box("Why it was lost", said + (_what_if(report) if report else untried))
-
-
-def _what_if(report: "Report") -> str:
-    lines = report.best_first[: SHOWN + 1]
-    rows = "".join(
-        row(
-            each.alternative.title,
-            (
-                _bar(each.share, each.interval),
-                f"{each.holding} of {each.runs}",
-                f"{each.step_ms:.2g} ms a step",
-                escape(report.words(each)),
-            ),
-        )
-        for each in lines
-    )
-    left = len(report.best_first) - len(lines)
-    more = f" {left} further changes hold no more often." if left else ""
-    return (
-        f"<div><p style='margin:4px 0'>{escape(report.sentence)}</p>{table(rows)}"
-        f"<p>{escape(f'{report.progress}{more} {report.correction} {CAVEAT}')}</p></div>"
-    )
-
-
-def _bar(share: float, interval: tuple[float, float]) -> str:
-    """Return a share as a bar with its interval as a line, in the colour of the text around it."""
-    low, high = (f"{120 * end:.1f}" for end in interval)
-    return (
-        f'<svg width="120" height="12" role="img" aria-label="{share:.0%}">'
-        '<rect width="120" height="12" fill="currentColor" opacity=".12"/>'
-        f'<rect width="{120 * share:.1f}" height="12" fill="currentColor" opacity=".45"/>'
-        f'<path d="M{low} 6H{high}" stroke="currentColor" stroke-width="2"/></svg>'
-    )
+    report, more = explanation.what_if, ""
+    findings = () if report is None else report.best_first[: SHOWN + 1]
+    if report is not None and (left := len(report.best_first) - len(findings)):
+        more = f" {left} further changes hold no more often."
+    told = explanation.diagnosis, report, explanation.untried, findings, more, CAVEAT
+    return str(_macros().explanation(*told))
 
 
 WIDE_PX = 320
@@ -380,15 +302,8 @@ def run_html(run: Run) -> str:
     """Return a run as HTML, at the frame at which it stands."""
     drawing = without_faults(run.experiment.draw(run.current, run.diagnostics))
     lines = {**summary_lines(run), "SHA-256 of the estimates": f"{run.estimates_sha256[:16]}…"}
-    rows = "".join(row(key, [escape(value)]) for key, value in lines.items())
-    caption = drawing.caption or f"Frame {run.position}"
-    style = "font-size:85%;opacity:.75"
-    picture = (
-        f'<figure style="margin:0;max-width:{WIDE_PX}px"><img src="{_picture(run, drawing)}" alt="{escape(caption)}" '
-        f'style="width:100%;display:block"><figcaption style="{style}">{escape(caption)}</figcaption></figure>'
-    )
-    glance = f'<div style="height:36px;margin-top:6px" title="error over the frames">{track(run)}</div>'
-    return box(title_of(run), f'{picture}<div style="flex:1 1 {WIDE_PX}px">{table(rows)}{glance}</div>')
+    caption, picture = drawing.caption or f"Frame {run.position}", _picture(run, drawing)
+    return str(_macros().run(title_of(run), WIDE_PX, picture, caption, lines, Markup(track(run))))  # noqa: S704 - ours
 
 
 def _picture(run: Run, drawing: Drawing) -> str:

@@ -6,7 +6,7 @@ began. All others, on scenes that are simulated or on different recordings, belo
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import combinations
 from typing import Any, Literal, Self, TypeAlias, cast
 
@@ -18,7 +18,7 @@ from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.measures import Measure
 from pftrack.core.model.palette import BRANCHES, hexadecimal
 from pftrack.core.model.parameters import Declaration, Value, declarations
-from pftrack.core.model.series import to_json
+from pftrack.core.model.series import fields_of
 from pftrack.core.numerics.statistics import dependent_mean_interval
 from pftrack.runs.loss import Loss
 from pftrack.runs.run import Run
@@ -116,7 +116,7 @@ class Divergence:
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON values."""
-        return asdict(self)
+        return fields_of(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,7 +149,7 @@ class Paired:
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON values; what is not a number becomes None."""
-        return {name: to_json(value) if isinstance(value, float) else value for name, value in asdict(self).items()}
+        return fields_of(self)
 
 
 def find_divergence(one: Sequence[Sequence[float]], other: Sequence[Sequence[float]]) -> int | None:
@@ -202,7 +202,7 @@ class Setting:
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON values."""
-        return {"name": self.name, "title": self.title, "values": list(self.values)}
+        return fields_of(self)
 
 
 def settings(runs: Sequence[Run], alignment: Alignment) -> tuple[Setting, ...]:
@@ -336,7 +336,7 @@ class Outcome:
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON values; what is not a number becomes None."""
-        return {name: to_json(value) if isinstance(value, float) else value for name, value in asdict(self).items()}
+        return fields_of(self)
 
 
 @dataclass(frozen=True)
@@ -461,20 +461,8 @@ class Comparison:
 
     def as_dict(self) -> dict[str, Any]:
         """Return all that is known of it as JSON values."""
-        first_difference, outcomes = self.first_difference, self.outcomes
-        return {
-            "unit": self.unit,
-            "frames": self.frames,
-            "firsts": list(self.alignment.firsts),
-            "names": list(self.names),
-            "colours": list(self.colours),
-            "settings": [each.as_dict() for each in self.settings],
-            "outcomes": [each.as_dict() for each in outcomes],
-            "partings": [each.as_dict() for each in self.partings],
-            "first_difference": first_difference,
-            "before_loss": self.before_loss,
-            "paired": [each.as_dict() for each in self.paired],
-        }
+        names = ("unit", "frames", "names", "colours", "settings", "outcomes", "partings", "first_difference")
+        return {**fields_of(self, *names, "before_loss", "paired"), "firsts": list(self.alignment.firsts)}
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows: what differs, what came of each run, and what one gains."""

@@ -13,6 +13,7 @@ import numpy as np
 from pftrack.core.model.band import EstimateBand
 from pftrack.core.model.parameters import Parameters, Value, revise
 from pftrack.core.model.recipe import Change
+from pftrack.core.model.series import fields_of
 from pftrack.core.numerics.statistics import chi_square_limit
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.run import Run
@@ -142,11 +143,7 @@ class Consistency:
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON values by name."""
-        return {
-            "nees": self.nees,
-            "nis": self.nis,
-            "nis_limits": None if self.nis_limits is None else list(self.nis_limits),
-        }
+        return fields_of(self)
 
 
 def measure_consistency(runs: Sequence[Run], first: int = 1, end: int | None = None) -> Consistency:

@@ -80,7 +80,6 @@ def texts_of(figure: Figure) -> Iterator[Text]:
     """Yield what can be read on a figure."""
     for part in figure.subfigs:
         yield from part.texts
-        yield from (part._suptitle,)  # type: ignore[attr-defined]
         for key in part.legends:
             yield from key.get_texts()
     for panel in figure.axes:

@@ -16,7 +16,7 @@ from pftrack.analysis.other_seeds import check_not_replayed, go_on, other_seeds,
 from pftrack.core.arrays import Floats
 from pftrack.core.model.measures import END_FRAMES
 from pftrack.core.model.recipe import Change, Timeline
-from pftrack.core.model.series import to_json
+from pftrack.core.model.series import fields_of, plain
 from pftrack.core.numerics.statistics import holm, mcnemar, wilson
 from pftrack.runs.loss import Loss
 from pftrack.runs.many import FrameBlock, Trial, read_blocks
@@ -253,36 +253,20 @@ class Report:
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON values, the findings best first."""
         numbers = ("loss", "first_lost_frame", "begin", "end", "judged", "planned", "trials", "is_complete")
-        findings = [self._told(each) for each in self.best_first]
-        told = {name: getattr(self, name) for name in numbers}
-        return {
-            **told,
-            "loss_sentence": self.loss_sentence,
-            "sentence": self.sentence,
-            "progress": self.progress,
-            "correction": self.correction,
-            "caveat": CAVEAT,
-            "findings": findings,
-        }
+        told = fields_of(self, *numbers, "loss_sentence", "sentence", "progress", "correction")
+        return {**told, "caveat": CAVEAT, "findings": [self._told(each) for each in self.best_first]}
 
     def _told(self, each: Finding) -> dict[str, Any]:
         low, high = each.interval
         compared = None if each is self.baseline else self.comparisons[each.alternative]
         return {
-            "kind": each.alternative.kind,
-            "title": each.alternative.title,
-            "values": dict(each.alternative.values),
-            "parameter": each.alternative.parameter,
-            "holding": each.holding,
-            "runs": each.runs,
-            "share": to_json(each.share),
-            "low": to_json(low),
-            "high": to_json(high),
-            "step_ms": each.step_ms,
+            **fields_of(each.alternative),
+            **fields_of(each, "holding", "runs", "share", "step_ms", "seed"),
+            "low": plain(low),
+            "high": plain(high),
             "p_value": compared and compared.p_value,
             "corrected": compared and compared.corrected,
             "verdict": self.verdict(each),
-            "seed": each.seed,
         }
 
 

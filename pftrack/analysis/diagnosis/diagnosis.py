@@ -10,6 +10,7 @@ from pftrack.analysis.diagnosis.course import COLUMNS, Course, Moment, Rule, Sig
 from pftrack.analysis.diagnosis.rules import RULES
 from pftrack.core.model.measures import Witness
 from pftrack.core.model.preset import CAUSES, CauseId
+from pftrack.core.model.series import fields_of, plain
 from pftrack.runs.run import Run
 
 # A rule measures one mechanism around a moment and returns a `Sign` if it is at work: since when, how strongly, and the
@@ -39,7 +40,6 @@ class Evidence:
         unit: Of its numbers; empty for pure ones.
         first: Frame of the first number.
         values: A number a frame, None where there is none.
-        since: Frame since when the sign holds that it shows.
     """
 
     name: str
@@ -47,7 +47,6 @@ class Evidence:
     unit: str
     first: int
     values: tuple[float | None, ...]
-    since: int
 
 
 @dataclass(frozen=True)
@@ -92,35 +91,14 @@ class Diagnosis:
 
     def as_dict(self) -> dict[str, Any]:
         """Return all of it as JSON values."""
-        return {
-            "frame": self.frame,
-            "lost": self.lost,
-            "first_lost_frame": self.first_lost_frame,
-            "witness": self.witness,
-            "cause": self.cause,
-            "sentence": self.sentence,
-            "signs": [
-                {
-                    "cause": sign.cause,
-                    "title": CAUSES[sign.cause],
-                    "since": sign.since,
-                    "strength": round(sign.strength, 3),
-                    "words": sign.words,
-                    "numbers": {name: _finite(number) for name, number in sign.numbers.items()},
-                    "evidence": [
-                        {
-                            "name": one.name,
-                            "title": one.title,
-                            "unit": one.unit,
-                            "first": one.first,
-                            "values": list(one.values),
-                        }
-                        for one in shown
-                    ],
-                }
-                for sign, shown in zip(self.signs, self.evidence, strict=True)
-            ],
-        }
+        told = fields_of(self, "frame", "lost", "first_lost_frame", "witness", "cause", "sentence")
+        return {**told, "signs": [*map(_tell, self.signs, self.evidence)]}
+
+
+def _tell(sign: Sign, shown: tuple[Evidence, ...]) -> dict[str, Any]:
+    numbers = {name: float(number) for name, number in sign.numbers.items()}
+    told = {"title": CAUSES[sign.cause], "strength": round(sign.strength, 3), "numbers": numbers, "evidence": shown}
+    return {**fields_of(sign, "cause", "since", "words"), **plain(told)}
 
 
 NEVER = "The target is not lost in any frame computed so far."
@@ -194,7 +172,7 @@ def _evidence(course: Course, sign: Sign, at: int) -> tuple[Evidence, ...]:
         values = getattr(course, name)[first:behind]
         if np.isfinite(values).any():
             column, numbers = COLUMNS[name], tuple(_finite(value) for value in values.tolist())
-            shown.append(Evidence(name, column.title, course.unit_of(name), first, numbers, sign.since))
+            shown.append(Evidence(name, column.title, course.unit_of(name), first, numbers))
     return tuple(shown)
 
 

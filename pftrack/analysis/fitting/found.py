@@ -17,6 +17,7 @@ from pftrack.analysis.fitting.search import LinearHalf, maximise, maximise_linea
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Declaration, Parameters, Role, Value, flat
 from pftrack.core.model.recipe import Change
+from pftrack.core.model.series import fields_of
 from pftrack.core.model.tracker import Tracker
 from pftrack.experiments.experiment import Experiment
 from pftrack.filters.particles import normalise
@@ -374,34 +375,28 @@ class Fit:
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON values by name; a number that is not known becomes None."""
+        names = (
+            "tracker",
+            "kept",
+            "verdict",
+            "caution",
+            "values",
+            "gain",
+            "gain_error",
+            "method",
+            "rounds",
+            "procedure",
+        )
         return {
-            "tracker": self.tracker,
-            "kept": self.kept,
-            "verdict": self.verdict,
-            "caution": self.caution,
-            "values": self.values,
+            **fields_of(self, *names, "procedure", "runs", "seeds"),
             "numbers": [
-                {
-                    "name": it.declared.name,
-                    "title": it.declared.title,
-                    "unit": it.declared.unit,
-                    "before": it.before,
-                    "after": it.after,
-                    "at_bound": it.at_bound,
-                }
+                {**fields_of(it.declared, "name", "title", "unit"), **fields_of(it, "before", "after", "at_bound")}
                 for it in self.numbers
             ],
             "halves": [
                 {"first": it.first, "last": it.last, "before": it.before.as_dict(), "after": it.after.as_dict()}
                 for it in self.halves
             ],
-            "gain": self.gain,
-            "gain_error": self.gain_error,
-            "method": self.method,
-            "rounds": self.rounds,
-            "procedure": self.procedure,
-            "runs": self.runs,
-            "seeds": self.seeds,
         }
 
 
