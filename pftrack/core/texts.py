@@ -1,7 +1,6 @@
 """Texts that people read and mend, such as presets and the glossary: YAML files beside what they speak of."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import fields
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -64,31 +63,42 @@ def refusal(error: ValidationError, places: Mapping[str, str], file: str, *above
     way = (*above, *map(str, first["loc"]))
     known = next((n for n in range(len(way), 0, -1) if ".".join(way[:n]) in places), 0)
     whose = max(min(known, len(way) - 1), len(above))
-    problem = PROBLEMS.get(first["type"], "has a wrong {place!r}: {msg}")
-    said = f"{'.'.join(way[:whose]) or file} {problem.format(place='.'.join(way[whose:]), msg=first['msg'])}"
+    place = ".".join(way[whose:])
+    problem = PROBLEMS.get(first["type"], "has a wrong {place!r}: {msg}" if place else "is wrong: {msg}")
+    said = f"{'.'.join(way[:whose]) or file} {problem.format(place=place, msg=first['msg'])}"
     return ValueError(f"{places['.'.join(way[:known])] if known else file}: {said}")
 
 
-def read_as(kind: type[T], path: Path, key: str, more: Mapping[str, Mapping[str, Any]] | None = None) -> tuple[T, ...]:
-    """Return what a YAML file maps its names to, as objects of a dataclass.
+def read_as(
+    kind: type[T],
+    path: Path,
+    key: str,
+    more: Mapping[str, Mapping[str, Any]] | None = None,
+    *,
+    apart: Collection[str] = (),
+) -> tuple[T, ...]:
+    """Return what a YAML file maps its names to, as objects of a dataclass or a model.
 
     Args:
-        kind: The dataclass; a field `origin` takes file and line.
+        kind: The class; a field `origin` takes file and line.
         path: The file.
         key: The field that takes the name.
         more: By name, values of fields that no file can hold, such as functions.
+        apart: Names that stand for something else.
 
     Raises:
         ValueError: The file is not YAML, or a field is unknown, missing or wrong; it names file and line.
     """
     declared, places = read_texts(path)
     adapter, read = TypeAdapter(kind), []
-    has_origin = "origin" in {each.name for each in fields(kind)}  # type: ignore[arg-type] # a dataclass
     for name, values in declared.items():
+        if name in apart:
+            continue
         if not isinstance(values, dict):
             got = type(values).__name__
             raise ValueError(f"{places[name]}: {name} must map fields to values, got {got}")  # noqa: TRY004 - of a file
-        own = {key: name, **({"origin": places[name]} if has_origin else {}), **(more or {}).get(name, {})}
+        origin = {"origin": places[name]} if "origin" in kind.__annotations__ else {}
+        own = {key: name, **origin, **(more or {}).get(name, {})}
         try:
             read.append(adapter.validate_python({**values, **own}))
         except ValidationError as error:

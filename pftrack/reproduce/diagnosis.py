@@ -15,9 +15,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field
 
 from pftrack.analysis.diagnosis.course import Course, course_of
 from pftrack.analysis.diagnosis.diagnosis import course_of_run, diagnose_course, picture_size
@@ -25,7 +25,7 @@ from pftrack.core.model.parameters import Value
 from pftrack.core.model.preset import CAUSES, CauseId
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.core.texts import read_texts
+from pftrack.core.texts import read_as
 from pftrack.experiments import EXPERIMENTS
 from pftrack.reproduce.finding import Finding, References
 from pftrack.reproduce.pool import Pool, begin
@@ -93,6 +93,7 @@ class Condition(BaseModel):
     cured_by: str = ""
     frames: int | None = 60
     draws: int = 24
+    origin: str = ""
 
     @property
     def numbers(self) -> tuple[int, ...]:
@@ -131,20 +132,12 @@ def conditions() -> tuple[Condition, ...]:
     Raises:
         ValueError: The file declares something else; it names file and line.
     """
-    declared, places = read_texts(Path(__file__).with_name("diagnosis_conditions.yaml"))
-    return tuple(_read(name, fields, places[name]) for name, fields in declared.items())
-
-
-def _read(name: str, fields: Mapping[str, Any], place: str) -> Condition:
-    try:
-        made = Condition.model_validate({**fields, "name": name})
-    except ValidationError as error:
-        said = error.errors()[0]
-        raise ValueError(f"{place}: {name} {' '.join(map(str, said['loc']))}: {said['msg']}") from None
-    known = EXPERIMENTS.own
-    if made.experiment not in known:
-        raise ValueError(f"{place}: {name} names the experiment {made.experiment!r}; there are {', '.join(known)}")
-    return made
+    read = read_as(Condition, Path(__file__).with_name("diagnosis_conditions.yaml"), "name")
+    for one in read:
+        if one.experiment not in EXPERIMENTS.own:
+            known = ", ".join(EXPERIMENTS.own)
+            raise ValueError(f"{one.origin}: {one.name} names the experiment {one.experiment!r}; there are {known}")
+    return read
 
 
 class Judgement(NamedTuple):

@@ -29,7 +29,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, TypeAdapter, Valida
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Value
-from pftrack.core.texts import read_texts
+from pftrack.core.texts import read_as, read_texts
 
 Verdict: TypeAlias = Literal["reproduced", "better", "differs", "our own figure", "not run"]
 VERDICTS: tuple[Verdict, ...] = ("reproduced", "better", "differs", "our own figure", "not run")
@@ -139,6 +139,7 @@ class Statement(BaseModel):
         better: Which side of the tolerance is the good one.
         reason: Why ours may be there; or why the figure is not computed.
         timed: Whether it is a time.
+        name: In the file.
         origin: File and line.
     """
 
@@ -161,6 +162,7 @@ class Statement(BaseModel):
     better: Literal["higher", "lower"] | None = None
     reason: str = ""
     timed: bool = False
+    name: str = ""
     origin: str = ""
 
     @model_validator(mode="before")
@@ -247,7 +249,7 @@ class Statement(BaseModel):
     def _figures(self, keys: tuple[Key, ...]) -> tuple[float | None, float]:
         """Return reference and tolerance of a cell; no reference if bounds are stated."""
         if self.between is not None:
-            low, high = _leaf(self.between, keys, self.origin)
+            low, high = _leaf(self.between, keys, f"{self.origin}: {self.name}")
             return 0.5 * (low + high), 0.5 * (high - low) + self._number("tolerance", keys)
         if self.reference is None:
             return None, self._number("tolerance", keys)
@@ -255,7 +257,7 @@ class Statement(BaseModel):
         return reference, self._number("tolerance", keys) + self._number("relative", keys) * reference
 
     def _number(self, name: str, keys: tuple[Key, ...]) -> float:
-        found = _leaf(getattr(self, name), keys, self.origin)
+        found = _leaf(getattr(self, name), keys, f"{self.origin}: {self.name}")
         return float(np.mean(found)) if isinstance(found, list) else float(found)
 
     def _bounded(self, ours: float) -> bool:
@@ -292,8 +294,7 @@ class References:
         Raises:
             ValueError: The file is not YAML, or a statement is not one; it names file and line.
         """
-        declared, places = self._texts
-        return {name: _read(name, fields, places[name]) for name, fields in declared.items() if name != SETTINGS}
+        return {one.name: one for one in read_as(Statement, self.path, "name", apart=(SETTINGS,))}
 
     @cached_property
     def settings(self) -> Mapping[str, Mapping[str, Mapping[str, Value]]]:
@@ -302,16 +303,12 @@ class References:
         Raises:
             ValueError: They are something else; it names file and line.
         """
-        declared, places = self._texts
+        declared, places = read_texts(self.path)
         try:
             return _SETTINGS.validate_python(declared.get(SETTINGS, {}))
         except ValidationError as error:
             said = error.errors()[0]
             raise ValueError(f"{places[SETTINGS]}: {' '.join(map(str, said['loc']))}: {said['msg']}") from None
-
-    @cached_property
-    def _texts(self) -> tuple[Mapping[str, Any], Mapping[str, str]]:
-        return read_texts(self.path)
 
     def judge(self, name: str, ours: SupportsFloat, *keys: Key, **more: Any) -> Finding:  # noqa: ANN401 - see `Statement`
         """Judge a figure by a statement; see `Statement.judge`."""
@@ -333,17 +330,6 @@ class References:
         """Return what is said of a result that is not computed in this form, with the reason that is stated."""
         stated = self.statements[name]
         return not_run(stated.result.format(*keys, **words), stated.reason.format(*keys, **words))
-
-
-def _read(name: str, fields: object, place: str) -> Statement:
-    if not isinstance(fields, Mapping):
-        raise ValueError(f"{place}: {name} must map fields to values, got {fields!r}")  # noqa: TRY004 - of a file
-    try:
-        return Statement.model_validate({**fields, "origin": f"{place}: {name}"})
-    except ValidationError as error:
-        said = error.errors()[0]
-        where = " ".join(map(str, (f"{place}:", name, *said["loc"])))
-        raise ValueError(f"{where}: {said['msg']}") from None
 
 
 def three_errors(values: Iterable[float] | Floats, reference_trials: int) -> float:

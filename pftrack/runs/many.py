@@ -32,7 +32,7 @@ from pftrack.experiments.experiment import Experiment
 from pftrack.runs.loss import Loss, Truths, judge_estimates, judge_state
 from pftrack.runs.loss_probability import measure_loss_probability
 from pftrack.runs.run import Run
-from pftrack.runs.scoring import allowed_loss, estimates_hash, evaluated_run, extent_series, judge, reductions
+from pftrack.runs.scoring import Verdict, allowed_loss, estimates_hash, evaluated_run, extent_series, judge, reductions
 
 BLOCK_BYTES = 64 * 2**20
 """Pictures held at a time; sixty of Bando's scene are a quarter of it."""
@@ -378,16 +378,10 @@ def _give(source: Source[Any]) -> Callable[[int, Any], Source[Any]]:
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
-    """What came of one run.
+class Outcome(Verdict):
+    """What came of one run: its verdict, and more.
 
     Attributes:
-        success: Whether the measure that decides is high enough; None where it is not known.
-        mean_error: Over the frames whose truth is known, in the experiment's unit; None where there are none, or an
-            estimate is not finite.
-        lost_frames: In how many frames the target was lost (`pftrack.runs.loss`); None where nobody says.
-        first_lost_frame: The first of them, or None.
-        labelled_frames: Frames whose truth is known.
         step_ms: Mean time of a step, ms; the one figure that differs from run to run.
         estimates_sha256: Hash of all estimates, as of a live run.
         measures: Those that the experiment declares and the run has a truth for, and those asked for, by name.
@@ -395,11 +389,6 @@ class Outcome:
             frame has a value.
     """
 
-    success: bool | None
-    mean_error: float | None
-    lost_frames: int | None
-    first_lost_frame: int | None
-    labelled_frames: int
     step_ms: float
     estimates_sha256: str
     measures: Mapping[str, float | int]
@@ -530,14 +519,11 @@ def _judge(
 ) -> Outcome:
     """Return what came of a finished run."""
     verdict = judge(course, loss, experiment.measure_named(setup.success), allowed_loss(parameters))
+    told = {it.name: getattr(verdict, it.name) for it in fields(Verdict)}
     return Outcome(
-        verdict.success,
-        verdict.mean_error,
-        verdict.lost_frames,
-        verdict.first_lost_frame,
-        verdict.labelled_frames,
-        step_ms,
-        estimates_hash(course.estimates),
-        evaluate(measures, course),
-        kept,
+        **told,
+        step_ms=step_ms,
+        estimates_sha256=estimates_hash(course.estimates),
+        measures=evaluate(measures, course),
+        reductions=kept,
     )

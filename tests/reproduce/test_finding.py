@@ -9,7 +9,11 @@ import pytest
 from pftrack.reproduce import finding
 from pftrack.reproduce.finding import References, Statement, describe_verdicts, not_run
 
-STUDIES = sorted(path for path in Path(finding.__file__).parent.glob("*.yaml") if "conditions" not in path.stem)
+STUDIES = sorted(
+    path
+    for path in Path(finding.__file__).parent.glob("*.yaml")
+    if path.stem not in {"diagnosis_conditions", "results"}
+)
 AGAIN = {"known": {"reason": "so it is", "explained": False}}
 
 
