@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[2]
 WRITERS = {
     "pftrack/core/files.py": "the one place",
     "pftrack/output/exports/files.py": "numbers alone, under names of letters",
-    "pftrack/sweep/result.py": "Arrow's, with its texts as `literal`",
+    "pftrack/sweep/journal.py": "Arrow's, with its texts as `literal`",
     "pftrack/sources/results/writing.py": "numbers alone",
     "pftrack/sweep/recording.py": "options of a command, no table",
 }
