@@ -1,9 +1,12 @@
 """Runs: one source folded through one tracker.
 
-A run is a seed and a timeline of parameter changes; everything else follows from them. The recursion
-(`pftrack.runs.recursion`) is pure, so it can be entered anywhere: the run keeps whole states at keyframes, and `seek`
-restores the nearest one and repeats the few steps from there, to the same numbers. A change of a parameter takes effect
-in the next frame; the past is the past, and a change to it makes a `branch`.
+A run is a seed and a timeline of parameter changes; everything else follows from them.
+
+    state_t = step(state_{t-1}, frame_t, parameters_t, random numbers of (seed, t))
+
+This recursion is pure, so it can be entered anywhere: the run keeps whole states at keyframes, and `seek` restores the
+nearest one and repeats the few steps from there, to the same numbers. A change of a parameter takes effect in the next
+frame; the past is the past, and a change to it makes a `branch`.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -16,18 +19,19 @@ import numpy as np
 
 from pftrack.core.entry_points import PRESENTERS, load
 from pftrack.core.model.band import Direction
-from pftrack.core.model.diagnostics import Diagnostics, Step
+from pftrack.core.model.diagnostics import Diagnostics, Step, diagnose
 from pftrack.core.model.measures import evaluate
 from pftrack.core.model.parameters import ParameterError, flat, with_role
 from pftrack.core.model.recipe import LONGEST_RUN, Change, Recipe, Timeline
 from pftrack.core.model.setup import Exported, Setup
+from pftrack.core.model.source import Frame
 from pftrack.core.model.tracker import TrackState
-from pftrack.core.numerics.random import LARGEST_KEY, LARGEST_SEED
+from pftrack.core.numerics.random import LARGEST_KEY, LARGEST_SEED, Purpose, Stream
 from pftrack.experiments.experiment import Experiment
-from pftrack.runs.checkpoint import Checkpoint
+from pftrack.runs.checkpoint import Checkpoint, Keyframes
+from pftrack.runs.loss import judge_state
 from pftrack.runs.record import save
-from pftrack.runs.recursion import Keyframes, Recursion
-from pftrack.runs.scoring import Summary, estimates_hash, evaluated_run, summarise
+from pftrack.runs.scoring import Summary, estimates_hash, evaluated_run, measurements, summarise
 from pftrack.runs.table import table_of
 
 if TYPE_CHECKING:
@@ -80,7 +84,7 @@ class Run:
         self.diagnostics: list[Diagnostics] = []
         self._explained: Any = None
         self._keyframes = Keyframes()
-        self._recursion = Recursion(self.experiment, setup, self.source, seed)
+        self._declared = {series.name: series for series in self.experiment.all_series()}
         self.current = self._compute(0, None)
 
     @classmethod
@@ -143,7 +147,8 @@ class Run:
 
     def seed_at(self, frame: int) -> int:
         """Return the seed of the tracker's random numbers in a frame: the run's, unless a change has set another."""
-        return self._recursion.seed_at(frame, self.timeline)
+        changed = self.timeline.seed_at(frame)
+        return self.seed if changed is None else changed
 
     def advance(self) -> Step:
         """Compute the next frame and return it.
@@ -318,7 +323,7 @@ class Run:
         if checkpoint.recipe != self._past(last):
             return False
         before = frames[-2]
-        if not self._recursion.agrees(checkpoint.states[before], checkpoint.diagnostics[before + 1], self.timeline):
+        if not self._agrees(checkpoint.states[before], checkpoint.diagnostics[before + 1]):
             return False
         self.diagnostics = list(checkpoint.diagnostics)
         for frame in frames:
@@ -425,19 +430,54 @@ class Run:
         self._explained = found
 
     def _compute(self, index: int, previous: TrackState | None) -> Step:
-        frame = self._recursion.frame(index, self.timeline)
+        """Return a frame's step; its numbers and its state are kept when it is computed for the first time."""
+        frame = self.source.frame(index, self.timeline.history)
         begun = perf_counter()
-        state = self._recursion.state(frame, previous, self.timeline)
+        state = self._follow(frame, previous)
         step_ms = 1e3 * (perf_counter() - begun)
         if index == len(self.diagnostics):
-            self.diagnostics.append(self._recursion.diagnose(frame, state, self.timeline, step_ms))
+            self.diagnostics.append(self._diagnose(frame, state, step_ms))
             self._keyframes.offer(index, state)
-        return self._recursion.step(frame, state, self.diagnostics[index], self.timeline)
+        return self._step(frame, state)
+
+    def _follow(self, frame: Frame, previous: TrackState | None) -> TrackState:
+        """Return the state of a frame, given that of the frame before; None in frame 0."""
+        index, parameters = frame.index, self.parameters_at(frame.index)
+        tracker = self.experiment.trackers[self.tracker_at(index)]
+        if previous is None:
+            return tracker.start(self.source.start, frame, parameters, Stream(self.seed, index, Purpose.START))
+        return tracker.step(previous, frame, parameters, Stream(self.seed_at(index), index, Purpose.TRACK))
+
+    def _diagnose(self, frame: Frame, state: TrackState, step_ms: float) -> Diagnostics:
+        """Return the numbers of a frame."""
+        experiment, parameters, beside = self.experiment, self.parameters_at(frame.index), self.setup.beside
+        tracker = experiment.trackers[self.tracker_at(frame.index)]
+        look = None if beside is None else lambda: beside(frame, state, parameters)
+        return diagnose(
+            frame,
+            state,
+            judge_state(experiment, state, frame.target, parameters),
+            step_ms,
+            scale=experiment.scale,
+            searching=tracker.searching(state) if tracker.searching else None,
+            series=measurements(experiment, self._declared, tracker, frame, state, look),
+        )
+
+    def _step(self, frame: Frame, state: TrackState) -> Step:
+        """Return a frame as it is shown: what was seen, what is believed, and the numbers of both."""
+        name, row = self.tracker_at(frame.index), self.diagnostics[frame.index]
+        return Step(frame, state, row, self.parameters_at(frame.index), name, self.experiment.trackers[name].title)
 
     def _recall_step(self, index: int, state: TrackState) -> Step:
-        return self._recursion.step(
-            self._recursion.frame(index, self.timeline), state, self.diagnostics[index], self.timeline
-        )
+        return self._step(self.source.frame(index, self.timeline.history), state)
+
+    def _agrees(self, previous: TrackState, row: Diagnostics) -> bool:
+        """Return whether the step from a state, perhaps of another version, leads to the estimate of the next frame."""
+        try:
+            state = self._follow(self.source.frame(row.frame, self.timeline.history), previous)
+        except Exception:  # noqa: BLE001 - it was made for another version, and may fail in any way
+            return False
+        return tuple((self.experiment.scale * state.estimate).tolist()) == row.estimate
 
 
 def _check_seed(seed: int) -> int:

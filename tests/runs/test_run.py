@@ -11,7 +11,7 @@ from pftrack.core.model.diagnostics import Step
 from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
-from pftrack.runs.recursion import Keyframes
+from pftrack.runs.checkpoint import Keyframes
 from pftrack.runs.run import EndOfRun, PastError, Run
 from tests.making import whole_run
 
