@@ -171,7 +171,7 @@ def test_curves_have_an_axis_each(finished: Result) -> None:
             assert line.get_xdata().tolist() == list(axis.values)
             assert line.get_ydata() == pytest.approx(study.by_axis[axis.name][name].rate[0])
         assert len(panel.collections) == 2
-    twice = curves(study, [*finished.plan.axes] * 2)
+    twice = curves(study, [*finished.plan.axes] * 3)
     assert_readable(twice)
     above, below = (panel.get_position() for panel in (twice.axes[0], twice.axes[3]))
     assert below.y1 < above.y0
