@@ -31,7 +31,6 @@ from pftrack.core.version import __version__
 
 if TYPE_CHECKING:
     from pftrack.analysis.evaluation import Score
-    from pftrack.reproduce import Finding
 
 
 SHOWN = ("CPF", "KMS", "MIL", "STRUCK")
@@ -90,9 +89,8 @@ def reproduce(
         emit([finding.as_dict() for finding in computed])
     else:
         shown = [finding for finding in computed if finding.verdict != "not run"]
-        rows = [(one.result, _cell(one.ours), _reference(one), one.verdict) for one in shown]
-        table("", ("result", "ours", "reference", "verdict"), rows)
-        if reasons := [(one.result, one.reason) for one in shown if one.reason]:
+        table("", ("result", "ours", "reference", "verdict"), [finding.cells for finding in shown])
+        if reasons := [(finding.result, finding.reason) for finding in shown if finding.reason]:
             table("", ("result", "why it differs, or is better"), reasons)
     note(f"pftrack: {describe_verdicts(computed)}")
     if any(finding.fails for finding in computed):
@@ -150,17 +148,6 @@ def _measure(script: Path, *options: str) -> object:
     if status:
         raise CommandError(f"the benchmark {script.stem} failed with exit status {status}")
     return json_format.loads(told) if json else None
-
-
-def _reference(finding: "Finding") -> str:
-    """Return the reference with its tolerance, narrow enough for a terminal."""
-    if finding.reference is None:
-        return ""
-    return f"{_cell(finding.reference)} ± {finding.tolerance or 0.0:.2g}"
-
-
-def _cell(value: object) -> str:
-    return f"{value:.4g}" if isinstance(value, float) else "" if value is None else str(value)
 
 
 def otb(

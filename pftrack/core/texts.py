@@ -1,6 +1,6 @@
 """Texts that people read and mend, such as presets and the glossary: YAML files beside what they speak of."""
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -69,22 +69,14 @@ def refusal(error: ValidationError, places: Mapping[str, str], file: str, *above
     return ValueError(f"{places['.'.join(way[:known])] if known else file}: {said}")
 
 
-def read_as(
-    kind: type[T],
-    path: Path,
-    key: str,
-    more: Mapping[str, Mapping[str, Any]] | None = None,
-    *,
-    apart: Collection[str] = (),
-) -> tuple[T, ...]:
-    """Return what a YAML file maps its names to, as objects of a dataclass or a model.
+def read_as(kind: type[T], path: Path, key: str, more: Mapping[str, Mapping[str, Any]] | None = None) -> tuple[T, ...]:
+    """Return what a YAML file maps its names to, as objects of a dataclass.
 
     Args:
         kind: The class; a field `origin` takes file and line.
         path: The file.
         key: The field that takes the name.
         more: By name, values of fields that no file can hold, such as functions.
-        apart: Names that stand for something else.
 
     Raises:
         ValueError: The file is not YAML, or a field is unknown, missing or wrong; it names file and line.
@@ -92,8 +84,6 @@ def read_as(
     declared, places = read_texts(path)
     adapter, read = TypeAdapter(kind), []
     for name, values in declared.items():
-        if name in apart:
-            continue
         if not isinstance(values, dict):
             got = type(values).__name__
             raise ValueError(f"{places[name]}: {name} must map fields to values, got {got}")  # noqa: TRY004 - of a file

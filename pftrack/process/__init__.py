@@ -6,9 +6,8 @@ read what came from elsewhere (`calls`): alone for one task, or kept in a pool (
 they do not need (`limits`): memory, processor time, files, the network, and what a fork has brought along.
 """
 
-from pftrack.process.calls import Fault, Outcome, Refusal, Reply, Step, answer_calls, report
+from pftrack.process.calls import Fault, Outcome, Refusal, Reply, Step, report
 from pftrack.process.child import (
-    ONE_THREAD,
     AsyncEnd,
     BlockingEnd,
     Child,
@@ -36,7 +35,6 @@ from pftrack.process.pool import BackgroundLoop, BlockingPool, CallError, Pool, 
 
 __all__ = [
     "MEBIBYTE",
-    "ONE_THREAD",
     "UNLIMITED",
     "AsyncEnd",
     "BackgroundLoop",
@@ -55,7 +53,6 @@ __all__ = [
     "Step",
     "Worker",
     "WorkerLostError",
-    "answer_calls",
     "command",
     "confine",
     "describe",

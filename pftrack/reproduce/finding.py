@@ -29,7 +29,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, TypeAdapter, Valida
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Value
-from pftrack.core.texts import read_as, read_texts
+from pftrack.core.texts import read_texts
 
 Verdict: TypeAlias = Literal["reproduced", "better", "differs", "our own figure", "not run"]
 VERDICTS: tuple[Verdict, ...] = ("reproduced", "better", "differs", "our own figure", "not run")
@@ -100,6 +100,12 @@ class Finding:
         """Whether it differs and nobody expected that."""
         return self.verdict == "differs" and not self.known
 
+    @property
+    def cells(self) -> tuple[str, str, str, str]:
+        """Result, our figure, the reference with its tolerance, and the verdict: a line that fits into a terminal."""
+        reference = "" if self.reference is None else f"{self.reference:.4g} ± {self.tolerance or 0.0:.2g}"
+        return self.result, f"{self.ours:.4g}", reference, self.verdict
+
     def as_dict(self) -> dict[str, object]:
         """Return the values by name, ready for JSON."""
         return asdict(self) | {"ours": self.ours if math.isfinite(self.ours) else None}
@@ -139,7 +145,6 @@ class Statement(BaseModel):
         better: Which side of the tolerance is the good one.
         reason: Why ours may be there; or why the figure is not computed.
         timed: Whether it is a time.
-        name: In the file.
         origin: File and line.
     """
 
@@ -162,7 +167,6 @@ class Statement(BaseModel):
     better: Literal["higher", "lower"] | None = None
     reason: str = ""
     timed: bool = False
-    name: str = ""
     origin: str = ""
 
     @model_validator(mode="before")
@@ -249,7 +253,7 @@ class Statement(BaseModel):
     def _figures(self, keys: tuple[Key, ...]) -> tuple[float | None, float]:
         """Return reference and tolerance of a cell; no reference if bounds are stated."""
         if self.between is not None:
-            low, high = _leaf(self.between, keys, f"{self.origin}: {self.name}")
+            low, high = _leaf(self.between, keys, self.origin)
             return 0.5 * (low + high), 0.5 * (high - low) + self._number("tolerance", keys)
         if self.reference is None:
             return None, self._number("tolerance", keys)
@@ -257,7 +261,7 @@ class Statement(BaseModel):
         return reference, self._number("tolerance", keys) + self._number("relative", keys) * reference
 
     def _number(self, name: str, keys: tuple[Key, ...]) -> float:
-        found = _leaf(getattr(self, name), keys, f"{self.origin}: {self.name}")
+        found = _leaf(getattr(self, name), keys, self.origin)
         return float(np.mean(found)) if isinstance(found, list) else float(found)
 
     def _bounded(self, ours: float) -> bool:
@@ -294,7 +298,8 @@ class References:
         Raises:
             ValueError: The file is not YAML, or a statement is not one; it names file and line.
         """
-        return {one.name: one for one in read_as(Statement, self.path, "name", apart=(SETTINGS,))}
+        declared, places = read_texts(self.path)
+        return {name: _read(name, fields, places[name]) for name, fields in declared.items() if name != SETTINGS}
 
     @cached_property
     def settings(self) -> Mapping[str, Mapping[str, Mapping[str, Value]]]:
@@ -330,6 +335,17 @@ class References:
         """Return what is said of a result that is not computed in this form, with the reason that is stated."""
         stated = self.statements[name]
         return not_run(stated.result.format(*keys, **words), stated.reason.format(*keys, **words))
+
+
+def _read(name: str, fields: object, place: str) -> Statement:
+    if not isinstance(fields, Mapping):
+        raise ValueError(f"{place}: {name} must map fields to values, got {fields!r}")  # noqa: TRY004 - of a file
+    try:
+        return Statement.model_validate({**fields, "origin": f"{place}: {name}"})
+    except ValidationError as error:
+        said = error.errors()[0]
+        where = " ".join(map(str, (f"{place}:", name, *said["loc"])))
+        raise ValueError(f"{where}: {said['msg']}") from None
 
 
 def three_errors(values: Iterable[float] | Floats, reference_trials: int) -> float:

@@ -18,9 +18,9 @@ from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.measures import Measure
 from pftrack.core.model.palette import BRANCHES, hexadecimal
 from pftrack.core.model.parameters import Declaration, Value, declarations
-from pftrack.core.model.series import fields_of
 from pftrack.core.numerics.statistics import dependent_mean_interval
 from pftrack.runs.loss import Loss
+from pftrack.runs.manifest import fields_of
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import evaluated_run
 

@@ -13,9 +13,9 @@ import numpy as np
 from pftrack.core.model.band import EstimateBand
 from pftrack.core.model.parameters import Parameters, Value, revise
 from pftrack.core.model.recipe import Change
-from pftrack.core.model.series import fields_of
 from pftrack.core.numerics.statistics import chi_square_limit
 from pftrack.experiments.experiment import Experiment
+from pftrack.runs.manifest import fields_of
 from pftrack.runs.run import Run
 
 Counts: TypeAlias = Mapping[str, Mapping[float, tuple[int, int]]]

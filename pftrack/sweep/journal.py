@@ -133,7 +133,7 @@ class Journal:
             pending: list[arrow.Table] = []
             rows = 0
             for path in chunk_files(self.folder):
-                pending.append(conform(_rows(path), described))
+                pending.append(conform(_rows(path, "is damaged; remove it and go on with --resume"), described))
                 rows += len(pending[-1])
                 if sum(len(table) for table in pending) >= ROWS_A_GROUP:
                     writer.write_table(arrow.concat_tables(pending), row_group_size=ROWS_A_GROUP)
@@ -218,11 +218,11 @@ def chunk_files(folder: Path) -> list[Path]:
     return sorted(path for path in folder.glob("*.parquet") if path.stem.isdecimal())
 
 
-def _rows(path: Path) -> arrow.Table:
+def _rows(path: Path, problem: str) -> arrow.Table:
     try:
         return arrow.parquet.read_table(path.absolute(), partitioning=None, page_checksum_verification=True)
     except (arrow.ArrowException, OSError):
-        raise SweepError(f"{path} is damaged; remove it and go on with --resume") from None
+        raise SweepError(f"{path} {problem}") from None
 
 
 def _read_plan(folder: Path) -> Any:  # noqa: ANN401 - JSON of anybody
@@ -341,12 +341,7 @@ def read_chunk(path: Path) -> arrow.Table:
     Raises:
         SweepError: It is damaged.
     """
-    try:
-        return arrow.parquet.read_table(
-            path.absolute(), partitioning=None, page_checksum_verification=True
-        ).replace_schema_metadata(None)
-    except (arrow.ArrowException, OSError):
-        raise SweepError(f"{path} is no Parquet file, or was cut short") from None
+    return _rows(path, "is no Parquet file, or was cut short").replace_schema_metadata(None)
 
 
 def rows_of(

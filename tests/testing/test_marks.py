@@ -65,16 +65,9 @@ class Undescribed(Disc):
         return cls.describe(handles=(Handle(name="centre", title="Centre"),))
 
 
-CHECKS = (
-    "its kinds of mark describe themselves",
-    "bad marks are refused with their field",
-    "marks survive their JSON and can be drawn",
-)
-
-
 def run(*kinds: type[Mark]) -> None:
     for check in experiment_checks(replace(BALL, video=replace(BALL.video, marks=kinds))):
-        if str(check) in CHECKS:
+        if "mark" in str(check) and "film" not in str(check):
             check()
 
 

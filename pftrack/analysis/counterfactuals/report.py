@@ -16,9 +16,9 @@ from pftrack.analysis.other_seeds import check_not_replayed, go_on, other_seeds,
 from pftrack.core.arrays import Floats
 from pftrack.core.model.measures import END_FRAMES
 from pftrack.core.model.recipe import Change, Timeline
-from pftrack.core.model.series import fields_of, plain
 from pftrack.core.numerics.statistics import holm, mcnemar, wilson
 from pftrack.runs.loss import Loss
+from pftrack.runs.manifest import fields_of, plain
 from pftrack.runs.many import FrameBlock, Trial, read_blocks
 from pftrack.runs.run import Run
 

@@ -10,7 +10,7 @@ from pftrack.analysis.diagnosis.course import COLUMNS, Course, Moment, Rule, Sig
 from pftrack.analysis.diagnosis.rules import RULES
 from pftrack.core.model.measures import Witness
 from pftrack.core.model.preset import CAUSES, CauseId
-from pftrack.core.model.series import fields_of, plain
+from pftrack.runs.manifest import fields_of, plain
 from pftrack.runs.run import Run
 
 # A rule measures one mechanism around a moment and returns a `Sign` if it is at work: since when, how strongly, and the

@@ -17,12 +17,12 @@ from pftrack.analysis.fitting.search import LinearHalf, maximise, maximise_linea
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Declaration, Parameters, Role, Value, flat
 from pftrack.core.model.recipe import Change
-from pftrack.core.model.series import fields_of
 from pftrack.core.model.tracker import Tracker
 from pftrack.experiments.experiment import Experiment
 from pftrack.filters.particles import normalise
 from pftrack.runs.coverage import Consistency, Counts, count_held, measure_consistency, pool_counts
 from pftrack.runs.loss import Loss
+from pftrack.runs.manifest import fields_of
 from pftrack.runs.many import KeptFrames, side_by_side
 from pftrack.runs.run import Run
 

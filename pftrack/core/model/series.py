@@ -22,8 +22,8 @@ d of a vector, may vary from frame to frame; columns are then as wide as the wid
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
@@ -209,22 +209,6 @@ def to_json(value: SeriesValue) -> Any:  # noqa: ANN401 - JSON
     if isinstance(value, tuple):
         return [to_json(number) for number in value]
     return value if math.isfinite(value) else None
-
-
-def fields_of(value: Any, *names: str) -> dict[str, Any]:  # noqa: ANN401 - a dataclass
-    """Return the fields of an object, or the attributes that are named, as JSON has them."""
-    return {name: plain(getattr(value, name)) for name in names or (field.name for field in fields(value))}
-
-
-def plain(value: object) -> Any:  # noqa: ANN401 - JSON
-    """Return a value as JSON has it; numbers that are not finite become None."""
-    if is_dataclass(value):
-        return fields_of(value)
-    if isinstance(value, Mapping):
-        return {name: plain(one) for name, one in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(one) for one in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def columns(series: Series, values: Sequence[SeriesValue | None]) -> dict[str, Floats]:

@@ -211,18 +211,12 @@ def _colours_of_pairs(study: Study) -> list[str]:
 # neutral middle. All are the palette's, in the form that matplotlib and CSS read.
 
 CODES = {
-    Code.FIRST_BETTER: hexadecimal(VERDICTS["first"].light),
-    Code.SECOND_BETTER: hexadecimal(VERDICTS["second"].light),
-    Code.NOT_SIGNIFICANT: hexadecimal(VERDICTS["none"].light),
-    Code.NOT_APPLICABLE: hexadecimal(VERDICTS["untested"].light),
+    Code.NOT_APPLICABLE: ("untested", "not applicable"),
+    Code.NOT_SIGNIFICANT: ("none", "not significant"),
+    Code.FIRST_BETTER: ("first", "1 better"),
+    Code.SECOND_BETTER: ("second", "2 better"),
 }
-
-CODE_NAMES = {
-    Code.FIRST_BETTER: "1 better",
-    Code.SECOND_BETTER: "2 better",
-    Code.NOT_SIGNIFICANT: "not significant",
-    Code.NOT_APPLICABLE: "not applicable",
-}
+"""Names of colours in the palette, and what they say, in the order of the codes."""
 
 
 def amounts(quantity: Quantity) -> Colormap:
@@ -328,9 +322,10 @@ def _significance_block(study: Study, pairs: Sequence[Comparison], correction: C
     maps = {_pair_title(study, pair): pair.significance(study.level, correction).codes.astype(float) for pair in pairs}
     cells = "each cell by itself" if correction == "none" else "Holm's correction over the map"
     heading = f"{pairs[0].quantity.title}, {TEST_TITLES[pairs[0].test]} test at {study.level:g}, {cells}"
-    key = tuple(Patch(facecolor=CODES[code], edgecolor=INK["outline"], label=CODE_NAMES[code]) for code in Code)
-    scale = BoundaryNorm(np.arange(-0.5, len(Code)), len(Code))
-    return Block(heading, maps, ListedColormap([CODES[code] for code in Code]), scale, key)
+    colours = [hexadecimal(VERDICTS[name].light) for name, _ in CODES.values()]
+    named = zip(colours, CODES.values(), strict=True)
+    key = tuple(Patch(facecolor=colour, edgecolor=INK["outline"], label=words) for colour, (_, words) in named)
+    return Block(heading, maps, ListedColormap(colours), BoundaryNorm(np.arange(-0.5, len(Code)), len(Code)), key)
 
 
 def _pair_title(study: Study, pair: Comparison) -> str:
