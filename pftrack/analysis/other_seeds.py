@@ -9,13 +9,13 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise, tee
-from typing import Any, Literal, TypeAlias, get_args
+from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
 from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.recipe import Timeline
-from pftrack.core.model.series import to_json
+from pftrack.core.model.series import Known
 from pftrack.core.model.tracker import EnsembleStep, TrackState
 from pftrack.core.numerics.random import LARGEST_SEED
 from pftrack.runs.loss import judge_estimates
@@ -34,6 +34,31 @@ Scene: TypeAlias = Literal["same", "other"]
 
 class ReplayError(ValueError):
     """A run was only recorded, and cannot be carried out again."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bands:
+    """What runs with other seeds do, frame by frame, as far as they have come.
+
+    Attributes:
+        runs: How many there are.
+        frames: How many frames some of them have come so far.
+        computed: How many of the runs have come to each frame so far.
+        unit: Of the errors.
+        low: Error below which 10 % of the runs are, by frame.
+        middle: Below which 50 % are.
+        high: Below which 90 % are.
+        holding: Share of the runs that have the target, by frame.
+    """
+
+    runs: int
+    frames: int
+    computed: tuple[int, ...]
+    unit: str
+    low: tuple[Known, ...]
+    middle: tuple[Known, ...]
+    high: tuple[Known, ...]
+    holding: tuple[Known, ...]
 
 
 @dataclass(frozen=True)
@@ -75,17 +100,12 @@ class Ensemble:
         has_come = np.arange(len(self.seeds))[:, None] < self.computed
         return np.asarray(1.0 - np.where(has_come, self.lost, 0.0).sum(axis=0) / self.computed, np.float64)
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON values: a number that is not finite becomes None."""
-        quantiles = (tuple(map(to_json, row)) for row in self.quantiles.tolist())
-        return {
-            "runs": len(self.seeds),
-            "frames": self.frames,
-            "computed": tuple(self.computed.tolist()),
-            "unit": self.unit,
-            **dict(zip(("low", "middle", "high"), quantiles, strict=True)),
-            "holding": tuple(map(to_json, self.holding.tolist())),
-        }
+    @property
+    def bands(self) -> Bands:
+        """Where most of the runs are in each frame."""
+        low, middle, high = (tuple(row) for row in self.quantiles.tolist())
+        computed, holding = tuple(self.computed.tolist()), tuple(self.holding.tolist())
+        return Bands(len(self.seeds), self.frames, computed, self.unit, low, middle, high, holding)
 
 
 def check_not_replayed(run: Run, frame: int) -> None:

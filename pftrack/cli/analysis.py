@@ -152,31 +152,31 @@ def fit(
 
 def _show(found: "Fit") -> None:
     numbers = [
-        (it.declared.name, f"{it.before:g}", f"{it.after:g}", it.declared.unit, "at its bound" if it.at_bound else "")
+        (it.name, f"{it.before:g}", f"{it.after:g}", it.unit, "at its bound" if it.at_bound else "")
         for it in found.numbers
     ]
     table("", ("name", "before", "after", "", ""), numbers)
     typer.echo("")
     halves = [
-        (f"{half.first} to {half.last}", used, when, f"{score.mean:.4g}", *_shares(score), *_squares(score))
+        (f"{half.first} to {half.last}", used, when, f"{score.log_evidence:.4g}", *_shares(score), *_squares(score))
         for half, used in zip(found.halves, ("used", "not used"), strict=True)
         for when, score in (("before", half.before), ("after", half.after))
     ]
     heads = ("frames", "", "", "log evidence a frame", "truth in 50 % band", "in 95 % band", "NEES", "NIS")
     table("", heads, halves)
-    limits = found.halves[1].after.consistency.nis_limits
+    limits = found.halves[1].after.nis_limits
     between = "" if limits is None else f", NIS of the second half between {limits[0]:.2f} and {limits[1]:.2f}"
     note(f"NEES is about 1 if the tracker is as sure as it may be{between}.")
     typer.echo(f"\n{' '.join(filter(None, (found.procedure, found.verdict, found.caution)))}")
 
 
 def _squares(score: "Score") -> tuple[str, str]:
-    first, second = ("" if it is None else f"{it:.3g}" for it in (score.consistency.nees, score.consistency.nis))
+    first, second = ("" if it is None else f"{it:.3g}" for it in (score.nees, score.nis))
     return first, second
 
 
 def _shares(score: "Score") -> tuple[str, str]:
-    shares = [score.coverage.get(promised) for promised in (0.5, 0.95)]
+    shares = [score.coverage.get(promised) for promised in ("50", "95")]
     first, second = ("" if share is None else f"{100 * share:.0f} %" for share in shares)
     return first, second
 

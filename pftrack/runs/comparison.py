@@ -18,9 +18,9 @@ from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.measures import Measure
 from pftrack.core.model.palette import BRANCHES, hexadecimal
 from pftrack.core.model.parameters import Declaration, Value, declarations
+from pftrack.core.model.series import Known, as_json
 from pftrack.core.numerics.statistics import dependent_mean_interval
 from pftrack.runs.loss import Loss
-from pftrack.runs.manifest import fields_of
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import evaluated_run
 
@@ -114,10 +114,6 @@ class Divergence:
     second: int
     frame: int | None
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON values."""
-        return fields_of(self)
-
 
 @dataclass(frozen=True, slots=True)
 class Paired:
@@ -143,13 +139,9 @@ class Paired:
     unit: str
     better: Literal["higher", "lower"]
     frames: int
-    mean: float
-    low: float
-    high: float
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON values; what is not a number becomes None."""
-        return fields_of(self)
+    mean: Known
+    low: Known
+    high: Known
 
 
 def find_divergence(one: Sequence[Sequence[float]], other: Sequence[Sequence[float]]) -> int | None:
@@ -199,10 +191,6 @@ class Setting:
     name: str
     title: str
     values: tuple[str | None, ...]
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON values."""
-        return fields_of(self)
 
 
 def settings(runs: Sequence[Run], alignment: Alignment) -> tuple[Setting, ...]:
@@ -329,14 +317,57 @@ class Outcome:
         first_lost_frame: The first of them; None where it never is.
     """
 
-    mean_error: float
-    success_share: float
+    mean_error: Known
+    success_share: Known
     lost_frames: int | None
     first_lost_frame: int | None
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON values; what is not a number becomes None."""
-        return fields_of(self)
+        values: dict[str, Any] = as_json(self)
+        return values
+
+
+@dataclass(frozen=True, slots=True)
+class ComparisonOutline:
+    """What is known of a comparison before anything is computed.
+
+    Attributes:
+        unit: Of the errors of all runs.
+        frames: How many the runs have in common.
+        firsts: The number that each run has for the first of them.
+        names: What to call each run.
+        colours: A colour for each, "#rrggbb".
+        settings: What differs, and that alone.
+    """
+
+    unit: str
+    frames: int
+    firsts: tuple[int, ...]
+    names: tuple[str, ...]
+    colours: tuple[str, ...]
+    settings: tuple[Setting, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ComparisonResult:
+    """What is known of a comparison once its runs have been computed.
+
+    Attributes:
+        frames: How many were compared.
+        outcomes: What came of each run.
+        partings: Where each pair of runs parts.
+        first_difference: The first frame in which any two runs part.
+        before_loss: The frame from which to watch the first loss of any run.
+        paired: How much each other run differs from the first.
+    """
+
+    frames: int
+    outcomes: tuple[Outcome, ...]
+    partings: tuple[Divergence, ...]
+    first_difference: int | None
+    before_loss: int | None
+    paired: tuple[Paired, ...]
 
 
 @dataclass(frozen=True)
@@ -459,10 +490,22 @@ class Comparison:
         """
         return tuple(each for other in range(1, len(self.runs)) for each in self._pair(other))
 
+    @property
+    def outline(self) -> ComparisonOutline:
+        """What is known before anything is computed."""
+        alignment = self.alignment
+        return ComparisonOutline(self.unit, alignment.frames, alignment.firsts, self.names, self.colours, self.settings)
+
+    @property
+    def result(self) -> ComparisonResult:
+        """What is known of the frames that all runs have computed."""
+        return ComparisonResult(
+            self.frames, self.outcomes, self.partings, self.first_difference, self.before_loss, self.paired
+        )
+
     def as_dict(self) -> dict[str, Any]:
         """Return all that is known of it as JSON values."""
-        names = ("unit", "frames", "names", "colours", "settings", "outcomes", "partings", "first_difference")
-        return {**fields_of(self, *names, "before_loss", "paired"), "firsts": list(self.alignment.firsts)}
+        return {**as_json(self.outline), **as_json(self.result)}
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows: what differs, what came of each run, and what one gains."""

@@ -15,7 +15,6 @@ from pftrack.core.model.parameters import Parameters, Value, revise
 from pftrack.core.model.recipe import Change
 from pftrack.core.numerics.statistics import chi_square_limit
 from pftrack.experiments.experiment import Experiment
-from pftrack.runs.manifest import fields_of
 from pftrack.runs.run import Run
 
 Counts: TypeAlias = Mapping[str, Mapping[float, tuple[int, int]]]
@@ -140,10 +139,6 @@ class Consistency:
     nees: float | None = None
     nis: float | None = None
     nis_limits: tuple[float, float] | None = None
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON values by name."""
-        return fields_of(self)
 
 
 def measure_consistency(runs: Sequence[Run], first: int = 1, end: int | None = None) -> Consistency:

@@ -5,6 +5,7 @@ import pytest
 
 from pftrack.analysis.other_seeds import Ensemble, ensemble, ensembling, other_seeds
 from pftrack.core.model.recipe import Change
+from pftrack.core.model.series import as_json
 from pftrack.experiments import find
 from pftrack.experiments.fish.model import _cached_edges
 from pftrack.runs.many import Trial, read_blocks
@@ -145,7 +146,7 @@ def test_quantiles_and_share_by_hand() -> None:
     found = Ensemble(tuple(range(10)), errors, lost, np.full(3, 10), "px")
     np.testing.assert_array_equal(found.quantiles, [[1, np.nan, 0], [5, np.nan, 0], [9, np.nan, np.inf]])
     np.testing.assert_allclose(found.holding, [0.7, np.nan, 1.0])
-    told = found.as_dict()
+    told = as_json(found.bands)
     assert (told["runs"], told["frames"], told["high"], told["holding"][1]) == (10, 3, (9.0, None, None), None)
 
 

@@ -11,14 +11,15 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from pydantic import TypeAdapter
 
-from pftrack.analysis.counterfactuals.alternatives import Allow, Alternative, allow_all, alternatives
+from pftrack.analysis.counterfactuals.alternatives import Allow, Alternative, Kind, allow_all, alternatives
 from pftrack.analysis.other_seeds import check_not_replayed, go_on, other_seeds, takes_all_at_once
 from pftrack.core.arrays import Floats
 from pftrack.core.model.measures import END_FRAMES
+from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Change, Timeline
+from pftrack.core.model.series import Known, as_json
 from pftrack.core.numerics.statistics import holm, mcnemar, wilson
 from pftrack.runs.loss import Loss
-from pftrack.runs.manifest import fields_of, plain
 from pftrack.runs.many import FrameBlock, Trial, read_blocks
 from pftrack.runs.run import Run
 
@@ -119,6 +120,63 @@ class Comparison:
         if self.corrected >= LEVEL:
             return "unclear"
         return "better" if self.won > self.lost else "worse"
+
+
+@dataclass(frozen=True, slots=True)
+class ToldFinding:
+    """What is told of one change; the first is none, with other seeds.
+
+    Attributes:
+        kind: Of the change.
+        title: What people call it.
+        values: What it sets.
+        parameter: Name of the one parameter that is changed; empty if none is.
+        holding: How many runs held.
+        runs: How many seeds were tried.
+        share: Of the runs that held.
+        low: Lower end of its 95 % interval (Wilson).
+        high: Upper end.
+        step_ms: Mean time of a step, ms.
+        p_value: Of McNemar's test against no change on the same seeds.
+        corrected: The same after Holm's correction for all changes that are tried.
+        verdict: What may be said of it.
+        seed: To look at: the first with which it holds, else the first that was tried.
+    """
+
+    kind: Kind
+    title: str
+    values: Mapping[str, Value]
+    parameter: str
+    holding: int
+    runs: int
+    share: Known
+    low: Known
+    high: Known
+    step_ms: float
+    p_value: float | None
+    corrected: float | None
+    verdict: Verdict
+    seed: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class ToldReport:
+    """What is told of a report: its numbers (see `Report`), sentences about them, and the findings, best first."""
+
+    loss: int
+    first_lost_frame: int | None
+    begin: int
+    end: int
+    judged: int
+    planned: int
+    trials: int
+    is_complete: bool
+    loss_sentence: str
+    sentence: str
+    progress: str
+    correction: str
+    caveat: str
+    findings: tuple[ToldFinding, ...]
 
 
 @dataclass(frozen=True)
@@ -250,24 +308,48 @@ class Report:
         said = [f"{each.alternative.title}: {held}", f"{each.step_ms:.2g} ms a step", self.words(each)]
         return ", ".join(filter(None, said)) + "."
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON values, the findings best first."""
-        numbers = ("loss", "first_lost_frame", "begin", "end", "judged", "planned", "trials", "is_complete")
-        told = fields_of(self, *numbers, "loss_sentence", "sentence", "progress", "correction")
-        return {**told, "caveat": CAVEAT, "findings": [self._told(each) for each in self.best_first]}
+    @property
+    def told(self) -> ToldReport:
+        """What is told of it to people and other programs."""
+        return ToldReport(
+            self.loss,
+            self.first_lost_frame,
+            self.begin,
+            self.end,
+            self.judged,
+            self.planned,
+            self.trials,
+            self.is_complete,
+            self.loss_sentence,
+            self.sentence,
+            self.progress,
+            self.correction,
+            CAVEAT,
+            tuple(map(self._tell, self.best_first)),
+        )
 
-    def _told(self, each: Finding) -> dict[str, Any]:
-        low, high = each.interval
-        compared = None if each is self.baseline else self.comparisons[each.alternative]
-        return {
-            **fields_of(each.alternative),
-            **fields_of(each, "holding", "runs", "share", "step_ms", "seed"),
-            "low": plain(low),
-            "high": plain(high),
-            "p_value": compared and compared.p_value,
-            "corrected": compared and compared.corrected,
-            "verdict": self.verdict(each),
-        }
+    def as_dict(self) -> dict[str, Any]:
+        """Return what is told of it as JSON values."""
+        values: dict[str, Any] = as_json(self.told)
+        return values
+
+    def _tell(self, each: Finding) -> ToldFinding:
+        change, compared = each.alternative, None if each is self.baseline else self.comparisons[each.alternative]
+        return ToldFinding(
+            change.kind,
+            change.title,
+            change.values,
+            change.parameter,
+            each.holding,
+            each.runs,
+            each.share,
+            *each.interval,
+            each.step_ms,
+            compared and compared.p_value,
+            compared and compared.corrected,
+            self.verdict(each),
+            each.seed,
+        )
 
 
 _RECORDS: TypeAdapter[Report] = TypeAdapter(Report)

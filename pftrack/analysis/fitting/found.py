@@ -9,20 +9,21 @@ word and by the truth. A fit knows the numbers before and after, how both halves
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final, Literal, TypeAlias
+from typing import Annotated, Any, Final, Literal, TypeAlias
 
 import numpy as np
+from pydantic import Field, computed_field
 
 from pftrack.analysis.fitting.search import LinearHalf, maximise, maximise_linear
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Declaration, Parameters, Role, Value, flat
 from pftrack.core.model.recipe import Change
+from pftrack.core.model.series import as_json
 from pftrack.core.model.tracker import Tracker
 from pftrack.experiments.experiment import Experiment
 from pftrack.filters.particles import normalise
-from pftrack.runs.coverage import Consistency, Counts, count_held, measure_consistency, pool_counts
+from pftrack.runs.coverage import count_held, measure_consistency, pool_counts
 from pftrack.runs.loss import Loss
-from pftrack.runs.manifest import fields_of
 from pftrack.runs.many import KeptFrames, side_by_side
 from pftrack.runs.run import Run
 
@@ -41,25 +42,19 @@ class Score:
     """What some frames come to, over several runs.
 
     Attributes:
-        evidence: (L,) log evidence of each frame, nats, as a mean over the runs.
-        coverage: Share of the reports in which a band of 50 or 95 % held the truth, by that share; empty where no truth
-            is known or no band is told.
-        consistency: How large errors and innovations are in the deviations that were told.
+        log_evidence: Mean log evidence of a frame, nats.
+        coverage: Share of the reports in which a band of 50 or 95 % held the truth, by that percentage; empty where no
+            truth is known or no band is told.
+        nees: Mean squared error of a coordinate in its deviation (`Consistency`).
+        nis: Mean squared innovation of a number in its deviation.
+        nis_limits: Between which that of a right filter is in 95 %.
     """
 
-    evidence: Floats
-    coverage: Mapping[float, float]
-    consistency: Consistency
-
-    @property
-    def mean(self) -> float:
-        """Mean log evidence of a frame, nats."""
-        return float(self.evidence.mean())
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return its numbers as JSON values by name; the evidence as its mean."""
-        coverage = {f"{100 * promised:g}": share for promised, share in self.coverage.items()}
-        return {"log_evidence": self.mean, "coverage": coverage, **self.consistency.as_dict()}
+    log_evidence: float
+    coverage: Mapping[str, float]
+    nees: float | None
+    nis: float | None
+    nis_limits: tuple[float, float] | None
 
 
 def _log_evidence(run: Run, levels: Mapping[int, float] | None) -> Floats:
@@ -94,31 +89,38 @@ def _level(run: Run, before: Any, step: Any) -> float:  # noqa: ANN401 - the sta
     return log_sum - float(np.log(found.log_likelihoods.size))
 
 
-def score(runs: Sequence[Run], evidence: Sequence[Floats], first: int, end: int) -> Score:
+def _score(runs: Sequence[Run], evidence: Floats, first: int, end: int) -> Score:
     """Return what some frames of several runs come to.
 
     Args:
         runs: Of the same recording and settings with other random numbers, computed to that end.
-        evidence: (T,) log evidence of each run, nats, NaN in frames that count for nothing.
+        evidence: (L,) log evidence of the frames that count, nats, as a mean over the runs.
         first: The first frame that counts.
+        end: The frame after the last.
+    """
+    pooled = pool_counts(count_held(run, first, end) for run in runs)
+    # Of the first band that the experiment declares.
+    coverage = {f"{100 * one.promised:g}": one.share for one in pooled if one.of == pooled[0].of}
+    squares = measure_consistency(runs, first, end)
+    return Score(float(evidence.mean()), coverage, squares.nees, squares.nis, squares.nis_limits)
+
+
+def _known(evidence: Sequence[Floats], first: int, end: int) -> Floats:
+    """Return the log evidence (L,) of the frames from first to before end that count, as a mean over runs, nats.
+
+    Args:
+        evidence: (T,) log evidence of each run, nats, NaN in frames that count for nothing.
+        first: The first frame.
         end: The frame after the last.
 
     Raises:
-        ValueError: There are no runs, or all of these frames are left out.
+        ValueError: All of these frames are left out.
     """
-    among = np.mean([one[first:end] for one in evidence], axis=0) if runs else np.zeros(0)
+    among = np.mean([one[first:end] for one in evidence], axis=0)
     known = among[~np.isnan(among)]
     if not len(known):
         raise ValueError(f"no frame from {first} to {end - 1} counts")
-    coverage = _coverage([count_held(run, first, end) for run in runs])
-    return Score(known, coverage, measure_consistency(runs, first, end))
-
-
-def _coverage(counts: Sequence[Counts]) -> dict[float, float]:
-    """Return the coverage of the first band that the experiment declares."""
-    pooled = pool_counts(counts)
-    of = pooled[0].of if pooled else ""
-    return {one.promised: one.share for one in pooled if one.of == of}
+    return known
 
 
 KEPT_BYTES: Final = 512 * 2**20
@@ -190,13 +192,20 @@ class Trials:
     def evidence(self, values: Sequence[float]) -> float:
         """Return the log evidence of a frame of the first half, with the same random numbers in all trials."""
         self.tried += 1
-        return self._scores(values, range(self.seeds), self.halves[:1])[0].mean
+        (_, evidence), (first, last) = self._evidence(values, range(self.seeds), self.halves[0][1]), self.halves[0]
+        return float(_known(evidence, first, last + 1).mean())
 
-    def judge(self, values: Sequence[float]) -> list[Score]:
-        """Return what both halves come to, with random numbers that no trial had."""
-        return self._scores(values, range(self.seeds, self.seeds + self._judging), self.halves)
+    def judge(self, values: Sequence[float]) -> list[tuple[Score, Floats]]:
+        """Return what each half comes to, and the evidence of its frames, with random numbers that no trial had."""
+        runs, found = self._evidence(values, range(self.seeds, self.seeds + self._judging), self.halves[1][1])
+        known = [_known(found, first, last + 1) for first, last in self.halves]
+        return [
+            (_score(runs, evidence, first, last + 1), evidence)
+            for (first, last), evidence in zip(self.halves, known, strict=True)
+        ]
 
-    def _scores(self, values: Sequence[float], seeds: range, halves: Sequence[tuple[int, int]]) -> list[Score]:
+    def _evidence(self, values: Sequence[float], seeds: range, last: int) -> tuple[list[Run], list[Floats]]:
+        """Return runs with these values up to a last frame, and the log evidence (T,) of each."""
         levels: dict[int, dict[int, float]] = {seed: {} for seed in seeds}
         before: dict[int, Any] = {}
 
@@ -207,12 +216,12 @@ class Trials:
                 before[run.seed] = run.current.state
 
         runs, evidence = [], []
-        for made in self._carry_out(values, halves[-1][1] + 1, seeds, look):
+        for made in self._carry_out(values, last + 1, seeds, look):
             evidence.append(_log_evidence(made, levels[made.seed] if self._levelled else None))
             runs.append(made)
             self.done += 1
             self._on_step(self.done, self._most)
-        return [score(runs, evidence, first, last + 1) for first, last in halves]
+        return runs, evidence
 
     def _lay_open(self, frames: int) -> LinearHalf | None:
         """Return the model of the first frames, from frame 0 on; None where it is not linear in the numbers."""
@@ -272,13 +281,17 @@ class Fitted:
     """One number that was fitted.
 
     Attributes:
-        declared: What it is.
+        name: Name of the parameter.
+        title: Its title.
+        unit: Its unit.
         before: Its value before.
         after: The value that was found.
         at_bound: Whether that is about a bound of the number, so that the best may lie beyond.
     """
 
-    declared: Declaration
+    name: str
+    title: str
+    unit: str
     before: float
     after: float
     at_bound: bool
@@ -316,6 +329,7 @@ class Fit:
         runs: How many runs it took.
         seeds: How many runs of each setting.
         lost: In how many of the frames the run had lost its target, by the truth or by the tracker's own account.
+        gains: By how much the log evidence of each frame of the second half is larger, nats; not in JSON.
     """
 
     tracker: str
@@ -328,17 +342,21 @@ class Fit:
     runs: int
     seeds: int
     lost: int
+    gains: Annotated[tuple[float, ...], Field(exclude=True)] = ()
 
+    @computed_field  # type: ignore[prop-decorator]  # as for all that follow: mypy knows decorated properties of no one else
     @property
     def kept(self) -> bool:
         """Whether what was found is better on the half that was not used."""
         return self.gain > SURE_SD * self.gain_error and any(it.after != it.before for it in self.numbers)
 
+    @computed_field  # type: ignore[prop-decorator]
     @property
     def values(self) -> dict[str, Value]:
         """What was found, by name; empty if it is not kept."""
-        return {it.declared.name: it.after for it in self.numbers} if self.kept else {}
+        return {it.name: it.after for it in self.numbers} if self.kept else {}
 
+    @computed_field  # type: ignore[prop-decorator]
     @property
     def verdict(self) -> str:
         """What came of it, one sentence."""
@@ -352,6 +370,7 @@ class Fit:
         why = "which may be chance" if self.gain > 0 else "so what was found suits the other half alone"
         return f"Not kept: {said}, {why}."
 
+    @computed_field  # type: ignore[prop-decorator]
     @property
     def procedure(self) -> str:
         """How it was found, one sentence."""
@@ -362,6 +381,7 @@ class Fit:
         how = "golden section" if len(self.numbers) == 1 else "a simplex search"
         return f"Found by {how} over {self.rounds} settings{each}."
 
+    @computed_field  # type: ignore[prop-decorator]
     @property
     def caution(self) -> str:
         """Why it may mislead, one sentence; empty if nothing speaks against it."""
@@ -375,29 +395,8 @@ class Fit:
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON values by name; a number that is not known becomes None."""
-        names = (
-            "tracker",
-            "kept",
-            "verdict",
-            "caution",
-            "values",
-            "gain",
-            "gain_error",
-            "method",
-            "rounds",
-            "procedure",
-        )
-        return {
-            **fields_of(self, *names, "procedure", "runs", "seeds"),
-            "numbers": [
-                {**fields_of(it.declared, "name", "title", "unit"), **fields_of(it, "before", "after", "at_bound")}
-                for it in self.numbers
-            ],
-            "halves": [
-                {"first": it.first, "last": it.last, "before": it.before.as_dict(), "after": it.after.as_dict()}
-                for it in self.halves
-            ],
-        }
+        values: dict[str, Any] = as_json(self)
+        return values
 
 
 MOST_NUMBERS: Final = max(TRIALS)
@@ -469,10 +468,20 @@ def fit(
     rounded = tuple(_round(it, *bounds) for it, bounds in zip(found, trials.bounds, strict=True))
     after = trials.before if found == trials.begin else rounded
     judged = [trials.judge(values) for values in (trials.before, after)]
-    first, second = (Half(*frames, *(scores[half] for scores in judged)) for half, frames in enumerate(trials.halves))
-    gain, gain_error = _compare(second)
+    first, second = (
+        Half(*frames, *(scores[half][0] for scores in judged)) for half, frames in enumerate(trials.halves)
+    )
+    (_, before), (_, better) = (scores[1] for scores in judged)
+    gains = better - before
     numbers = tuple(
-        Fitted(it, old, new, at_bound=new != old and bool(np.isclose(new, bound, rtol=NEAR_BOUND).any()))
+        Fitted(
+            it.name,
+            it.title,
+            it.unit,
+            old,
+            new,
+            at_bound=new != old and bool(np.isclose(new, bound, rtol=NEAR_BOUND).any()),
+        )
         for it, old, new, bound in zip(declared, trials.before, after, trials.bounds, strict=True)
     )
     lost = int(Loss.of(run.diagnostics).lost[1:end].sum())
@@ -480,13 +489,14 @@ def fit(
         tracker=trials.tracker,
         numbers=numbers,
         halves=(first, second),
-        gain=gain,
-        gain_error=gain_error,
+        gain=float(gains.mean()),
+        gain_error=_error(gains),
         method="search" if trials.linear is None else "em",
         rounds=rounds,
         runs=trials.done,
         seeds=trials.seeds,
         lost=lost,
+        gains=tuple(gains.tolist()),
     )
 
 
@@ -526,8 +536,7 @@ def _round(value: float, least: float, most: float) -> float:
     return min(max(float(f"{value:.3g}"), least), most)
 
 
-def _compare(half: Half) -> tuple[float, float]:
-    """Return the mean difference of the evidence of a frame, nats, and its standard error, from means over blocks."""
-    differences = half.after.evidence - half.before.evidence
-    blocks = np.array([block.mean() for block in np.array_split(differences, min(BLOCKS, len(differences)))])
-    return float(differences.mean()), float(blocks.std(ddof=1) / math.sqrt(len(blocks)))
+def _error(gains: Floats) -> float:
+    """Return the standard error of the mean of what the frames (L,) of the second half gain, from means over blocks."""
+    blocks = np.array([block.mean() for block in np.array_split(gains, min(BLOCKS, len(gains)))])
+    return float(blocks.std(ddof=1) / math.sqrt(len(blocks)))

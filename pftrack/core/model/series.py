@@ -24,9 +24,11 @@ d of a vector, may vary from frame to frame; columns are then as wide as the wid
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple, TypeAlias
+from functools import cache
+from typing import Annotated, Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
+from pydantic import BeforeValidator, PlainSerializer, TypeAdapter
 
 from pftrack.core.arrays import Floats
 
@@ -209,6 +211,24 @@ def to_json(value: SeriesValue) -> Any:  # noqa: ANN401 - JSON
     if isinstance(value, tuple):
         return [to_json(number) for number in value]
     return value if math.isfinite(value) else None
+
+
+Known: TypeAlias = Annotated[
+    float,
+    BeforeValidator(lambda value: math.nan if value is None else value),
+    PlainSerializer(lambda value: value if math.isfinite(value) else None, return_type=float | None),
+]
+"""A number that may be unknown: NaN here, null in JSON, both ways."""
+
+
+def as_json(value: object) -> Any:  # noqa: ANN401 - JSON
+    """Return a dataclass or a pydantic model as JSON values; a `Known` number that is not finite becomes None."""
+    return _adapter(type(value)).dump_python(value, mode="json")
+
+
+@cache
+def _adapter(kind: type) -> TypeAdapter[Any]:
+    return TypeAdapter(kind)
 
 
 def columns(series: Series, values: Sequence[SeriesValue | None]) -> dict[str, Floats]:
