@@ -4,12 +4,12 @@ A trial is a run that goes on from shortly before a loss, with a change and with
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
-from typing import Any, Literal, TypeAlias
+from typing import Annotated, Any, Literal, TypeAlias
 
 import numpy as np
-from pydantic import TypeAdapter
+from pydantic import Field, TypeAdapter, computed_field
 
 from pftrack.analysis.counterfactuals.alternatives import Allow, Alternative, Kind, allow_all, alternatives
 from pftrack.analysis.other_seeds import check_not_replayed, go_on, other_seeds, takes_all_at_once
@@ -159,29 +159,9 @@ class ToldFinding:
     seed: int | None
 
 
-@dataclass(frozen=True, slots=True)
-class ToldReport:
-    """What is told of a report: its numbers (see `Report`), sentences about them, and the findings, best first."""
-
-    loss: int
-    first_lost_frame: int | None
-    begin: int
-    end: int
-    judged: int
-    planned: int
-    trials: int
-    is_complete: bool
-    loss_sentence: str
-    sentence: str
-    progress: str
-    correction: str
-    caveat: str
-    findings: tuple[ToldFinding, ...]
-
-
 @dataclass(frozen=True)
 class Report:
-    """What came of all changes, as far as they have been tried.
+    """What came of all changes, as far as they have been tried; its JSON has findings as they are told.
 
     Attributes:
         loss: Frame in which the loss began.
@@ -202,9 +182,9 @@ class Report:
     judged: int
     planned: int
     trials: int
-    findings: tuple[Finding, ...]
+    findings: Annotated[tuple[Finding, ...], Field(exclude=True)]
     is_complete: bool = False
-    asked: int | None = None
+    asked: Annotated[int | None, Field(exclude=True)] = None
     first_lost_frame: int | None = None
 
     def is_of(self, other: "Report") -> bool:
@@ -212,6 +192,7 @@ class Report:
         numbers = ("loss", "begin", "end", "judged")
         return all(getattr(self, name) == getattr(other, name) for name in numbers)
 
+    @computed_field  # type: ignore[prop-decorator]
     @property
     def loss_sentence(self) -> str:
         """Which loss is meant, a sentence."""
@@ -265,11 +246,13 @@ class Report:
         told = f"p < {LEAST_P}" if p_value < LEAST_P else f"p = {p_value:.2g}"
         return f"{WORDS[self.verdict(finding)]} ({told})"
 
+    @computed_field  # type: ignore[prop-decorator]
     @property
     def correction(self) -> str:
         """What the p-values are, a sentence."""
         return f"Each p is McNemar's against no change on the same seeds, corrected for all {self.planned} (Holm)."
 
+    @computed_field  # type: ignore[prop-decorator]
     @property
     def sentence(self) -> str:
         """What it comes to, in a sentence or two."""
@@ -286,6 +269,7 @@ class Report:
         tried = "None" if self.is_complete else "So far none"
         return f"{luck} {tried} of the {self.planned} changes is clearly better."
 
+    @computed_field  # type: ignore[prop-decorator]
     @property
     def progress(self) -> str:
         """With how many seeds the changes have been tried, in a sentence."""
@@ -308,29 +292,21 @@ class Report:
         said = [f"{each.alternative.title}: {held}", f"{each.step_ms:.2g} ms a step", self.words(each)]
         return ", ".join(filter(None, said)) + "."
 
+    @computed_field  # type: ignore[prop-decorator]
     @property
-    def told(self) -> ToldReport:
-        """What is told of it to people and other programs."""
-        return ToldReport(
-            self.loss,
-            self.first_lost_frame,
-            self.begin,
-            self.end,
-            self.judged,
-            self.planned,
-            self.trials,
-            self.is_complete,
-            self.loss_sentence,
-            self.sentence,
-            self.progress,
-            self.correction,
-            CAVEAT,
-            tuple(map(self._tell, self.best_first)),
-        )
+    def caveat(self) -> str:
+        """What it does not say."""
+        return CAVEAT
+
+    @computed_field(alias="findings")  # type: ignore[prop-decorator]
+    @property
+    def told(self) -> tuple[ToldFinding, ...]:
+        """What is told of each change, best first."""
+        return tuple(map(self._tell, self.best_first))
 
     def as_dict(self) -> dict[str, Any]:
         """Return what is told of it as JSON values."""
-        values: dict[str, Any] = as_json(self.told)
+        values: dict[str, Any] = as_json(self)
         return values
 
     def _tell(self, each: Finding) -> ToldFinding:
@@ -357,8 +333,7 @@ _RECORDS: TypeAdapter[Report] = TypeAdapter(Report)
 
 def record(report: Report) -> dict[str, Any]:
     """Return a report as JSON values, for another process; `read_record` reads it."""
-    values: dict[str, Any] = _RECORDS.dump_python(report, mode="json")
-    return values
+    return asdict(report)
 
 
 def read_record(values: Mapping[str, Any]) -> Report:

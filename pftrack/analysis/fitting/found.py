@@ -344,7 +344,7 @@ class Fit:
     lost: int
     gains: Annotated[tuple[float, ...], Field(exclude=True)] = ()
 
-    @computed_field  # type: ignore[prop-decorator]  # as for all that follow: mypy knows decorated properties of no one else
+    @computed_field  # type: ignore[prop-decorator]
     @property
     def kept(self) -> bool:
         """Whether what was found is better on the half that was not used."""

@@ -223,7 +223,7 @@ Known: TypeAlias = Annotated[
 
 def as_json(value: object) -> Any:  # noqa: ANN401 - JSON
     """Return a dataclass or a pydantic model as JSON values; a `Known` number that is not finite becomes None."""
-    return _adapter(type(value)).dump_python(value, mode="json")
+    return _adapter(type(value)).dump_python(value, mode="json", by_alias=True)
 
 
 @cache
