@@ -73,7 +73,7 @@ def _models() -> Iterator[type[BaseModel]]:
     for module in (it.name for it in pkgutil.iter_modules(schemas.__path__, f"{schemas.__name__}.")):
         for value in vars(importlib.import_module(module)).values():
             if isinstance(value, type) and issubclass(value, BaseModel) and value.__module__ == module:
-                is_base = value.__name__ in {"Message", "RequestBody"}
+                is_base = value.__name__ in {"Message", "RequestBody"} or value.__pydantic_generic_metadata__["origin"]
                 yield from [] if is_base else [value]
 
 

@@ -10,7 +10,7 @@ import { Table } from "./table.js";
 import { JointView } from "./joint_view.js";
 
 /** @import { ViewKind } from "../session/view_choice.js" */
-/** @import { ComparedPublic, ComparedRun, ComparisonOutline, ExportPublic, Recipe, RunComparisonPublic } from "../shared/messages.js" */
+/** @import { ComparedPublic, ComparedRun, ComparisonJob, ComparisonResult, ExportPublic, Recipe, RunComparisonPublic } from "../shared/messages.js" */
 /** @import { Column } from "./column.js" */
 /** @import { Arrangement, Wanted } from "../shared/comparison_link.js" */
 /** @import { Member } from "./joint_view.js" */
@@ -26,8 +26,8 @@ import { JointView } from "./joint_view.js";
  */
 
 /** @typedef {Pick<ComparedPublic, "name"|"title"|"colour"|"first">} Run */
-/** @typedef {Pick<ComparisonOutline, "unit"|"settings"> & {runs: (Run & {recipe?: Recipe})[], exports?: ExportPublic[]}} Outline */
-/** @typedef {Pick<RunComparisonPublic, "state"|"done"|"total"|"result"|"message">} Outcome */
+/** @typedef {Pick<RunComparisonPublic, "unit"|"settings"> & {runs: (Run & {recipe?: Recipe})[], exports?: ExportPublic[]}} Outline */
+/** @typedef {Pick<ComparisonJob, "state"|"done"|"total"|"error"> & {result: ComparisonResult|null}} Outcome */
 
 /**
  * @typedef {object} Options
@@ -48,12 +48,14 @@ import { JointView } from "./joint_view.js";
  * @returns {Promise<RunComparison>} Rejects where the runs cannot be compared.
  */
 export async function compare(element, { runs, position = 0, arrangement = "side" }, tell, signal, options = {}) {
-  const comparison = await begin(runs, tell, signal);
+  const job = await begin(runs, tell, signal);
+  const comparison = job.result;
+  if (comparison === null) throw new Error(job.error ?? "The runs could not be compared");
   const known = comparison.runs.map(({ recipe }) => ({ recipe }));
   const at = Math.min(position, comparison.frames - 1);
   const members = comparison.runs.map(({ shown, upload, first }) => ({ recipe: { recipe: shown, upload, position: first + at } }));
   const compared = new RunComparison(element, comparison, members, { ...options, arrangement, readOnly: false });
-  follow(comparison, known, (now) => compared.know(now), compared.signal).catch((error) => compared.fail(error));
+  follow(job, known, (now) => compared.know({ ...now, result: now.result?.found ?? null }), compared.signal).catch((error) => compared.fail(error));
   return compared;
 }
 
@@ -161,9 +163,9 @@ export class RunComparison {
   }
 
   /** @param {Outcome} outcome What is known by now of what came of the runs. */
-  know({ state, done, total, result, message }) {
+  know({ state, done, total, result, error }) {
     const isNew = this.#outcome?.state !== state;
-    const outcome = (this.#outcome = { state, done, total, result, message });
+    const outcome = (this.#outcome = { state, done, total, result, error });
     const { store } = this.#together;
     this.#table.show(outcome, this.#together.measure);
     if (result !== null && isNew) {
@@ -179,8 +181,8 @@ export class RunComparison {
   /** @param {unknown} error Why it is not known what came of the runs. */
   fail(error) {
     if (this.signal.aborted) return;
-    const message = error instanceof Error ? error.message : String(error);
-    this.know({ state: "failed", done: 0, total: 0, result: null, message });
+    const why = error instanceof Error ? error.message : String(error);
+    this.know({ state: "failed", done: 0, total: 0, result: null, error: why });
   }
 
   /** Go to the first frame in which two runs differ. */

@@ -2,7 +2,7 @@
 
 import { number, quantity } from "../shared/format.js";
 
-/** @import { ComparisonResult, OutcomePublic, PairedPublic } from "../shared/messages.js" */
+/** @import { ComparisonResult, Outcome, Paired } from "../shared/messages.js" */
 
 const NONE = "–";
 const ERROR = "error";
@@ -21,7 +21,7 @@ export function outcomeLines({ frames, outcomes, paired }, { unit, names, measur
   /**
    * @param {string} title
    * @param {string} hint
-   * @param {(outcome: OutcomePublic) => string} text
+   * @param {(outcome: Outcome) => string} text
    */
   const line = (title, hint, text) => ({ title, hint, cells: outcomes.map((outcome) => ({ text: text(outcome) })) });
   const quantities = [...new Set(paired.map(({ name }) => name))];
@@ -33,14 +33,14 @@ export function outcomeLines({ frames, outcomes, paired }, { unit, names, measur
   ].filter(({ cells }) => cells.some(({ text }) => text !== NONE && text !== ""));
 }
 
-/** @param {OutcomePublic} outcome */
+/** @param {Outcome} outcome */
 function lossWords({ lost_frames: lost, first_lost_frame: first }) {
   if (lost === null) return NONE;
   return first === null ? "never" : `${first}`;
 }
 
 /**
- * @param {PairedPublic[]} paired Of one quantity.
+ * @param {Paired[]} paired Of one quantity.
  * @param {readonly string[]} names
  * @returns {Line}
  */
@@ -57,7 +57,7 @@ function pairedLine(paired, names) {
 /**
  * How far apart, and the interval in which that is known: "+17.1 px" and "10.0 to 24.3".
  *
- * @param {PairedPublic} paired
+ * @param {Paired} paired
  * @returns {Cell}
  */
 function gained(paired) {
@@ -70,7 +70,7 @@ function gained(paired) {
 /**
  * The same as a sentence.
  *
- * @param {PairedPublic} paired
+ * @param {Paired} paired
  * @param {readonly string[]} names
  */
 export function sentence(paired, names) {
@@ -84,7 +84,7 @@ export function sentence(paired, names) {
 }
 
 /**
- * @param {PairedPublic} paired
+ * @param {Paired} paired
  * @returns {(value: number) => string}
  */
 function figureOf({ name, unit }) {

@@ -59,11 +59,9 @@ const views = viewSwitch("flat", (kind) => {
   if (kind === "scene") arrangements.mark("side");
 });
 const share = tool("share", "Share", "Share a link to this comparison", shareDialog);
-const away = exportLists({
-  begin: (name) => {
-    if (compared === null) throw new Error("There is no comparison to write");
-    return api.exportComparison(name, { runs: compared.wanted.runs, title: titleOf(compared).slice(0, LONGEST_TITLE) });
-  },
+const away = exportLists((name) => {
+  if (compared === null) throw new Error("There is no comparison to write");
+  return api.exportComparison(name, { runs: compared.wanted.runs, title: titleOf(compared).slice(0, LONGEST_TITLE) });
 });
 const files = tool("files", "Files", "Export this comparison", () => {});
 const fileMenu = popover(files, h("section", {}, h("h2", {}, "Take away"), away.element));

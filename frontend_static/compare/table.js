@@ -4,7 +4,7 @@ import { fill, h, setText } from "../shared/dom.js";
 import { count } from "../shared/format.js";
 import { outcomeLines } from "./outcome_text.js";
 
-/** @import { SettingPublic } from "../shared/messages.js" */
+/** @import { Setting } from "../shared/messages.js" */
 /** @import { Outcome, Outline } from "./compare.js" */
 
 const INTERVAL =
@@ -49,9 +49,9 @@ export class Table {
    * @param {Outcome} outcome
    * @param {string} measure Title of what decides on success; the lines come when it is known.
    */
-  show({ state, done, total, result, message }, measure) {
+  show({ state, done, total, result, error }, measure) {
     const { unit, runs } = this.#comparison;
-    fill(this.#progress, wordsOf(state, done, total, message));
+    fill(this.#progress, wordsOf(state, done, total, error));
     this.#progress.hidden = state === "done";
     this.#progress.classList.toggle("wrong", state === "failed");
     const now = `${measure} ${state}`;
@@ -69,10 +69,10 @@ export class Table {
  * @param {string} state
  * @param {number} done
  * @param {number} total
- * @param {string|null} message
+ * @param {string|null} error
  */
-function wordsOf(state, done, total, message) {
-  if (state === "failed") return `The results are not available: ${message}`;
+function wordsOf(state, done, total, error) {
+  if (state === "failed") return `The results are not available: ${error}`;
   if (total === 0) return "The results are computed as soon as the server has a free place";
   return `Computing the results, ${done} of ${count(total, "frame")}`;
 }
@@ -89,7 +89,7 @@ function head(name, colour, place) {
 }
 
 /**
- * @param {SettingPublic} setting
+ * @param {Setting} setting
  * @param {boolean} isShort Whether there is little room: a name has a short form in brackets.
  */
 function settingRow({ name, title, values }, isShort) {

@@ -21,10 +21,7 @@ export function fileMenu(view) {
   const { store } = view;
   const label = h("span", { class: "wide-only" }, "Files");
   const button = h("button", { type: "button", title: "Export or import files", "aria-label": "Files" }, icon("files"), label);
-  const away = exportLists({
-    begin: (name, plot) => api.exportSession(store.known.id, name, plot),
-    fetch: (name, plot) => api.exported(store.known.id, name, plot),
-  });
+  const away = exportLists((name, plot) => api.exportSession(store.known.id, name, plot));
   const into = h("div", {});
   const root = popover(button, h("section", {}, h("h2", {}, "Take away"), away.element), into);
   root.hidden = true;

@@ -7,12 +7,12 @@ import { api, messageOf } from "../shared/api.js";
 import { openDialog } from "../shared/dialog.js";
 import { fill, h } from "../shared/dom.js";
 import { number, parameterValue } from "../shared/format.js";
-import { followJob, onMeter } from "../shared/jobs.js";
+import { cancelJob, followJob, onMeter } from "../shared/jobs.js";
 import { explain } from "../shared/terms.js";
 import { attempt } from "../shared/toast.js";
 import { Commands } from "./commands.js";
 
-/** @import { Declaration, FitHalfPublic, FitPublic, SessionPublic } from "../shared/messages.js" */
+/** @import { Declaration, Fit, Half, SessionPublic } from "../shared/messages.js" */
 
 const MOST = 4;
 
@@ -35,12 +35,12 @@ export function fitDialog(store) {
   const session = store.known;
   const commands = new Commands(store);
   const offered = fittable(session);
-  let isWanted = true;
+  const wanted = new AbortController();
   /** @type {string|null} The fit under way. */
   let working = null;
   const stop = () => {
-    isWanted = false;
-    if (working !== null) api.cancelFit(working).catch(() => {});
+    wanted.abort();
+    if (working !== null) cancelJob(working);
   };
   const element = openDialog(
     "Fit to what was seen",
@@ -57,11 +57,11 @@ export function fitDialog(store) {
             try {
               const begun = await api.fit(session.id, numbers);
               working = begun.id;
-              const job = await followJob(begun, "fitting", api.fitting, onMeter(meter), () => isWanted);
+              const job = await followJob(begun, onMeter(meter), wanted.signal);
               working = null;
               if (job === null) return;
-              if (job.found === null) ask(job.message ?? "The fit has failed.");
-              else fill(place, result(job.found, session, commands, close));
+              if (job.result === null) ask(job.error ?? "The fit has failed.");
+              else fill(place, result(job.result, session, commands, close));
             } catch (error) {
               ask(messageOf(error));
             }
@@ -114,7 +114,7 @@ function question(session, offered, problem, close, begin) {
 /**
  * What was found, before and after, and a branch to see it in.
  *
- * @param {FitPublic} found
+ * @param {Fit} found
  * @param {SessionPublic} session
  * @param {Commands} commands
  * @param {() => void} close
@@ -148,7 +148,7 @@ function result(found, session, commands, close) {
 }
 
 /**
- * @param {FitHalfPublic} half
+ * @param {Half} half
  * @param {number} place
  */
 function halfRows({ first, last, before, after }, place) {

@@ -12,7 +12,7 @@ import { History, isGone } from "./history.js";
 /**
  * @typedef {import("../shared/messages.js").SessionMessage} SessionMessage
  * @typedef {import("../shared/messages.js").SessionPublic} SessionPublic
- * @typedef {import("../shared/messages.js").EnsemblePublic} EnsemblePublic
+ * @typedef {import("../shared/messages.js").Bands} Bands
  * @typedef {import("./history.js").Row} Row
  * @typedef {import("../shared/messages.js").SessionSnapshot} SessionSnapshot
  * @typedef {keyof SessionSnapshot|"session"|"history"|"connection"|"refused"} Topic A field that moves, or "session" for all that
@@ -43,7 +43,7 @@ export class Store extends Topics {
   /**
    * What runs of the same settings with other seeds do, where that was asked for.
    *
-   * @type {EnsemblePublic|null}
+   * @type {Bands|null}
    */
   ensemble = null;
   /** @type {Set<string>} */

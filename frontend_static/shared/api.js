@@ -221,10 +221,7 @@ const truthPath = (id, of, form = "truth") => upload(id, `${form}?${query({ expe
  * @property {(id: string, frame: number) => string} pictureAddress
  * @property {(question: Query, signal: AbortSignal) => Promise<Messages.WorkPublic>} work
  * @property {(session: string) => Promise<Messages.RunPublic>} save
- * @property {(files: File[], onProgress: OnProgress) => Transfer<Messages.RunPublic|Messages.ImportPublic>} importRun
- * @property {(id: string) => Promise<Messages.ImportPublic>} importing
- * @property {(id: string) => Promise<null>} cancelImport
- * @property {(id: string) => Promise<Messages.RunPublic>} run
+ * @property {(files: File[], onProgress: OnProgress) => Transfer<Messages.ImportJob>} importRun
  * @property {(id: string) => Promise<Messages.SessionPublic>} open
  * @property {(id: string, title: string) => Promise<Messages.RunPublic>} renameRun
  * @property {(id: string) => Promise<null>} remove
@@ -233,16 +230,11 @@ const truthPath = (id, of, form = "truth") => upload(id, `${form}?${query({ expe
  * @property {(id: string) => Promise<Messages.SavedComparisonDetail>} savedComparison
  * @property {(id: string, title: string) => Promise<Messages.SavedComparisonPublic>} renameComparison
  * @property {(id: string) => Promise<null>} removeComparison
- * @property {(name: string, body: Messages.ComparisonExportCreate) => Promise<Messages.ExportJobPublic>} exportComparison
- * @property {(id: string, name: string, plot: string) => Promise<{name: string, content: Blob}>} exported
- * @property {(id: string, name: string, plot: string) => Promise<Messages.ExportJobPublic>} exportSession
- * @property {(id: string, name: string, plot: string) => Promise<Messages.ExportJobPublic>} exportRun
+ * @property {(name: string, body: Messages.ComparisonExportCreate) => Promise<Messages.ExportJob>} exportComparison
+ * @property {(id: string, name: string, plot: string) => Promise<Messages.ExportJob>} exportSession
+ * @property {(id: string, name: string, plot: string) => Promise<Messages.ExportJob>} exportRun
  * @property {(id: string) => Promise<Messages.ExportsPublic>} exportsOfRun
- * @property {(id: string) => Promise<Messages.ExportJobPublic>} exporting
- * @property {(id: string) => Promise<null>} cancelExport
- * @property {(id: string, numbers: string[]) => Promise<Messages.FitJobPublic>} fit
- * @property {(id: string) => Promise<Messages.FitJobPublic>} fitting
- * @property {(id: string) => Promise<null>} cancelFit
+ * @property {(id: string, numbers: string[]) => Promise<Messages.FitJob>} fit
  */
 
 /** @type {Api} */
@@ -294,21 +286,13 @@ export const api = {
   work: (question, signal) => request("GET", `work?${query(question)}`, undefined, signal),
   save: (sessionId) => request("POST", "runs", { session: sessionId }),
   importRun: (files, onProgress) => send("runs/import", files, onProgress),
-  importing: (id) => request("GET", `runs/imports/${encodeURIComponent(id)}`),
-  cancelImport: (id) => request("DELETE", `runs/imports/${encodeURIComponent(id)}`),
-  run: (id) => request("GET", run(id)),
   open: (id) => request("POST", run(id, "open")),
   renameRun: (id, title) => request("PATCH", run(id), { title }),
   remove: (id) => request("DELETE", run(id)),
-  exported: (id, name, plot) => fetched(session(id, exportPath(name, plot))),
   exportSession: (id, name, plot) => request("POST", session(id, exportPath(name, plot))),
   exportRun: (id, name, plot) => request("POST", run(id, exportPath(name, plot))),
   exportsOfRun: (id) => request("GET", run(id, "exports")),
-  exporting: (id) => request("GET", `exports/${encodeURIComponent(id)}`),
-  cancelExport: (id) => request("DELETE", `exports/${encodeURIComponent(id)}`),
   fit: (id, numbers) => request("POST", session(id, "fits"), { numbers }),
-  fitting: (id) => request("GET", `fits/${encodeURIComponent(id)}`),
-  cancelFit: (id) => request("DELETE", `fits/${encodeURIComponent(id)}`),
   saveComparison: (body) => request("POST", "comparisons/saved", body),
   savedComparison: (id) => request("GET", savedComparison(id)),
   renameComparison: (id, title) => request("PATCH", savedComparison(id), { title }),

@@ -1,24 +1,18 @@
 /**
- * What a run can be taken away as: buttons by kind of thing, and below them what is being written. Something that takes
- * a while is written on the server, which tells how far it is; when it is there it is fetched, unless it was stopped.
+ * What a run can be taken away as: buttons by kind of thing, and below them what is being written. The server tells how far
+ * it is; when a file is there it is fetched, unless it was stopped.
  */
 
-import { api, messageOf } from "./api.js";
+import { messageOf } from "./api.js";
 import { fill, h } from "./dom.js";
-import { followJob, onMeter } from "./jobs.js";
+import { cancelJob, followJob, onMeter } from "./jobs.js";
 import { attempt, toast } from "./toast.js";
 
-/** @import { ExportJobPublic, ExportPublic } from "./messages.js" */
+/** @import { ExportJob, ExportPublic } from "./messages.js" */
 
 /** @typedef {{id: string, title: string}} PlotChoice */
 
-/**
- * How a run's files are come by.
- *
- * @typedef {object} Way
- * @property {(name: string, plot: string) => Promise<ExportJobPublic>} begin Has the server write one; all plots if that is "".
- * @property {(name: string, plot: string) => Promise<{name: string, content: Blob}>} [fetch] Brings one that is quick at once.
- */
+/** @typedef {(name: string, plot: string) => Promise<ExportJob>} Begin Has the server write a file; all plots if that is "". */
 
 /** @type {[ExportPublic["group"], string][]} In the order in which they are listed. */
 const GROUPS = [
@@ -31,15 +25,12 @@ const GROUPS = [
   ["model", "Of this frame"],
 ];
 
-/** How long a file is kept for the browser to save it. */
-const KEPT_MS = 60_000;
-
 /**
  * The lists, and how to fill them anew; what is being written stays.
  *
- * @param {Way} way
+ * @param {Begin} begin
  */
-export function exportLists(way) {
+export function exportLists(begin) {
   const lists = h("div", {});
   const writing = h("ul", { class: "export-jobs", "aria-label": "Being written" });
   const draw = (/** @type {readonly ExportPublic[]} */ offered, /** @type {readonly PlotChoice[]} */ plots) => {
@@ -49,7 +40,7 @@ export function exportLists(way) {
       GROUPS.map(([group, title]) => {
         const some = offered.filter((one) => one.group === group);
         const plot = () => (group === "plots" ? choice.value : "");
-        const buttons = some.map((one) => button(one, () => take(one, plot(), way, writing)));
+        const buttons = some.map((one) => button(one, () => attempt(async () => follow(await begin(one.name, plot()), writing))));
         const words = { class: "export-group", role: "group", "aria-label": title };
         const isChosen = group === "plots" && plots.length > 0;
         return some.length > 0 && h("div", words, h("h3", {}, title), h("div", { class: "export-row" }, isChosen && choice, buttons));
@@ -74,50 +65,30 @@ function button({ name, title, short }, press) {
 }
 
 /**
- * @param {ExportPublic} offered
- * @param {string} plot
- * @param {Way} way
- * @param {HTMLElement} writing Where what is being written is listed.
- */
-function take(offered, plot, way, writing) {
-  return attempt(async () => {
-    if (way.fetch && !offered.slow) keep(await way.fetch(offered.name, plot));
-    else await follow(await way.begin(offered.name, plot), writing);
-  });
-}
-
-/**
  * Show how far a file is, and fetch it when it is there.
  *
- * @param {ExportJobPublic} begun
- * @param {HTMLElement} writing
+ * @param {ExportJob} begun
+ * @param {HTMLElement} writing Where what is being written is listed.
  */
 async function follow(begun, writing) {
-  let isWanted = true;
+  const wanted = new AbortController();
   const meter = h("progress", { max: 1, "aria-label": `How far ${begun.name} is` });
   const words = h("span", { class: "grow" }, begun.name);
   const stop = () => {
-    isWanted = false;
+    wanted.abort();
     row.remove();
-    attempt(() => api.cancelExport(begun.id));
+    cancelJob(begun.id);
   };
   const row = h("li", { data: { writing: begun.id } }, words, meter, h("button", { type: "button", class: "quiet", on: { click: stop } }, "Stop"));
   writing.append(row);
   try {
-    const job = await followJob(begun, "writing", api.exporting, onMeter(meter), () => isWanted);
+    const job = await followJob(begun, onMeter(meter), wanted.signal);
     if (job === null) return;
-    if (job.state === "failed") throw new Error(job.message ?? `${job.name} could not be written`);
-    h("a", { href: job.file, download: job.name }).click();
+    if (job.result === null) throw new Error(job.error ?? `${job.name} could not be written`);
+    h("a", { href: job.result.address, download: job.name }).click();
   } catch (error) {
     toast(messageOf(error), { kind: "error" });
   } finally {
     row.remove();
   }
-}
-
-/** @param {{name: string, content: Blob}} file */
-function keep({ name, content }) {
-  const href = URL.createObjectURL(content);
-  h("a", { href, download: name }).click();
-  setTimeout(() => URL.revokeObjectURL(href), KEPT_MS);
 }

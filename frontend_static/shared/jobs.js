@@ -1,34 +1,57 @@
 /** Jobs: work on the server that takes a while, which is asked for how far it is until it has ended. */
 
-import { statusOf } from "./api.js";
+import { pathOf, request, statusOf } from "./api.js";
 import { after } from "./timing.js";
 
-const ASK_EVERY_MS = 400;
+/** @import { Job } from "./messages.js" */
 
-/** @typedef {{id: string, state: string, done: number, total: number}} Job */
+/** The first answer is soon asked for, since much takes a moment only. */
+const ASK_FIRST_MS = 50;
+const ASK_EVERY_MS = 250;
+const NOT_FOUND = 404;
+
+const job = pathOf("jobs");
 
 /**
- * Ask for a job until it has ended; null if it is no longer wanted.
+ * @template {Job} T
+ * @param {string} id
+ * @returns {Promise<T>}
+ */
+export function jobOf(id) {
+  return request("GET", job(id));
+}
+
+/**
+ * Stop a job, or have the server forget it; nobody waits for that.
+ *
+ * @param {string} id
+ */
+export function cancelJob(id) {
+  request("DELETE", job(id)).catch(() => {});
+}
+
+/**
+ * Ask for a job until it has ended; null if that is no longer wanted.
  *
  * @template {Job} T
  * @param {T} begun
- * @param {string} working Its state while it goes on.
- * @param {(id: string) => Promise<T>} ask
- * @param {(now: T|null) => void} tell Hears how far it is; null where the server does not answer and is asked again.
- * @param {() => boolean} isWanted
+ * @param {(now: T|null) => void} tell Hears how far it is, also in the end; null where the server does not answer and is asked again.
+ * @param {AbortSignal} signal Ends the asking; the job itself goes on until it is cancelled.
+ * @param {() => Promise<T>} [again] Begins it anew where the server does not know it any more, as after a restart.
  * @returns {Promise<T|null>}
  */
-export async function followJob(begun, working, ask, tell, isWanted) {
-  let job = begun;
-  while (job.state === working) {
-    await after(ASK_EVERY_MS);
-    if (!isWanted()) return null;
-    const now = await heard(ask(begun.id));
-    if (!isWanted()) return null;
+export async function followJob(begun, tell, signal, again) {
+  let known = begun;
+  for (let wait = ASK_FIRST_MS; known.state === "working"; wait = Math.min(2 * wait, ASK_EVERY_MS)) {
+    await after(wait);
+    if (signal.aborted) return null;
+    /** @type {T|null} */
+    const now = await ask(known.id, again);
+    if (signal.aborted) return null;
     tell(now);
-    job = now ?? job;
+    known = now ?? known;
   }
-  return isWanted() ? job : null;
+  return signal.aborted ? null : known;
 }
 
 /**
@@ -46,14 +69,18 @@ export function onMeter(meter) {
 /**
  * An answer; null where there was none, since the server can be asked again.
  *
- * @template T
- * @param {Promise<T>} asked
+ * @template {Job} T
+ * @param {string} id
+ * @param {() => Promise<T>} [again]
  * @returns {Promise<T|null>}
  */
-async function heard(asked) {
+async function ask(id, again) {
   try {
-    return await asked;
+    /** @type {T} */
+    const now = await jobOf(id);
+    return now;
   } catch (error) {
+    if (statusOf(error) === NOT_FOUND && again) return again();
     if (statusOf(error) === 0) return null;
     throw error;
   }

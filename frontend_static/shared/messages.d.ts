@@ -23,6 +23,18 @@ export interface AxisPublic {
   values: (boolean | number | string)[];
 }
 
+/** What runs with other seeds do, frame by frame, as far as they have come. */
+export interface Bands {
+  runs: number;
+  frames: number;
+  computed: number[];
+  unit: string;
+  low: (number | null)[];
+  middle: (number | null)[];
+  high: (number | null)[];
+  holding: (number | null)[];
+}
+
 /** A frame that somebody wants to find again. */
 export interface Bookmark {
   id: string;
@@ -166,7 +178,7 @@ export interface Columns {
   columns: Record<string, unknown[]>;
 }
 
-/** One of the runs. */
+/** One of the runs of a comparison. */
 export interface ComparedPublic {
   /** By what is special about it */
   name: string;
@@ -202,15 +214,21 @@ export interface ComparisonExportCreate {
   title?: string;
 }
 
-/** What is known of a comparison from the start; its frames are those in common, counted from 0 on. */
-export interface ComparisonOutline {
-  unit: string;
-  frames: number;
-  runs: ComparedPublic[];
-  /** What differs, and that alone */
-  settings: SettingPublic[];
-  /** Files that can be made of it */
-  exports: ExportPublic[];
+/** A comparison of runs; its steps are frames of all of them. */
+export interface ComparisonJob {
+  id: string;
+  kind: "comparison";
+  /** Of the file that is read or written, or what is compared, fitted or explored */
+  name: string;
+  state: "working" | "done" | "failed";
+  /** Steps done */
+  done: number;
+  /** Steps to do; 0 until that is known */
+  total: number;
+  /** What has been found so far; all of it once it is done */
+  result: RunComparisonPublic | null;
+  /** Why it has failed, a sentence */
+  error: string | null;
 }
 
 /** Two methods against each other, cell by cell. */
@@ -230,16 +248,14 @@ export interface ComparisonPublic {
   p_value: (number | null)[];
 }
 
-/** What is known once all runs have been computed. */
+/** What is known of a comparison once its runs have been computed. */
 export interface ComparisonResult {
   frames: number;
-  outcomes: OutcomePublic[];
-  partings: PartingPublic[];
-  /** The first frame in which any two runs part */
+  outcomes: Outcome[];
+  partings: Divergence[];
   first_difference: number | null;
-  /** From which to watch the first loss of any run */
   before_loss: number | null;
-  paired: PairedPublic[];
+  paired: Paired[];
 }
 
 /** How far compiling is, which is needed once after an installation or an update. */
@@ -343,6 +359,13 @@ export interface DifferencePublic {
   cured: boolean | number | string;
 }
 
+/** Where two runs part. */
+export interface Divergence {
+  first: number;
+  second: number;
+  frame: number | null;
+}
+
 /** All that an editor of one kind of mark has to know. */
 export interface Editor {
   kind: string;
@@ -353,22 +376,6 @@ export interface Editor {
   links: ([string, string])[];
   closed: boolean;
   numbers: MarkNumber[];
-}
-
-/** What runs of the same settings with other seeds do, frame by frame, as far as they have come. */
-export interface EnsemblePublic {
-  runs: number;
-  frames: number;
-  /** How many of the runs have come to each frame so far */
-  computed: number[];
-  unit: string;
-  /** Error below which 10 % of the runs are, by frame */
-  low: (number | null)[];
-  middle: (number | null)[];
-  /** Error below which 90 % of the runs are */
-  high: (number | null)[];
-  /** Share of the runs that have the target, by frame */
-  holding: (number | null)[];
 }
 
 /** The size of a sweep before it starts. */
@@ -520,35 +527,40 @@ export interface ExplorationCreate {
   seconds?: number;
 }
 
-/** An exploration under way, or what came of it. */
-export interface ExplorationPublic {
+/** What would have saved a run (a report), or what runs with other seeds do (bands). */
+export interface ExplorationJob {
   id: string;
+  kind: "exploration";
+  /** Of the file that is read or written, or what is compared, fitted or explored */
+  name: string;
+  state: "working" | "done" | "failed";
+  /** Steps done */
+  done: number;
+  /** Steps to do; 0 until that is known */
+  total: number;
+  /** What has been found so far; all of it once it is done */
+  result: Report | Bands | null;
+  /** Why it has failed, a sentence */
+  error: string | null;
   session: string;
   branch: string;
-  kind: "what-if" | "ensemble";
-  state: "computing" | "done" | "failed";
-  /** As far as it has come */
-  result: WhatIfPublic | EnsemblePublic | null;
-  /** Why it has failed */
-  message: string | null;
 }
 
-/** A file that is being written, or what came of it. */
-export interface ExportJobPublic {
+/** A file that is being written; the first half of its steps computes the run. */
+export interface ExportJob {
   id: string;
-  /** What kind of file it is */
-  title: string;
-  /** What the file is called */
+  kind: "export";
+  /** Of the file that is read or written, or what is compared, fitted or explored */
   name: string;
-  state: "writing" | "done" | "failed";
-  /** Steps done; the first half of them compute the run */
+  state: "working" | "done" | "failed";
+  /** Steps done */
   done: number;
-  /** Steps to do; 0 until it has begun */
+  /** Steps to do; 0 until that is known */
   total: number;
-  /** Address of the file, once it is there */
-  file: string;
-  /** Why it failed, if it did */
-  message: string | null;
+  /** What has been found so far; all of it once it is done */
+  result: ExportedFile | null;
+  /** Why it has failed, a sentence */
+  error: string | null;
 }
 
 /** A file that can be made of a run, or of the frame that is shown. */
@@ -561,8 +573,15 @@ export interface ExportPublic {
   media_type: string;
   /** What kind of thing it is; of "plots", one plot can be asked for by its id */
   group: "numbers" | "boxes" | "truth" | "film" | "plots" | "documents" | "model";
-  /** Whether it has to go through all frames again: it is begun, and then fetched */
-  slow: boolean;
+}
+
+/** A file that was written. */
+export interface ExportedFile {
+  /** What kind of file it is */
+  title: string;
+  media_type: string;
+  /** Where it can be fetched */
+  address: string;
 }
 
 /** What a saved run can be exported as. */
@@ -689,29 +708,28 @@ export interface FilterUpdate {
   before: string;
 }
 
-/** What came of one change; the first is none, with other seeds. */
-export interface FindingPublic {
-  kind: "seeds" | "particles" | "tracker" | "resampling" | "noise" | "sharpness" | "threshold" | "memory" | "world";
-  title: string;
-  values: Record<string, boolean | number | string>;
-  /** Name of the one parameter that is changed; empty if none is */
-  parameter: string;
-  holding: number;
+/** What came of a fit. */
+export interface Fit {
+  tracker: string;
+  numbers: Fitted[];
+  halves: [Half, Half];
+  gain: number;
+  gain_error: number;
+  method: "em" | "search";
+  rounds: number;
   runs: number;
-  /** Of the runs that hold */
-  share: number | null;
-  /** Lower end of its 95 % interval (Wilson) */
-  low: number | null;
-  high: number | null;
-  /** Mean time of a step, ms */
-  step_ms: number;
-  /** Of McNemar's test against no change on the same seeds */
-  p_value: number | null;
-  /** The same after Holm's correction for all changes that are tried */
-  corrected: number | null;
-  verdict: "baseline" | "better" | "worse" | "unclear";
-  /** To look at: the first with which it holds, else the first that was tried */
-  seed: number | null;
+  seeds: number;
+  lost: number;
+  /** Whether what was found is better on the half that was not used. */
+  kept: boolean;
+  /** What was found, by name; empty if it is not kept. */
+  values: Record<string, boolean | number | string>;
+  /** What came of it, one sentence. */
+  verdict: string;
+  /** How it was found, one sentence. */
+  procedure: string;
+  /** Why it may mislead, one sentence; empty if nothing speaks against it. */
+  caution: string;
 }
 
 /** What to fit. */
@@ -720,72 +738,30 @@ export interface FitCreate {
   numbers: string[];
 }
 
-/** One half of the run. */
-export interface FitHalfPublic {
-  first: number;
-  last: number;
-  before: FitScorePublic;
-  after: FitScorePublic;
-}
-
-/** A fit under way, or what came of it. */
-export interface FitJobPublic {
+/** A fit of numbers to what a session's run has seen. */
+export interface FitJob {
   id: string;
-  state: "fitting" | "done" | "failed";
+  kind: "fit";
+  /** Of the file that is read or written, or what is compared, fitted or explored */
+  name: string;
+  state: "working" | "done" | "failed";
+  /** Steps done */
   done: number;
+  /** Steps to do; 0 until that is known */
   total: number;
-  /** Why it failed, if it did */
-  message: string | null;
-  found: FitPublic | null;
+  /** What has been found so far; all of it once it is done */
+  result: Fit | null;
+  /** Why it has failed, a sentence */
+  error: string | null;
 }
 
-/** What came of a fit. */
-export interface FitPublic {
-  tracker: string;
-  /** Whether what was found is better on the second half, which was not used */
-  kept: boolean;
-  verdict: string;
-  /** Why it may mislead; empty if nothing speaks against it */
-  caution: string;
-  /** What was found, by name; empty if it is not kept */
-  values: Record<string, boolean | number | string>;
-  numbers: FittedPublic[];
-  halves: FitHalfPublic[];
-  /** Of the log evidence of a frame of the second half, nats */
-  gain: number;
-  gain_error: number;
-  /** By expectation maximisation (em) where the model is linear, by search elsewhere */
-  method: "em" | "search";
-  /** Steps of expectation maximisation, or settings that were tried */
-  rounds: number;
-  /** How it was found, one sentence */
-  procedure: string;
-  runs: number;
-  seeds: number;
-}
-
-/** What the frames of a half come to. */
-export interface FitScorePublic {
-  /** Mean log evidence of a frame, nats */
-  log_evidence: number;
-  /** How often a band held the truth, 0..1, by its percent */
-  coverage: Record<string, number>;
-  /** Mean squared error of a coordinate in its deviation: 1 if the tracker is as sure as it may be */
-  nees: number | null;
-  /** Mean squared innovation of a number in its deviation, likewise */
-  nis: number | null;
-  /** Between which that of a right filter is in 95 % */
-  nis_limits: [number, number] | null;
-}
-
-/** A number that was fitted. */
-export interface FittedPublic {
+/** One number that was fitted. */
+export interface Fitted {
   name: string;
   title: string;
   unit: string;
   before: number;
   after: number;
-  /** Whether what was found is about a bound of the number */
   at_bound: boolean;
 }
 
@@ -943,6 +919,14 @@ export interface GenealogyPublic {
   lines: ((number | null)[])[];
 }
 
+/** One half of a run, with random numbers that no trial had. */
+export interface Half {
+  first: number;
+  last: number;
+  before: Score;
+  after: Score;
+}
+
 /** A point of a mark that a person can drag. */
 export interface Handle {
   name: string;
@@ -968,20 +952,21 @@ export interface HistogramsPublic {
   colours: string[];
 }
 
-/** A run that was sent and is being computed, or what came of it. */
-export interface ImportPublic {
+/** A run that was sent and is being computed; its steps are frames. */
+export interface ImportJob {
   id: string;
-  /** Of the file that was sent */
+  kind: "import";
+  /** Of the file that is read or written, or what is compared, fitted or explored */
   name: string;
-  state: "computing" | "done" | "failed";
-  /** Frames computed */
+  state: "working" | "done" | "failed";
+  /** Steps done */
   done: number;
-  /** Frames to compute; 0 until it has begun */
+  /** Steps to do; 0 until that is known */
   total: number;
-  /** The saved run, once there is one */
-  run: string | null;
-  /** Why it failed, if it did */
-  message: string | null;
+  /** What has been found so far; all of it once it is done */
+  result: RunPublic | null;
+  /** Why it has failed, a sentence */
+  error: string | null;
 }
 
 /** What is found in the frame that is shown. */
@@ -1024,6 +1009,23 @@ export interface InspectionUpdate {
   genealogy?: boolean;
   /** Whether arrows show which way the parts of the tracker's step pull */
   pulls?: boolean;
+}
+
+/** Work under way, or what came of it. */
+export interface Job {
+  id: string;
+  kind: string;
+  /** Of the file that is read or written, or what is compared, fitted or explored */
+  name: string;
+  state: "working" | "done" | "failed";
+  /** Steps done */
+  done: number;
+  /** Steps to do; 0 until that is known */
+  total: number;
+  /** What has been found so far; all of it once it is done */
+  result: unknown | null;
+  /** Why it has failed, a sentence */
+  error: string | null;
 }
 
 /** An entry of the legend. */
@@ -1259,6 +1261,11 @@ export interface NeighbourPublic {
   title: string;
 }
 
+/** What people call a saved run or comparison. */
+export interface NewTitle {
+  title: string;
+}
+
 /** A number with its exact value, where that is known; what is not finite is left out. */
 export interface NumberPublic {
   title: string;
@@ -1276,12 +1283,10 @@ export interface OpenRequest {
   tracker?: string | null;
 }
 
-/** What came of a run in the frames that are compared. */
-export interface OutcomePublic {
+/** What came of one of the runs in the frames that are compared. */
+export interface Outcome {
   mean_error: number | null;
-  /** Of the measure that decides on success, over these frames */
   success_share: number | null;
-  /** In how many the target is lost; null where nobody says */
   lost_frames: number | null;
   first_lost_frame: number | null;
 }
@@ -1306,21 +1311,16 @@ export interface Painted {
   count: number;
 }
 
-/** How much a run differs from the first one, frame by frame. */
-export interface PairedPublic {
-  /** Place of a run in the comparison */
+/** How much one run's frames differ from another's in a quantity. */
+export interface Paired {
   first: number;
-  /** Place of a run in the comparison */
   second: number;
   name: string;
   title: string;
   unit: string;
   better: "higher" | "lower";
-  /** In which both have it */
   frames: number;
-  /** Of the second run's value minus the first's */
   mean: number | null;
-  /** Lower end of its 95 % interval, by batch means; null if not applicable */
   low: number | null;
   high: number | null;
 }
@@ -1342,16 +1342,6 @@ export interface ParticlePublic {
   begins: number | null;
   /** How many in each of the frames after, as far as they were computed */
   descendants: number[];
-}
-
-/** Where two runs part. */
-export interface PartingPublic {
-  /** Place of a run in the comparison */
-  first: number;
-  /** Place of a run in the comparison */
-  second: number;
-  /** The first with other estimates, if only in the last bit */
-  frame: number | null;
 }
 
 /** A piece of the picture beside the one expected, as addresses of PNG data; null where it is outside. */
@@ -1514,6 +1504,7 @@ export interface QuestionPublic {
 
 /** Where a request waits. */
 export interface QueuePublic {
+  /** How many come before it */
   before: number;
 }
 
@@ -1568,6 +1559,30 @@ export interface Refused {
   value: unknown;
 }
 
+/** What came of all changes, as far as they have been tried; its JSON has findings as they are told. */
+export interface Report {
+  loss: number;
+  begin: number;
+  end: number;
+  judged: number;
+  planned: number;
+  trials: number;
+  is_complete: boolean;
+  first_lost_frame: number | null;
+  /** Which loss is meant, a sentence. */
+  loss_sentence: string;
+  /** What the p-values are, a sentence. */
+  correction: string;
+  /** What it comes to, in a sentence or two. */
+  sentence: string;
+  /** With how many seeds the changes have been tried, in a sentence. */
+  progress: string;
+  /** What it does not say. */
+  caveat: string;
+  /** What is told of each change, best first. */
+  findings: ToldFinding[];
+}
+
 /** A number found beside the one expected, and the standard deviation of their difference. */
 export interface ResidualPublic {
   kind: "residual";
@@ -1600,24 +1615,17 @@ export interface RowsPublic {
   rows: RowPublic[];
 }
 
-/** A comparison that is computed, or what came of it. */
+/** What is known of a comparison; its frames are those in common, counted from 0 on. */
 export interface RunComparisonPublic {
   unit: string;
   frames: number;
   runs: ComparedPublic[];
   /** What differs, and that alone */
-  settings: SettingPublic[];
+  settings: Setting[];
   /** Files that can be made of it */
   exports: ExportPublic[];
-  id: string;
-  state: "computing" | "done" | "failed";
-  /** Frames computed, of all runs */
-  done: number;
-  /** Frames to compute; 0 until it has begun */
-  total: number;
-  result: ComparisonResult | null;
-  /** Why it failed, if it did */
-  message: string | null;
+  /** What came of the runs, once they have been computed */
+  found: ComparisonResult | null;
 }
 
 /** Which session's active branch to save. */
@@ -1637,7 +1645,9 @@ export interface RunPublic {
   created: string;
   outcome: string;
   summary: Record<string, unknown>;
+  /** Address of its picture. */
   thumbnail: string;
+  /** Address of the page that lists it. */
   page: string;
 }
 
@@ -1686,11 +1696,6 @@ export interface RunSnapshot {
   measured: Record<string, number | null>;
 }
 
-/** What people call a saved run. */
-export interface RunUpdate {
-  title: string;
-}
-
 /** A comparison to keep. */
 export interface SavedComparisonCreate {
   title: string;
@@ -1727,11 +1732,6 @@ export interface SavedComparisonPublic {
   page: string;
 }
 
-/** What people call a saved comparison. */
-export interface SavedComparisonUpdate {
-  title: string;
-}
-
 /** What makes a run of a saved comparison. */
 export interface SavedRun {
   recipe: Recipe;
@@ -1755,6 +1755,15 @@ export interface ScenarioPublic {
   title: string;
   /** Why it cannot be run here, one sentence */
   problem: string | null;
+}
+
+/** What some frames come to, over several runs. */
+export interface Score {
+  log_evidence: number;
+  coverage: Record<string, number>;
+  nees: number | null;
+  nis: number | null;
+  nis_limits: [number, number] | null;
 }
 
 /** Words that belong together. */
@@ -2001,11 +2010,10 @@ export interface SessionUpdate {
   name: string;
 }
 
-/** Something in which the runs differ. */
-export interface SettingPublic {
+/** Something in which runs differ. */
+export interface Setting {
   name: string;
   title: string;
-  /** What each run has of it, in words; null where it knows no such thing */
   values: (string | null)[];
 }
 
@@ -2186,6 +2194,24 @@ export interface ThresholdStep {
   value: number | null;
 }
 
+/** What is told of one change; the first is none, with other seeds. */
+export interface ToldFinding {
+  kind: "seeds" | "particles" | "tracker" | "resampling" | "noise" | "sharpness" | "threshold" | "memory" | "world";
+  title: string;
+  values: Record<string, boolean | number | string>;
+  parameter: string;
+  holding: number;
+  runs: number;
+  share: number | null;
+  low: number | null;
+  high: number | null;
+  step_ms: number;
+  p_value: number | null;
+  corrected: number | null;
+  verdict: "baseline" | "better" | "worse" | "unclear";
+  seed: number | null;
+}
+
 /** A preset that loses its target, told to a first visitor. */
 export interface Tour {
   begin: string;
@@ -2289,34 +2315,6 @@ export interface VotePublic {
 export interface VoteRequest {
   poll: string;
   answer: number;
-}
-
-/** What would have saved a run, as far as it has been tried, the best first. */
-export interface WhatIfPublic {
-  /** Frame in which the loss began */
-  loss: number;
-  /** The first of all in which the target is lost */
-  first_lost_frame: number | null;
-  /** Last frame that all runs have in common */
-  begin: number;
-  /** Last frame that was computed */
-  end: number;
-  /** In how many last frames a run must not have lost its target, to hold */
-  judged: number;
-  /** Changes that are tried in all */
-  planned: number;
-  /** Seeds that each is tried with in the end */
-  trials: number;
-  is_complete: boolean;
-  /** Which loss is meant */
-  loss_sentence: string;
-  sentence: string;
-  /** With how many seeds the changes have been tried, in a sentence */
-  progress: string;
-  /** What the p-values are, a sentence */
-  correction: string;
-  caveat: string;
-  findings: FindingPublic[];
 }
 
 /** How many there are of each kind. */

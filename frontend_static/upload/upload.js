@@ -5,14 +5,14 @@ import { api, messageOf, statusOf } from "../shared/api.js";
 import { fill, h, setText } from "../shared/dom.js";
 import { bytes } from "../shared/format.js";
 import { icon } from "../shared/icons.js";
-import { followJob } from "../shared/jobs.js";
-import { attempt, toast } from "../shared/toast.js";
+import { cancelJob, followJob, jobOf } from "../shared/jobs.js";
+import { toast } from "../shared/toast.js";
 import { progressWords } from "../shared/progress.js";
 import { cameraButton } from "./camera/dialog.js";
 import { columnsForm } from "./columns.js";
 
 /** @import { OnProgress, Transfer } from "../shared/api.js" */
-/** @import { ImportPublic } from "../shared/messages.js" */
+/** @import { ImportJob } from "../shared/messages.js" */
 
 const SILENT = "The server does not answer; trying again";
 
@@ -64,7 +64,8 @@ export class DropZone {
     if (id === undefined) return;
     leaveAddress();
     try {
-      const job = await api.importing(id);
+      /** @type {ImportJob} */
+      const job = await jobOf(id);
       // One that is done is among the saved runs by now.
       if (job.state !== "done" && !this.#isBusy) await this.#follow(job);
     } catch {
@@ -115,7 +116,7 @@ export class DropZone {
       return;
     }
     const isRun = files.length === 1 && files[0].name.toLowerCase().endsWith(".pft") && !(await isRecording(files[0]));
-    if (isRun) await this.#send(files, api.importRun, "Computing the run", (answer) => ("state" in answer ? this.#follow(answer) : this.#on.imported(answer)));
+    if (isRun) await this.#send(files, api.importRun, "Computing the run", (begun) => this.#follow(begun));
     else await this.#send(files, api.sendUpload, "Checking every frame", this.#on.uploaded);
   }
 
@@ -188,23 +189,24 @@ export class DropZone {
   /**
    * Show how far a run is that is computed before it is kept, and hand it on when it is there.
    *
-   * @param {ImportPublic} begun
+   * @param {ImportJob} begun
    */
   async #follow(begun) {
     const { id, name } = begun;
     history.replaceState(null, "", here(`import/${id}`));
     const meter = h("progress", { max: 1, "aria-label": "Frames computed" });
     const words = h("p", { class: "hint", role: "status" }, "Waiting in the queue");
-    let wanted = true;
+    const wanted = new AbortController();
     const stop = () => {
-      wanted = this.#isBusy = false;
+      wanted.abort();
+      this.#isBusy = false;
       leaveAddress();
       this.#invite();
-      attempt(() => api.cancelImport(id));
+      cancelJob(id);
     };
     fill(this.#zone, h("p", { class: "drop-words" }, name), meter, words, h("button", { type: "button", on: { click: stop } }, "Cancel"));
     const since = performance.now();
-    const tell = (/** @type {ImportPublic} */ { done, total }) => {
+    const tell = (/** @type {ImportJob} */ { done, total }) => {
       if (total === 0) return;
       meter.value = done / total;
       setText(words, progressWords(done, total, (performance.now() - since) / 1000, done - begun.done));
@@ -212,17 +214,16 @@ export class DropZone {
     this.#isBusy = true;
     try {
       tell(begun);
-      const job = await followJob(begun, "computing", api.importing, (now) => (now === null ? setText(words, SILENT) : tell(now)), () => wanted);
+      const job = await followJob(begun, (now) => (now === null ? setText(words, SILENT) : tell(now)), wanted.signal);
       if (job === null) return;
       leaveAddress();
-      if (job.run === null) throw new Error(job.message ?? "The run could not be imported");
-      const run = await api.run(job.run);
+      if (job.result === null) throw new Error(job.error ?? "The run could not be imported");
       this.#invite();
-      this.#on.imported(run);
+      this.#on.imported(job.result);
     } catch (error) {
-      if (wanted) this.#refuse(name, messageOf(error));
+      if (!wanted.signal.aborted) this.#refuse(name, messageOf(error));
     } finally {
-      if (wanted) this.#isBusy = false;
+      if (!wanted.signal.aborted) this.#isBusy = false;
     }
   }
 

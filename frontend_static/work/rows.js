@@ -77,7 +77,7 @@ export function runRow(run, again, choice) {
  * @param {RunPublic} run
  */
 function filesOf({ id, title }) {
-  const lists = exportLists({ begin: (name, plot) => api.exportRun(id, name, plot) });
+  const lists = exportLists((name, plot) => api.exportRun(id, name, plot));
   const own = h("a", { class: "button quiet grow", href: api.downloadAddress(id), download: "" }, "The saved run, to open it again (.pft)");
   const button = h("button", { type: "button", "aria-label": `Download ${title}` }, "Download");
   const root = popover(button, h("section", {}, h("h2", {}, "Take away"), h("ul", { class: "menu-list" }, h("li", {}, own)), lists.element));

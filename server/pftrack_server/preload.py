@@ -13,10 +13,8 @@ import pftrack.sources.beliefs.sequence
 import pftrack.sources.images
 import pftrack.sources.tracks.sequence
 import pftrack.sources.video
+import pftrack_server.jobs.run_functions
 import pftrack_server.lessons.functions
-import pftrack_server.tasks.comparisons
-import pftrack_server.tasks.exports
-import pftrack_server.tasks.functions
 import pftrack_server.worker.loading
 import pftrack_server.worker.process
 from pftrack.experiments import EXPERIMENTS

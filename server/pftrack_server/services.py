@@ -6,28 +6,25 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Self
 
-from pftrack_server.comparisons.references import RunSources
-from pftrack_server.comparisons.service import Comparisons
 from pftrack_server.compilation import Compilation
 from pftrack_server.filters import FilterFiles
 from pftrack_server.follow.follows import Follows
 from pftrack_server.follow.records import PollRecords
+from pftrack_server.jobs.child_tasks import ChildTasks
+from pftrack_server.jobs.jobs import Jobs
+from pftrack_server.jobs.queue import Queues
+from pftrack_server.jobs.results import ExperimentResults
 from pftrack_server.lectures.service import Lectures
 from pftrack_server.lessons.service import Lessons
 from pftrack_server.middleware.metrics import Metrics
 from pftrack_server.processes import FORK_SERVER
-from pftrack_server.runs.exports import Exports
-from pftrack_server.runs.fits import Fits
-from pftrack_server.runs.imports import Imports
-from pftrack_server.sessions.explorations import Explorations
 from pftrack_server.sessions.manager import Manager
 from pftrack_server.settings import Settings
 from pftrack_server.store import Store
 from pftrack_server.sweeps.manager import Sweeps
-from pftrack_server.tasks.child_tasks import ChildTasks
-from pftrack_server.tasks.experiment_results import ExperimentResults
-from pftrack_server.tasks.queue import Queues
 from pftrack_server.uploads.suitability import Suitabilities
+from pftrack_server.work.explorations import Explorations
+from pftrack_server.work.sources import House
 
 THREADS = 32
 
@@ -41,10 +38,7 @@ class Services:
     manager: Manager
     sweeps: Sweeps
     tasks: ChildTasks
-    imports: Imports
-    exports: Exports
-    fits: Fits
-    comparisons: Comparisons
+    house: House
     explorations: Explorations
     lessons: Lessons
     lectures: Lectures
@@ -74,11 +68,7 @@ class Services:
         sweeps = Sweeps(settings, store, tasks, filters)
         await sweeps.open()
         metrics.watch(manager, sweeps)
-        imports = Imports(settings, store, tasks)
-        exports = Exports(settings, store, tasks)
-        fits = Fits(settings, store, tasks)
-        runs = RunSources(store, manager, sweeps, tasks)
-        comparisons = Comparisons(settings, runs, compilation.wait_for)
+        house = House(settings, store, manager, sweeps, tasks, Jobs(), compilation.wait_for)
         lessons = Lessons(settings.data_dir / "lessons", settings.data_dir / "lessons-computed", tasks)
         await lessons.open()
         follows = Follows(settings, manager, lessons, PollRecords(store))
@@ -92,13 +82,10 @@ class Services:
             manager,
             sweeps,
             tasks,
-            imports,
-            exports,
-            fits,
-            comparisons,
-            Explorations(settings, manager, tasks),
+            house,
+            Explorations(house),
             lessons,
-            Lectures(runs, lessons),
+            Lectures(house, lessons),
             follows,
             metrics,
             kept,
@@ -115,7 +102,6 @@ class Services:
         await asyncio.to_thread(self.compilation.close)
         await self.filters.close()
         await self.follows.close()
-        jobs = self.imports, self.exports, self.fits, self.comparisons, self.explorations
-        parts = self.manager, self.sweeps, *jobs, self.lessons
+        parts = self.manager, self.sweeps, self.house.jobs, self.lessons
         await asyncio.gather(*(part.close() for part in parts))
         await asyncio.to_thread(self.store.close)

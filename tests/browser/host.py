@@ -16,9 +16,10 @@ import numpy as np
 import psutil
 
 from pftrack.experiments import EXPERIMENTS
-from pftrack_server.tasks.disk_cache import DiskCache, digest
-from pftrack_server.tasks.functions import draw_experiment
+from pftrack_server.jobs.functions import draw_experiment
+from pftrack_server.jobs.results import DiskCache, digest
 from tests.installing import environment
+from tests.server.jobs import written
 from tests.session_requests import session_request
 from tests.waiting import wait_for
 
@@ -120,6 +121,10 @@ class Server:
 
     def delete(self, path: str) -> None:
         self._answer("DELETE", path)
+
+    def export(self, session: str, name: str) -> httpx.Response:
+        """Return a file of a session."""
+        return written(self._http, self._http.post(f"{self.url}/api/v1/sessions/{session}/exports/{name}"))
 
     def start_session(self, **wish: Any) -> dict[str, Any]:
         """Start a session; the ball's unless told otherwise."""

@@ -51,7 +51,7 @@ def test_the_model_is_taken_away_and_brought_back(
     view.until(lambda: view.session["parameters"]["starting_face"], "the model is in force")
     server.seek(view.id, 2)
     view.stands_at(2)
-    assert server.get(f"sessions/{view.id}/exports/face-json")["frames"] == 2
+    assert server.export(view.id, "face-json").json()["frames"] == 2
 
 
 def test_every_run_can_be_taken_away(unchosen: Any, server: Server) -> None:

@@ -74,7 +74,7 @@ def test_an_import(gallery: Gallery, server: Server, saved: Path) -> None:
     before = server.get("runs")
     page.set_input_files("#file-picker", str(saved))
     # Asked here, since a fast machine is done before the page asks for the second time.
-    until(lambda: any(job["state"] == "computing" and job["done"] for job in server.get("runs/imports")), "it computes")
+    until(lambda: any(job["state"] == "working" and job["done"] for job in server.get("jobs")), "it computes")
     with server.freeze_newest():
         page.get_by_text(WORDS).wait_for()
         page.evaluate(DROP)
@@ -92,16 +92,16 @@ def test_an_import_outlasts_a_silence_of_the_server(gallery: Gallery, complaints
     """While nobody answers the page says so and asks again; what became of the run is told once somebody does."""
     complaints.expected = ("net::ERR_FAILED",)
     page, silent = gallery.page, [True]
-    job = {"id": "0123456789abcdef", "name": "heavy.pft", "done": 3, "total": 9, "run": None, "message": None}
+    job = {"id": "0123456789abcdef", "name": "heavy.pft", "done": 3, "total": 9, "result": None, "error": None}
 
     def answer(route: Any) -> None:
         if silent:
             route.abort()
         else:
-            route.fulfill(json={**job, "state": "failed", "message": "It went wrong."})
+            route.fulfill(json={**job, "state": "failed", "error": "It went wrong."})
 
-    page.route("**/api/v1/runs/import?*", lambda route: route.fulfill(status=202, json={**job, "state": "computing"}))
-    page.route("**/api/v1/runs/imports/*", answer)
+    page.route("**/api/v1/runs/import?*", lambda route: route.fulfill(status=202, json={**job, "state": "working"}))
+    page.route("**/api/v1/jobs/*", answer)
     gallery.choose("heavy.pft", b"a run", "application/octet-stream")
     page.get_by_text("The server does not answer; trying again").wait_for()
     silent.clear()

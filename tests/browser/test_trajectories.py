@@ -58,7 +58,7 @@ def test_a_path_is_brought_in_and_smoothed(gallery: Gallery, server: Server) -> 
     shown.play_to_the_end()
     outliers = [row.get("outlier_share") for row in server.column(shown.id, "series")]
     assert [outliers[frame] for frame in JUMPS] == [1.0, 1.0]
-    table = page.request.get(f"api/v1/sessions/{shown.id}/exports/paths").text().splitlines()
+    table = server.export(shown.id, "paths").text.splitlines()
     smoothed = [float(line.split(",")[7]) for line in table[1:]]
     assert len(smoothed) == 60
     assert all(abs(y - 80 - 0.05 * frame**2) < 6.0 for frame, y in enumerate(smoothed[:40]))

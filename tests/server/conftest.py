@@ -11,9 +11,9 @@ import pytest
 import structlog
 from PIL import Image
 
+from pftrack_server.jobs.child_tasks import ChildTasks
+from pftrack_server.jobs.queue import Queues
 from pftrack_server.settings import Settings
-from pftrack_server.tasks.child_tasks import ChildTasks
-from pftrack_server.tasks.queue import Queues
 from tests.apart import run
 from tests.browser.host import Server as ServerProcess
 from tests.installing import install
@@ -36,12 +36,6 @@ structlog.configure(
 @pytest.fixture(scope="session", autouse=True)
 def _compiled(compiled: None) -> None:
     """Every server here is ready at once."""
-
-
-@pytest.fixture(autouse=True)
-def _patient(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A run that is brought in is answered for when it has been computed, however slow the machine is."""
-    monkeypatch.setattr("pftrack_server.api.runs.IMPORT_S", 60.0)
 
 
 @pytest.fixture(scope="session")

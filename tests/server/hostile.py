@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from pftrack.sources.limits import DEFAULT_LIMITS
-from pftrack_server.tasks.functions import index_frames
+from pftrack_server.jobs.functions import index_frames
 
 HARM = Path(f"/tmp/harm-of-{os.getuid()}")  # noqa: S108 - the same for a child without TMPDIR
 NAMES = ("AS", "CPU", "FSIZE", "NOFILE", "CORE")

@@ -10,7 +10,8 @@ import pytest
 
 import pftrack
 from tests.server.host import error_of, steer
-from tests.server.test_explorations import explore, finished
+from tests.server.jobs import ended
+from tests.server.test_explorations import explore
 from tests.server.test_uploads import send, video
 from tests.session_requests import session_request
 
@@ -47,8 +48,8 @@ def test_a_recording_becomes_a_session(client: httpx.Client, recording: bytes) -
     assert columns["estimate"][-1] == pytest.approx([20 + FRAMES - 1] * 2, abs=0.5)
     assert columns["series"][-1]["particles"] == 80
     assert session["trackers"][0]["replays"] is True
-    ended = finished(client, explore(client, session["id"], kind="what-if"))
-    assert (ended["state"], "shown as it was recorded" in ended["message"]) == ("failed", True)
+    told = ended(client, explore(client, session["id"], kind="what-if"))
+    assert (told["state"], "shown as it was recorded" in told["error"]) == ("failed", True)
     client.delete(f"/api/v1/sessions/{session['id']}")
 
 

@@ -16,9 +16,9 @@ import pytest
 from pftrack.process import Budget, Ending, Reply, environment
 from pftrack.process.calls import GRACE_S
 from pftrack_server.errors import ClientGoneError, RefusedError, UnavailableError
+from pftrack_server.jobs.child_tasks import ChildTasks
+from pftrack_server.jobs.queue import Queues
 from pftrack_server.log import RateLimitedLogger
-from pftrack_server.tasks.child_tasks import ChildTasks
-from pftrack_server.tasks.queue import Queues
 from pftrack_server.uploads.probe import BUDGET
 from tests.apart import run
 from tests.server import hostile
@@ -126,7 +126,7 @@ def test_a_mistake_of_ours_is_in_the_log(
     mistake: Callable[..., None], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Who asks for a task that fails is told little, the log where."""
-    monkeypatch.setattr("pftrack_server.tasks.child_tasks.warnings", RateLimitedLogger("tasks"))
+    monkeypatch.setattr("pftrack_server.jobs.child_tasks.warnings", RateLimitedLogger("tasks"))
     with pytest.raises(RefusedError, match="cannot be read safely"):
         run(ChildTasks(Queues()).run(mistake))
     assert "on purpose" in capsys.readouterr().out
@@ -148,8 +148,8 @@ def test_how_a_process_ended_is_told(task: Callable[..., None], error: type[Exce
 
 TASK = """
 import asyncio, sys
-from pftrack_server.tasks.child_tasks import ChildTasks
-from pftrack_server.tasks.queue import Queues
+from pftrack_server.jobs.child_tasks import ChildTasks
+from pftrack_server.jobs.queue import Queues
 from tests.server import hostile
 task = getattr(hostile, sys.argv[1])
 print(asyncio.run(ChildTasks(Queues()).answer(task, sys.argv[2])), flush=True)

@@ -12,9 +12,9 @@ from pftrack.experiments import find
 from pftrack.runs.comparison import Comparison
 from pftrack.runs.run import Run
 from tests.server.host import begin, error_of, steer
+from tests.server.jobs import ended, written
 from tests.server.test_uploads import send, video
 from tests.session_requests import session_request
-from tests.waiting import wait_for
 
 BALL = find("ball")
 
@@ -30,12 +30,10 @@ def compare(client: httpx.Client, *runs: dict[str, Any]) -> dict[str, Any]:
     return begun
 
 
-def computed(client: httpx.Client, begun: dict[str, Any]) -> dict[str, Any]:
-    """Return what came of a comparison."""
-    url = f"/api/v1/comparisons/{begun['id']}"
-    wait_for(lambda: client.get(url).json()["state"] != "computing", 60)
-    found: dict[str, Any] = client.get(url).json()
-    return found
+def outline(client: httpx.Client, *runs: dict[str, Any]) -> dict[str, Any]:
+    """Return what is known of a comparison from the start."""
+    known: dict[str, Any] = compare(client, *runs)["result"]
+    return known
 
 
 def refusal(client: httpx.Client, status: int, *runs: dict[str, Any]) -> str:
@@ -45,19 +43,21 @@ def refusal(client: httpx.Client, status: int, *runs: dict[str, Any]) -> str:
 
 def test_recipes_are_compared_as_the_library_compares_them(client: httpx.Client) -> None:
     """What differs is told at once, with recipes no longer than what is common; then come the library's numbers."""
-    begun = compare(client, ball(), ball("condensation", frames=25))
+    job = compare(client, ball(), ball("condensation", frames=25))
+    begun = job["result"]
     assert [run["first"] for run in begun["runs"]] == [0, 0]
     assert [run["recipe"]["frames"] for run in begun["runs"]] == [30, 25]
     assert [run["shown"]["frames"] for run in begun["runs"]] == [25, 25]
     assert [setting["name"] for setting in begun["settings"]] == ["tracker"]
-    done = computed(client, begun)
+    done = ended(client, job)
     runs = [Run(BALL, BALL.simulate(), tracker=name, seed=7, frames=25) for name in ("h-spf", "condensation")]
     expected = Comparison.of(*runs).finish().as_dict()
     assert done["state"] == "done"
-    assert done["result"] == {name: expected[name] for name in done["result"]}
-    assert [run["name"] for run in done["runs"]] == expected["names"]
-    assert client.delete(f"/api/v1/comparisons/{begun['id']}").status_code == 204
-    assert "no such comparison" in error_of(client.get(f"/api/v1/comparisons/{begun['id']}"), 404)["message"]
+    found = done["result"]["found"]
+    assert found == {name: expected[name] for name in found}
+    assert [run["name"] for run in done["result"]["runs"]] == expected["names"]
+    assert client.delete(f"/api/v1/jobs/{job['id']}").status_code == 204
+    assert "no such job" in error_of(client.get(f"/api/v1/jobs/{job['id']}"), 404)["message"]
 
 
 def test_branches_and_saved_runs_are_named_by_references(client: httpx.Client) -> None:
@@ -68,11 +68,11 @@ def test_branches_and_saved_runs_are_named_by_references(client: httpx.Client) -
     client.post(f"/api/v1/sessions/{session}/branch", json={"frame": 12, "tracker": "apf"})
     references = f"{session}:b0", f"{session}:b1", saved, f"{session}:b0:condensation"
     begun = compare(client, *({"reference": reference} for reference in references))
-    assert [run["title"] for run in begun["runs"]][2:] == ["Mine", None]
-    done = computed(client, begun)
-    frames = {(it["first"], it["second"]): it["frame"] for it in done["result"]["partings"]}
+    assert [run["title"] for run in begun["result"]["runs"]][2:] == ["Mine", None]
+    found = ended(client, begun)["result"]["found"]
+    frames = {(it["first"], it["second"]): it["frame"] for it in found["partings"]}
     assert (frames[0, 1], frames[0, 2], frames[1, 2]) == (13, None, 13)
-    assert done["result"]["first_difference"] == frames[0, 3] < 13
+    assert found["first_difference"] == frames[0, 3] < 13
 
 
 def test_a_recording_is_found_and_named_where_it_is_missing(client: httpx.Client) -> None:
@@ -83,10 +83,11 @@ def test_a_recording_is_found_and_named_where_it_is_missing(client: httpx.Client
         {"recipe": {"experiment": "ball", "footage": {"sha256": upload["sha256"], "start": start, "mark": mark}}}
         for start in (0, 3)
     )
-    begun = compare(client, early, late)
+    job = compare(client, early, late)
+    begun = job["result"]
     assert [run["first"] for run in begun["runs"]] == [3, 0]
     assert {run["upload"] for run in begun["runs"]} == {upload["id"]}
-    assert computed(client, begun)["state"] == "done"
+    assert ended(client, job)["state"] == "done"
     session = client.post("/api/v1/sessions", json=session_request(early)).json()["id"]
     saved = client.post("/api/v1/runs", json={"session": session}).json()["id"]
     client.delete(f"/api/v1/sessions/{session}")
@@ -131,9 +132,9 @@ def test_a_tracker_that_an_experiment_lacks_is_refused(client: httpx.Client, ses
 def test_a_comparison_that_is_cancelled_is_gone(client: httpx.Client) -> None:
     """Its computing ends with it."""
     begun = compare(client, ball(frames=20_000), ball("apf", frames=20_000))
-    assert begun["state"] == "computing"
-    assert client.delete(f"/api/v1/comparisons/{begun['id']}").status_code == 204
-    error_of(client.get(f"/api/v1/comparisons/{begun['id']}"), 404)
+    assert begun["state"] == "working"
+    assert client.delete(f"/api/v1/jobs/{begun['id']}").status_code == 204
+    error_of(client.get(f"/api/v1/jobs/{begun['id']}"), 404)
 
 
 SAVED = "/api/v1/comparisons/saved"
@@ -141,7 +142,7 @@ SAVED = "/api/v1/comparisons/saved"
 
 def test_a_comparison_is_kept_named_found_and_deleted(client: httpx.Client) -> None:
     """What is kept makes it again; a name may be given at any time, and words find it."""
-    begun = compare(client, ball(), ball("condensation"))
+    begun = outline(client, ball(), ball("condensation"))
     runs = [{"recipe": run["recipe"]} for run in begun["runs"]]
     body = {"title": "Two trackers", "runs": runs, "position": 4, "arrangement": "over"}
     kept = client.post(SAVED, json=body).raise_for_status().json()
@@ -149,7 +150,7 @@ def test_a_comparison_is_kept_named_found_and_deleted(client: httpx.Client) -> N
     assert (kept["experiments"], kept["trackers"]) == (["ball"], ["h-spf", "condensation"])
     found = client.get(f"{SAVED}/{kept['id']}").json()
     assert (found["position"], found["arrangement"]) == (4, "over")
-    again = compare(client, *({"recipe": run["recipe"]} for run in found["runs"]))
+    again = outline(client, *({"recipe": run["recipe"]} for run in found["runs"]))
     assert [run["recipe"] for run in again["runs"]] == [run["recipe"] for run in begun["runs"]]
 
     renamed = client.patch(f"{SAVED}/{kept['id']}", json={"title": "  Why one is lost "}).raise_for_status().json()
@@ -178,7 +179,7 @@ def test_what_is_no_comparison_is_not_kept(client: httpx.Client) -> None:
 def test_a_comparison_is_written_as_files(client: httpx.Client) -> None:
     """Each that is listed, by a job like those of runs; the table is that of the library."""
     runs = [ball(), ball("condensation")]
-    offered = compare(client, *runs)["exports"]
+    offered = outline(client, *runs)["exports"]
     assert [one["name"] for one in offered] == ["csv", "png", "svg", "json"]
     written = {one["name"]: export(client, one["name"], runs) for one in offered}
     compared = Comparison.of(
@@ -193,7 +194,7 @@ def test_a_comparison_is_written_as_files(client: httpx.Client) -> None:
     told = json.loads(written["json"])
     assert told["outcomes"] == compared.as_dict()["outcomes"]
     recipes = [{"recipe": run["recipe"]} for run in told["runs"]]
-    assert compare(client, *recipes)["frames"] == 30, "it can be made again"
+    assert outline(client, *recipes)["frames"] == 30, "it can be made again"
     answer = client.post("/api/v1/comparisons/exports/docx", json={"runs": runs})
     assert "there are csv, png, svg, json" in error_of(answer, 404)["message"]
 
@@ -202,10 +203,5 @@ def export(client: httpx.Client, name: str, runs: list[dict[str, Any]]) -> bytes
     """Return a file of a comparison."""
     body = {"runs": runs, "title": "Two: trackers/"}
     begun = client.post(f"/api/v1/comparisons/exports/{name}", json=body)
-    assert begun.status_code == 202, begun.text
-    job = begun.json()
-    assert job["name"] == f"compare-two-trackers.{name}"
-    url = f"/api/v1/exports/{job['id']}"
-    wait_for(lambda: client.get(url).json()["state"] != "writing", 60)
-    assert client.get(url).json()["message"] is None
-    return client.get(f"{url}/file").content
+    assert begun.json()["name"] == f"compare-two-trackers.{name}"
+    return written(client, begun).content

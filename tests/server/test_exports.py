@@ -17,7 +17,7 @@ from pftrack.output.exports.formats import FORMATS, exports_of
 from pftrack.runs.run import Run
 from tests.notebooks import executed
 from tests.server.host import begin, error_of, steer
-from tests.waiting import wait_for
+from tests.server.jobs import asked, ended, taken, written
 
 SMALL = {"image_width_px": 320, "feature_noise_px": 3, "hidden_weight": 0.0}
 
@@ -28,17 +28,18 @@ def test_a_session_exports_what_its_experiment_offers(client: httpx.Client) -> N
     offered = {one["name"]: one for one in session["exports"]}
     assert set(offered) == {one.name for one in exports_of(find("head"))}
     steer(client, session["id"], "seek", frame=3)
-    learned = client.get(f"/api/v1/sessions/{session['id']}/exports/{offered.pop('learned')['name']}")
-    assert "at least 15 frames with a frame known before them" in error_of(learned, 409)["message"]
+    address = f"/api/v1/sessions/{session['id']}/exports"
+    learned = ended(client, client.post(f"{address}/{offered.pop('learned')['name']}"))
+    assert "at least 15 frames with a frame known before them" in learned["error"]
     for name, one in offered.items():
         if one["group"] in {"film", "plots"}:
             continue
-        answer = client.get(f"/api/v1/sessions/{session['id']}/exports/{name}")
+        answer = taken(client, session["id"], name)
         assert answer.status_code == 200
         assert answer.headers["content-type"].split(";")[0] == one["media_type"]
         assert f'filename="head-3.{one["suffix"]}"' in answer.headers["content-disposition"]
         assert len(answer.content) > 40
-    said = json.loads(client.get(f"/api/v1/sessions/{session['id']}/exports/face-json").content)
+    said = json.loads(taken(client, session["id"], "face-json").content)
     run = Run(find("head"), find("head").simulate(), seed=1, timeline=(Change(0, SMALL),))
     run.seek(3)
     shape = run.current.state.memory.growth.shape
@@ -49,11 +50,10 @@ def test_a_session_exports_what_its_experiment_offers(client: httpx.Client) -> N
 def test_what_cannot_be_made_of_these_frames_is_told(client: httpx.Client) -> None:
     """A learned motion needs more frames than the first: it is refused with the reason, and the session goes on."""
     session = begin(client)
-    address = f"/api/v1/sessions/{session['id']}/exports/learned"
-    said = error_of(client.get(address), 409)["message"]
+    said = ended(client, client.post(f"/api/v1/sessions/{session['id']}/exports/learned"))["error"]
     assert "xpected at least 10 frames with two frames known before them, got 0" in said
     steer(client, session["id"], "seek", frame=40)
-    learned = find("ball").guidance.parse(client.get(address).text)
+    learned = find("ball").guidance.parse(taken(client, session["id"], "learned").text)
     assert (learned.tracks, learned.experiment) == (1, "ball")
 
 
@@ -62,7 +62,7 @@ def test_a_session_is_guided_by_a_learned_file(client: httpx.Client) -> None:
     session = begin(client, tracker="guided")
     address = f"/api/v1/sessions/{session['id']}"
     steer(client, session["id"], "seek", frame=40)
-    text = client.get(f"{address}/exports/learned").text
+    text = taken(client, session["id"], "learned").text
     wrong = client.patch(f"{address}/parameters", json={"learned": text.replace('"ball"', '"fish"')})
     assert "it was learned in 'fish', and this is 'ball'" in error_of(wrong, 422)["message"]
     assert client.patch(f"{address}/parameters", json={"learned": text}).status_code == 200
@@ -83,7 +83,7 @@ def test_a_session_is_taken_away_as_a_notebook_with_its_numbers(client: httpx.Cl
     steer(client, session["id"], "seek", frame=3)
     assert client.patch(f"{address}/parameters", json={"sample_count": 40}).status_code == 200
     steer(client, session["id"], "seek", frame=9)
-    answer = client.get(f"{address}/exports/notebook")
+    answer = taken(client, session["id"], "notebook")
     assert answer.headers["content-type"] == "application/x-ipynb+json"
     printed = executed(answer.content)
     assert "The same estimates as in the run that was exported.\n" in printed
@@ -97,8 +97,8 @@ def test_what_is_not_offered_is_not_there(client: httpx.Client) -> None:
     """An unknown name is told with a sentence, also where an experiment offers nothing of its own."""
     session = begin(client, experiment="sine")
     assert [one["name"] for one in session["exports"]] == [one.name for one in FORMATS]
-    answer = client.get(f"/api/v1/sessions/{session['id']}/exports/face-obj")
-    assert error_of(answer, 404)["message"] == "The session has no such export."
+    answer = client.post(f"/api/v1/sessions/{session['id']}/exports/face-obj")
+    assert "no export 'face-obj'; there are csv" in error_of(answer, 404)["message"]
 
 
 def pictures_in(film: Path) -> int:
@@ -109,17 +109,9 @@ def pictures_in(film: Path) -> int:
     return count
 
 
-def _ended(client: httpx.Client, job: str) -> dict[str, Any] | None:
-    told = client.get(f"/api/v1/exports/{job}").json()
-    return None if told["state"] == "writing" else told
-
-
-def written(client: httpx.Client, begun: httpx.Response) -> tuple[httpx.Response, dict[str, Any]]:
+def file_of(client: httpx.Client, begun: httpx.Response) -> tuple[httpx.Response, dict[str, Any]]:
     """Wait for an export that was begun, and return its file and what is told of it."""
-    assert begun.status_code == 202, begun.text
-    job = begun.json()
-    told: dict[str, Any] = wait_for(lambda: _ended(client, job["id"]), what="the export is there")
-    return client.get(told["file"]), told
+    return written(client, begun), asked(client, begun.json())
 
 
 def test_a_film_is_written_beside_the_session_and_says_how_far_it_is(client: httpx.Client, tmp_path: Path) -> None:
@@ -127,18 +119,17 @@ def test_a_film_is_written_beside_the_session_and_says_how_far_it_is(client: htt
     session = begin(client, experiment="sine", seed=5)
     address = f"/api/v1/sessions/{session['id']}"
     steer(client, session["id"], "seek", frame=9)
-    assert "takes a while" in error_of(client.get(f"{address}/exports/mp4"), 409)["message"]
-    film, told = written(client, client.post(f"{address}/exports/mp4"))
+    film, told = file_of(client, client.post(f"{address}/exports/mp4"))
     assert (told["name"], told["done"]) == ("sine-9.mp4", told["total"])
     assert film.headers["content-type"] == "video/mp4"
     place = tmp_path / "film.mp4"
     place.write_bytes(film.content)
     assert pictures_in(place) == 10
-    assert client.delete(f"/api/v1/exports/{told['id']}").status_code == 204
-    assert "no such export" in error_of(client.get(told["file"]), 404)["message"]
+    assert client.delete(f"/api/v1/jobs/{told['id']}").status_code == 204
+    assert "no such job" in error_of(client.get(told["result"]["address"]), 404)["message"]
 
     # A page needs viser, which the confined child loads for itself; a browser is to save it, not to open it.
-    page, told = written(client, client.post(f"{address}/exports/html"))
+    page, told = file_of(client, client.post(f"{address}/exports/html"))
     assert told["name"] == "sine-9.html"
     assert page.headers["content-disposition"].startswith("attachment")
     assert '"frames":10' in page.text
@@ -154,7 +145,7 @@ def test_a_saved_run_is_exported_from_its_file(client: httpx.Client, tmp_path: P
     offered = client.get(address).json()
     assert [one["name"] for one in offered["exports"]] == [one.name for one in FORMATS]
     assert [plot["id"] for plot in offered["plots"]] == [plot.id for plot in find("sine").plots]
-    table, told = written(client, client.post(f"{address}/csv"))
+    table, told = file_of(client, client.post(f"{address}/csv"))
     place = tmp_path / told["name"]
     place.write_bytes(table.content)
     assert (place.name, pd.read_csv(place)["frame"].tolist()) == ("sine-condensation-7.csv", list(range(8)))
@@ -169,12 +160,13 @@ def test_a_file_that_is_too_large_or_stopped_leaves_nothing(start_server: Callab
         outgoing = served.app.state.services.store.files.outgoing
         session = begin(client, experiment="sine", frames=4_000)
         address = f"/api/v1/sessions/{session['id']}/exports"
-        small, _ = written(client, client.post(f"{address}/recipe"))
+        small, _ = file_of(client, client.post(f"{address}/recipe"))
         assert small.json()["experiment"] == "sine"
         steer(client, session["id"], "seek", frame=400)
-        job = client.post(f"{address}/csv").json()["id"]
-        failed = wait_for(lambda: _ended(client, job), what="it has failed")
-        assert (failed["state"], "File too large; make room" in failed["message"]) == ("failed", True)
+        failed = ended(client, client.post(f"{address}/csv"))
+        assert (failed["state"], "File too large; make room" in failed["error"]) == ("failed", True)
+        assert error_of(client.get(f"/api/v1/jobs/{failed['id']}/file"), 409)["message"] == failed["error"]
         begun = client.post(f"{address}/mp4").json()
-        assert client.delete(f"/api/v1/exports/{begun['id']}").status_code == 204
+        assert "still being written" in error_of(client.get(f"/api/v1/jobs/{begun['id']}/file"), 409)["message"]
+        assert client.delete(f"/api/v1/jobs/{begun['id']}").status_code == 204
         assert len(list(outgoing.iterdir())) == 1

@@ -15,6 +15,7 @@ from pftrack.vision.geometry.face import FEATURES, LINKS, TITLES, gaze
 from tests.experiments.head.heads import Picture, empty, film, marked, pictures, simulated
 from tests.experiments.head.test_head_start import turning
 from tests.server.host import Server, begin, error_of, steer
+from tests.server.jobs import bring_in
 from tests.server.test_runs import estimates, save
 from tests.server.test_uploads import send
 from tests.session_requests import session_request
@@ -327,7 +328,7 @@ class TestKept:
         assert all(error is not None for error in columns["error"])
 
         content = client.get(f"/api/v1/runs/{run['id']}/download").content
-        brought = client.post("/api/v1/runs/import", files={"file": ("x.pft", content)}, timeout=60).json()
+        brought = bring_in(client, content)
         assert brought["summary"]["reproduced"] is True
         (tmp_path / "run.pft").write_bytes(content)
         (tmp_path / "face.mp4").write_bytes(late)

@@ -7,10 +7,9 @@ import pytest
 
 from pftrack.analysis.failures import gallery
 from pftrack.experiments import EXPERIMENTS
+from pftrack_server.jobs.functions import run_with_and_without_cure
+from pftrack_server.jobs.results import DiskCache, ExperimentResults
 from pftrack_server.schemas.failures import FailureResult
-from pftrack_server.tasks.disk_cache import DiskCache
-from pftrack_server.tasks.experiment_results import ExperimentResults
-from pftrack_server.tasks.functions import run_with_and_without_cure
 from tests.apart import run
 from tests.server.host import Server
 from tests.session_requests import session_request

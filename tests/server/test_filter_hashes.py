@@ -20,7 +20,7 @@ from pftrack.experiments.own.extension import example_of
 from pftrack_server.settings import Settings
 from pftrack_server.store.files import DataDirectory
 from tests.server.host import begin, error_of, running
-from tests.waiting import wait_for
+from tests.server.jobs import ended
 
 TEXT = example_of(find("ball"))
 TOKEN = "a token of the owner"
@@ -161,22 +161,19 @@ def test_what_lies_in_place_of_a_kept_filter_is_not_used(
     kept.rename(kept.with_name("aside"))
     try:
         REPLACEMENTS[name](kept)
-        for way in ("sessions", "runs/import", "comparisons", "comparisons/exports/csv"):
+        for way in ("sessions", "comparisons", "comparisons/exports/csv"):
             refused = error_of(client.post(f"/api/v1/{way}", **WAYS_IN[way](recipe)), 422)
             assert "version of the file that is not here" in refused["message"], way
         of = f"/api/v1/sessions/{session}"
-        jobs = {
-            "fits/{id}": client.post(f"{of}/fits", json={"numbers": ["gamma_px"]}),
-            "exports/{id}": client.post(f"{of}/exports/csv"),
-            f"sessions/{session}/explorations/{{id}}": client.post(
-                f"{of}/explorations", json={"kind": "ensemble", "seconds": 5}
-            ),
-        }
-        for address, begun in jobs.items():
-            assert begun.status_code == 202, begun.text
-            where = f"/api/v1/{address.format(**begun.json())}"
-            told = wait_for(lambda where=where: (it := client.get(where).json())["message"] and it)  # type: ignore[misc]
-            assert "version of the file that is not here" in told["message"], address
+        jobs = (
+            client.post("/api/v1/runs/import", **saved(recipe)),
+            client.post(f"{of}/fits", json={"numbers": ["gamma_px"]}),
+            client.post(f"{of}/exports/csv"),
+            client.post(f"{of}/explorations", json={"kind": "ensemble", "seconds": 5}),
+        )
+        for begun in jobs:
+            told = ended(client, begun)
+            assert "version of the file that is not here" in told["error"], told["kind"]
     finally:
         if kept.is_dir() and not kept.is_symlink():
             kept.rmdir()

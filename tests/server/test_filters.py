@@ -12,6 +12,7 @@ from pftrack.experiments import find
 from pftrack.experiments.own.extension import example_of
 from pftrack_server.settings import Settings
 from tests.server.host import Server, begin, error_of, running, steer
+from tests.server.jobs import bring_in, import_refusal
 from tests.waiting import wait_for
 
 TEXT = example_of(find("ball"))
@@ -119,8 +120,7 @@ def test_code_is_never_taken_over_the_network(client: httpx.Client, file: Path) 
     saved = client.post("/api/v1/runs", json={"session": session}).json()
     record = client.get(f"/api/v1/runs/{saved['id']}/download").content
     assert client.post(f"/api/v1/runs/{saved['id']}/open").status_code == 201
-    kept = client.post("/api/v1/runs/import", files={"file": ("mine.pft", record)})
-    assert kept.status_code == 201, kept.text
+    assert bring_in(client, record)["tracker"] == "mine"
 
 
 def test_a_server_without_the_file_does_not_compute_the_run(client: httpx.Client, server: Server) -> None:
@@ -129,8 +129,7 @@ def test_a_server_without_the_file_does_not_compute_the_run(client: httpx.Client
     saved = client.post("/api/v1/runs", json={"session": session}).json()
     record = client.get(f"/api/v1/runs/{saved['id']}/download").content
     with httpx.Client(base_url=server.url, timeout=60) as elsewhere:
-        answer = elsewhere.post("/api/v1/runs/import", files={"file": ("mine.pft", record)})
-        assert "trust" in error_of(answer, 422)["message"]
+        assert "trust" in import_refusal(elsewhere, record)
 
 
 def test_a_page_on_this_machine_writes_the_file(owner: Server, client: httpx.Client, file: Path) -> None:

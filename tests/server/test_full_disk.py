@@ -10,6 +10,7 @@ import httpx
 import pytest
 
 from tests.server.host import begin, error_of, steer
+from tests.server.jobs import send_run
 from tests.server.test_uploads import send, video
 from tests.session_requests import session_request
 
@@ -59,10 +60,6 @@ def save(client: httpx.Client, session: str) -> httpx.Response:
     return client.post("/api/v1/runs", json={"session": session})
 
 
-def bring_in(client: httpx.Client, content: bytes) -> httpx.Response:
-    return client.post("/api/v1/runs/import", files={"file": ("run.pft", content)})
-
-
 @pytest.fixture(scope="module")
 def clip() -> bytes:
     return video()
@@ -85,7 +82,7 @@ class TestReserve:
             refused = [
                 send(client, ("ball.mp4", clip)),
                 save(client, session),
-                bring_in(client, content),
+                send_run(client, content),
                 client.post("/api/v1/sessions", json=session_request({"experiment": "ball"})),
                 client.post("/api/v1/sweeps", json=plan),
             ]
@@ -176,7 +173,7 @@ class TestLimits:
             session = begin(client)["id"]
             run = save(client, session).json()["id"]
             assert "at most 1 saved runs" in error_of(save(client, session), 409)["message"]
-            assert "delete one first" in error_of(bring_in(client, b"PK"), 409)["message"]
+            assert "delete one first" in error_of(send_run(client, b"PK"), 409)["message"]
             client.delete(f"/api/v1/runs/{run}")
             assert save(client, session).status_code == 201
         with start_server(max_runs_bytes=1) as (_, client):

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any, cast
 
 from pftrack.process import Outcome, Reply
+from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.lessons.results import LessonResults
-from pftrack_server.tasks.child_tasks import ChildTasks
 from tests.apart import run
 
 

@@ -8,8 +8,9 @@ import httpx
 import pytest
 
 from pftrack.experiments import find
-from pftrack_server.runs.exports import run_file_name
+from pftrack_server.work.exports import run_file_name
 from tests.server.host import begin
+from tests.server.jobs import taken
 from tests.server.test_suitability import box
 from tests.server.test_suitability import clip as clip  # noqa: PLC0414 - a fixture
 from tests.server.test_suitability import upload as upload  # noqa: PLC0414 - a fixture
@@ -29,7 +30,7 @@ def test_a_session_is_called_by_its_preset(client: httpx.Client, session: dict[s
     assert session["name"] == PRESET.title
     run = client.post("/api/v1/runs", json={"session": session["id"]}).json()
     assert run["title"].startswith(PRESET.title)
-    table = client.get(f"/api/v1/sessions/{session['id']}/exports/csv")
+    table = taken(client, str(session["id"]), "csv")
     assert f'filename="{run_file_name("ball", PRESET.title)}-' in table.headers["content-disposition"]
 
 

@@ -14,8 +14,8 @@ from pftrack.core.model.source import FrameIndex
 from pftrack.process import Budget
 from pftrack.sources.limits import DEFAULT_LIMITS, Limits, SourceError
 from pftrack.sources.sequence import open_sequence
-from pftrack_server.tasks.child_tasks import ChildTasks
-from pftrack_server.tasks.queue import Queues
+from pftrack_server.jobs.child_tasks import ChildTasks
+from pftrack_server.jobs.queue import Queues
 from pftrack_server.uploads import probe as module
 from pftrack_server.uploads.probe import BUDGET
 from tests.apart import run
@@ -83,13 +83,13 @@ def test_folders_animations_and_tables_are_probed_too(tmp_path: Path) -> None:
 
 def test_no_file_is_decoded_here(clip: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The process that asks could not even open a file."""
-    monkeypatch.setattr("pftrack_server.tasks.functions.open_sequence", None)
+    monkeypatch.setattr("pftrack_server.jobs.functions.open_sequence", None)
     assert probe(clip).frame_count == 24
 
 
 def test_columns_are_named_in_the_confined_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A header is rewritten where its length harms nobody, and may name 16,384 columns at most."""
-    monkeypatch.setattr("pftrack_server.tasks.functions.rename", None)
+    monkeypatch.setattr("pftrack_server.jobs.functions.rename", None)
     path = tmp_path / "a.csv"
     said = {"frame": 0, "x": 1, "y": 2, "w": 3, "h": 4}
     path.write_bytes(b"f,a,b,c,d\n0,1,2,3,4\n")

@@ -13,8 +13,9 @@ from pftrack.experiments import find
 from pftrack.runs import record
 from pftrack.runs.opening import load
 from pftrack.runs.run import Run
-from pftrack_server.runs.service import outcome
+from pftrack_server.work.runs import outcome
 from tests.server.host import Server, begin, error_of, steer
+from tests.server.jobs import bring_in, import_refusal, send_run
 from tests.server.test_uploads import send, video
 
 
@@ -99,9 +100,7 @@ def test_brought_in(client: httpx.Client) -> None:
     """A run that was saved elsewhere is computed once in a confined process, listed, and opens."""
     run = made(client)
     content = client.get(f"/api/v1/runs/{run['id']}/download").content
-    answer = client.post("/api/v1/runs/import", files={"file": ("from a friend.pft", content)})
-    assert answer.status_code == 201, answer.text
-    brought = answer.json()
+    brought = bring_in(client, content, "from a friend.pft")
     assert brought["title"] == "from a friend"
     assert brought["summary"]["estimates_sha256"] == run["summary"]["estimates_sha256"]
     assert brought["summary"]["reproduced"] is True
@@ -120,8 +119,7 @@ def test_a_run_that_no_page_could_show(
     run = Run(experiment, experiment.simulate(), seed=seed, frames=20, timeline=(Change(change, {"sample_count": 90}),))
     record.save(run, tmp_path / "run.pft")
     content = (tmp_path / "run.pft").read_bytes()
-    answer = client.post("/api/v1/runs/import", files={"file": ("x.pft", content)})
-    assert words in error_of(answer, 422)["message"]
+    assert words in import_refusal(client, content)
 
 
 @pytest.mark.parametrize("content", [b"", b"hello", b"PK\x03\x04" + b"\0" * 100, b"PK\x05\x06" + b"\0" * 18])
@@ -129,8 +127,7 @@ def test_what_is_no_run(server: Server, client: httpx.Client, content: bytes) ->
     """A file that is no run is refused with a sentence, and nothing of it is kept."""
     files = server.app.state.services.store.files
     before = len(list(files.runs.iterdir()))
-    answer = client.post("/api/v1/runs/import", files={"file": ("x.pft", content)})
-    assert "no saved run" in error_of(answer, 422)["message"]
+    assert "no saved run" in error_of(send_run(client, content), 422)["message"]
     assert len(list(files.runs.iterdir())) == before
     assert list(files.incoming.iterdir()) == []
 
@@ -147,15 +144,13 @@ def test_a_run_that_speaks_of_bytes(client: httpx.Client, tmp_path: Path, recipe
     raw = {"format": "pftrack-run", "version": 2, "recipe": {"experiment": "ball", "frames": 5, **recipe}}
     with zipfile.ZipFile(tmp_path / "run.pft", "w") as archive:
         archive.writestr("run.json", json.dumps(raw | {"computed": 1, "estimates_sha256": "0" * 64}))
-    answer = client.post("/api/v1/runs/import", files={"file": ("x.pft", (tmp_path / "run.pft").read_bytes())})
-    assert words in error_of(answer, 422)["message"]
+    assert words in import_refusal(client, (tmp_path / "run.pft").read_bytes())
 
 
 def test_too_large(start_server: Any) -> None:
     """A record that is too large is refused."""
     with start_server(max_record_bytes=1000) as (_, client):
-        answer = client.post("/api/v1/runs/import", files={"file": ("x.pft", b"x" * 2000)})
-        error_of(answer, 413)
+        error_of(send_run(client, b"x" * 2000), 413)
 
 
 def test_a_run_on_a_video(client: httpx.Client) -> None:
@@ -178,8 +173,7 @@ def test_a_run_on_a_video(client: httpx.Client) -> None:
     client.delete(f"/api/v1/uploads/{upload['id']}")
     message = error_of(client.post(f"/api/v1/runs/{run['id']}/open"), 409)["message"]
     assert message == "The run was made on ball.mp4, which is no longer on this server; upload it first."
-    answer = client.post("/api/v1/runs/import", files={"file": ("x.pft", content)})
-    assert "upload it first" in error_of(answer, 422)["message"]
+    assert "upload it first" in import_refusal(client, content)
     again = send(client, ("other name.mp4", clip)).json()
     answer = client.post(f"/api/v1/runs/{run['id']}/open")
     assert answer.status_code == 201, answer.text

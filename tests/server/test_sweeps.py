@@ -404,7 +404,7 @@ def test_a_row_is_compared_with_another_method(client: httpx.Client, sweep: dict
     row = rows(client, sweep["id"])["rows"][0]
     other = next(it["id"] for it in sweep["trackers"] if it["id"] != row["tracker"])
     named = [{"reference": f"{sweep['id']}:{row['run']}{more}"} for more in ("", f":{other}")]
-    begun = client.post("/api/v1/comparisons", json={"runs": named}).json()
+    begun = client.post("/api/v1/comparisons", json={"runs": named}).json()["result"]
     assert [run["recipe"]["tracker"] for run in begun["runs"]] == [row["tracker"], other]
     assert {run["recipe"]["seed"] for run in begun["runs"]} == {row["seed"]}
     assert [setting["name"] for setting in begun["settings"]] == ["tracker"]

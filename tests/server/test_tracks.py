@@ -6,6 +6,7 @@ import httpx
 import pytest
 
 from tests.server.host import error_of, steer
+from tests.server.jobs import taken
 from tests.server.test_uploads import send, video
 from tests.session_requests import session_request
 from tests.tracks import table
@@ -94,7 +95,7 @@ def test_a_path_is_smoothed_but_is_no_shape(client: httpx.Client) -> None:
     assert answer.status_code == 201, answer.text
     session = answer.json()["id"]
     steer(client, session, "seek", frame=19)
-    rows = client.get(f"/api/v1/sessions/{session}/exports/paths").text.splitlines()
+    rows = taken(client, session, "paths").text.splitlines()
     assert (len(rows), rows[0].split(",")[:4]) == (21, ["frame", "track", "x", "y"])
     assert rows[6].startswith("5,1,,,")
     client.delete(f"/api/v1/sessions/{session}")

@@ -8,7 +8,7 @@ import { coalesce, later } from "../../shared/timing.js";
 import { Exploration } from "./exploration.js";
 import { WhatIf } from "./what_if.js";
 
-/** @import { EnsemblePublic, SessionPublic } from "../../shared/messages.js" */
+/** @import { Bands, SessionPublic } from "../../shared/messages.js" */
 
 /** A slider that is dragged changes twenty times a second. */
 const SETTLE_MS = 150;
@@ -52,9 +52,9 @@ class OtherSeeds {
     this.#exploration = new Exploration(
       () => store.known.id,
       {
-        found: ({ result, message }) => {
+        found: ({ result, error }) => {
           if (result !== null && "holding" in result) this.#show(result);
-          else if (message !== null) this.#say(message);
+          else if (error !== null) this.#say(error);
         },
         failed: (message) => this.#say(message),
       },
@@ -104,7 +104,7 @@ class OtherSeeds {
     if (this.#isOn) this.#exploration.begin({ kind: "ensemble" });
   }
 
-  /** @param {EnsemblePublic|null} found */
+  /** @param {Bands|null} found */
   #show(found) {
     const { store } = this.#view;
     store.ensemble = found;

@@ -3,7 +3,7 @@
 import { h, setText } from "../../shared/dom.js";
 import { number } from "../../shared/format.js";
 
-/** @import { FindingPublic } from "../../shared/messages.js" */
+/** @import { ToldFinding } from "../../shared/messages.js" */
 
 const LEAST_P = 0.001;
 const WORDS = { baseline: "", better: "better than no change", worse: "worse than no change", unclear: "not clearly better" };
@@ -32,7 +32,7 @@ export class Line {
   }
 
   /**
-   * @param {FindingPublic} finding
+   * @param {ToldFinding} finding
    * @param {string} sweep Where its sweep is; "" if it has none.
    */
   show(finding, sweep) {

@@ -13,7 +13,7 @@ import { isGone } from "../history.js";
 import { Exploration } from "./exploration.js";
 import { Line } from "./line.js";
 
-/** @import { ExplorationPublic, FindingPublic, WhatIfPublic } from "../../shared/messages.js" */
+/** @import { ExplorationJob, Report, ToldFinding } from "../../shared/messages.js" */
 
 const HINT = "Change one thing before the loss, and see with many seeds whether the run then holds";
 const LONGER_S = 120;
@@ -24,7 +24,7 @@ export class WhatIf {
   #exploration;
   /** @type {Map<string, Line>} By what is changed. */
   #lines = new Map();
-  /** @type {WhatIfPublic|null} */
+  /** @type {Report|null} */
   #found = null;
   /** @type {Record<string, import("../../shared/format.js").Value>} Those of the run that was lost. */
   #parameters = {};
@@ -42,7 +42,7 @@ export class WhatIf {
   constructor(view) {
     this.#view = view;
     const { store, signal } = view;
-    const on = { found: (/** @type {ExplorationPublic} */ told) => this.#take(told), failed: (/** @type {string} */ message) => this.#fail(message) };
+    const on = { found: (/** @type {ExplorationJob} */ told) => this.#take(told), failed: (/** @type {string} */ message) => this.#fail(message) };
     this.#exploration = new Exploration(() => store.known.id, on, signal);
     this.opener.addEventListener("click", () => (this.card.hidden ? this.#open(20) : this.#close()));
     this.#more.addEventListener("click", () => this.#goOn());
@@ -106,10 +106,10 @@ export class WhatIf {
     return isGone(history.at(known.position)) ? known.position : null;
   }
 
-  /** @param {ExplorationPublic} told */
-  #take({ state, result, message }) {
+  /** @param {ExplorationJob} told */
+  #take({ state, result, error }) {
     if (result !== null && "findings" in result) this.#show(result, state === "done");
-    if (state === "failed") this.#fail(message ?? "This could not be found out.");
+    if (state === "failed") this.#fail(error ?? "This could not be found out.");
   }
 
   /** @param {string} message */
@@ -119,7 +119,7 @@ export class WhatIf {
   }
 
   /**
-   * @param {WhatIfPublic} found
+   * @param {Report} found
    * @param {boolean} isOver
    */
   #show(found, isOver) {
@@ -140,7 +140,7 @@ export class WhatIf {
     if (isFirst) this.card.scrollIntoView({ block: "nearest" });
   }
 
-  /** @param {FindingPublic} finding */
+  /** @param {ToldFinding} finding */
   #line(finding) {
     const key = JSON.stringify(finding.values);
     const line = this.#lines.get(key) ?? new Line(() => this.#branch(key));
@@ -167,7 +167,7 @@ export class WhatIf {
   /**
    * A sweep over a change and none, with the settings that the run began with.
    *
-   * @param {FindingPublic} finding
+   * @param {ToldFinding} finding
    */
   #sweepOf({ values, parameter }) {
     const { recipe, tracker, upload } = this.#view.store.known;

@@ -321,8 +321,8 @@ class Report:
             each.share,
             *each.interval,
             each.step_ms,
-            compared and compared.p_value,
-            compared and compared.corrected,
+            None if compared is None else compared.p_value,
+            None if compared is None else compared.corrected,
             self.verdict(each),
             each.seed,
         )

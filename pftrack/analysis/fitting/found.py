@@ -117,7 +117,7 @@ def _known(evidence: Sequence[Floats], first: int, end: int) -> Floats:
         ValueError: All of these frames are left out.
     """
     among = np.mean([one[first:end] for one in evidence], axis=0)
-    known = among[~np.isnan(among)]
+    known: Floats = among[~np.isnan(among)]
     if not len(known):
         raise ValueError(f"no frame from {first} to {end - 1} counts")
     return known

@@ -24,7 +24,6 @@ d of a vector, may vary from frame to frame; columns are then as wide as the wid
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import cache
 from typing import Annotated, Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
@@ -221,14 +220,9 @@ Known: TypeAlias = Annotated[
 """A number that may be unknown: NaN here, null in JSON, both ways."""
 
 
-def as_json(value: object) -> Any:  # noqa: ANN401 - JSON
+def as_json(value: Any) -> Any:  # noqa: ANN401 - JSON
     """Return a dataclass or a pydantic model as JSON values; a `Known` number that is not finite becomes None."""
-    return _adapter(type(value)).dump_python(value, mode="json", by_alias=True)
-
-
-@cache
-def _adapter(kind: type) -> TypeAdapter[Any]:
-    return TypeAdapter(kind)
+    return TypeAdapter(type(value)).dump_python(value, mode="json", by_alias=True)
 
 
 def columns(series: Series, values: Sequence[SeriesValue | None]) -> dict[str, Floats]:

@@ -156,7 +156,6 @@ class FileKind:
         suffix: Of the file's name, without the dot.
         media_type: Of the file.
         group: What kind of thing it is.
-        slow: Whether whoever asks has to wait: all frames are gone through again, or computed.
         beside: Whether its manifest is a file of its own.
         short: What it is called beside others of its group; the title if empty.
         origin: File and line where it is declared.
@@ -167,7 +166,6 @@ class FileKind:
     suffix: str
     media_type: str
     group: Group
-    slow: bool = False
     beside: bool = False
     short: str = ""
     origin: str = ""

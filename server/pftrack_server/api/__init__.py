@@ -7,22 +7,17 @@ that `pftrack_server.errors` turns into the one error shape.
 from fastapi import APIRouter
 
 from pftrack_server.api import (
-    comparisons,
     compilation,
     experiments,
-    explorations,
-    exports,
     failures,
     filters,
-    fits,
     follow,
     follows,
     glossary,
+    jobs,
     lectures,
     lessons,
     polls,
-    queue,
-    runs,
     sessions,
     source_code,
     stream,
@@ -37,8 +32,7 @@ __all__ = ["router"]
 
 router = APIRouter(prefix="/api/v1")
 router.include_router(experiments.plugins)
-of_sessions = sessions, explorations, stream, exports, fits
-computing = compilation, queue, *of_sessions, runs, work, lessons, failures, comparisons
+computing = compilation, sessions, stream, jobs, work, lessons, failures
 classes = follows, follow, polls, lectures
 code = filters, source_code
 for part in (experiments, glossary, uploads, *computing, *classes, *code, sweeps, sweep_files, sweep_stream):

@@ -1,28 +1,26 @@
 """Dependencies: what a handler may ask for."""
 
+from collections.abc import Coroutine
 from dataclasses import replace
-from typing import Annotated, Protocol
+from typing import Annotated, Any, Protocol, TypeVar
 
 from fastapi import Depends, Path, Query, Request
 from starlette.requests import HTTPConnection
 
 from pftrack.experiments.experiment import Experiment
-from pftrack_server.comparisons.service import Comparisons
 from pftrack_server.errors import NotFoundError, RefusedError
 from pftrack_server.experiments import find_experiment
 from pftrack_server.filters import FilterFiles
 from pftrack_server.follow.follow import Follow
 from pftrack_server.follow.follows import Follows
 from pftrack_server.follow.participant import Participant, participant_of
+from pftrack_server.jobs.child_tasks import ChildTasks
+from pftrack_server.jobs.queue import unless_gone
 from pftrack_server.lectures.service import Lectures
 from pftrack_server.lessons.service import Lessons
 from pftrack_server.middleware.body_limit import lift_limit
-from pftrack_server.runs.exports import Exports
-from pftrack_server.runs.fits import Fits
-from pftrack_server.runs.imports import Imports
 from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.services import Services
-from pftrack_server.sessions.explorations import Explorations
 from pftrack_server.sessions.manager import Manager, Prepare
 from pftrack_server.sessions.session import Session
 from pftrack_server.settings import Settings
@@ -30,8 +28,10 @@ from pftrack_server.store import Store
 from pftrack_server.store.tables import ComparisonRow, RunRow, UploadRow
 from pftrack_server.sweeps.manager import Sweeps
 from pftrack_server.sweeps.sweep import Sweep
-from pftrack_server.tasks.child_tasks import ChildTasks
-from pftrack_server.tasks.queue import unless_gone
+from pftrack_server.work.explorations import Explorations
+from pftrack_server.work.sources import House
+
+Result = TypeVar("Result")
 
 
 def _services(connection: HTTPConnection) -> Services:
@@ -72,6 +72,11 @@ async def wait_until_gone(request: Request) -> None:
         pass
 
 
+async def unless_client_gone(request: Request, work: Coroutine[Any, Any, Result]) -> Result:
+    """Return what work comes to, and cancel it once its client hangs up."""
+    return await unless_gone(work, lambda: wait_until_gone(request))
+
+
 class Begins(Protocol):
     """Start a session for a client."""
 
@@ -81,7 +86,7 @@ class Begins(Protocol):
 
 def _begin(request: Request, manager: Annotated[Manager, Depends(_manager)]) -> Begins:
     async def begin(spec: SessionSpec, prepare: Prepare | None = None) -> Session:
-        return await unless_gone(manager.create(spec, prepare), lambda: wait_until_gone(request))
+        return await unless_client_gone(request, manager.create(spec, prepare))
 
     return begin
 
@@ -103,20 +108,8 @@ Ticket = Annotated[
 ]
 
 
-def _imports(services: TheServices) -> Imports:
-    return services.imports
-
-
-def _exports(services: TheServices) -> Exports:
-    return services.exports
-
-
-def _fits(services: TheServices) -> Fits:
-    return services.fits
-
-
-def _comparisons(services: TheServices) -> Comparisons:
-    return services.comparisons
+def _house(services: TheServices) -> House:
+    return services.house
 
 
 def _explorations(services: TheServices) -> Explorations:
@@ -141,10 +134,7 @@ AManager = Annotated[Manager, Depends(_manager)]
 ASweeps = Annotated[Sweeps, Depends(_sweeps)]
 TheTasks = Annotated[ChildTasks, Depends(_tasks)]
 TheFilters = Annotated[FilterFiles, Depends(_filters)]
-TheComparisons = Annotated[Comparisons, Depends(_comparisons)]
-TheImports = Annotated[Imports, Depends(_imports)]
-TheExports = Annotated[Exports, Depends(_exports)]
-TheFits = Annotated[Fits, Depends(_fits)]
+TheHouse = Annotated[House, Depends(_house)]
 TheLectures = Annotated[Lectures, Depends(_lectures)]
 TheExplorations = Annotated[Explorations, Depends(_explorations)]
 TheLessons = Annotated[Lessons, Depends(_lessons)]

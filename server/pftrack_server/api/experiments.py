@@ -13,8 +13,8 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.experiment import Experiment
 from pftrack_server.api.dependencies import AnExperiment, TheFilters, TheServices
 from pftrack_server.filters import FilterFiles
+from pftrack_server.jobs.functions import draw_experiment
 from pftrack_server.schemas.experiments import ExperimentDetail, ExperimentPublic, PluginPublic, PresetPublic
-from pftrack_server.tasks.functions import draw_experiment
 
 router = APIRouter(prefix="/experiments", tags=["experiments"])
 plugins = APIRouter(prefix="/plugins", tags=["experiments"])

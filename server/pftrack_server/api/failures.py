@@ -7,8 +7,8 @@ from fastapi import APIRouter, Depends, Path
 from pftrack.analysis.failures import Entry
 from pftrack_server.api.dependencies import TheServices
 from pftrack_server.failures import failure_named, failures, public
+from pftrack_server.jobs.functions import run_with_and_without_cure
 from pftrack_server.schemas.failures import FailurePublic, FailureResult
-from pftrack_server.tasks.functions import run_with_and_without_cure
 
 router = APIRouter(prefix="/failures", tags=["failures"])
 

@@ -1,13 +1,11 @@
 """Sessions: start, steer, branch, end."""
 
 import asyncio
-import shutil
 from http import HTTPStatus
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Body, Path, Query, Request
-from starlette.background import BackgroundTask
-from starlette.responses import FileResponse, RedirectResponse, Response
+from starlette.responses import RedirectResponse, Response
 
 from pftrack.sources.truth import LARGEST_FILE_BYTES
 from pftrack_server.api.dependencies import AManager, ASession, AStore, Begin, TakesFiles, TheFilters, TheTasks
@@ -15,7 +13,6 @@ from pftrack_server.api.uploads import MULTIPART
 from pftrack_server.base_path import address_of
 from pftrack_server.errors import ConflictError, NotFoundError
 from pftrack_server.experiments import find_experiment
-from pftrack_server.runs.exports import Subject, file_name
 from pftrack_server.schemas.explanations import ExplanationPublic
 from pftrack_server.schemas.inspection import InspectionPublic, InspectionUpdate
 from pftrack_server.schemas.messages import SessionPublic
@@ -171,31 +168,6 @@ async def thumbnail(request: Request, session: ASession) -> Response:
         experiment = session.spec.recipe.experiment
         return RedirectResponse(address_of(request.scope, f"api/v1/experiments/{experiment}/thumbnail.png"))
     return Response(png, media_type="image/png", headers={"Cache-Control": "no-store"})
-
-
-@router.get("/{session}/exports/{export}", response_class=FileResponse, responses={200: {"content": {"model/obj": {}}}})
-async def export(
-    session: ASession, export: Name, store: AStore, plot: Annotated[str | None, Query(max_length=64)] = None
-) -> FileResponse:
-    """Return a file of the active branch or of the frame that is shown, one of those that the session lists."""
-    store.disk_budget.check()
-    folder = store.files.new_outgoing()
-    folder.mkdir(mode=0o700)
-    try:
-        offered = await session.export(export, folder / "file", plot)
-    except BaseException:
-        shutil.rmtree(folder, ignore_errors=True)
-        raise
-    after = BackgroundTask(shutil.rmtree, folder, ignore_errors=True)
-    run = session.spec.run
-    name = file_name(Subject(run.recipe, run.computed, run.position, session.state.snapshot.name), offered, plot)
-    return FileResponse(
-        folder / "file",
-        media_type=offered.media_type,
-        filename=name,
-        headers={"Cache-Control": "no-store"},
-        background=after,
-    )
 
 
 @router.post("/{session}/bookmarks", status_code=HTTPStatus.CREATED)

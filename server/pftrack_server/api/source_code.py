@@ -6,18 +6,17 @@ from fastapi import APIRouter
 
 from pftrack.runs.reproduction import comparison_code, run_code
 from pftrack.sweep.recording import sweep_code
-from pftrack_server.api.dependencies import ASweep, TheServices
-from pftrack_server.comparisons.references import find_run
+from pftrack_server.api.dependencies import ASweep, TheHouse
 from pftrack_server.experiments import find_experiment
 from pftrack_server.schemas.source_code import SourceCodePublic, SourceCodeRequest
+from pftrack_server.work.sources import find_run
 
 router = APIRouter(tags=["source code"])
 
 
 @router.post("/source-code")
-async def write_source_code(body: SourceCodeRequest, services: TheServices) -> SourceCodePublic:
+async def write_source_code(body: SourceCodeRequest, house: TheHouse) -> SourceCodePublic:
     """Write what computes runs again; of several, what compares them. The truth of a recording is no part of it."""
-    house = services.comparisons.house
     named = await asyncio.gather(*(find_run(run, house) for run in body.runs))
     recipes = [each.spec.recipe.with_footage(truth=None) for each in named]
     runs = [(recipe, find_experiment(recipe.experiment)) for recipe in recipes]

@@ -26,10 +26,11 @@ from pftrack_server.api.dependencies import (
     TheServices,
     TheTasks,
     Ticket,
-    wait_until_gone,
+    unless_client_gone,
 )
 from pftrack_server.api.kept_pictures import kept_picture
 from pftrack_server.errors import ConflictError, DamagedError, NotFoundError, RefusedError
+from pftrack_server.jobs.functions import TargetSearch, find_mark, frame_jpeg
 from pftrack_server.schemas.uploads import (
     ColumnMeaning,
     SightingPublic,
@@ -40,8 +41,6 @@ from pftrack_server.schemas.uploads import (
     UploadPublic,
 )
 from pftrack_server.store.files import is_name
-from pftrack_server.tasks.functions import TargetSearch, find_mark, frame_jpeg
-from pftrack_server.tasks.queue import unless_gone
 from pftrack_server.uploads.intake import check_room, index_of, limits_of, take_in
 from pftrack_server.uploads.multipart import receive
 from pftrack_server.uploads.truth import discard_truth, load_truth, store_truth, table_of
@@ -142,7 +141,7 @@ async def add_upload(
     )
     try:
         taking = take_in(store, settings, tasks, folder, received, services.stopping.is_set, ticket, columns)
-        row = await unless_gone(taking, lambda: wait_until_gone(request))
+        row = await unless_client_gone(request, taking)
     finally:
         await asyncio.to_thread(shutil.rmtree, folder, ignore_errors=True)
     return UploadPublic.model_validate(row)

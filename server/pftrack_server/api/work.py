@@ -1,31 +1,168 @@
-"""My work: sessions, saved runs, comparisons, sweeps and uploads in one list, found by words."""
+"""My work: sessions, saved runs, comparisons, sweeps and uploads in one list, found by words, and each by itself."""
 
 import asyncio
 from collections.abc import Callable, Sequence, Sized
 from datetime import datetime
+from functools import partial
+from http import HTTPStatus
 from typing import Annotated, TypeVar
 from zoneinfo import ZoneInfo
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Path, Query, Request
+from starlette.responses import FileResponse, Response
 
-from pftrack_server.api.dependencies import AManager, AStore, ASweeps
-from pftrack_server.api.runs import run_view
-from pftrack_server.comparisons.saved import saved_view
+from pftrack_server.api.dependencies import (
+    AComparison,
+    AManager,
+    ARun,
+    AStore,
+    ASweeps,
+    Begin,
+    SettingsNow,
+    TakesFiles,
+    TheHouse,
+    TheTasks,
+    unless_client_gone,
+)
+from pftrack_server.api.kept_pictures import kept_picture
+from pftrack_server.api.uploads import MULTIPART
+from pftrack_server.errors import NotFoundError
+from pftrack_server.schemas.jobs import ImportJob
 from pftrack_server.schemas.messages import SessionPublic
 from pftrack_server.schemas.sweep_views import SweepPublic
 from pftrack_server.schemas.uploads import UploadPublic
-from pftrack_server.schemas.work import Kind, WorkCounts, WorkPublic
+from pftrack_server.schemas.work import (
+    Kind,
+    NewTitle,
+    RunCreate,
+    RunPublic,
+    SavedComparisonCreate,
+    SavedComparisonDetail,
+    SavedComparisonPublic,
+    WorkCounts,
+    WorkPublic,
+)
 from pftrack_server.search import Words, date_words, experiment_words
+from pftrack_server.store.files import is_name
 from pftrack_server.store.tables import ComparisonRow, RunRow, UploadRow
+from pftrack_server.uploads.multipart import receive
+from pftrack_server.work.comparisons import detail_view, save, saved_view
+from pftrack_server.work.exports import run_file_name
+from pftrack_server.work.runs import bring_in, check_room, compare, save_run
+from pftrack_server.work.sources import reopen
 
-router = APIRouter(prefix="/work", tags=["work"])
+router = APIRouter(tags=["work"])
 
+Name = Annotated[str, Path(max_length=64)]
 Thing = TypeVar("Thing", SessionPublic, RunRow, ComparisonRow, SweepPublic, UploadRow)
 MOST = 500
 UTC = ZoneInfo("UTC")
+RECORD = "application/vnd.pftrack.run"
 
 
-@router.get("")
+@router.post("/runs", status_code=HTTPStatus.CREATED)
+async def keep_run(body: RunCreate, manager: AManager, store: AStore, settings: SettingsNow) -> RunPublic:
+    """Save the active branch of a session."""
+    session = manager.get(body.session)
+    await asyncio.to_thread(check_room, store, settings)
+    return RunPublic.model_validate(await save_run(store, session, body.title))
+
+
+@router.post("/runs/import", status_code=HTTPStatus.ACCEPTED, openapi_extra=MULTIPART, dependencies=[TakesFiles])
+async def import_run(request: Request, store: AStore, settings: SettingsNow, house: TheHouse) -> ImportJob:
+    """Take in a run that was saved elsewhere, and begin to compute it."""
+    await asyncio.to_thread(check_room, store, settings)
+    folder = store.files.new_incoming()
+    received = await receive(request, folder, store.disk_budget, most_bytes=settings.max_record_bytes, most_files=1)
+    return await unless_client_gone(request, bring_in(house, folder, received))
+
+
+@router.get("/runs")
+def list_runs(store: AStore) -> list[RunPublic]:
+    """List all saved runs, the newest first."""
+    return [RunPublic.model_validate(row) for row in store.runs()]
+
+
+@router.get("/runs/{run}")
+def show_run(run: ARun) -> RunPublic:
+    """Tell about a saved run."""
+    return RunPublic.model_validate(run)
+
+
+@router.patch("/runs/{run}")
+async def rename_run(run: ARun, body: NewTitle, store: AStore) -> RunPublic:
+    """Give a saved run another name."""
+    await asyncio.to_thread(store.rename_run, run.id, body.title)
+    run.title = body.title
+    return RunPublic.model_validate(run)
+
+
+@router.delete("/runs/{run}", status_code=HTTPStatus.NO_CONTENT)
+async def remove_run(run: Name, store: AStore) -> None:
+    """Delete a saved run, also one whose entry in the database is damaged."""
+    if not is_name(run) or not await asyncio.to_thread(store.remove_run, run):
+        raise NotFoundError("There is no such run; it may have been deleted.")
+
+
+@router.get("/runs/{run}/download", response_class=FileResponse, responses={200: {"content": {RECORD: {}}}})
+def download(run: ARun, store: AStore) -> FileResponse:
+    """Return the record of a saved run as a file."""
+    path = store.files.record(run.id)
+    if not path.exists():
+        raise NotFoundError("The file of this run is missing.")
+    return FileResponse(path, media_type=RECORD, filename=f"{run_file_name(run.experiment, run.title)}-{run.seed}.pft")
+
+
+@router.get("/runs/{run}/thumbnail.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})
+def thumbnail(run: ARun, store: AStore) -> Response:
+    """Return a picture of the frame at which a run was saved."""
+    path = store.files.thumbnail(run.id)
+    if not path.exists():
+        raise NotFoundError("The picture of this run is missing.")
+    return kept_picture(path.read_bytes(), "image/png")
+
+
+@router.post("/runs/{run}/open", status_code=HTTPStatus.CREATED)
+async def open_run(run: ARun, store: AStore, begin: Begin, tasks: TheTasks) -> SessionPublic:
+    """Go on with a saved run in a new session."""
+    session = await begin(await reopen(store, tasks, run), partial(compare, store, tasks, run))
+    return session.view()
+
+
+@router.post("/comparisons/saved", status_code=HTTPStatus.CREATED)
+def save_comparison(body: SavedComparisonCreate, store: AStore, settings: SettingsNow) -> SavedComparisonPublic:
+    """Keep a comparison under a name."""
+    return saved_view(save(store, settings, body))
+
+
+@router.get("/comparisons/saved")
+def list_saved_comparisons(store: AStore) -> list[SavedComparisonPublic]:
+    """List all saved comparisons, the newest first."""
+    return [saved_view(row) for row in store.comparisons()]
+
+
+@router.get("/comparisons/saved/{saved}")
+def show_saved_comparison(saved: AComparison) -> SavedComparisonDetail:
+    """Tell what makes a saved comparison again."""
+    return detail_view(saved)
+
+
+@router.patch("/comparisons/saved/{saved}")
+def rename_comparison(saved: AComparison, body: NewTitle, store: AStore) -> SavedComparisonPublic:
+    """Give a saved comparison another name."""
+    store.rename_comparison(saved.id, body.title)
+    saved.title = body.title
+    return saved_view(saved)
+
+
+@router.delete("/comparisons/saved/{saved}", status_code=HTTPStatus.NO_CONTENT)
+def remove_comparison(saved: Name, store: AStore) -> None:
+    """Delete a saved comparison, also one whose entry in the database is damaged."""
+    if not is_name(saved) or not store.remove_comparison(saved):
+        raise NotFoundError("There is no such comparison; it may have been deleted.")
+
+
+@router.get("/work")
 async def find_work(
     manager: AManager,
     sweeps: ASweeps,
@@ -53,7 +190,7 @@ async def find_work(
 
     return WorkPublic(
         sessions=these[: most("sessions")],
-        runs=[run_view(row) for row in saved[: most("runs")]],
+        runs=[RunPublic.model_validate(row) for row in saved[: most("runs")]],
         comparisons=[saved_view(row) for row in compared[: most("comparisons")]],
         sweeps=swept[: most("sweeps")],
         uploads=[UploadPublic.model_validate(row) for row in sent[: most("uploads")]],

@@ -2,12 +2,11 @@
 
 import asyncio
 
-from pftrack_server.comparisons.references import RunSources, find_run
 from pftrack_server.errors import ConflictError, DamagedError, NotFoundError, RefusedError
 from pftrack_server.lectures.file import LectureText, read, write
 from pftrack_server.lectures.items import ItemViews, check_names
 from pftrack_server.lessons.service import Lessons
-from pftrack_server.schemas.comparisons import ComparedRun
+from pftrack_server.schemas.jobs import ComparedRun
 from pftrack_server.schemas.lectures import (
     LectureItem,
     LecturePublic,
@@ -18,6 +17,7 @@ from pftrack_server.schemas.lectures import (
 from pftrack_server.store import Store
 from pftrack_server.store.files import new_name, now
 from pftrack_server.store.tables import LectureRow
+from pftrack_server.work.sources import House, find_run
 
 MOST = 200
 """Lectures kept."""
@@ -31,7 +31,7 @@ class Lectures:
         lessons: Which items may name.
     """
 
-    def __init__(self, house: RunSources, lessons: Lessons) -> None:
+    def __init__(self, house: House, lessons: Lessons) -> None:
         self._house = house
         self._store: Store = house.store
         self._views = ItemViews(lessons)

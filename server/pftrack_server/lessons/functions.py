@@ -25,7 +25,7 @@ from pftrack.teaching.lessons.lesson import (
     question_recipe,
     read_answer,
 )
-from pftrack_server.tasks.functions import Steps
+from pftrack_server.jobs.functions import Steps
 
 NICENESS = 10
 """Of what may take a minute: figures and sessions, which somebody waits for, go first."""

@@ -16,9 +16,9 @@ from typing import Any
 import structlog
 
 from pftrack.process import Budget, Ending, Outcome, Refusal, Reply
-from pftrack_server.tasks.child_tasks import ChildTasks, ending_message
-from pftrack_server.tasks.disk_cache import DiskCache, digest
-from pftrack_server.tasks.queue import Queues
+from pftrack_server.jobs.child_tasks import ChildTasks, ending_message
+from pftrack_server.jobs.queue import Queues
+from pftrack_server.jobs.results import DiskCache, digest
 
 BUDGET = Budget(cpu_seconds=1800.0, silence_s=600.0)
 """A check may take a minute on a slow machine, and says nothing meanwhile."""

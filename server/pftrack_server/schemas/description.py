@@ -34,7 +34,6 @@ class ExportPublic(BaseModel):
     suffix: str
     media_type: str
     group: Group = Field(description='What kind of thing it is; of "plots", one plot can be asked for by its id')
-    slow: bool = Field(description="Whether it has to go through all frames again: it is begun, and then fetched")
 
 
 class TruthMark(BaseModel):

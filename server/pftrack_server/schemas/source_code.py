@@ -6,7 +6,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from pftrack.core.model.parameters import NOT_BOOLEAN
 from pftrack_server.schemas.body import RequestBody
-from pftrack_server.schemas.comparisons import ComparedRun
+from pftrack_server.schemas.jobs import ComparedRun
 
 
 class SourceCodeRequest(RequestBody):

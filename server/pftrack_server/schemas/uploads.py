@@ -86,3 +86,9 @@ class TruthPublic(BaseModel):
     first: int
     last: int
     warnings: list[str]
+
+
+class QueuePublic(BaseModel):
+    """Where a request waits."""
+
+    before: int = Field(description="How many come before it")

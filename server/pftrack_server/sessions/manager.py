@@ -15,6 +15,7 @@ from typing import Any, TypeAlias
 import structlog
 
 from pftrack_server.errors import ConflictError, NotFoundError, UnavailableError
+from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.sessions.session import Session
 from pftrack_server.settings import Settings
@@ -23,7 +24,6 @@ from pftrack_server.store.database import is_busy
 from pftrack_server.store.disk_budget import is_full
 from pftrack_server.store.files import is_name
 from pftrack_server.system_errors import failure_message
-from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.uploads.intake import index_of
 from pftrack_server.worker.protocol import WorkerConfig
 

@@ -8,15 +8,14 @@ import asyncio
 import time
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from pftrack.core.model.parameters import ParameterError
 from pftrack.core.numerics.random import LARGEST_SEED
-from pftrack_server.errors import ConflictError, NotFoundError
+from pftrack_server.errors import ConflictError
 from pftrack_server.flat.feed import DrawingFeed
 from pftrack_server.schemas import messages
-from pftrack_server.schemas.description import ExportPublic, SessionDescription
+from pftrack_server.schemas.description import SessionDescription
 from pftrack_server.schemas.inspection import InspectionPublic, InspectionUpdate
 from pftrack_server.schemas.panel import PanelValues
 from pftrack_server.schemas.sessions import Changed
@@ -305,21 +304,6 @@ class Session:
             with suppress(ConflictError, WorkerLostError):
                 self._thumbnail = await self.picture()
         return self._thumbnail
-
-    async def export(self, name: str, path: Path, plot: str | None) -> ExportPublic:
-        """Write a file of the active branch, or of the current frame, and return what it is.
-
-        Raises:
-            NotFoundError: The experiment offers none of this name.
-            ConflictError: It takes too long for the session to wait.
-        """
-        offered = next((one for one in self.description.exports if one.name == name), None)
-        if offered is None:
-            raise NotFoundError("The session has no such export.")
-        if offered.slow:
-            raise ConflictError(f"{offered.title} takes a while: begin it with POST, and fetch it when it is done.")
-        await self._request(protocol.Export(name, str(path), plot), _plain)
-        return offered
 
     def bookmark(self, name: str, note: str) -> Bookmark:
         """Remember the frame that is shown."""

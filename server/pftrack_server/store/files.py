@@ -130,6 +130,10 @@ class DataDirectory:
         """Return where something that is made for somebody may be put until it was fetched."""
         return self.outgoing / new_name()
 
+    def exported(self, job: str) -> Path:
+        """Return where the file that a job makes lies until it was fetched, in a folder of its own."""
+        return self.outgoing / _check(job) / "file"
+
     def preview(self, name: str, frame: int) -> Path:
         """Return where a frame of an upload is kept once it was drawn."""
         return _within(self.uploads, _check(name), f"frame-{frame:06d}.jpg")

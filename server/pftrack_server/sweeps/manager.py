@@ -12,6 +12,7 @@ from pftrack.sweep.axis import SweepError
 from pftrack.sweep.recording import Recording
 from pftrack_server.errors import ApiError, ConflictError, NotFoundError, UnavailableError
 from pftrack_server.filters import FilterFiles
+from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.schemas.sweep_views import EstimatePublic, ValuesPublic
 from pftrack_server.schemas.sweeps import EstimateRequest, SweepCreate
 from pftrack_server.settings import Settings
@@ -24,7 +25,6 @@ from pftrack_server.sweeps.opening import upload_of
 from pftrack_server.sweeps.planning import BYTES_A_RUN, as_plan, cells_of, within_limits
 from pftrack_server.sweeps.reasons import CANCELLED, DELETED, RESTARTED, STOPPED
 from pftrack_server.sweeps.sweep import Sweep, check_idle, default_title
-from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.uploads.intake import index_of, limits_of
 
 log = structlog.get_logger(__name__)

@@ -19,12 +19,12 @@ from pftrack.process import MEBIBYTE
 from pftrack.sources.limits import DEFAULT_LIMITS, HEAD_BYTES, Limits, SourceError, natural_order
 from pftrack.sources.results.parts import part_names
 from pftrack_server.errors import ConflictError, DiskFullError
+from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.settings import Settings
 from pftrack_server.store.disk_budget import mebibytes
 from pftrack_server.store.files import new_name, now
 from pftrack_server.store.store import Store
 from pftrack_server.store.tables import UploadRow
-from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.uploads.multipart import Received
 from pftrack_server.uploads.probe import probe
 

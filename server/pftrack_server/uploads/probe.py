@@ -12,8 +12,8 @@ from pftrack.core.model.source import FrameIndex
 from pftrack.process import MEBIBYTE, Budget, Ending, Fault, Refusal, Reply
 from pftrack.sources.limits import Limits, SourceError
 from pftrack.sources.results.reading import LARGEST_FILE_BYTES
-from pftrack_server.tasks.child_tasks import ChildTasks
-from pftrack_server.tasks.functions import index_frames
+from pftrack_server.jobs.child_tasks import ChildTasks
+from pftrack_server.jobs.functions import index_frames
 
 BUDGET = Budget(cpu_seconds=120, silence_s=240, file_bytes=0, answer_bytes=8 * MEBIBYTE)
 

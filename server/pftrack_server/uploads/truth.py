@@ -14,11 +14,11 @@ from pftrack.core.files import write_whole
 from pftrack.experiments.experiment import Experiment
 from pftrack.sources.truth import write_table
 from pftrack_server.errors import ConflictError
+from pftrack_server.jobs.child_tasks import ChildTasks
+from pftrack_server.jobs.functions import read_truth
 from pftrack_server.schemas.uploads import TruthPublic
 from pftrack_server.store import Store
 from pftrack_server.store.tables import UploadRow
-from pftrack_server.tasks.child_tasks import ChildTasks
-from pftrack_server.tasks.functions import read_truth
 from pftrack_server.uploads.multipart import Received
 
 log = structlog.get_logger(__name__)

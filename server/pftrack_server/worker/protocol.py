@@ -146,21 +146,6 @@ class Explain:
 
 
 @dataclass(frozen=True, slots=True)
-class Export:
-    """Write a file of the run or of the current frame; answered when it is there.
-
-    Attributes:
-        name: Of the export.
-        path: Where to.
-        plot: Id of the one plot that a picture shall show; None for all.
-    """
-
-    name: str
-    path: str
-    plot: str | None = None
-
-
-@dataclass(frozen=True, slots=True)
 class Inspect:
     """Look at something in the frame that is shown, and draw it from now on; answered with what is found."""
 
@@ -186,7 +171,6 @@ Command: TypeAlias = (
     | Save
     | Picture
     | Explain
-    | Export
     | Inspect
 )
 

@@ -16,12 +16,11 @@ from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.drawing import Drawing
 from pftrack.core.model.parameters import ParameterError, declarations, flat, with_role
 from pftrack.core.model.recipe import Change, Recipe, Timeline, check_timeline, parameter_values
-from pftrack.core.model.setup import BESIDE, Setup, describe_course, find_export
+from pftrack.core.model.setup import BESIDE, Setup, describe_course
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.own.code import digest_of, trust, with_digests
 from pftrack.experiments.own.extension import extend, new_defaults, widen
 from pftrack.experiments.shared.loss_probability import LOSS_PROBABILITY
-from pftrack.output.exports.formats import exporting, exports_of
 from pftrack.runs import checkpoint, record
 from pftrack.runs.loss_probability import LossAccount
 from pftrack.runs.run import Run
@@ -244,11 +243,6 @@ class RunTree:
     def redraws(self, values: Mapping[str, object]) -> bool:
         """Return whether a change of these shows in the frame that is shown, and not from the next one on."""
         return any(item.name in values for item in with_role(type(self._setup.parameters), "drawing"))
-
-    def export(self, name: str, path: Path, plot: str | None) -> None:
-        """Write a file of the run, or of the frame that is shown, one of those that are offered."""
-        for _ in exporting(self.run, path, find_export(exports_of(self.experiment), name), plot):
-            pass
 
     @property
     def second(self) -> str | None:

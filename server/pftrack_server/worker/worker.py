@@ -35,7 +35,6 @@ from pftrack_server.worker.protocol import (
     Credit,
     Described,
     Explain,
-    Export,
     Form,
     Heartbeat,
     Inspect,
@@ -321,7 +320,7 @@ class Worker:
 
     def _answer(self, request: Request) -> None:
         # What changes neither the run nor its frame interrupts nothing; any other command ends the way to a goal.
-        looks = isinstance(request.command, Picture | Explain | Export | Save | Speed | StopAt | Inspect)
+        looks = isinstance(request.command, Picture | Explain | Save | Speed | StopAt | Inspect)
         left = None if looks else self._way
         if left is not None:
             self._way = None
@@ -340,7 +339,7 @@ class Worker:
         if self._way is None or looks:
             self._reply(request.number, result)
 
-    def _execute(self, command: Command, number: int, left: Seek | None) -> object:  # noqa: C901, PLR0911, PLR0912 - one case a command
+    def _execute(self, command: Command, number: int, left: Seek | None) -> object:  # noqa: C901, PLR0912 - one case a command
         match command:
             case Transport(action="play"):
                 self._play()
@@ -376,9 +375,6 @@ class Worker:
                 return self._picture()
             case Explain(frame=frame):
                 return self._tree.explain(frame)
-            case Export(name=name, path=path, plot=plot):
-                self._tree.export(name, Path(path), plot)
-                return None
             case Inspect(wanted=wanted):
                 found = self._tree.inspect(wanted)
                 self._mark_changed()

@@ -9,29 +9,90 @@
 """
 
 import asyncio
-from typing import NamedTuple
+import dataclasses
+from collections.abc import Awaitable, Callable
+from typing import Any, NamedTuple
 
-from pftrack_server.errors import NotFoundError, RefusedError
+from pftrack.runs.record import Record
+from pftrack_server.errors import ConflictError, NotFoundError, RefusedError
 from pftrack_server.experiments import find_experiment
-from pftrack_server.runs.service import reopen
-from pftrack_server.schemas.comparisons import ComparedRun
+from pftrack_server.jobs.child_tasks import ChildTasks
+from pftrack_server.jobs.jobs import Jobs, OnStep
+from pftrack_server.jobs.run_functions import read_record
+from pftrack_server.schemas.jobs import ComparedRun
 from pftrack_server.schemas.sessions import SessionCreate
+from pftrack_server.schemas.snapshot import FIRST, Bookmark
 from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.sessions.create import as_spec, new_spec
 from pftrack_server.sessions.manager import Manager
+from pftrack_server.settings import Settings
 from pftrack_server.store import Store
+from pftrack_server.store.tables import RunRow
 from pftrack_server.sweeps.manager import Sweeps
 from pftrack_server.sweeps.opening import session_spec
-from pftrack_server.tasks.child_tasks import ChildTasks
+from pftrack_server.worker.protocol import WorkerConfig
 
 
-class RunSources(NamedTuple):
-    """Where runs can be."""
+class House(NamedTuple):
+    """Where runs can be, and where work on them is done.
 
+    Attributes:
+        settings: What the server allows.
+        store: Has saved runs and uploads.
+        manager: Knows the sessions.
+        sweeps: Those of the server.
+        tasks: Confined processes.
+        jobs: What is under way.
+        wait_for: Waits for an experiment to be compiled, or raises that it takes longer.
+    """
+
+    settings: Settings
     store: Store
     manager: Manager
     sweeps: Sweeps
     tasks: ChildTasks
+    jobs: Jobs
+    wait_for: Callable[[str], Awaitable[None]]
+
+    async def config(self, spec: SessionSpec) -> WorkerConfig:
+        """Return what a confined process needs to make the active branch of a spec, without its checkpoints."""
+        return dataclasses.replace(await self.manager.config(spec), states=None)
+
+    async def compute(
+        self,
+        on_step: OnStep,
+        function: Callable[..., Any],
+        *arguments: object,
+        **limits: Any,  # noqa: ANN401 - of `run_long`
+    ) -> Any:  # noqa: ANN401 - whatever the function returns
+        """Have a function of `run_functions` called in a confined process, and return its result."""
+        seconds = self.settings.worker_cpu_seconds
+        return await self.tasks.run_long(function, *arguments, cpu_seconds=seconds, on_step=on_step, **limits)
+
+
+async def reopen(store: Store, tasks: ChildTasks, row: RunRow) -> SessionSpec:
+    """Return the spec of a session that goes on with a saved run.
+
+    Raises:
+        RefusedError: The record cannot be read.
+        ConflictError: Its file or its video is not here.
+    """
+    path = store.files.record(row.id)
+    if not path.exists():
+        raise ConflictError("The file of this run is missing.")
+    saved = Record.model_validate(await tasks.run(read_record, str(path)))
+    footage = saved.recipe.footage
+    upload = await asyncio.to_thread(store.upload_of, footage.sha256 or "") if footage else None
+    if footage is not None and upload is None:
+        name = footage.name or "a recording"
+        raise ConflictError(f"The run was made on {name}, which is no longer on this server; upload it first.")
+    return new_spec(
+        saved.recipe.with_footage(name=upload.name) if upload else saved.recipe,
+        upload=upload.id if upload else None,
+        position=min(row.position, saved.computed - 1),
+        computed=saved.computed - 1,
+        bookmarks=[Bookmark(**{**mark, "branch": FIRST}) for mark in row.bookmarks],
+    )
 
 
 class NamedRun(NamedTuple):
@@ -41,7 +102,7 @@ class NamedRun(NamedTuple):
     title: str | None
 
 
-async def find_run(run: ComparedRun, house: RunSources) -> NamedRun:
+async def find_run(run: ComparedRun, house: House) -> NamedRun:
     """Return what makes a run that somebody wants to compare.
 
     Raises:
@@ -68,14 +129,14 @@ async def find_run(run: ComparedRun, house: RunSources) -> NamedRun:
     )
 
 
-async def _of_saved_run(name: str, house: RunSources) -> NamedRun:
+async def _of_saved_run(name: str, house: House) -> NamedRun:
     row = await asyncio.to_thread(house.store.run, name)
     if row is None:
         raise NotFoundError(f"There is no saved run {name[:32]!r} any more; it was deleted, or is on another server.")
     return NamedRun(await reopen(house.store, house.tasks, row), row.title)
 
 
-def _of_session(name: str, place: str, tracker: str | None = None, *, house: RunSources) -> NamedRun:
+def _of_session(name: str, place: str, tracker: str | None = None, *, house: House) -> NamedRun:
     session = house.manager.find(name)
     branch = session.spec.branches.get(place) if session else None
     if session is None or branch is None:
@@ -93,7 +154,7 @@ def _of_session(name: str, place: str, tracker: str | None = None, *, house: Run
     return NamedRun(new_spec(recipe, upload=session.spec.upload), None if tracker else title)
 
 
-async def _of_sweep(name: str, run: int, tracker: str | None = None, *, house: RunSources) -> NamedRun:
+async def _of_sweep(name: str, run: int, tracker: str | None = None, *, house: House) -> NamedRun:
     sweep = house.sweeps.get(name)
     spec = await asyncio.to_thread(session_spec, house.store, sweep.id, sweep.plan, sweep.results, run, tracker)
     return NamedRun(spec, f"{sweep.view().title}, run {run}")

@@ -7,6 +7,7 @@ is gone. Short work has other places than work that may take minutes, so that th
 import asyncio
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from pftrack.analysis.counterfactuals.report import LossError
@@ -21,10 +22,10 @@ from pftrack.runs.record import RecordError
 from pftrack.sources.limits import SourceError
 from pftrack.sources.truth import TruthError
 from pftrack_server.errors import RefusedError, UnavailableError
+from pftrack_server.jobs import functions
+from pftrack_server.jobs.queue import Queues, unless_gone
 from pftrack_server.log import RateLimitedLogger
 from pftrack_server.processes import FORK_SERVER
-from pftrack_server.tasks import functions
-from pftrack_server.tasks.queue import Queues, unless_gone
 
 REFUSALS = (
     ComparisonError,
@@ -74,7 +75,7 @@ class ChildTasks:
             _result(await self.answer(functions.do_nothing), BUDGET)
 
     async def run(self, function: Callable[..., Any], *arguments: object) -> Any:  # noqa: ANN401 - whatever the function returns
-        """Return the result of a function of `pftrack_server.tasks.functions`, of values that JSON can say and bytes.
+        """Return the result of a function of `pftrack_server.jobs.functions`, of values that JSON can say and bytes.
 
         Raises:
             RefusedError: The function refused its arguments, with a sentence, or its process died.
@@ -90,23 +91,28 @@ class ChildTasks:
         cpu_seconds: float,
         on_step: Callable[[int, int], None],
         file_bytes: int | None = None,
+        may_be_short: bool = False,
     ) -> Any:  # noqa: ANN401 - whatever the function returns
         """Return the result of a function that tells how far it is; it takes as long as it takes.
 
         Args:
-            function: A generator of `pftrack_server.tasks.functions`.
+            function: A generator of `pftrack_server.jobs.functions`.
             arguments: For it.
             cpu_seconds: Processor time that it may take.
             on_step: Called now and then with the steps that are done, and with all that there are.
             file_bytes: Length of any file that it writes; None for any.
+            may_be_short: Whether it may take a moment only, so that it begins among light work.
 
         Raises:
             RefusedError: The function refused its arguments, with a sentence, or its process died.
             UnavailableError: It gave no sign of life for too long.
         """
         budget = Budget(cpu_seconds=cpu_seconds, file_bytes=file_bytes)
+        work = partial(self.answer, function, *arguments, budget=budget, on_step=on_step)
+        if may_be_short:
+            return _result(await self.queues.take_turn(work, weight_s=LONG_S), budget)
         async with self.queues.heavy.place(weight_s=LONG_S):
-            return _result(await self.answer(function, *arguments, budget=budget, on_step=on_step), budget)
+            return _result(await work(), budget)
 
     async def run_beside(
         self,
@@ -142,7 +148,7 @@ class ChildTasks:
         Its process, and whatever that has started, has ended when this returns or is cancelled.
 
         Args:
-            function: One of `pftrack_server.tasks.functions`.
+            function: One of `pftrack_server.jobs.functions`.
             arguments: For it.
             budget: What it may take.
             on_step: Called now and then with what it yields, such as the steps that are done and all that there are.

@@ -1,4 +1,4 @@
-"""Task functions: work in a confined process, because an uploaded file is involved or because it takes a while.
+"""What confined processes do with uploads and experiments.
 
 One that may take minutes is a generator: it yields how many steps are done and of how many, and returns its result.
 """
@@ -9,7 +9,6 @@ import os
 import time
 from collections.abc import Generator, Mapping
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -20,16 +19,11 @@ from numpy.typing import NDArray
 from pftrack.analysis.failures import FailureRun, entry, measure, run_failure
 from pftrack.core.model.marks import read_mark
 from pftrack.core.model.parameters import ParameterError
-from pftrack.core.model.recipe import Change, Footage, check_timeline
+from pftrack.core.model.recipe import Change
 from pftrack.core.model.series import to_json
 from pftrack.core.model.setup import Sighting
 from pftrack.core.model.source import FrameIndex, FrameSequence
-from pftrack.core.numerics.random import LARGEST_SEED
 from pftrack.experiments import EXPERIMENTS, find
-from pftrack.experiments.own.code import trust
-from pftrack.runs import record
-from pftrack.runs.opening import make
-from pftrack.runs.reproduction import departure, difference
 from pftrack.runs.run import Run
 from pftrack.sources.limits import Limits, SourceError
 from pftrack.sources.results.reading import LARGEST_FILE_BYTES
@@ -263,79 +257,3 @@ def _open_upload(path: str, index: str | None, number: int, limits: Limits) -> F
     if not 0 <= number < sequence.frame_count:
         raise ParameterError("frame", number, f"a frame of the upload, 0 to {sequence.frame_count - 1}")
     return sequence
-
-
-def read_record(path: str) -> dict[str, Any]:
-    """Read what a record says of its run."""
-    return _record(path).model_dump(mode="json")
-
-
-def weigh_record(path: str, video: tuple[str, str] | None, limits: Limits, filters: tuple[str, ...] = ()) -> Steps:
-    """Compute the run of a record as far as it was computed, and return what came of it; a step is a frame.
-
-    Args:
-        path: The record.
-        video: Path and index of the upload that it was made on, if that is here.
-        limits: How large their frames may be.
-        filters: Texts of filters that the run may execute.
-    """
-    trust(*filters)
-    saved = _read_record(path)
-    found = saved.record
-    recipe = found.recipe
-    if recipe.frames is not None and recipe.frames > limits.frames:
-        raise ParameterError("frames", recipe.frames, f"at most {limits.frames} on this server")
-    if recipe.seed > LARGEST_SEED:
-        raise ParameterError("seed", recipe.seed, f"at most {LARGEST_SEED}, since browsers round beyond it")
-    run = make(recipe, open_sequence=partial(reopen_footage, video, limits))
-    check_timeline(run.timeline.changes, run.frames)
-    last = min(found.computed, run.frames) - 1
-    for step in run.seeking(last):
-        yield step.diagnostics.frame + 1, last + 1
-    drawing = run.experiment.draw(run.current, run.diagnostics)
-    apart = difference(run, saved)
-    return {
-        "title": run.experiment.title,
-        "summary": {
-            **run.summary().as_dict(),
-            "reproduced": apart is None,
-            **({"differs": {**apart.as_dict(), "sentence": apart.sentence}} if apart else {}),
-        },
-        "thumbnail": png(render(drawing, layers=run.experiment.shown_layers)),
-    }
-
-
-def reopen_footage(video: tuple[str, str] | None, limits: Limits, footage: Footage) -> FrameSequence:
-    """Open the upload that a run was made on.
-
-    Args:
-        video: Its path and index, if it is here.
-        limits: How large its frames may be.
-        footage: What the run says of it.
-
-    Raises:
-        RecordError: It is not here.
-    """
-    if video is None:
-        name = footage.name or "a recording"
-        raise record.RecordError(f"The run was made on {name}, which is not on this server; upload it first")
-    index = FrameIndex.from_json(video[1])
-    return open_sequence(Path(video[0]), limits, index=index, square=footage.square)
-
-
-def _record(path: str) -> record.Record:
-    return _read_record(path).record
-
-
-def compare_record(path: str, estimates: list[list[float]]) -> str | None:
-    """Say where estimates differ from those of a record, in the frames that both have; None where they do not."""
-    apart = departure(estimates, _read_record(path))
-    return None if apart is None else f"{apart.sentence[:1].upper()}{apart.sentence[1:]}."
-
-
-def _read_record(path: str) -> record.Saved:
-    try:
-        return record.read_saved(Path(path))
-    except record.RecordError as error:
-        # What the file is called here is nobody's business.
-        raise record.RecordError(str(error).replace(Path(path).name, "The file")) from None

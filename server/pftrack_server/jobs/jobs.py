@@ -1,0 +1,186 @@
+"""Jobs: work that takes longer than a client should wait for one answer.
+
+Each tells how far it is and can be cancelled. It lives in memory: nothing of it has been promised to anybody before it
+is done. It goes on for as long as somebody asks for it: whoever has closed the page no longer waits, and others do, for
+its place.
+"""
+
+import asyncio
+import contextlib
+import time
+from collections.abc import Callable, Coroutine
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias, TypeVar
+
+import structlog
+
+from pftrack_server.errors import ApiError, ClientGoneError, NotFoundError, UnavailableError
+from pftrack_server.schemas.jobs import AnyJob
+from pftrack_server.system_errors import failure_message
+
+log = structlog.get_logger(__name__)
+
+MOST_AT_WORK = 32
+"""Of a kind."""
+KEPT_S = 600.0
+"""So long it can be asked what came of a job."""
+LOOK_S = 15.0
+"""Time between two looks whether somebody has asked for a job that is under way."""
+MOST_LOOKS = 10
+"""Looks without a question after which it is dropped: 150 s, since browsers let a hidden page ask once a minute only.
+They are counted, so that a while in which this very process was stopped is one look and not hundreds of seconds."""
+
+OneJob = TypeVar("OneJob", bound=AnyJob)
+
+OnStep: TypeAlias = Callable[[int, int], None]
+"""(steps done, all that there are) -> None."""
+Work: TypeAlias = Callable[[OnStep], Coroutine[Any, Any, Any]]
+"""Does what a job is about, and returns its result."""
+
+
+@dataclass
+class _Entry:
+    """A job with what carries it out.
+
+    Attributes:
+        job: What is told of it.
+        drop: Lets go of what it leaves behind.
+        task: Carries it out.
+        ended: When that ended (monotonic, s).
+        unasked: Looks since somebody asked for it.
+    """
+
+    job: AnyJob
+    drop: Callable[[], object]
+    task: asyncio.Task[None] = field(init=False)
+    ended: float | None = None
+    unasked: int = 0
+
+
+class Jobs:
+    """All jobs of a server."""
+
+    def __init__(self) -> None:
+        self._all: dict[str, _Entry] = {}
+
+    def all(self) -> list[AnyJob]:
+        """Return those under way, and those that ended a while ago, the newest first; this asks for all of them."""
+        self._forget()
+        return [self.get(name) for name in reversed(self._all)]
+
+    def under_way(self, kind: type[OneJob]) -> list[OneJob]:
+        """Return those of a kind that are under way; this asks for none."""
+        return [each.job for each in self._all.values() if each.ended is None and isinstance(each.job, kind)]
+
+    def get(self, name: str) -> AnyJob:
+        """Return a job, which then goes on.
+
+        Raises:
+            NotFoundError: There is none, or it ended long ago.
+        """
+        self._forget()
+        if name not in self._all:
+            raise NotFoundError("There is no such job; it may have been cancelled, or have ended long ago.")
+        found = self._all[name]
+        found.unasked = 0
+        found.job.refresh()
+        return found.job
+
+    def check_room(self, kind: type[OneJob]) -> None:
+        """Make sure that there is a place for one more of a kind.
+
+        Raises:
+            UnavailableError: There are as many under way as there may be.
+        """
+        if len(self.under_way(kind)) >= MOST_AT_WORK:
+            several = f"{kind.model_fields['kind'].default}s"
+            raise UnavailableError(
+                f"The server works on at most {MOST_AT_WORK} {several} at a time; wait, or cancel one."
+            )
+
+    def begin(self, job: OneJob, work: Work, *, drop: Callable[[], object] = lambda: None) -> OneJob:
+        """Begin a job, and return it.
+
+        Args:
+            job: What is told of it, with a name of its own.
+            work: Does it.
+            drop: Lets go of what it leaves behind: once it has failed, or nobody can ask for it any more.
+
+        Raises:
+            UnavailableError: There are as many under way as there may be.
+        """
+        self.check_room(type(job))
+        made = _Entry(job, drop)
+        made.task = asyncio.ensure_future(self._run(made, work))
+        self._all[job.id] = made
+        return job
+
+    async def cancel(self, name: str) -> None:
+        """End a job, and forget it.
+
+        Raises:
+            NotFoundError: There is none.
+        """
+        self.get(name)
+        await _cancel(self._all[name])
+        self._drop(name)
+
+    async def close(self) -> None:
+        """End all of them."""
+        await asyncio.gather(*map(_cancel, self._all.values()))
+
+    def _forget(self) -> None:
+        now = time.monotonic()
+        for name, each in list(self._all.items()):
+            if each.ended is not None and now - each.ended > KEPT_S:
+                self._drop(name)
+
+    def _drop(self, name: str) -> None:
+        dropped = self._all.pop(name, None)
+        if dropped is not None:
+            dropped.drop()
+
+    async def _run(self, entry: _Entry, work: Work) -> None:
+        job = entry.job
+
+        def step(done: int, total: int) -> None:
+            job.done, job.total = done, total
+
+        try:
+            job.result = await _run_while_asked(entry, work(step))
+            job.done, job.state = job.total, "done"  # the last steps are not told
+        except BaseException as error:
+            job.refresh()
+            job.state, job.error = "failed", failure_message(error)
+            entry.drop()
+            if not isinstance(error, ApiError | asyncio.CancelledError):
+                # Its client may have gone: nobody else would write it down.
+                log.exception("a job failed", kind=job.kind, job=job.id)
+            if not isinstance(error, Exception):
+                raise
+        finally:
+            entry.ended = time.monotonic()
+            # What it left behind goes also if nobody asks again.
+            asyncio.get_running_loop().call_later(KEPT_S + 1.0, self._forget)
+
+
+async def _run_while_asked(entry: _Entry, work: Coroutine[Any, Any, Any]) -> Any:  # noqa: ANN401 - whatever the work returns
+    working = asyncio.ensure_future(work)
+    try:
+        while not (await asyncio.wait({working}, timeout=LOOK_S))[0]:
+            entry.unasked += 1
+            if entry.unasked >= MOST_LOOKS:
+                waited = f"{LOOK_S * MOST_LOOKS:g} s"
+                raise ClientGoneError(
+                    f"Nobody asked for this {entry.job.kind} for {waited}, so it was stopped; begin it again."
+                )
+        return working.result()
+    finally:
+        working.cancel()
+        await asyncio.gather(working, return_exceptions=True)
+
+
+async def _cancel(entry: _Entry) -> None:
+    entry.task.cancel()
+    with contextlib.suppress(asyncio.CancelledError):
+        await entry.task

@@ -1,0 +1,141 @@
+"""Comparisons: outlined before they begin, so that what cannot be compared is refused at once, and kept under a name.
+
+Of a kept comparison the recipes of its runs are stored. What came of them is computed again when it is opened.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from pydantic import TypeAdapter
+
+from pftrack.core.model.recipe import Recipe
+from pftrack.output.exports.comparisons import COMPARISON_FORMATS
+from pftrack.runs.comparison import MOST_RUNS, ComparisonOutline, ComparisonResult
+from pftrack_server.errors import ConflictError, DamagedError, RefusedError
+from pftrack_server.experiments import find_experiment
+from pftrack_server.jobs.jobs import OnStep
+from pftrack_server.jobs.run_functions import compare_runs, outline_comparison
+from pftrack_server.schemas.description import ExportPublic
+from pftrack_server.schemas.jobs import ComparedPublic, ComparedRun, ComparisonJob, RunComparisonPublic
+from pftrack_server.schemas.work import SavedComparisonCreate, SavedComparisonDetail, SavedComparisonPublic
+from pftrack_server.settings import Settings
+from pftrack_server.store import Store
+from pftrack_server.store.files import new_name, now
+from pftrack_server.store.tables import ComparisonRow
+from pftrack_server.work.sources import House, NamedRun, find_run
+from pftrack_server.worker.protocol import WorkerConfig
+
+OUTLINE, RESULT = TypeAdapter(ComparisonOutline), TypeAdapter(ComparisonResult)
+
+
+class Prepared(NamedTuple):
+    """Runs that can be compared."""
+
+    named: list[NamedRun]
+    configs: list[WorkerConfig]
+    outline: ComparisonOutline
+
+
+async def prepare(house: House, runs: Sequence[ComparedRun]) -> Prepared:
+    """Return what makes runs, and what is known of them beside each other before they are computed.
+
+    Raises:
+        RefusedError: They are too few or too many, one is not as it should be, or they have nothing in common.
+        NotFoundError: One is not here.
+        ConflictError: The recording of one is not here.
+        UnavailableError: Their experiment is still being compiled.
+    """
+    if not 2 <= len(runs) <= MOST_RUNS:
+        raise RefusedError(f"Expected two to four runs to compare, got {len(runs)}.", field="runs", value=len(runs))
+    named = [await find_run(run, house) for run in runs]
+    for experiment in dict.fromkeys(each.spec.recipe.experiment for each in named):
+        await house.wait_for(experiment)
+    configs = [await house.config(each.spec) for each in named]
+    return Prepared(named, configs, OUTLINE.validate_python(await house.tasks.run(outline_comparison, configs)))
+
+
+async def compare(house: House, runs: Sequence[ComparedRun]) -> ComparisonJob:
+    """Begin to compare runs, once it is known that they can be compared.
+
+    Raises:
+        ApiError: They cannot; see `prepare`.
+        UnavailableError: Too much is under way.
+    """
+    house.jobs.check_room(ComparisonJob)
+    named, configs, outline = await prepare(house, runs)
+    described = zip(named, outline.names, outline.colours, outline.firsts, strict=True)
+    known = RunComparisonPublic(
+        unit=outline.unit,
+        frames=outline.frames,
+        runs=[_compared(*each, frames=outline.frames) for each in described],
+        settings=outline.settings,
+        exports=[ExportPublic.model_validate(one) for one in COMPARISON_FORMATS],
+    )
+
+    async def work(on_step: OnStep) -> RunComparisonPublic:
+        found = RESULT.validate_python(await house.compute(on_step, compare_runs, configs))
+        return known.model_copy(update={"found": found})
+
+    return house.jobs.begin(ComparisonJob(id=new_name(), name=" ".join(outline.names), result=known), work)
+
+
+def _compared(named: NamedRun, name: str, colour: str, first: int, *, frames: int) -> ComparedPublic:
+    # The truth belongs to the upload, from which whoever makes the run takes it.
+    recipe: Recipe = named.spec.recipe.with_footage(truth=None)
+    return ComparedPublic(
+        name=name,
+        title=named.title,
+        colour=colour,
+        first=first,
+        recipe=recipe,
+        shown=recipe.model_copy(update={"frames": first + frames}),
+        upload=named.spec.upload,
+    )
+
+
+def save(store: Store, settings: Settings, body: SavedComparisonCreate) -> ComparisonRow:
+    """Keep a comparison.
+
+    Raises:
+        ConflictError: There are as many as there may be.
+        RefusedError: The experiment of a run is unknown.
+        ParameterError: A run names a tracker or a parameter that its experiment does not have.
+        DiskFullError: The disk has no room.
+    """
+    if store.count(ComparisonRow) >= settings.max_comparisons:
+        raise ConflictError(f"The server keeps at most {settings.max_comparisons} comparisons; delete one first.")
+    for run in body.runs:
+        find_experiment(run.recipe.experiment).check_names(run.recipe)
+    # The truth belongs to the upload, from which whoever makes the run takes it.
+    runs = [{"recipe": run.recipe.with_footage(path=None, truth=None).as_dict()} for run in body.runs]
+    content = {"runs": runs, "position": body.position, "arrangement": body.arrangement}
+    row = ComparisonRow(id=new_name(), title=body.title, content=content, created=now())
+    store.add_comparison(row)
+    return row
+
+
+def saved_view(row: ComparisonRow) -> SavedComparisonPublic:
+    """Return a comparison as lists show it; of a recipe that is no longer one, nothing is told."""
+    runs = row.content.get("runs")
+    recipes = [run.get("recipe", {}) for run in runs if isinstance(run, dict)] if isinstance(runs, list) else []
+    named = [recipe for recipe in recipes if isinstance(recipe, dict)]
+    return SavedComparisonPublic(
+        id=row.id,
+        title=row.title,
+        experiments=list(dict.fromkeys(str(recipe.get("experiment", "")) for recipe in named)),
+        trackers=[str(recipe.get("tracker") or "") for recipe in named],
+        created=row.created,
+        page=f"compare?saved={row.id}",
+    )
+
+
+def detail_view(row: ComparisonRow) -> SavedComparisonDetail:
+    """Return a comparison with all that makes it again.
+
+    Raises:
+        DamagedError: What is kept cannot be read.
+    """
+    try:
+        return SavedComparisonDetail.model_validate({**row.content, **saved_view(row).model_dump()})
+    except ValueError:
+        raise DamagedError("The stored data of this comparison is damaged; it can only be deleted.") from None

@@ -1,0 +1,160 @@
+"""Explorations: what else a session's run might have been, computed beside it, at low priority.
+
+Each is a job with processes of its own. It tells what it has found while it goes on, and ends when nobody asks any
+more, when it is cancelled, or with its session.
+"""
+
+import asyncio
+from collections.abc import Mapping, Sequence
+from functools import partial
+from typing import Any
+
+from pydantic import Field, TypeAdapter
+
+from pftrack.analysis.counterfactuals.report import Report, join, read_record, record
+from pftrack.analysis.other_seeds import Bands
+from pftrack.process import Budget
+from pftrack_server.errors import ConflictError, NotFoundError, UnavailableError
+from pftrack_server.jobs.jobs import OnStep
+from pftrack_server.jobs.run_functions import explore_changes, explore_seeds
+from pftrack_server.schemas.jobs import ExplorationCreate, ExplorationJob
+from pftrack_server.sessions.session import Session
+from pftrack_server.store.files import new_name
+from pftrack_server.work.sources import House
+
+NICENESS: Mapping[str, int] = {"ensemble": 6, "what-if": 14}
+"""They come after every session. A band follows a slider, and is soon there; a list fills for as long as one looks."""
+
+SILENCE_S = 60.0
+LONGEST_BAND = 2000
+"""Frames of an ensemble; longer runs are shown as far as that."""
+
+MOST_OF_SESSION = 3
+MOST_KEPT = 100
+"""Of how many runs it is kept what was found last: whoever closes the list may still export the run with it."""
+MOST_PROCESSES = 4
+"""Of one exploration; each has a part of the changes."""
+
+BANDS = TypeAdapter(Bands)
+
+
+class Exploration(ExplorationJob):
+    """An exploration under way, with what is told to nobody.
+
+    Attributes:
+        body: What was asked.
+        run: What tells its run from all others.
+        parts: What each of its processes has found so far.
+    """
+
+    body: ExplorationCreate
+    run: tuple[str, str]
+    parts: dict[int, dict[str, Any]] = Field(default_factory=dict)
+
+    @property
+    def report(self) -> Report | None:
+        """What all processes have found of changes."""
+        return join([read_record(self.parts[number]) for number in sorted(self.parts)])
+
+    def refresh(self) -> None:
+        """Say what has been found so far."""
+        if self.body.kind == "what-if":
+            self.result = self.report
+        elif self.parts:
+            self.result = BANDS.validate_python(self.parts[0])
+
+    def known_for(self, later: "Exploration") -> Report | None:
+        """Return what this one has found for one that asks the same; None where something else is asked."""
+        if any(each.body.kind != "what-if" for each in (self, later)):
+            return None
+        same = (self.branch, self.run, self.body.frame) == (later.branch, later.run, later.body.frame)
+        return self.report if same else None
+
+
+class Explorations:
+    """All explorations of a server."""
+
+    def __init__(self, house: House) -> None:
+        self._house = house
+        self._last: dict[tuple[str, str], Exploration] = {}
+
+    async def explore(self, session: Session, body: ExplorationCreate) -> Exploration:
+        """Begin an exploration of the active branch.
+
+        Raises:
+            ConflictError: The session has as many under way as it may have.
+            NotFoundError: It shall go on with what another one has found, and there is no such exploration.
+            UnavailableError: Too much is under way.
+        """
+        house = self._house
+        config = await house.manager.config(session.spec)
+        mine = [each for each in house.jobs.under_way(Exploration) if each.session == session.spec.id]
+        if len(mine) >= MOST_OF_SESSION:
+            raise ConflictError(
+                f"A session explores at most {MOST_OF_SESSION} questions at a time; wait, or cancel one."
+            )
+        spec = session.spec
+        job = Exploration(
+            id=new_name(), name=body.kind, session=spec.id, branch=spec.branch, body=body, run=_run(session)
+        )
+        known = None if body.after is None else self._of(session, body.after).known_for(job)
+        asked: list[tuple[Any, ...]] = [(explore_seeds, config, LONGEST_BAND, body.scene, body.seconds)]
+        if body.kind == "what-if":
+            count = min(house.settings.sweep_jobs, MOST_PROCESSES)
+            shares = [(number, count) for number in range(count)]
+            asked = [(explore_changes, config, body.frame, share, known, body.seconds) for share in shares]
+
+        async def work(_: OnStep) -> Report | Bands:
+            await self._compute(session, job, asked)
+            job.refresh()
+            if job.result is None:
+                raise UnavailableError("Nothing was found in this time; ask again, and for longer.")
+            return job.result
+
+        return house.jobs.begin(job, work)
+
+    async def _compute(self, session: Session, job: Exploration, asked: Sequence[tuple[Any, ...]]) -> None:
+        """Have each part computed in a process of its own."""
+        budget = Budget(
+            memory_bytes=self._house.settings.worker_memory_bytes,
+            cpu_seconds=2 * job.body.seconds + SILENCE_S,
+            silence_s=SILENCE_S,
+            niceness=NICENESS[job.body.kind],
+        )
+        try:
+            async with asyncio.TaskGroup() as group:  # of which one that fails ends all, each of them once
+                for number, each in enumerate(asked):
+                    group.create_task(self._compute_part(session, job, number, each, budget))
+        except BaseExceptionGroup as errors:
+            raise errors.exceptions[0] from None
+
+    async def _compute_part(
+        self, session: Session, job: Exploration, number: int, asked: tuple[Any, ...], budget: Budget
+    ) -> None:
+        keep = partial(self._keep, job, number)
+        keep(await self._house.tasks.run_beside(*asked, budget=budget, on_step=keep, stopped=lambda: not session.live))
+
+    def _keep(self, job: Exploration, number: int, found: dict[str, Any]) -> None:
+        job.parts[number] = found
+        if job.body.kind == "what-if" and self._last.get(job.run) is not job:
+            self._last.pop(job.run, None)
+            self._last[job.run] = job
+            if len(self._last) > MOST_KEPT:
+                self._last.pop(next(iter(self._last)))
+
+    def found_of(self, session: Session) -> dict[str, Any] | None:
+        """Return the record of what would have saved the run of a session as it is, where that was asked."""
+        last = self._last.get(_run(session))
+        report = last.report if last else None
+        return None if report is None else record(report)
+
+    def _of(self, session: Session, name: str) -> Exploration:
+        job = self._house.jobs.get(name)
+        if not isinstance(job, Exploration) or job.session != session.spec.id:
+            raise NotFoundError("There is no such exploration in this session.")
+        return job
+
+
+def _run(session: Session) -> tuple[str, str]:
+    """Return what tells the run of a session from all others: its name, and what makes the run."""
+    return session.spec.id, session.spec.run.recipe.model_dump_json()

@@ -1,0 +1,169 @@
+"""Runs: saved from a session to a record, or brought in from one; and fits of their numbers."""
+
+import asyncio
+import shutil
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter
+
+from pftrack.analysis.fitting.found import Fit
+from pftrack.core.files import settle
+from pftrack.core.model.measures import HIT_RATE
+from pftrack.experiments import find
+from pftrack.runs.loss import loss_words
+from pftrack.runs.record import Record
+from pftrack_server.errors import ConflictError, DiskFullError
+from pftrack_server.jobs.child_tasks import ChildTasks
+from pftrack_server.jobs.jobs import OnStep
+from pftrack_server.jobs.run_functions import compare_record, fit_run, read_record, weigh_record
+from pftrack_server.schemas.jobs import FitJob, ImportJob
+from pftrack_server.schemas.work import RunPublic
+from pftrack_server.sessions.session import Session
+from pftrack_server.settings import Settings
+from pftrack_server.store import Store
+from pftrack_server.store.disk_budget import mebibytes
+from pftrack_server.store.files import new_name, now
+from pftrack_server.store.tables import RunRow
+from pftrack_server.uploads.intake import index_of, limits_of
+from pftrack_server.uploads.multipart import Received
+from pftrack_server.work.sources import House
+
+FIT = TypeAdapter(Fit)
+
+
+def check_room(store: Store, settings: Settings) -> None:
+    """Make sure that there is a place for one more saved run.
+
+    Raises:
+        ConflictError: There are as many as there may be.
+        DiskFullError: All together are as large as they may be, or the disk has no room.
+    """
+    store.disk_budget.check()
+    if store.count(RunRow) >= settings.max_runs:
+        raise ConflictError(f"The server keeps at most {settings.max_runs} saved runs; delete one first.")
+    used = store.files.runs_bytes()
+    if used >= settings.max_runs_bytes:
+        raise DiskFullError(
+            f"The saved runs have {mebibytes(used)}, and all together may have {mebibytes(settings.max_runs_bytes)}; "
+            "delete one first."
+        )
+
+
+async def save_run(store: Store, session: Session, title: str | None) -> RunRow:
+    """Save the active branch of a session: its record, a picture, and what came of it."""
+    name = new_name()
+    run = session.spec.run
+    saved = await session.save(str(store.files.record(name)))
+    summary = saved["summary"]
+    row = RunRow(
+        id=name,
+        title=title or f"{session.state.snapshot.name} · {session.description.tracker_title(run.tracker)}",
+        experiment=run.recipe.experiment,
+        tracker=run.tracker,
+        seed=run.recipe.seed,
+        frames=summary["frames"],
+        position=run.position,
+        computed=run.computed,
+        outcome=outcome(summary),
+        summary=summary,
+        bookmarks=[mark.model_dump() for mark in session.spec.bookmarks if mark.branch == run.branch],
+        created=now(),
+    )
+    await asyncio.to_thread(store.add_run, row, saved["thumbnail"])
+    return row
+
+
+async def bring_in(house: House, folder: Path, received: Received) -> ImportJob:
+    """Begin to keep a record that was sent, whose run is computed in a confined process before.
+
+    Args:
+        house: Where that is done.
+        folder: Where the record is; it is removed.
+        received: The file.
+
+    Raises:
+        RefusedError: It cannot be read as a record.
+        UnavailableError: There are as many under way as there may be.
+    """
+
+    def drop() -> None:
+        shutil.rmtree(folder, ignore_errors=True)
+
+    try:
+        house.jobs.check_room(ImportJob)
+        path = received.paths[0]
+        saved = Record.model_validate(await house.tasks.run(read_record, str(path)))
+
+        async def work(on_step: OnStep) -> RunPublic:
+            row = await _weigh(house, saved, path, received.names[0], on_step)
+            drop()
+            return RunPublic.model_validate(row)
+
+        return house.jobs.begin(ImportJob(id=new_name(), name=received.names[0]), work, drop=drop)
+    except BaseException:
+        drop()
+        raise
+
+
+async def _weigh(house: House, saved: Record, path: Path, name: str, on_step: OnStep) -> RunRow:
+    """Have the run of a record computed, and keep it."""
+    store, settings, footage = house.store, house.settings, saved.recipe.footage
+    upload = await asyncio.to_thread(store.upload_of, footage.sha256) if footage and footage.sha256 else None
+    index = upload and await index_of(store, settings, house.tasks, upload.id)
+    video = (str(store.files.upload(upload.id)), index) if upload else None
+    filters = await asyncio.to_thread(store.files.filters_of, saved.recipe)
+    found = await house.compute(on_step, weigh_record, str(path), video, limits_of(settings), filters)
+    summary = found["summary"]
+    last = min(saved.computed, summary["frames"]) - 1
+    row = RunRow(
+        id=new_name(),
+        title=name.removesuffix(".pft") or found["title"],
+        experiment=saved.recipe.experiment,
+        tracker=summary["tracker"],
+        seed=saved.recipe.seed,
+        frames=summary["frames"],
+        position=last,
+        computed=last,
+        outcome=outcome(summary),
+        summary=summary,
+        bookmarks=[],
+        created=now(),
+    )
+    await asyncio.to_thread(settle, path, store.files.record(row.id))
+    await asyncio.to_thread(store.add_run, row, found["thumbnail"])
+    return row
+
+
+async def fit(house: House, session: Session, names: tuple[str, ...]) -> FitJob:
+    """Begin to fit numbers of the active branch of a session, as far as it was computed; the session goes on.
+
+    Raises:
+        UnavailableError: There are as many under way as there may be.
+    """
+    config = await house.config(session.spec)
+
+    async def work(on_step: OnStep) -> Fit:
+        return FIT.validate_python(await house.compute(on_step, fit_run, config, names))
+
+    return house.jobs.begin(FitJob(id=new_name(), name=", ".join(names)), work)
+
+
+async def compare(store: Store, tasks: ChildTasks, row: RunRow, session: Session) -> None:
+    """Have a session that goes on with a saved run say so if it has come to other numbers."""
+    estimates = session.state.columns(session.spec.branch).get("estimate", [])
+    session.state.note(await tasks.run(compare_record, str(store.files.record(row.id)), estimates))
+
+
+def outcome(summary: dict[str, Any]) -> str:
+    """Say in a few words what came of a run, by the measure that decided on its success."""
+    frames, lost = summary["frames"], summary.get("lost_frames")
+    if summary.get("success") is None:
+        return f"{frames} frames"
+    decisive = summary.get("success_measure", HIT_RATE.name)
+    if decisive != HIT_RATE.name:
+        measure = find(summary["experiment"]).measure_named(decisive)
+        # In which frames is for the measure's title to say: the last ten of a run may decide.
+        title = f"{measure.title[:1].lower()}{measure.title[1:]}"
+        return f"{100 * summary[decisive]:.0f} % {title}, {frames} frames in all"
+    return loss_words(frames, lost or 0, summary.get("first_lost_frame"))
