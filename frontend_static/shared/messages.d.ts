@@ -1,12 +1,12 @@
 // Generated from the server's models by `python -m tools.message_types`; changes here are lost.
 
-/** A number, and the limit that it should stay within. */
-export interface AmountPublic {
-  kind: "amount";
+/** A number. */
+export interface Amount {
   title: string;
   value: number | null;
   unit: string;
   limit: number | null;
+  kind: "amount";
 }
 
 /** What a person predicts: a number, or the name of a choice. */
@@ -287,13 +287,13 @@ export interface ComputingPublic {
   total: number;
 }
 
-/** What several things had their share in, a row each. */
-export interface ContributionsPublic {
-  kind: "contributions";
+/** What several things had their share in. */
+export interface Contributions {
   title: string;
   columns: string[];
   names: string[];
   rows: ((number | null)[])[];
+  kind: "contributions";
 }
 
 /** The control of a parameter, in addition to its declaration. */
@@ -305,8 +305,8 @@ export interface ControlPublic {
   slider: [number, number] | null;
 }
 
-/** A number with a limit over the last frames. */
-export interface CoursePublic {
+/** A number with a limit over the last frames, such as the normalised innovation squared. */
+export interface Course {
   title: string;
   limit: number;
   first: number;
@@ -943,13 +943,13 @@ export interface HintPublic {
   about: string;
 }
 
-/** Shares found beside shares expected, and the colours of what is counted, as #rrggbb. */
-export interface HistogramsPublic {
-  kind: "histograms";
+/** Shares found beside shares expected. */
+export interface Histograms {
   title: string;
   expected: number[];
   found: number[];
   colours: string[];
+  kind: "histograms";
 }
 
 /** A run that was sent and is being computed; its steps are frames. */
@@ -984,12 +984,12 @@ export interface InspectionPublic {
   /** Null where it cannot be asked, or is impossible */
   log_likelihood: number | null;
   impossible: boolean;
-  parts: (AmountPublic | ResidualPublic | HistogramsPublic | PatchesPublic | ContributionsPublic)[];
+  parts: (Amount | Residual | Histograms | PatchesPublic | Contributions)[];
   state: StateValue[];
   particle: ParticlePublic | null;
   /** What the tracker's step of this frame was made of */
-  update: (AmountPublic | ResidualPublic | HistogramsPublic | PatchesPublic | ContributionsPublic)[];
-  courses: CoursePublic[];
+  update: (Amount | Residual | Histograms | PatchesPublic | Contributions)[];
+  courses: Course[];
   genealogy: GenealogyPublic | null;
 }
 
@@ -1583,14 +1583,14 @@ export interface Report {
   findings: ToldFinding[];
 }
 
-/** A number found beside the one expected, and the standard deviation of their difference. */
-export interface ResidualPublic {
-  kind: "residual";
+/** A number found beside the one expected. */
+export interface Residual {
   title: string;
   found: number | null;
   expected: number | null;
   sd: number | null;
   unit: string;
+  kind: "residual";
 }
 
 /** One run of a sweep. */

@@ -324,8 +324,7 @@ class Outcome:
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON values; what is not a number becomes None."""
-        values: dict[str, Any] = as_json(self)
-        return values
+        return as_json(self)
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,6 +26,7 @@ from pftrack.core.model.likelihood import (
 )
 from pftrack.core.model.model import Model, State
 from pftrack.core.model.parameters import ParameterError
+from pftrack.core.model.series import Known
 from pftrack.core.model.tracker import Tracker
 from pftrack.runs.run import Run
 
@@ -139,7 +140,7 @@ class Course:
     title: str
     limit: float
     first: int
-    values: tuple[float, ...]
+    values: tuple[Known, ...]
 
 
 @dataclass(frozen=True, slots=True)

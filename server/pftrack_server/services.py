@@ -10,9 +10,8 @@ from pftrack_server.compilation import Compilation
 from pftrack_server.filters import FilterFiles
 from pftrack_server.follow.follows import Follows
 from pftrack_server.follow.records import PollRecords
-from pftrack_server.jobs.child_tasks import ChildTasks
+from pftrack_server.jobs.child_tasks import ChildTasks, Queues
 from pftrack_server.jobs.jobs import Jobs
-from pftrack_server.jobs.queue import Queues
 from pftrack_server.jobs.results import ExperimentResults
 from pftrack_server.lectures.service import Lectures
 from pftrack_server.lessons.service import Lessons

@@ -6,7 +6,7 @@ import pytest
 
 HEAVY = {
     *("numpy", "numba", "llvmlite", "cv2", "av", "PIL", "scipy", "matplotlib", "pyarrow", "psutil"),
-    *("fastapi", "starlette", "uvicorn", "viser", "sqlalchemy", "alembic", "structlog", "distributed"),
+    *("fastapi", "starlette", "uvicorn", "viser", "sqlalchemy", "structlog", "distributed"),
 }
 MOST = 470
 """Modules altogether: typer and rich, and the standard library below them, and our own of commands."""

@@ -8,9 +8,8 @@ from typing import Any
 import psutil
 
 from pftrack.process import Reply
-from pftrack_server.jobs.child_tasks import ChildTasks
-from pftrack_server.jobs.queue import Queues
-from pftrack_server.uploads.probe import BUDGET
+from pftrack_server.jobs.child_tasks import ChildTasks, Queues
+from pftrack_server.uploads.intake import BUDGET
 from tests.apart import run
 
 

@@ -11,8 +11,7 @@ import pytest
 import structlog
 from PIL import Image
 
-from pftrack_server.jobs.child_tasks import ChildTasks
-from pftrack_server.jobs.queue import Queues
+from pftrack_server.jobs.child_tasks import ChildTasks, Queues
 from pftrack_server.settings import Settings
 from tests.apart import run
 from tests.browser.host import Server as ServerProcess

@@ -16,10 +16,9 @@ import pytest
 from pftrack.process import Budget, Ending, Reply, environment
 from pftrack.process.calls import GRACE_S
 from pftrack_server.errors import ClientGoneError, RefusedError, UnavailableError
-from pftrack_server.jobs.child_tasks import ChildTasks
-from pftrack_server.jobs.queue import Queues
+from pftrack_server.jobs.child_tasks import ChildTasks, Queues
 from pftrack_server.log import RateLimitedLogger
-from pftrack_server.uploads.probe import BUDGET
+from pftrack_server.uploads.intake import BUDGET
 from tests.apart import run
 from tests.server import hostile
 from tests.server.confined import ask, ended
@@ -149,7 +148,7 @@ def test_how_a_process_ended_is_told(task: Callable[..., None], error: type[Exce
 TASK = """
 import asyncio, sys
 from pftrack_server.jobs.child_tasks import ChildTasks
-from pftrack_server.jobs.queue import Queues
+from pftrack_server.jobs.child_tasks import Queues
 from tests.server import hostile
 task = getattr(hostile, sys.argv[1])
 print(asyncio.run(ChildTasks(Queues()).answer(task, sys.argv[2])), flush=True)

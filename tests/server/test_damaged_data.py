@@ -14,6 +14,7 @@ from sqlalchemy.exc import OperationalError
 from pftrack_server.settings import Settings
 from pftrack_server.store import Store
 from pftrack_server.store.database import BUSY_S
+from pftrack_server.store.tables import RunRow
 from tests.server.host import begin, error_of, steer
 from tests.server.test_full_disk import save
 from tests.server.test_uploads import png, send, video
@@ -155,7 +156,7 @@ def test_a_busy_database_is_not_damaged(tmp_path: Path, monkeypatch: pytest.Monk
         raise OperationalError("SELECT", {}, busy)
 
     monkeypatch.setattr(store, "_begin", refuse)
-    for read in (lambda: store.run("0123456789abcdef"), store.runs):
+    for read in (lambda: store.get(RunRow, "0123456789abcdef"), lambda: store.all(RunRow)):
         with pytest.raises(OperationalError):
             read()
     store.close()

@@ -75,7 +75,7 @@ class TestTruth:
         with start_server() as (server, client):
             upload = put(client, clip)["id"]
             files = server.app.state.services.store.files
-            files.remove_upload(upload)
+            files.remove("uploads", upload)
             assert "deleted" in error_of(put_truth(client, upload, poses()), 409)["message"]
             assert not files.truth(upload, "poses").parent.exists()
 

@@ -11,6 +11,7 @@ import pytest
 from pftrack_server.lectures.file import LARGEST_BYTES, read, write
 from pftrack_server.schemas.lectures import KINDS
 from pftrack_server.settings import Settings
+from pftrack_server.store.tables import LectureRow
 from tests.server.host import begin, error_of, running
 
 FILE = """---
@@ -104,9 +105,9 @@ def test_a_damaged_file_harms_no_other(start_server: Any) -> None:
     with start_server() as (server, client):
         broken, whole = (take_in(client, FILE).json()["id"] for _ in range(2))
         store = server.app.state.services.store
-        row = store.lecture(broken)
+        row = store.get(LectureRow, broken)
         row.text = "no lecture"
-        store.save_lecture(row)
+        store.save(row)
         assert [each["id"] for each in client.get("/api/v1/lectures").json()] == [whole]
         assert "only be deleted" in error_of(client.get(f"/api/v1/lectures/{broken}"), 410)["message"]
         assert client.delete(f"/api/v1/lectures/{broken}").status_code == 204

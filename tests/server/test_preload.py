@@ -17,8 +17,7 @@ from pftrack.doctor.compiling import cases, run_case
 from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.experiment import Experiment
 from pftrack.process import BlockingEnd, ForkServer
-from pftrack_server.jobs.child_tasks import ChildTasks
-from pftrack_server.jobs.queue import Queues
+from pftrack_server.jobs.child_tasks import ChildTasks, Queues
 from pftrack_server.worker import loading
 from pftrack_server.worker.loading import load_compiled
 from pftrack_server.worker.process import NICENESS

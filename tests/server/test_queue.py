@@ -12,9 +12,8 @@ import httpx
 import pytest
 
 from pftrack_server.errors import ClientGoneError
-from pftrack_server.jobs.child_tasks import ChildTasks
+from pftrack_server.jobs.child_tasks import ChildTasks, Queue, Queues, unless_gone
 from pftrack_server.jobs.functions import do_nothing
-from pftrack_server.jobs.queue import Queue, Queues, unless_gone
 from tests.apart import run
 from tests.conftest import BASE
 from tests.server.host import Server

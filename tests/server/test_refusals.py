@@ -27,14 +27,16 @@ def execute(path: Path, statement: str) -> None:
 
 def databases(below: Path) -> dict[str, Path]:
     """Folders with what is no database, and with one that is damaged, of a newer version or of another program."""
-    folders = {name: below / name for name in ("none", "damaged", "newer", "foreign")}
+    folders = {name: below / name for name in ("none", "damaged", "newer", "older", "foreign")}
     folders["none"].mkdir()
     (folders["none"] / "pftrack.sqlite").write_bytes(b"certainly no database" * 100)
     path = database_of(folders["damaged"])
     content = bytearray(path.read_bytes())
     content[4096 + 8 : 3 * 4096] = b"\xff" * (2 * 4096 - 8)
     path.write_bytes(content)
-    execute(database_of(folders["newer"]), "UPDATE alembic_version SET version_num = '9999'")
+    execute(database_of(folders["newer"]), "PRAGMA user_version = 9999")
+    execute(database_of(folders["older"]), "PRAGMA application_id = 0")
+    execute(folders["older"] / "pftrack.sqlite", "CREATE TABLE alembic_version (version_num)")
     folders["foreign"].mkdir()
     execute(folders["foreign"] / "pftrack.sqlite", "CREATE TABLE invoices (number INTEGER)")
     return folders
@@ -80,11 +82,12 @@ def test_what_the_shell_allows(said: dict[str, str]) -> None:
 
 
 def test_what_is_no_database_of_ours(said: dict[str, str]) -> None:
-    """What is no database, damaged, of a newer version or of another program."""
+    """What is no database, damaged, of another version or of another program."""
     assert "is not a database, or is damaged" in said["none"]
     assert "--data-dir" in said["none"]
     assert "is damaged: restore a copy of it" in said["damaged"]
     assert "newer version of pftrack" in said["newer"]
     assert "9999" in said["newer"]
     assert "update pftrack" in said["newer"]
+    assert "before the first release: move it away" in said["older"]
     assert "belongs to another program, since it has tables invoices" in said["foreign"]

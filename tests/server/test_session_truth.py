@@ -4,6 +4,7 @@ import json
 
 import httpx
 
+from pftrack_server.store.tables import SessionRow
 from tests.server.host import Server, error_of, steer
 from tests.server.test_suitability import box
 from tests.server.test_suitability import clip as clip  # noqa: PLC0414 - a fixture
@@ -32,7 +33,7 @@ def test_truth_is_added_and_replaced_while_a_session_lives(server: Server, clien
     assert before["error"][9] is None
 
     told = give(client, session["id"], BOXES).raise_for_status().json()
-    (kept,) = (row.spec for row in server.app.state.services.store.sessions() if row.id == session["id"])
+    (kept,) = (row.spec for row in server.app.state.services.store.all(SessionRow) if row.id == session["id"])
     assert len(json.loads(kept)["truth"]) == 12, "nothing is lost by a crash"
     assert told["frames"] == 12
     after = columns(client, session["id"])

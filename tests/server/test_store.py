@@ -1,83 +1,34 @@
-"""The store: migrations, names and whole files."""
+"""The store: tables, names and whole files."""
 
-import json
 import sqlite3
 from contextlib import closing
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 import pytest
-from alembic.autogenerate import compare_metadata
-from alembic.migration import MigrationContext
+from sqlalchemy import inspect
 
 from pftrack.core.model.recipe import Recipe
 from pftrack.experiments.own.code import digest_of
 from pftrack_server.errors import NotFoundError
-from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.settings import Settings
 from pftrack_server.store import Store
 from pftrack_server.store.database import VERSION, DatabaseError, connect
 from pftrack_server.store.files import DataDirectory, is_name, new_name
-from pftrack_server.store.migrations import find_revisions
 from pftrack_server.store.tables import Base, UploadRow
 
 
-def test_migrations_make_the_tables(tmp_path: Path) -> None:
-    """The migrations make exactly the tables that the code expects, once and again; the newest is the one it names."""
-    assert find_revisions()[0] == VERSION
+def test_the_tables_are_made_once(tmp_path: Path) -> None:
+    """The first start makes them, also after it was cut short; later ones find them."""
     for _ in range(2):
         engine = connect(f"sqlite:///{tmp_path / 'x.sqlite'}")
-        with engine.connect() as connection:
-            assert compare_metadata(MigrationContext.configure(connection), Base.metadata) == []
+        with engine.begin() as connection:
+            assert set(inspect(connection).get_table_names()) == set(Base.metadata.tables)
             assert connection.exec_driver_sql("PRAGMA journal_mode").scalar() == "wal"
+            assert connection.exec_driver_sql("PRAGMA user_version").scalar() == VERSION
+            connection.exec_driver_sql("DROP TABLE polls")
+            connection.exec_driver_sql("PRAGMA user_version=0")
         engine.dispose()
-
-
-def test_a_session_of_before_snapshots(tmp_path: Path) -> None:
-    """A session that was stored in parts is read with all its branches, and one that is damaged harms no other."""
-    parts: dict[str, Any] = {"first_values": {"n": 1}, "tracker": "apf", "recipe": {"experiment": "ball", "seed": 3}}
-    main = {
-        **parts,
-        "id": "b0",
-        "title": "Main",
-        "parent": None,
-        "frame": 0,
-        "computed": 7,
-        "position": 6,
-        "goal": None,
-    }
-    other = {**main, "id": "b1", "title": "Other", "parent": "b0", "frame": 3, "goal": [20, 5]}
-    card = {"experiment": "ball", "title": "Ball", "trackers": {"apf": "APF"}, "worlds": [], "declarations": []}
-    stored = {
-        "id": "s",
-        "branch": "b1",
-        "second": "b0",
-        "speed": 2.0,
-        "values": {"n": 2},
-        "branches_made": 2,
-        "branches": {"b0": main, "b1": other},
-        "card": {**card, "layers": [], "width": 320, "height": 240, "frame_rate_hz": 30.0, "frames": 50},
-    }
-    url = f"sqlite:///{tmp_path / 'x.sqlite'}"
-    connect(url).dispose()
-    with sqlite3.connect(tmp_path / "x.sqlite") as database:
-        for name, text in (("s", json.dumps(stored)), ("d", "no JSON"), ("e", '{"card": 5}')):
-            database.execute("INSERT INTO sessions VALUES (?, ?, '')", (name, text))
-        database.executescript("DROP TABLE lectures; DROP TABLE polls; DROP TABLE comparisons")  # there were none yet
-        database.execute("UPDATE alembic_version SET version_num = '0003'")
-    database.close()
-    connect(url).dispose()
-    database = sqlite3.connect(tmp_path / "x.sqlite")
-    texts = dict(database.execute("SELECT id, spec FROM sessions"))
-    database.close()
-    assert (texts["d"], texts["e"]) == ("no JSON", '{"card": 5}')
-    spec = SessionSpec.model_validate_json(texts["s"])
-    assert spec.description is not None
-    assert (spec.description.frames, spec.description.tracker_title("apf")) == (50, "APF")
-    assert (spec.run.bound, spec.run.goal, spec.run.speed, spec.run.second) == ((20, 5), 20, 2.0, "b0")
-    assert spec.run.parameters == {"n": 2}
-    first = spec.branches["b0"]
-    assert (first.title, first.run.bound, first.run.recipe.seed) == ("Main", (7, 6), 3)
 
 
 def test_a_database_that_is_locked_at_the_start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -103,7 +54,7 @@ def test_names() -> None:
 def test_files_refuse_other_names(tmp_path: Path) -> None:
     """A name that the server did not make opens nothing."""
     files = DataDirectory(tmp_path)
-    for path_of in (files.upload, files.record, files.thumbnail, files.remove_upload, files.remove_run):
+    for path_of in (files.upload, files.record, files.thumbnail, partial(files.remove, "uploads")):
         with pytest.raises(ValueError, match="made by the server"):
             path_of("../x")
     files.close()
@@ -132,7 +83,7 @@ def test_uploads_are_found_by_their_content(tmp_path: Path) -> None:
         for number, sha256 in enumerate(("a", "b", "a")):
             shape = {"frames": 2, "width": 4, "height": 4, "frame_rate_hz": 25.0, "duration_s": 1.0, "size_bytes": 9}
             made = {"id": f"{number}" * 16, "name": f"{number}.mp4", "created": f"2026-0{number + 1}"}
-            store.add_upload(UploadRow(kind="video", sha256=sha256, warnings=[], **shape, **made))
+            store.add(UploadRow(kind="video", sha256=sha256, warnings=[], **shape, **made))
         found = [store.upload_of(sha256) for sha256 in "abc"]
         assert [row and row.name for row in found] == ["2.mp4", "1.mp4", None]
         with store._engine.connect() as database:
@@ -173,8 +124,8 @@ def test_links_are_not_followed(tmp_path: Path) -> None:
         (files.uploads / inner / "content" / "000000").symlink_to(secret / "index.json")
         with pytest.raises(NotFoundError):
             files.upload(inner)
-        for remove in (files.remove_upload, files.remove_run, files.remove_sweep):
-            remove(name)
+        for kind in ("uploads", "runs", "sweeps"):
+            files.remove(kind, name)
         assert not any(path.is_symlink() for path in (tmp_path / "data").rglob(f"{name}*"))
         assert (secret / "index.json").read_text() == "secret"
     finally:

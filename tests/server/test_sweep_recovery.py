@@ -4,7 +4,6 @@ import errno
 import io
 import os
 import signal
-import sqlite3
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -32,7 +31,6 @@ from tests.server.sweeping import (
     until_some,
     until_state,
 )
-from tests.session_requests import session_request
 from tests.waiting import wait_for
 
 
@@ -162,7 +160,7 @@ def test_a_database_that_takes_nothing(
     client, sweeps = own
     sweep = begin_sweep(client)
     before = until_some(client, sweep["id"])
-    monkeypatch.setattr(served.app.state.services.store, "save_sweep", refuse)
+    monkeypatch.setattr(served.app.state.services.store, "save", refuse)
     allow(sweeps, 4)
     wait_for(lambda: len(refused) > 1, 60)
     until_some(client, sweep["id"], before + 1)
@@ -235,19 +233,3 @@ def test_a_damaged_result(start_server: Any, tmp_path: Path) -> None:
             assert message == "The files of this sweep are damaged or were removed."
         assert client.delete(f"/api/v1/sweeps/{sweep['id']}").status_code == 204
         assert not path.exists()
-
-
-def test_the_database_is_upgraded(start_server: Any, tmp_path: Path) -> None:
-    """A database from before there were sweeps gets their table, and keeps what is in it."""
-    with start_server() as (_, client):
-        client.post("/api/v1/sessions", json=session_request({"experiment": "ball", "seed": 4}))
-    database = sqlite3.connect(tmp_path / "data" / "pftrack.sqlite")
-    database.execute("DROP TABLE sweeps")
-    database.executescript("DROP TABLE comparisons; DROP TABLE lectures; DROP TABLE polls")
-    database.execute("ALTER TABLE runs RENAME COLUMN computed TO head")
-    database.execute("UPDATE alembic_version SET version_num = '0001'")
-    database.commit()
-    database.close()
-    with start_server() as (_, client):
-        assert client.get("/api/v1/sweeps").json() == []
-        assert [session["recipe"]["seed"] for session in client.get("/api/v1/sessions").json()] == [4]

@@ -3,7 +3,7 @@
 import { fill, h } from "../../shared/dom.js";
 import { FigureView } from "../../shared/figure/figure.js";
 
-/** @import { CoursePublic, InspectionPublic } from "../../shared/messages.js" */
+/** @import { Course, InspectionPublic } from "../../shared/messages.js" */
 /** @import { Panel } from "../../shared/figure/traces.js" */
 
 const LETTERS = 11 / 16;
@@ -35,7 +35,7 @@ export class Courses {
 }
 
 /**
- * @param {CoursePublic} course
+ * @param {Course} course
  * @param {number} row
  * @returns {Panel}
  */

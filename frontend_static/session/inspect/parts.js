@@ -3,7 +3,7 @@
 import { h, svg } from "../../shared/dom.js";
 import { number, quantity } from "../../shared/format.js";
 
-/** @import { AmountPublic, ContributionsPublic, HistogramsPublic, InspectionPublic, PatchesPublic, ResidualPublic } from "../../shared/messages.js" */
+/** @import { Amount, Contributions, Histograms, InspectionPublic, PatchesPublic, Residual } from "../../shared/messages.js" */
 
 /** @typedef {InspectionPublic["parts"][number]} PartPublic */
 
@@ -30,7 +30,7 @@ export function partElement(part) {
   }
 }
 
-/** @param {AmountPublic} part */
+/** @param {Amount} part */
 function amount({ title, value, unit, limit }) {
   const isBeyond = limit !== null && value !== null && value > limit;
   const words = limit === null ? "" : ` (${isBeyond ? "above" : "within"} ${quantity(limit, unit)})`;
@@ -38,7 +38,7 @@ function amount({ title, value, unit, limit }) {
   return h("p", { class: "part-line", data: { beyond: String(isBeyond) } }, h("span", {}, title), figure);
 }
 
-/** @param {ResidualPublic} part */
+/** @param {Residual} part */
 function residual({ title, found, expected, sd, unit }) {
   const off = found === null || expected === null || !sd ? null : (found - expected) / sd;
   const place = off === null ? 50 : 50 + (50 * Math.max(-MOST_SD, Math.min(MOST_SD, off))) / MOST_SD;
@@ -48,7 +48,7 @@ function residual({ title, found, expected, sd, unit }) {
   return h("div", { class: "part" }, h("p", { class: "part-line" }, h("span", {}, title), h("strong", {}, far)), bar, h("p", { class: "small" }, figures));
 }
 
-/** @param {HistogramsPublic} part */
+/** @param {Histograms} part */
 function histograms({ title, expected, found, colours }) {
   const most = Math.max(...expected, ...found, 1e-9);
   const drawn = expected.map((share, bin) => {
@@ -66,7 +66,7 @@ function patches({ title, expected, found }) {
   return h("figure", { class: "part patches" }, h("figcaption", {}, title), h("div", {}, patch(expected, "expected"), patch(found, "found")));
 }
 
-/** @param {ContributionsPublic} part */
+/** @param {Contributions} part */
 function contributions({ title, columns, names, rows }) {
   const head = h("tr", {}, h("th", {}), columns.map((column) => h("th", { scope: "col" }, column)));
   const body = names.map((name, place) => h("tr", {}, h("th", { scope: "row" }, name), rows[place].map((value) => h("td", {}, number(value, 2)))));

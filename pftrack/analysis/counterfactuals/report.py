@@ -306,8 +306,7 @@ class Report:
 
     def as_dict(self) -> dict[str, Any]:
         """Return what is told of it as JSON values."""
-        values: dict[str, Any] = as_json(self)
-        return values
+        return as_json(self)
 
     def _tell(self, each: Finding) -> ToldFinding:
         change, compared = each.alternative, None if each is self.baseline else self.comparisons[each.alternative]

@@ -395,8 +395,7 @@ class Fit:
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON values by name; a number that is not known becomes None."""
-        values: dict[str, Any] = as_json(self)
-        return values
+        return as_json(self)
 
 
 MOST_NUMBERS: Final = max(TRIALS)

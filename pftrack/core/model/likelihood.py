@@ -9,12 +9,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field, PlainSerializer
 
 from pftrack.core.arrays import Floats, Ints
+from pftrack.core.model.palette import hexadecimal
+from pftrack.core.model.series import Known
 
 # A likelihood compares what it expects with what it finds; each kind of comparison is a kind of part, which a page or a
 # notebook knows how to draw.
@@ -32,9 +35,10 @@ class Amount:
     """
 
     title: str
-    value: float
+    value: Known
     unit: str = ""
-    limit: float | None = None
+    limit: Known | None = None
+    kind: Literal["amount"] = "amount"
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,10 +54,11 @@ class Residual:
     """
 
     title: str
-    found: float
-    expected: float
-    sd: float
+    found: Known
+    expected: Known
+    sd: Known
     unit: str = ""
+    kind: Literal["residual"] = "residual"
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,13 +69,14 @@ class Histograms:
         title: What is counted, a few words.
         expected: (B,) of the model.
         found: (B,), as many.
-        colours: (B,) RGB of what is counted, 0..255; empty where it has no colour.
+        colours: (B,) RGB of what is counted, 0..255, "#rrggbb" in JSON; empty where it has no colour.
     """
 
     title: str
     expected: tuple[float, ...]
     found: tuple[float, ...]
-    colours: tuple[tuple[int, int, int], ...] = ()
+    colours: tuple[Annotated[tuple[int, int, int], PlainSerializer(hexadecimal)], ...] = ()
+    kind: Literal["histograms"] = "histograms"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -97,14 +103,16 @@ class Contributions:
         columns: What is said of each; a unit stands in brackets.
         names: Of the F things.
         rows: (F, len(columns)) numbers; NaN where one is not known.
-        arrows: (F, 4) where each stands in the picture and where it pulls to, x, y, x, y, px; empty without.
+        arrows: (F, 4) where each stands in the picture and where it pulls to, x, y, x, y, px; empty without, not in
+            JSON.
     """
 
     title: str
     columns: tuple[str, ...]
     names: tuple[str, ...]
-    rows: tuple[tuple[float, ...], ...]
-    arrows: tuple[tuple[float, float, float, float], ...] = ()
+    rows: tuple[tuple[Known, ...], ...]
+    arrows: Annotated[tuple[tuple[float, float, float, float], ...], Field(exclude=True)] = ()
+    kind: Literal["contributions"] = "contributions"
 
 
 Part: TypeAlias = Amount | Residual | Histograms | Patches | Contributions

@@ -220,9 +220,10 @@ Known: TypeAlias = Annotated[
 """A number that may be unknown: NaN here, null in JSON, both ways."""
 
 
-def as_json(value: Any) -> Any:  # noqa: ANN401 - JSON
+def as_json(value: object) -> dict[str, Any]:
     """Return a dataclass or a pydantic model as JSON values; a `Known` number that is not finite becomes None."""
-    return TypeAdapter(type(value)).dump_python(value, mode="json", by_alias=True)
+    values: dict[str, Any] = TypeAdapter(type(value)).dump_python(value, mode="json", by_alias=True)
+    return values
 
 
 def columns(series: Series, values: Sequence[SeriesValue | None]) -> dict[str, Floats]:

@@ -21,8 +21,6 @@ from pftrack_server.api import (
     sessions,
     source_code,
     stream,
-    sweep_files,
-    sweep_stream,
     sweeps,
     uploads,
     work,
@@ -35,5 +33,5 @@ router.include_router(experiments.plugins)
 computing = compilation, sessions, stream, jobs, work, lessons, failures
 classes = follows, follow, polls, lectures
 code = filters, source_code
-for part in (experiments, glossary, uploads, *computing, *classes, *code, sweeps, sweep_files, sweep_stream):
+for part in (experiments, glossary, uploads, *computing, *classes, *code, sweeps):
     router.include_router(part.router)

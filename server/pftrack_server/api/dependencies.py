@@ -14,8 +14,7 @@ from pftrack_server.filters import FilterFiles
 from pftrack_server.follow.follow import Follow
 from pftrack_server.follow.follows import Follows
 from pftrack_server.follow.participant import Participant, participant_of
-from pftrack_server.jobs.child_tasks import ChildTasks
-from pftrack_server.jobs.queue import unless_gone
+from pftrack_server.jobs.child_tasks import ChildTasks, unless_gone
 from pftrack_server.lectures.service import Lectures
 from pftrack_server.lessons.service import Lessons
 from pftrack_server.middleware.body_limit import lift_limit
@@ -157,21 +156,21 @@ async def _sweep(sweep: Annotated[str, Path(max_length=64)], sweeps: ASweeps) ->
 
 
 def _upload(upload: Annotated[str, Path(max_length=64)], store: AStore) -> UploadRow:
-    row = store.upload(upload)
+    row = store.get(UploadRow, upload)
     if row is None:
         raise NotFoundError("There is no such upload; it may have been deleted.")
     return row
 
 
 def _run(run: Annotated[str, Path(max_length=64)], store: AStore) -> RunRow:
-    row = store.run(run)
+    row = store.get(RunRow, run)
     if row is None:
         raise NotFoundError("There is no such run; it may have been deleted.")
     return row
 
 
 def _comparison(saved: Annotated[str, Path(max_length=64)], store: AStore) -> ComparisonRow:
-    row = store.comparison(saved)
+    row = store.get(ComparisonRow, saved)
     if row is None:
         raise NotFoundError("There is no such comparison; it may have been deleted.")
     return row

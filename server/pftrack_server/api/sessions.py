@@ -29,6 +29,7 @@ from pftrack_server.schemas.snapshot import Bookmark
 from pftrack_server.schemas.uploads import TruthPublic
 from pftrack_server.sessions.create import as_spec
 from pftrack_server.store.files import new_name
+from pftrack_server.store.tables import UploadRow
 from pftrack_server.uploads.multipart import receive
 from pftrack_server.uploads.truth import rows_of, store_truth
 
@@ -127,7 +128,7 @@ async def give_truth(
 ) -> TruthPublic:
     """Take in a table of what is truly so in the session's upload, and measure the run by it from now on."""
     spec = session.spec
-    upload = await asyncio.to_thread(store.upload, spec.upload) if spec.upload else None
+    upload = await asyncio.to_thread(store.get, UploadRow, spec.upload) if spec.upload else None
     if upload is None:
         raise ConflictError("Truth can be given for an upload; this session has none, or it was deleted.")
     experiment = find_experiment(spec.recipe.experiment)

@@ -41,6 +41,7 @@ from pftrack_server.schemas.uploads import (
     UploadPublic,
 )
 from pftrack_server.store.files import is_name
+from pftrack_server.store.tables import UploadRow
 from pftrack_server.uploads.intake import check_room, index_of, limits_of, take_in
 from pftrack_server.uploads.multipart import receive
 from pftrack_server.uploads.truth import discard_truth, load_truth, store_truth, table_of
@@ -162,7 +163,7 @@ def look_at_table(head: TableHead) -> TablePublic:
 @router.get("")
 def list_uploads(store: AStore) -> list[UploadPublic]:
     """List all uploads, the newest first."""
-    return [UploadPublic.model_validate(row) for row in store.uploads()]
+    return [UploadPublic.model_validate(row) for row in store.all(UploadRow)]
 
 
 @router.get("/{upload}")
@@ -179,12 +180,12 @@ async def remove_upload(
     if manager.uses(upload):
         raise ConflictError("A session runs on this upload; end the session first.")
     try:
-        found = await asyncio.to_thread(store.upload, upload) if is_name(upload) else None
+        found = await asyncio.to_thread(store.get, UploadRow, upload) if is_name(upload) else None
     except DamagedError:
         found = None  # No sweep runs on what cannot be read.
     if found is not None and sweeps.uses(found):
         raise ConflictError("A sweep on this upload is being computed; wait, or cancel it first.")
-    if not is_name(upload) or not await asyncio.to_thread(store.remove_upload, upload):
+    if not is_name(upload) or not await asyncio.to_thread(store.remove, UploadRow, upload):
         raise NotFoundError("There is no such upload; it may have been deleted.")
 
 

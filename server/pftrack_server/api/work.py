@@ -29,7 +29,7 @@ from pftrack_server.api.uploads import MULTIPART
 from pftrack_server.errors import NotFoundError
 from pftrack_server.schemas.jobs import ImportJob
 from pftrack_server.schemas.messages import SessionPublic
-from pftrack_server.schemas.sweep_views import SweepPublic
+from pftrack_server.schemas.sweeps import SweepPublic
 from pftrack_server.schemas.uploads import UploadPublic
 from pftrack_server.schemas.work import (
     Kind,
@@ -80,7 +80,7 @@ async def import_run(request: Request, store: AStore, settings: SettingsNow, hou
 @router.get("/runs")
 def list_runs(store: AStore) -> list[RunPublic]:
     """List all saved runs, the newest first."""
-    return [RunPublic.model_validate(row) for row in store.runs()]
+    return [RunPublic.model_validate(row) for row in store.all(RunRow)]
 
 
 @router.get("/runs/{run}")
@@ -92,15 +92,14 @@ def show_run(run: ARun) -> RunPublic:
 @router.patch("/runs/{run}")
 async def rename_run(run: ARun, body: NewTitle, store: AStore) -> RunPublic:
     """Give a saved run another name."""
-    await asyncio.to_thread(store.rename_run, run.id, body.title)
-    run.title = body.title
+    await asyncio.to_thread(store.rename, run, body.title)
     return RunPublic.model_validate(run)
 
 
 @router.delete("/runs/{run}", status_code=HTTPStatus.NO_CONTENT)
 async def remove_run(run: Name, store: AStore) -> None:
     """Delete a saved run, also one whose entry in the database is damaged."""
-    if not is_name(run) or not await asyncio.to_thread(store.remove_run, run):
+    if not is_name(run) or not await asyncio.to_thread(store.remove, RunRow, run):
         raise NotFoundError("There is no such run; it may have been deleted.")
 
 
@@ -138,7 +137,7 @@ def save_comparison(body: SavedComparisonCreate, store: AStore, settings: Settin
 @router.get("/comparisons/saved")
 def list_saved_comparisons(store: AStore) -> list[SavedComparisonPublic]:
     """List all saved comparisons, the newest first."""
-    return [saved_view(row) for row in store.comparisons()]
+    return [saved_view(row) for row in store.all(ComparisonRow)]
 
 
 @router.get("/comparisons/saved/{saved}")
@@ -150,15 +149,14 @@ def show_saved_comparison(saved: AComparison) -> SavedComparisonDetail:
 @router.patch("/comparisons/saved/{saved}")
 def rename_comparison(saved: AComparison, body: NewTitle, store: AStore) -> SavedComparisonPublic:
     """Give a saved comparison another name."""
-    store.rename_comparison(saved.id, body.title)
-    saved.title = body.title
+    store.rename(saved, body.title)
     return saved_view(saved)
 
 
 @router.delete("/comparisons/saved/{saved}", status_code=HTTPStatus.NO_CONTENT)
 def remove_comparison(saved: Name, store: AStore) -> None:
     """Delete a saved comparison, also one whose entry in the database is damaged."""
-    if not is_name(saved) or not store.remove_comparison(saved):
+    if not is_name(saved) or not store.remove(ComparisonRow, saved):
         raise NotFoundError("There is no such comparison; it may have been deleted.")
 
 
@@ -177,8 +175,8 @@ async def find_work(
     now = datetime.now(zone)
     started = [session.view() for session in manager.all if session.spec.description]
     planned = [sweep.view() for sweep in sweeps.all]
-    runs, uploads = await asyncio.gather(asyncio.to_thread(store.runs), asyncio.to_thread(store.uploads))
-    kept = await asyncio.to_thread(store.comparisons)
+    runs, uploads = await asyncio.gather(asyncio.to_thread(store.all, RunRow), asyncio.to_thread(store.all, UploadRow))
+    kept = await asyncio.to_thread(store.all, ComparisonRow)
     these = _having(words, now, started, _of_session)
     saved = _having(words, now, runs, _of_run)
     compared = _having(words, now, kept, _of_comparison)

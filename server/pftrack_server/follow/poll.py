@@ -45,7 +45,7 @@ class Poll:
     def again(cls, row: PollRow) -> Self:
         """Return a poll that was kept, with its answers for all to see."""
         answers, counts = tuple(row.answers), tuple(row.counts)
-        return cls(row.id, row.question, answers, revealed=True, lecture=row.lecture, asked=row.asked, earlier=counts)
+        return cls(row.id, row.question, answers, revealed=True, lecture=row.lecture, asked=row.created, earlier=counts)
 
     @property
     def counts(self) -> tuple[int, ...]:
@@ -103,5 +103,5 @@ class Poll:
             answers=list(self.answers),
             counts=list(self.counts),
             followers=max(followers, len(self.votes)),
-            asked=self.asked,
+            created=self.asked,
         )

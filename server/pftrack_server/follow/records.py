@@ -16,7 +16,7 @@ from pftrack_server.follow.poll import Poll
 from pftrack_server.log import RateLimitedLogger
 from pftrack_server.schemas.follows import PollKept
 from pftrack_server.store import Store
-from pftrack_server.store.tables import PollRow
+from pftrack_server.store.tables import LectureRow, PollRow
 
 MOST = 5000
 """Polls kept."""
@@ -48,7 +48,7 @@ class PollRecords:
             poll = follow.poll
             is_new = poll is not self._written.get(follow.name)
             if poll is not None and is_new and poll.votes and poll.earlier is None:
-                await asyncio.to_thread(self._store.save_polls, [poll.row(follow.content.title, len(follow.places))])
+                await asyncio.to_thread(self._store.save, poll.row(follow.content.title, len(follow.places)))
                 self._written[follow.name] = poll
             if follow.ended is not None:
                 self._written.pop(follow.name, None)
@@ -63,7 +63,7 @@ class PollRecords:
     async def withdraw(self, poll: Poll) -> None:
         """Forget what was written down of a poll that is withdrawn before anybody sees what was answered."""
         async with self._writing:
-            await asyncio.to_thread(self._store.remove_poll, poll.id)
+            await asyncio.to_thread(self._store.remove, PollRow, poll.id)
 
     async def remove(self, name: str) -> None:
         """Forget a poll.
@@ -71,7 +71,7 @@ class PollRecords:
         Raises:
             NotFoundError: There is none.
         """
-        if not await asyncio.to_thread(self._store.remove_poll, name):
+        if not await asyncio.to_thread(self._store.remove, PollRow, name):
             raise NotFoundError("There is no such poll; it may have been deleted.")
 
     async def again(self, name: str) -> Poll:
@@ -80,7 +80,7 @@ class PollRecords:
         Raises:
             NotFoundError: There is none.
         """
-        row = await asyncio.to_thread(self._store.poll, name)
+        row = await asyncio.to_thread(self._store.get, PollRow, name)
         if row is None:
             raise NotFoundError("There is no such poll; it may have been deleted.")
         return Poll.again(row)
@@ -93,7 +93,7 @@ class PollRecords:
             hidden: Polls that are not revealed yet.
         """
         rows, lectures = await asyncio.gather(
-            asyncio.to_thread(self._store.polls), asyncio.to_thread(self._store.lectures)
+            asyncio.to_thread(self._store.all, PollRow), asyncio.to_thread(self._store.all, LectureRow)
         )
         titles = {row.id: row.title for row in lectures}
         wanted = (row for row in rows if row.id not in hidden and lecture in {None, row.lecture})
@@ -108,7 +108,7 @@ class PollRecords:
                 title=row.title,
                 lecture=row.lecture,
                 lecture_title=titles.get(row.lecture or ""),
-                asked=row.asked,
+                asked=row.created,
             )
             for row in wanted
         ]

@@ -1,6 +1,6 @@
 """Jobs: work on what people sent, each in a confined process, so that it harms nobody and nobody waits for it.
 
-- `child_tasks`: how the web process has work carried out, and `queue`: who is next;
+- `child_tasks`: how the web process has work carried out, and who is next;
 - `jobs`: work that is followed by its id, and `results`: what was computed once and is kept;
 - `functions` and `run_functions`: what the confined processes do with uploads and experiments, and with runs.
 """

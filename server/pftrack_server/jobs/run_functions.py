@@ -167,16 +167,14 @@ def outline_comparison(configs: Sequence[WorkerConfig]) -> dict[str, Any]:
     Raises:
         ComparisonError: The runs cannot be compared.
     """
-    outline: dict[str, Any] = as_json(_compare(configs).outline)
-    return outline
+    return as_json(_compare(configs).outline)
 
 
 def compare_runs(configs: Sequence[WorkerConfig]) -> Steps:
     """Compute all frames that runs have in common, and return what they come to; a step is a frame of a run."""
     compared = _compare(configs)
     yield from compared.computing()
-    result: dict[str, Any] = as_json(compared.result)
-    return result
+    return as_json(compared.result)
 
 
 def write_comparison(configs: Sequence[WorkerConfig], export: str, path: str) -> Steps:

@@ -38,7 +38,7 @@ class Lectures:
 
     async def all(self) -> list[LectureSummary]:
         """Return all lectures, the newest first."""
-        found = await asyncio.to_thread(lambda: [(row, _readable(row)) for row in self._store.lectures()])
+        found = await asyncio.to_thread(lambda: [(row, _readable(row)) for row in self._store.all(LectureRow)])
         return [_summary(await self._public(row, text)) for row, text in found if text is not None]
 
     async def get(self, name: str) -> LecturePublic:
@@ -100,7 +100,7 @@ class Lectures:
         Raises:
             NotFoundError: There is none.
         """
-        if not await asyncio.to_thread(self._store.remove_lecture, name):
+        if not await asyncio.to_thread(self._store.remove, LectureRow, name):
             raise NotFoundError("There is no such lecture; it may have been deleted.")
 
     # ------------------------------------------------------------ within
@@ -118,11 +118,11 @@ class Lectures:
         text = await asyncio.to_thread(read, row.text.encode())
         check_names(text.lecture.items, text.lines)
         public = await self._public(row, text)
-        await asyncio.to_thread(self._store.save_lecture, row)
+        await asyncio.to_thread(self._store.save, row)
         return public
 
     async def _row(self, name: str) -> LectureRow:
-        row = await asyncio.to_thread(self._store.lecture, name)
+        row = await asyncio.to_thread(self._store.get, LectureRow, name)
         if row is None:
             raise NotFoundError("There is no such lecture; it may have been deleted.")
         return row

@@ -16,8 +16,7 @@ from typing import Any
 import structlog
 
 from pftrack.process import Budget, Ending, Outcome, Refusal, Reply
-from pftrack_server.jobs.child_tasks import ChildTasks, ending_message
-from pftrack_server.jobs.queue import Queues
+from pftrack_server.jobs.child_tasks import ChildTasks, Queues, ending_message
 from pftrack_server.jobs.results import DiskCache, digest
 
 BUDGET = Budget(cpu_seconds=1800.0, silence_s=600.0)

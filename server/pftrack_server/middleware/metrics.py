@@ -10,7 +10,7 @@ from prometheus_client.registry import Collector
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from pftrack_server.schemas.snapshot import Phase
-from pftrack_server.schemas.sweep_views import State
+from pftrack_server.schemas.sweeps import State
 from pftrack_server.sessions.manager import Manager
 from pftrack_server.sweeps.manager import Sweeps
 

@@ -4,7 +4,10 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import BaseModel, Field
 
+from pftrack.core.model.likelihood import Amount, Contributions, Histograms, Residual
 from pftrack.core.model.parameters import NOT_BOOLEAN
+from pftrack.core.model.series import Known
+from pftrack.runs.inspection import Course
 from pftrack_server.schemas.body import FrameNumber, RequestBody
 
 Pixels = Annotated[float, Field(ge=-100_000, le=100_000, allow_inf_nan=False), NOT_BOOLEAN]
@@ -24,37 +27,6 @@ class InspectionUpdate(RequestBody):
     pulls: bool = Field(False, description="Whether arrows show which way the parts of the tracker's step pull")
 
 
-class AmountPublic(BaseModel):
-    """A number, and the limit that it should stay within."""
-
-    kind: Literal["amount"] = "amount"
-    title: str
-    value: float | None
-    unit: str
-    limit: float | None
-
-
-class ResidualPublic(BaseModel):
-    """A number found beside the one expected, and the standard deviation of their difference."""
-
-    kind: Literal["residual"] = "residual"
-    title: str
-    found: float | None
-    expected: float | None
-    sd: float | None
-    unit: str
-
-
-class HistogramsPublic(BaseModel):
-    """Shares found beside shares expected, and the colours of what is counted, as #rrggbb."""
-
-    kind: Literal["histograms"] = "histograms"
-    title: str
-    expected: list[float]
-    found: list[float]
-    colours: list[str]
-
-
 class PatchesPublic(BaseModel):
     """A piece of the picture beside the one expected, as addresses of PNG data; null where it is outside."""
 
@@ -64,17 +36,7 @@ class PatchesPublic(BaseModel):
     found: str | None
 
 
-class ContributionsPublic(BaseModel):
-    """What several things had their share in, a row each."""
-
-    kind: Literal["contributions"] = "contributions"
-    title: str
-    columns: list[str]
-    names: list[str]
-    rows: list[list[float | None]]
-
-
-PartPublic: TypeAlias = AmountPublic | ResidualPublic | HistogramsPublic | PatchesPublic | ContributionsPublic
+PartPublic: TypeAlias = Amount | Residual | Histograms | PatchesPublic | Contributions
 
 
 class StateValue(BaseModel):
@@ -82,7 +44,7 @@ class StateValue(BaseModel):
 
     name: str
     unit: str
-    value: float | None
+    value: Known
 
 
 class ParticlePublic(BaseModel):
@@ -113,15 +75,6 @@ class GenealogyPublic(BaseModel):
     )
 
 
-class CoursePublic(BaseModel):
-    """A number with a limit over the last frames."""
-
-    title: str
-    limit: float
-    first: int
-    values: list[float | None]
-
-
 class InspectionPublic(BaseModel):
     """What is found in the frame that is shown."""
 
@@ -133,11 +86,11 @@ class InspectionPublic(BaseModel):
     title: str = Field(description="What the likelihood compares; empty for a tracker that cannot be asked")
     has_map: bool = Field(description="Whether the likelihood can lie over the picture")
     scale: tuple[float, float] | None = Field(description="The log likelihoods of the darkest and the lightest colour")
-    log_likelihood: float | None = Field(description="Null where it cannot be asked, or is impossible")
+    log_likelihood: Known | None = Field(description="Null where it cannot be asked, or is impossible")
     impossible: bool
     parts: list[PartPublic]
     state: list[StateValue]
     particle: ParticlePublic | None
     update: list[PartPublic] = Field(description="What the tracker's step of this frame was made of")
-    courses: list[CoursePublic]
+    courses: tuple[Course, ...]
     genealogy: GenealogyPublic | None

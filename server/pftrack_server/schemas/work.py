@@ -9,7 +9,7 @@ from pftrack.runs.comparison import MOST_RUNS
 from pftrack_server.schemas.body import FrameNumber, GivenTitle, RequestBody, Title
 from pftrack_server.schemas.description import ExportPublic
 from pftrack_server.schemas.messages import SessionPublic
-from pftrack_server.schemas.sweep_views import SweepPublic
+from pftrack_server.schemas.sweeps import SweepPublic
 from pftrack_server.schemas.uploads import UploadPublic
 
 Kind = Literal["sessions", "runs", "comparisons", "sweeps", "uploads"]

@@ -108,7 +108,7 @@ def _upload(store: Store, upload: str | None, footage: Footage | None) -> Upload
         return None
     if upload is None and sha256 is None:
         raise ParameterError("upload", None, "given: a target can only be marked in an upload")
-    found = store.upload(upload) if upload else None
+    found = store.get(UploadRow, upload) if upload else None
     found = found or (store.upload_of(sha256) if sha256 else None)
     if found is None or sha256 not in {None, found.sha256}:
         name = (footage and footage.name) or "the recording"

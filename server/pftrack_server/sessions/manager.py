@@ -23,6 +23,7 @@ from pftrack_server.store import Store
 from pftrack_server.store.database import is_busy
 from pftrack_server.store.disk_budget import is_full
 from pftrack_server.store.files import is_name
+from pftrack_server.store.tables import SessionRow
 from pftrack_server.system_errors import failure_message
 from pftrack_server.uploads.intake import index_of
 from pftrack_server.worker.protocol import WorkerConfig
@@ -68,12 +69,12 @@ class Manager:
 
     async def open(self) -> None:
         """Take over the sessions that the store kept, all of them suspended, and begin the rounds."""
-        for row in await asyncio.to_thread(self._store.sessions):
+        for row in reversed(await asyncio.to_thread(self._store.all, SessionRow)):
             try:
                 spec = SessionSpec.model_validate_json(row.spec)
                 if spec.follow is not None:
                     # Its class was gone with the server.
-                    await asyncio.to_thread(self._store.remove_session, spec.id)
+                    await asyncio.to_thread(self._store.remove, SessionRow, spec.id)
                     continue
                 session = self._session(spec)
                 if spec.description is not None:
@@ -186,7 +187,7 @@ class Manager:
         self._sessions.pop(session.spec.id, None)
         await session.close("The session was ended.")
         async with self._writing:
-            await asyncio.to_thread(self._store.remove_session, session.spec.id)
+            await asyncio.to_thread(self._store.remove, SessionRow, session.spec.id)
         await asyncio.to_thread(self._store.files.remove_states, session.spec.id)
 
     async def forget(self, name: str) -> bool:
@@ -194,7 +195,7 @@ class Manager:
         if name in self._sessions or not is_name(name):
             return False
         async with self._writing:
-            return await asyncio.to_thread(self._store.remove_session, name)
+            return await asyncio.to_thread(self._store.remove, SessionRow, name)
 
     async def keep(self, *, positions: bool = True) -> None:
         """Write down every session that has changed; those that only moved on as well, if `positions`."""
@@ -203,11 +204,12 @@ class Manager:
             changed = [each for each in known if each.state.dirty or (positions and each.state.moved)]
             for session in changed:
                 session.state.dirty = session.state.moved = False
-            specs = [(session.spec.id, session.spec.model_dump_json()) for session in changed]
-            if not specs:
+            if not changed:
                 return
+            specs = (session.spec for session in changed)
+            rows = [SessionRow(id=spec.id, spec=spec.model_dump_json(), created=spec.created) for spec in specs]
             try:
-                await asyncio.to_thread(self._store.save_sessions, specs)
+                await asyncio.to_thread(self._store.save, *rows)
             except Exception:
                 for session in changed:
                     session.state.dirty = True

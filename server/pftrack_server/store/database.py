@@ -1,4 +1,4 @@
-"""The database: one engine, brought up to date by its migrations at every start.
+"""The database: one engine, whose tables are made at the first start.
 
 A database that cannot be used, for whatever reason, is told in one sentence that says what to do.
 """
@@ -14,9 +14,13 @@ from pftrack_server.store.tables import Base
 
 BUSY_S = 2
 """How long to wait for another writer, s; one of ours takes milliseconds."""
-VERSION_TABLE = "alembic_version"
-VERSION = "0006"
-"""The newest migration: a database that has it is ready."""
+APPLICATION = int.from_bytes(b"pftk")
+"""By which SQLite's header says that a database is ours."""
+VERSION = 1
+"""Of the tables, in the same header; 0 where they are not all made."""
+
+UNRELEASED = "alembic_version"
+"""A table that databases had before the first release."""
 
 AWAY = "move it away to begin with an empty one, or choose another --data-dir"
 
@@ -26,10 +30,10 @@ class DatabaseError(RuntimeError):
 
 
 def connect(url: str) -> Engine:
-    """Open the database, creating or upgrading its tables.
+    """Open the database, with its tables.
 
     Raises:
-        DatabaseError: It is damaged, of a newer version, of another program, or does not answer.
+        DatabaseError: It is damaged, of another version, of another program, or does not answer.
     """
     engine = create_engine(url)
     name = f"The database {engine.url.database or url}"
@@ -56,32 +60,32 @@ def _prepare(engine: Engine, name: str) -> None:
         found = _find_version(connection, name)
         if found == VERSION:
             return
-        # Alembic needs 10 MiB, for which few starts have a use.
-        from pftrack_server.store.migrations import find_revisions, upgrade  # noqa: PLC0415
-
-        if found not in {None, *find_revisions()}:
+        if found > VERSION:
             raise DatabaseError(
-                f"{name} was written by a newer version of pftrack (its state is {found}, and this version knows those "
-                f"up to {VERSION}): update pftrack, or {AWAY}."
+                f"{name} was written by a newer version of pftrack (its tables are {found}, and this version knows "
+                f"{VERSION}): update pftrack, or {AWAY}."
             )
-        upgrade(connection)
+        if found < 0:
+            raise DatabaseError(f"{name} was written by a version of pftrack before the first release: {AWAY}.")
+        connection.execute(text(f"PRAGMA application_id={APPLICATION}"))
+        Base.metadata.create_all(connection)
+        connection.execute(text(f"PRAGMA user_version={VERSION}"))
 
 
-def _find_version(connection: Connection, name: str) -> str | None:
-    """Return the migration that a database has, None if it is empty; refuse what this program must not touch."""
+def _find_version(connection: Connection, name: str) -> int:
+    """Return the version of a database, 0 if it is empty; refuse what this program must not touch."""
     found = connection.execute(text("PRAGMA quick_check(1)")).scalar()
     if found != "ok":
         raise DatabaseError(f"{name} is damaged: restore a copy of it, or {AWAY}.")
+    if connection.execute(text("PRAGMA application_id")).scalar() == APPLICATION:
+        return int(connection.execute(text("PRAGMA user_version")).scalar_one())
     tables = set(inspect(connection).get_table_names())
-    if VERSION_TABLE not in tables:
-        if tables:
-            some = ", ".join(sorted(tables)[:3])
-            raise DatabaseError(f"{name} belongs to another program, since it has tables {some}: choose another one.")
-        return None
-    version = connection.execute(text(f"SELECT version_num FROM {VERSION_TABLE}")).scalar()  # noqa: S608 - our own
-    if not tables & set(Base.metadata.tables):
-        raise DatabaseError(f"{name} belongs to another program: choose another one.")
-    return version
+    if UNRELEASED in tables and tables & set(Base.metadata.tables):
+        return -1
+    if tables:
+        some = ", ".join(sorted(tables)[:3])
+        raise DatabaseError(f"{name} belongs to another program, since it has tables {some}: choose another one.")
+    return 0
 
 
 def _trouble(error: DBAPIError) -> str:

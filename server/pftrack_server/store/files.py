@@ -149,9 +149,15 @@ class DataDirectory:
         """Return where the truth of a kind is kept that was given for an upload."""
         return _within(self.uploads, _check(name), f"truth-{kind}.json")
 
-    def remove_upload(self, name: str) -> None:
-        """Delete an upload's folder."""
-        _remove(self.uploads / _check(name))
+    def remove(self, kind: str, name: str) -> None:
+        """Delete the files of an upload, a run or a sweep, by the name of its kind's table; others have none."""
+        match kind:
+            case "uploads":
+                _remove(self.uploads / _check(name))
+            case "runs" | "sweeps":
+                folder = self.runs if kind == "runs" else self.sweeps
+                for path in folder.glob(f"{_check(name)}.*"):
+                    _remove(path)
 
     def states_of(self, session: str) -> Path:
         """Return the folder of a session's checkpoints, which its worker makes."""
@@ -183,11 +189,6 @@ class DataDirectory:
         """Return how much room the files of all saved runs take."""
         return sum(path.stat().st_size for path in self.runs.iterdir() if path.is_file())
 
-    def remove_run(self, name: str) -> None:
-        """Delete a run's files."""
-        for ending in ("pft", "png"):
-            _remove(self.runs / f"{_check(name)}.{ending}")
-
     def sweep(self, name: str) -> Path:
         """Return where a sweep's result lies once it is complete; what there is before lies beside it."""
         for path in self.sweeps.glob(f"{_check(name)}.*"):
@@ -199,11 +200,6 @@ class DataDirectory:
         places = list(self.sweeps.glob(f"{_check(name)}.*"))
         files = [path for place in places for path in (place.rglob("*") if place.is_dir() else [place])]
         return sum(path.stat().st_size for path in files if path.is_file())
-
-    def remove_sweep(self, name: str) -> None:
-        """Delete all files of a sweep."""
-        for path in self.sweeps.glob(f"{_check(name)}.*"):
-            _remove(path)
 
 
 def _within(folder: Path, *parts: str) -> Path:

@@ -10,7 +10,10 @@ FORM = "form"
 
 
 class Base(DeclarativeBase):
-    """Base of all rows."""
+    """Base of all rows, which are listed by when they were created."""
+
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    created: Mapped[str] = mapped_column(String(32), index=True)
 
 
 class UploadRow(Base):
@@ -18,7 +21,6 @@ class UploadRow(Base):
 
     __tablename__ = "uploads"
 
-    id: Mapped[str] = mapped_column(String(32), primary_key=True)
     name: Mapped[str] = mapped_column(String(200))
     kind: Mapped[str] = mapped_column(String(16))
     frames: Mapped[int] = mapped_column(Integer)
@@ -29,7 +31,6 @@ class UploadRow(Base):
     sha256: Mapped[str] = mapped_column(String(64), index=True)
     warnings: Mapped[list[str]] = mapped_column(JSON, info={FORM: list})
     size_bytes: Mapped[int] = mapped_column(BigInteger)
-    created: Mapped[str] = mapped_column(String(32))
 
 
 class RunRow(Base):
@@ -37,7 +38,6 @@ class RunRow(Base):
 
     __tablename__ = "runs"
 
-    id: Mapped[str] = mapped_column(String(32), primary_key=True)
     title: Mapped[str] = mapped_column(String(200))
     experiment: Mapped[str] = mapped_column(String(64))
     tracker: Mapped[str] = mapped_column(String(64))
@@ -48,7 +48,6 @@ class RunRow(Base):
     outcome: Mapped[str] = mapped_column(String(200))
     summary: Mapped[dict[str, Any]] = mapped_column(JSON, info={FORM: dict})
     bookmarks: Mapped[list[dict[str, Any]]] = mapped_column(JSON, info={FORM: list})
-    created: Mapped[str] = mapped_column(String(32), index=True)
 
 
 class ComparisonRow(Base):
@@ -56,10 +55,8 @@ class ComparisonRow(Base):
 
     __tablename__ = "comparisons"
 
-    id: Mapped[str] = mapped_column(String(32), primary_key=True)
     title: Mapped[str] = mapped_column(String(200))
     content: Mapped[dict[str, Any]] = mapped_column(JSON, info={FORM: dict})
-    created: Mapped[str] = mapped_column(String(32), index=True)
 
 
 class SessionRow(Base):
@@ -67,9 +64,7 @@ class SessionRow(Base):
 
     __tablename__ = "sessions"
 
-    id: Mapped[str] = mapped_column(String(32), primary_key=True)
     spec: Mapped[str] = mapped_column(Text)
-    updated: Mapped[str] = mapped_column(String(32))
 
 
 class SweepRow(Base):
@@ -77,7 +72,6 @@ class SweepRow(Base):
 
     __tablename__ = "sweeps"
 
-    id: Mapped[str] = mapped_column(String(32), primary_key=True)
     title: Mapped[str] = mapped_column(String(200))
     experiment: Mapped[str] = mapped_column(String(64))
     plan: Mapped[str] = mapped_column(Text)
@@ -88,7 +82,6 @@ class SweepRow(Base):
     successes: Mapped[int | None] = mapped_column(BigInteger)
     problems: Mapped[int] = mapped_column(BigInteger)
     seconds: Mapped[float] = mapped_column(Float)
-    created: Mapped[str] = mapped_column(String(32), index=True)
 
 
 class LectureRow(Base):
@@ -96,23 +89,19 @@ class LectureRow(Base):
 
     __tablename__ = "lectures"
 
-    id: Mapped[str] = mapped_column(String(32), primary_key=True)
     title: Mapped[str] = mapped_column(String(200))
     text: Mapped[str] = mapped_column(Text)
-    created: Mapped[str] = mapped_column(String(32), index=True)
     updated: Mapped[str] = mapped_column(String(32))
 
 
 class PollRow(Base):
-    """What a class was asked, and how many gave which answer; who gave it is kept nowhere."""
+    """What a class was asked, when that was created, and how many gave which answer; who gave it is kept nowhere."""
 
     __tablename__ = "polls"
 
-    id: Mapped[str] = mapped_column(String(32), primary_key=True)
     lecture: Mapped[str | None] = mapped_column(String(32), index=True)
     title: Mapped[str] = mapped_column(String(200))
     question: Mapped[str] = mapped_column(Text)
     answers: Mapped[list[str]] = mapped_column(JSON, info={FORM: list})
     counts: Mapped[list[int]] = mapped_column(JSON, info={FORM: list})
     followers: Mapped[int] = mapped_column(Integer)
-    asked: Mapped[str] = mapped_column(String(32), index=True)

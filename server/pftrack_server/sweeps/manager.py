@@ -13,18 +13,16 @@ from pftrack.sweep.recording import Recording
 from pftrack_server.errors import ApiError, ConflictError, NotFoundError, UnavailableError
 from pftrack_server.filters import FilterFiles
 from pftrack_server.jobs.child_tasks import ChildTasks
-from pftrack_server.schemas.sweep_views import EstimatePublic, ValuesPublic
-from pftrack_server.schemas.sweeps import EstimateRequest, SweepCreate
+from pftrack_server.schemas.sweeps import EstimatePublic, EstimateRequest, SweepCreate, ValuesPublic
 from pftrack_server.settings import Settings
 from pftrack_server.store import Store
 from pftrack_server.store.files import is_name, new_name, now
 from pftrack_server.store.tables import SweepRow, UploadRow
 from pftrack_server.sweeps import functions
 from pftrack_server.sweeps.computing import ask
-from pftrack_server.sweeps.opening import upload_of
 from pftrack_server.sweeps.planning import BYTES_A_RUN, as_plan, cells_of, within_limits
-from pftrack_server.sweeps.reasons import CANCELLED, DELETED, RESTARTED, STOPPED
-from pftrack_server.sweeps.sweep import Sweep, check_idle, default_title
+from pftrack_server.sweeps.results import upload_of
+from pftrack_server.sweeps.sweep import CANCELLED, DELETED, RESTARTED, STOPPED, Sweep, check_idle, default_title
 from pftrack_server.uploads.intake import index_of, limits_of
 
 log = structlog.get_logger(__name__)
@@ -51,7 +49,7 @@ class Sweeps:
 
     async def open(self) -> None:
         """Take over the sweeps that the store kept; none of them is running."""
-        for row in await asyncio.to_thread(self._store.sweeps):
+        for row in reversed(await asyncio.to_thread(self._store.all, SweepRow)):
             try:
                 sweep = await asyncio.to_thread(self._restore, row)
             except (SweepError, ValueError, TypeError, LookupError, AttributeError) as error:
@@ -150,7 +148,7 @@ class Sweeps:
         except BaseException:
             del self._sweeps[sweep.id]
             with contextlib.suppress(Exception):
-                await asyncio.to_thread(self._store.remove_sweep, sweep.id)
+                await asyncio.to_thread(self._store.remove, SweepRow, sweep.id)
             raise
         return sweep
 
@@ -186,7 +184,7 @@ class Sweeps:
         if sweep is not None:
             await sweep.stop(DELETED)
             await sweep.close()
-        if not is_name(name) or not await asyncio.to_thread(self._store.remove_sweep, name):
+        if not is_name(name) or not await asyncio.to_thread(self._store.remove, SweepRow, name):
             self.get(name)
 
     def uses(self, upload: UploadRow) -> bool:
@@ -270,12 +268,12 @@ class Sweeps:
 
     async def _store_whole(self, sweep: Sweep) -> None:
         row = {**sweep.as_row(), "plan": json.dumps(sweep.plan.as_dict())}
-        await asyncio.to_thread(self._store.save_sweep, row)
+        await asyncio.to_thread(self._store.save, SweepRow(**row))
 
     async def _keep(self, sweep: Sweep) -> None:
         """Store the changes of a sweep, unless it was deleted."""
         if sweep.id in self._sweeps:
-            await asyncio.to_thread(self._store.save_sweep, sweep.as_row())
+            await asyncio.to_thread(self._store.save, SweepRow(**sweep.as_row()))
 
 
 def _mebibytes(count: int) -> str:

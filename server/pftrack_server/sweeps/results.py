@@ -1,26 +1,150 @@
-"""Results: questions about what a sweep has on the disk so far.
+"""Results: questions about what a sweep has on the disk so far, and from a row of it to a live session.
 
-All methods block for some milliseconds, are called in threads, and may be called at once.
+What lies on the disk is counted once when it appears. Only sums are kept, so that a sweep that nobody looks at costs
+nothing and a large one no more than a small one. The library's counts are answered with titles and units added, as JSON
+numbers. All methods block for some milliseconds and are called in threads; those of results may be called at once. A
+session computes the same numbers as its row, and is paused shortly before the loss.
 """
 
+import math
 import threading
 from pathlib import Path
 from typing import Any
 
-from pftrack.sweep import Plan, Result, compare, read_result, rows_of
-from pftrack.sweep.cells import Quantity, cells, quantities, samples
-from pftrack_server.errors import NotFoundError, RefusedError
-from pftrack_server.schemas.sweep_answers import NO_AXIS, cells_view, comparison_view
-from pftrack_server.schemas.sweep_views import (
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.model.parameters import Value, declarations
+from pftrack.core.model.recipe import Footage
+from pftrack.runs.loss import APPROACH_FRAMES, approach
+from pftrack.sweep import Comparison, Plan, Result, compare, partial_of, read_chunk, read_result, rows_of
+from pftrack.sweep.axis import SweepError
+from pftrack.sweep.cells import CellMap, Code, Counts, Quantity, cells, columns, count, quantities, samples
+from pftrack_server.errors import ConflictError, NotFoundError, RefusedError
+from pftrack_server.schemas.spec import SessionSpec
+from pftrack_server.schemas.sweeps import (
+    AxisPublic,
     CellsPublic,
     ComparisonPublic,
     Correction,
+    MapPublic,
     Pair,
     RowPublic,
     RowsPublic,
     Test,
+    Verdict,
 )
-from pftrack_server.sweeps.tally import Tally
+from pftrack_server.sessions.create import new_spec
+from pftrack_server.store import Store
+from pftrack_server.store.tables import UploadRow
+
+TOTAL: Pair = (None, None)
+
+
+class Tally:
+    """Sums over the files of one sweep, for every pair of axes that somebody has asked for.
+
+    Attributes:
+        done: Runs that are there.
+        successes: How many of them succeeded.
+        problems: How many of them could not be computed.
+    """
+
+    def __init__(self, plan: Plan, out: Path) -> None:
+        self._plan = plan
+        self._out = out
+        self._files: set[Path] = set()
+        self._complete = False
+        self._counts: dict[Pair, Counts] = {TOTAL: count(plan, None, *TOTAL)}
+        self.done = self.successes = self.problems = 0
+
+    def look(self) -> bool:
+        """Count what has appeared since the last time; return whether there was anything.
+
+        Raises:
+            SweepError: The result is damaged.
+        """
+        if self._complete:
+            return False
+        if self._out.exists():
+            self._close()
+            return True
+        there = self._there()
+        if not self._files <= there:
+            if self._out.exists():
+                self._close()
+                return True
+            # Somebody took files away, and the sweep started again.
+            self._files = set()
+            self._counts = {pair: count(self._plan, None, *pair) for pair in self._counts}
+        return self._add(sorted(there - self._files))
+
+    def counts(self, pair: Pair) -> Counts:
+        """Return the sums for a pair of axes.
+
+        Raises:
+            SweepError: The result is damaged.
+        """
+        if pair not in self._counts:
+            found = self._sum(self.result(), pair)
+            if _runs(found) < self.done and self._out.exists():
+                # The chunks went into the result while they were counted.
+                self._close()
+                found = self._sum(self.result(), pair)
+            self._counts[pair] = found
+        return self._counts[pair]
+
+    def result(self) -> Result:
+        """Return exactly what has been counted."""
+        if self._complete:
+            return Result(self._plan, (self._out,), complete=True)
+        return Result(self._plan, tuple(sorted(self._files)), complete=False, place=partial_of(self._out))
+
+    def _there(self) -> set[Path]:
+        try:
+            every = partial_of(self._out).iterdir()
+            return {path for path in every if path.suffix == ".parquet" and path.stem.isdecimal()}
+        except FileNotFoundError:
+            return set()
+
+    def _add(self, paths: list[Path]) -> bool:
+        news = False
+        for path in paths:
+            try:
+                table = read_chunk(path)
+            except (SweepError, OSError):
+                # Damaged, or just gone into the result: the next look will tell.
+                continue
+            self._files.add(path)
+            self._counts = {pair: known + count(self._plan, table, *pair) for pair, known in self._counts.items()}
+            news = True
+        if news:
+            self._total()
+        return news
+
+    def _close(self) -> None:
+        """Go over from the chunks, which are gone, to the one file that was made of them."""
+        if self.done < self._plan.runs:
+            result = Result(self._plan, (self._out,), complete=True)
+            self._counts = {pair: self._sum(result, pair) for pair in self._counts}
+            self._total()
+        self._complete = True
+
+    def _total(self) -> None:
+        every = cells(self._counts[TOTAL]).values()
+        self.done = _runs(self._counts[TOTAL])
+        self.successes = sum(int(one.successes.sum()) for one in every)
+        self.problems = sum(int(one.problems.sum()) for one in every)
+
+    def _sum(self, result: Result, pair: Pair) -> Counts:
+        total = count(self._plan, None, *pair)
+        for piece in result.pieces(columns(self._plan, *pair)):
+            total += count(self._plan, piece, *pair)
+        return total
+
+
+def _runs(counts: Counts) -> int:
+    return sum(int(one.runs.sum()) for one in cells(counts).values())
 
 
 class Results:
@@ -186,3 +310,137 @@ class Results:
         measures = {measure.name: row[measure.name] for measure in self._plan.measures}
         conditions = {axis.name: row[axis.name] for axis in self._plan.axes}
         return RowPublic(**known, conditions=conditions, measures=measures)
+
+
+NO_AXIS = "none"
+"""The name that stands for no axis, so that all values are pooled."""
+
+ALL_RUNS = AxisPublic(name=NO_AXIS, title="All runs", unit="", kind="choice", values=[""])
+
+VERDICTS: dict[int, Verdict] = {
+    Code.NOT_APPLICABLE: "untested",
+    Code.NOT_SIGNIFICANT: "none",
+    Code.FIRST_BETTER: "first",
+    Code.SECOND_BETTER: "second",
+}
+
+
+def axis_view(plan: Plan, name: str) -> AxisPublic:
+    """Return an axis with what is to be written beside it."""
+    return _describe(plan, name, plan.axis(name).values)
+
+
+def fixed_views(plan: Plan) -> list[AxisPublic]:
+    """Return the parameters that have the same value in all runs, each like an axis of one value."""
+    return [_describe(plan, name, (value,)) for name, value in plan.values.items()]
+
+
+def cells_view(plan: Plan, pair: Pair, maps: dict[str, CellMap], done: int) -> CellsPublic:
+    """Return the maps of all methods over a pair of axes."""
+    x, y = pair
+    cells = math.prod(len(plan.axis(name).values) for name in pair if name is not None)
+    return CellsPublic(
+        x=axis_view(plan, x) if x else ALL_RUNS,
+        y=axis_view(plan, y) if y else None,
+        planned=plan.conditions * plan.trials // cells,
+        done=done,
+        maps=[_map(name, one) for name, one in maps.items()],
+    )
+
+
+def comparison_view(found: Comparison, level: float, correction: Correction) -> ComparisonPublic:
+    """Return two methods against each other, tested at a level."""
+    tested = found.significance(level, correction)
+    return ComparisonPublic(
+        first=found.first,
+        second=found.second,
+        measure=found.quantity.name,
+        test=found.test,
+        level=level,
+        correction=correction,
+        difference=_numbers(found.difference),
+        paired=_numbers(found.paired.mean),
+        paired_low=_numbers(found.paired.low),
+        paired_high=_numbers(found.paired.high),
+        pairs=found.paired.pairs.ravel().tolist(),
+        verdict=[VERDICTS[int(code)] for code in tested.codes.ravel()],
+        p_value=_numbers(tested.p_values),
+    )
+
+
+def _describe(plan: Plan, name: str, values: tuple[Value, ...]) -> AxisPublic:
+    known = {it.name: it for it in declarations(type(plan.parameters))}
+    it = known[name]
+    return AxisPublic(name=name, title=it.title, unit=it.unit, kind=it.kind, values=list(values))
+
+
+def _map(tracker: str, one: CellMap) -> MapPublic:
+    judged = one.judged.ravel()
+    return MapPublic(
+        tracker=tracker,
+        runs=one.runs.ravel().tolist(),
+        problems=one.problems.ravel().tolist(),
+        successes=[int(value) if known else None for value, known in zip(one.successes.ravel(), judged, strict=True)],
+        rate=_numbers(one.rate),
+        low=_numbers(one.low),
+        high=_numbers(one.high),
+        error=_numbers(one.mean_error),
+        lost_frames=_numbers(one.mean_lost_frames),
+        measures={name: _numbers(means) for name, means in one.measures.items()},
+    )
+
+
+def _numbers(values: NDArray[np.float64]) -> list[float | None]:
+    """Return numbers as JSON can say them: six digits, null for none."""
+    return [float(f"{value:.6g}") if math.isfinite(value) else None for value in values.ravel().tolist()]
+
+
+def session_spec(store: Store, sweep: str, plan: Plan, results: Results, run: int, tracker: str | None) -> SessionSpec:
+    """Return the spec of a session with exactly one run of a sweep, or the same with another method.
+
+    The session stands ten frames before the first lost frame; with another method that lost nothing, where the run of
+    the row would. It is computed to ten frames after it, so that one can ask at once why it was lost.
+
+    Raises:
+        NotFoundError: The sweep has no such run.
+        RefusedError: It has no such method.
+        ConflictError: The run could not be computed, or its recording is no longer here.
+    """
+    row = results.row(run)
+    if row.problem is not None:
+        raise ConflictError(f"This run could not be computed: {row.problem}.")
+    method = tracker or row.tracker
+    if method not in plan.wiring.trackers:
+        known = ", ".join(plan.wiring.trackers)
+        raise RefusedError(
+            f"tracker must be one of {known}, got {method}.", field="tracker", bound=f"one of {known}", value=method
+        )
+    single = plan.single(run)
+    loss, last = _loss(plan, results, row, method), plan.frames - 1
+    position, computed = (0, 0) if loss is None else (min(approach(loss), last), min(loss + APPROACH_FRAMES, last))
+    recipe = single.recipe.model_copy(update={"tracker": method})
+    upload = None if plan.footage is None else upload_of(store, plan).id
+    return new_spec(recipe, sweep=sweep, upload=upload, position=position, computed=computed)
+
+
+def upload_of(store: Store, plan: Plan) -> UploadRow:
+    """Return the upload on which the runs of a plan are.
+
+    Raises:
+        ConflictError: It is no longer here.
+    """
+    footage = plan.footage or Footage()
+    found = store.upload_of(footage.sha256 or "")
+    if found is None:
+        name = footage.name or "a recording"
+        raise ConflictError(f"The sweep is on {name}, which is no longer on this server; upload it first.")
+    return found
+
+
+def _loss(plan: Plan, results: Results, row: RowPublic, method: str) -> int | None:
+    """Return the first lost frame of the run that is opened; if it loses nothing, that of the row."""
+    if method == row.tracker or method not in plan.trackers:
+        return row.first_lost_frame
+    twin = row.run + plan.trackers.index(method) - plan.trackers.index(row.tracker)
+    other = results.row(twin).first_lost_frame
+    return row.first_lost_frame if other is None else other

@@ -1,13 +1,17 @@
 """One sweep, as the web process knows it: a plan, a process that computes it, and files in which the result grows.
 
 The files are the truth. Whatever dies, child, server or machine, they say how far the sweep is, and it goes on from
-there.
+there; why it stopped is told in a sentence without a path or a stack.
+
+Pages watch a sweep, each over the axes that it has chosen and at its own pace. Nothing is queued: a listener that is
+ready for news receives the state of that moment, so the slowest browser costs a sweep nothing.
 """
 
 import asyncio
+import re
 import time
 from collections import deque
-from collections.abc import Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
@@ -15,20 +19,121 @@ from typing import Any
 import structlog
 
 from pftrack.experiments import EXPERIMENTS
-from pftrack.process import Reply, Worker
+from pftrack.process import Ending, Fault, Outcome, Refusal, Reply, Worker
 from pftrack.sweep import Plan, begin, partial_of
 from pftrack.sweep.recording import Recording
 from pftrack_server.errors import ConflictError
 from pftrack_server.log import RateLimitedLogger
 from pftrack_server.schemas.measures import MeasurePublic
-from pftrack_server.schemas.sweep_answers import axis_view, fixed_views
-from pftrack_server.schemas.sweep_views import CellsPublic, State, SweepPublic
+from pftrack_server.schemas.stream import Pong, encode
+from pftrack_server.schemas.sweeps import Cells, CellsPublic, Hello, MapPublic, Progress, State, SweepPublic
 from pftrack_server.settings import Settings
-from pftrack_server.stream.listeners import Listeners
+from pftrack_server.stream.listeners import Listener, Listeners
 from pftrack_server.sweeps import computing, functions
-from pftrack_server.sweeps.listener import SweepListener
-from pftrack_server.sweeps.reasons import reason as why
-from pftrack_server.sweeps.results import Results
+from pftrack_server.sweeps.results import Results, axis_view, fixed_views
+
+KEPT = "The computed runs are kept; resume the sweep to continue."
+CANCELLED = f"The sweep was cancelled. {KEPT}"
+DELETED = "The sweep was deleted."
+STOPPED = f"The server was stopped. {KEPT}"
+RESTARTED = f"The server was stopped while the sweep was running. {KEPT}"
+
+COMPLAINTS = {
+    "No space left": "The disk of the server is full.",
+    "File too large": "The result is larger than a sweep on this server may be.",
+    "Disk quota": "The disk quota of the server is used up.",
+    "Cannot allocate memory": "There was not enough memory.",
+}
+PATH = re.compile(r"(?<![\w.])/[^\s:;,)]+")
+LONGEST = 300
+
+
+def reason(outcome: Outcome, how: str) -> str:
+    """Say why a sweep is not done.
+
+    Args:
+        outcome: What came of its computation.
+        how: How its process ended, in words.
+    """
+    match outcome:
+        case Refusal(message=said) | Fault(name=said):
+            pass
+        case Ending.FAILED | Reply():
+            said = ""
+        case _:
+            return f"The process that computed the sweep was {how}. {KEPT}"
+    for words, meaning in COMPLAINTS.items():
+        if words in said:
+            return f"{meaning} {KEPT}"
+    said = PATH.sub("a file", said.strip().splitlines()[-1] if said.strip() else "")[:LONGEST].rstrip(".")
+    return f"{said[:1].upper()}{said[1:]}. {KEPT}" if said else f"The computation failed. {KEPT}"
+
+
+EVERY_S = 0.2
+
+
+class SweepListener(Listener):
+    """One page that watches a sweep."""
+
+    def __init__(self, sweep: "Sweep", x: str | None, y: str | None) -> None:
+        super().__init__()
+        self.news.clear()  # the greeting is not waited for
+        self._sweep = sweep
+        self._axes = x, y
+        self._pong: float | None = None
+
+    def answer(self, sent: float) -> None:
+        """Answer a ping with its own time."""
+        self._pong = sent
+        self.news.set()
+
+    async def __aiter__(self) -> AsyncIterator[str]:
+        """Yield messages, the greeting first, not more often than anybody can see."""
+        known = await self._sweep.cells(*self._axes)
+        progress = self._progress()
+        yield encode(Hello(sweep=self._sweep.view(), cells=known))
+        told = time.monotonic()
+        while not self.closed:
+            await self.news.wait()
+            self.news.clear()
+            if self._pong is not None:
+                sent, self._pong = self._pong, None
+                yield encode(Pong(sent=sent))
+            # Changes within one interval are sent together; the end of a sweep is sent at once.
+            await asyncio.sleep(max(0.0, told + EVERY_S - time.monotonic()))
+            told = time.monotonic()
+            now = await self._sweep.cells(*self._axes)
+            changed = _changed_cells(known, now)
+            known = now
+            if changed is not None:
+                yield encode(changed)
+            if self._progress() != progress:
+                progress = self._progress()
+                yield encode(progress)
+
+    def _progress(self) -> Progress:
+        view = self._sweep.view()
+        return Progress(**{name: getattr(view, name) for name in Progress.model_fields if hasattr(view, name)})
+
+
+def _changed_cells(before: CellsPublic, now: CellsPublic) -> Cells | None:
+    """Return the cells in which runs have been added, or None."""
+    if before is now:
+        return None
+    cells = len(now.maps[0].runs) if now.maps else 0
+    at = [index for index in range(cells) if _runs(before, index) != _runs(now, index)]
+    return Cells(done=now.done, at=at, maps=[_only(one, at) for one in now.maps]) if at else None
+
+
+def _runs(view: CellsPublic, index: int) -> list[tuple[int, int]]:
+    return [(one.runs[index], one.problems[index]) for one in view.maps]
+
+
+def _only(one: MapPublic, at: list[int]) -> MapPublic:
+    columns = {name: [column[index] for index in at] for name, column in one if isinstance(column, list)}
+    measures = {name: [column[index] for index in at] for name, column in one.measures.items()}
+    return MapPublic(tracker=one.tracker, measures=measures, **columns)
+
 
 GRACE_S = 8.0
 """So long a process that is asked to stop may wind up."""
@@ -242,7 +347,7 @@ class Sweep:
         if isinstance(outcome, Reply) and self._out.exists():
             await self._become("done", None)
         else:
-            because = self._reason or why(outcome, how)
+            because = self._reason or reason(outcome, how)
             if self._reason is None:
                 log.warning("sweep stopped", sweep=self.id, process=how, outcome=outcome)
             await self._become("stopped", because)

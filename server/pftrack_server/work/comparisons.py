@@ -110,7 +110,8 @@ def save(store: Store, settings: Settings, body: SavedComparisonCreate) -> Compa
     runs = [{"recipe": run.recipe.with_footage(path=None, truth=None).as_dict()} for run in body.runs]
     content = {"runs": runs, "position": body.position, "arrangement": body.arrangement}
     row = ComparisonRow(id=new_name(), title=body.title, content=content, created=now())
-    store.add_comparison(row)
+    store.disk_budget.check()
+    store.add(row)
     return row
 
 

@@ -29,7 +29,7 @@ from pftrack_server.settings import Settings
 from pftrack_server.store import Store
 from pftrack_server.store.tables import RunRow
 from pftrack_server.sweeps.manager import Sweeps
-from pftrack_server.sweeps.opening import session_spec
+from pftrack_server.sweeps.results import session_spec
 from pftrack_server.worker.protocol import WorkerConfig
 
 
@@ -130,7 +130,7 @@ async def find_run(run: ComparedRun, house: House) -> NamedRun:
 
 
 async def _of_saved_run(name: str, house: House) -> NamedRun:
-    row = await asyncio.to_thread(house.store.run, name)
+    row = await asyncio.to_thread(house.store.get, RunRow, name)
     if row is None:
         raise NotFoundError(f"There is no saved run {name[:32]!r} any more; it was deleted, or is on another server.")
     return NamedRun(await reopen(house.store, house.tasks, row), row.title)

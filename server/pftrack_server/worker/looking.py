@@ -12,32 +12,23 @@ from numpy.typing import NDArray
 
 from pftrack.core.model.drawing import Drawing
 from pftrack.core.model.likelihood import (
-    Amount,
     Contributions,
     Genealogy,
-    Histograms,
     LikelihoodMap,
     Part,
     Patches,
-    Residual,
 )
-from pftrack.core.model.palette import hexadecimal
 from pftrack.output.displays import draw_arrows, draw_likelihood, draw_place
-from pftrack.runs.inspection import Course, Finding, Inspection, ParticleFinding
+from pftrack.runs.inspection import Finding, Inspection, ParticleFinding
 from pftrack.runs.run import Run
 from pftrack.vision.rendering import png
 from pftrack_server.schemas.inspection import (
-    AmountPublic,
-    ContributionsPublic,
-    CoursePublic,
     GenealogyPublic,
-    HistogramsPublic,
     InspectionPublic,
     InspectionUpdate,
     ParticlePublic,
     PartPublic,
     PatchesPublic,
-    ResidualPublic,
     StateValue,
 )
 
@@ -96,13 +87,13 @@ class Looking:
             title=finding.title,
             has_map=model is not None and model.has_place,
             scale=None if found is None else found.range,
-            log_likelihood=_finite(finding.log_likelihood),
+            log_likelihood=finding.log_likelihood,
             impossible=finding.log_likelihood == -math.inf,
             parts=[_part(each) for each in finding.parts],
-            state=[StateValue(name=one.name, unit=one.unit, value=_finite(value)) for one, value in finding.state],
+            state=[StateValue(name=one.name, unit=one.unit, value=value) for one, value in finding.state],
             particle=None if finding.particle is None else _particle(finding.particle),
             update=[_part(each) for each in inspection.update_parts()],
-            courses=[_course(each) for each in inspection.courses()],
+            courses=inspection.courses(),
             genealogy=None if lineage is None else _genealogy(lineage),
         )
 
@@ -171,29 +162,10 @@ def _genealogy(found: Genealogy) -> GenealogyPublic:
     )
 
 
-def _course(found: Course) -> CoursePublic:
-    values = [_finite(value) for value in found.values]
-    return CoursePublic(title=found.title, limit=found.limit, first=found.first, values=values)
-
-
 def _part(part: Part) -> PartPublic:
-    match part:
-        case Amount():
-            limit = None if part.limit is None else _finite(part.limit)
-            return AmountPublic(title=part.title, value=_finite(part.value), unit=part.unit, limit=limit)
-        case Residual():
-            found, expected, sd = _finite(part.found), _finite(part.expected), _finite(part.sd)
-            return ResidualPublic(title=part.title, found=found, expected=expected, sd=sd, unit=part.unit)
-        case Histograms():
-            colours = [hexadecimal(colour) for colour in part.colours]
-            return HistogramsPublic(
-                title=part.title, expected=list(part.expected), found=list(part.found), colours=colours
-            )
-        case Patches():
-            return PatchesPublic(title=part.title, expected=_address(part.expected_rgb), found=_address(part.found_rgb))
-        case Contributions():
-            rows = [[_finite(number) for number in row] for row in part.rows]
-            return ContributionsPublic(title=part.title, columns=list(part.columns), names=list(part.names), rows=rows)
+    if isinstance(part, Patches):
+        return PatchesPublic(title=part.title, expected=_address(part.expected_rgb), found=_address(part.found_rgb))
+    return part
 
 
 def _address(image_rgb: NDArray[np.uint8]) -> str | None:

@@ -10,6 +10,7 @@ from pftrack.core.model.recipe import Recipe
 from pftrack_server.sessions.create import new_spec
 from pftrack_server.settings import Settings
 from pftrack_server.store import Store
+from pftrack_server.store.tables import SessionRow
 from tests.server.follow.class_room import Follower, follower, lead
 from tests.server.host import Server, begin, running
 
@@ -23,10 +24,10 @@ def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     left = new_spec(Recipe(experiment="ball"))
     left.follow = "k7q2"
     store = Store(settings)
-    store.save_sessions([(left.id, left.model_dump_json())])
+    store.save(SessionRow(id=left.id, spec=left.model_dump_json(), created=left.created))
     store.close()
     with running(settings) as server:
-        assert server.app.state.services.store.sessions() == []
+        assert server.app.state.services.store.all(SessionRow) == []
         yield server
 
 

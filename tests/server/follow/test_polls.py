@@ -9,6 +9,7 @@ from typing import Any
 import httpx
 
 from pftrack_server.settings import Settings
+from pftrack_server.store.tables import PollRow
 from tests.server.follow.class_room import Follower, follower, lead
 from tests.server.host import Server, error_of, running
 from tests.waiting import wait_for
@@ -91,9 +92,9 @@ def test_what_is_withdrawn_is_forgotten(
         poll = ask(lecturer, follow, **ASKED)
         vote(one, poll, 1)
         store = guarded.app.state.services.store
-        wait_for(lambda: store.poll(poll["id"]))
+        wait_for(lambda: store.get(PollRow, poll["id"]))
         lecturer.delete(f"/api/v1/follows/{follow['id']}/poll")
-        assert store.poll(poll["id"]) is None
+        assert store.get(PollRow, poll["id"]) is None
 
 
 def test_a_lessons_question_is_asked(lecturer: httpx.Client, follow: dict[str, Any]) -> None:

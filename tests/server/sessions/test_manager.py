@@ -11,6 +11,7 @@ from websockets.sync.client import connect
 
 from pftrack_server.sessions.session import Session
 from pftrack_server.sessions.worker_handle import WorkerLostError
+from pftrack_server.store.tables import SessionRow
 from tests.server.asking import columns, get
 from tests.server.host import Server, begin, error_of, steer
 from tests.session_requests import session_request
@@ -122,7 +123,7 @@ def test_what_could_not_be_started_is_not_kept(start_server: Any, monkeypatch: p
     with start_server() as (server, client):
         error_of(client.post("/api/v1/sessions", json=session_request({"experiment": "ball"})), 503)
         assert client.get("/api/v1/sessions").json() == []
-        assert server.app.state.services.store.sessions() == []
+        assert server.app.state.services.store.all(SessionRow) == []
 
 
 def test_a_command_that_hangs_does_not_stop_the_rounds(start_server: Any, monkeypatch: pytest.MonkeyPatch) -> None:
