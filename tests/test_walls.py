@@ -52,9 +52,6 @@ PLACES = {
     ("pftrack/filters/learning/online_em.py", "largest_spectral_radius"): "the same",
     ("pftrack/vision/model_files.py", "faces"): "the triangles of a mesh",
     ("server/pftrack_server/viewer/standalone/packing.py", "faces"): "what viser calls the triangles of a mesh",
-    ("server/pftrack_server/store/migrations/__init__.py", "head"): "Alembic's word for the newest migration",
-    ("server/pftrack_server/store/migrations/versions/0001_first.py", "head"): "a column of databases that exist",
-    ("server/pftrack_server/store/migrations/versions/0003_computed.py", "head"): "what that column was called",
 }
 """Single places where a name means something else."""
 

@@ -7,6 +7,7 @@ import numpy as np
 
 import pftrack
 from pftrack.analysis.other_seeds import ensemble
+from pftrack_server.schemas.jobs import ExplorationJob
 from tests.server.asking import columns, get
 from tests.server.confined import children
 from tests.server.host import begin, error_of, steer
@@ -33,6 +34,7 @@ def test_a_line_of_what_if_opens_as_a_branch_that_holds(client: httpx.Client) ->
     assert (begun["kind"], begun["name"], begun["error"]) == ("exploration", "what-if", None)
     found = ended(client, begun)
     assert found["state"] == "done", found["error"]
+    assert begun.keys() == found.keys() == ExplorationJob.model_fields.keys(), "what it keeps for itself is not told"
     told = found["result"]
     assert (told["loss"], told["findings"][0]["verdict"]) == (7, "baseline")
     assert told["first_lost_frame"] == columns(client, session)["lost"].index(True)

@@ -15,7 +15,7 @@ from pftrack.process import Budget
 from pftrack.sources.limits import DEFAULT_LIMITS, Limits, SourceError
 from pftrack.sources.sequence import open_sequence
 from pftrack_server.jobs.child_tasks import ChildTasks, Queues
-from pftrack_server.uploads import probe as module
+from pftrack_server.uploads import intake as module
 from pftrack_server.uploads.intake import BUDGET
 from tests.apart import run
 from tests.server import hostile

@@ -150,7 +150,6 @@ class Jobs:
             job.result = await _run_while_asked(entry, work(step))
             job.done, job.state = job.total, "done"  # the last steps are not told
         except BaseException as error:
-            job.refresh()
             job.state, job.error = "failed", failure_message(error)
             entry.drop()
             if not isinstance(error, ApiError | asyncio.CancelledError):
