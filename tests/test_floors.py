@@ -19,7 +19,6 @@ LAST_WITH_A_HOLE = {
     "fonttools": "4.60.99",
     "h11": "0.15.0",
     "jinja2": "3.1.5",
-    "mako": "1.3.11",
     "opencv-python-headless": "4.13.0.92",
     "pillow": "12.99",
     "pyarrow": "23.0.0",

@@ -19,7 +19,7 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack_server.jobs.functions import draw_experiment
 from pftrack_server.jobs.results import DiskCache, digest
 from tests.installing import environment
-from tests.server.jobs import written
+from tests.server.jobs import taken
 from tests.session_requests import session_request
 from tests.waiting import wait_for
 
@@ -124,7 +124,8 @@ class Server:
 
     def export(self, session: str, name: str) -> httpx.Response:
         """Return a file of a session."""
-        return written(self._http, self._http.post(f"{self.url}/api/v1/sessions/{session}/exports/{name}"))
+        with httpx.Client(base_url=self.url, headers=self._http.headers, verify=False) as http:  # noqa: S501
+            return taken(http, session, name)
 
     def start_session(self, **wish: Any) -> dict[str, Any]:
         """Start a session; the ball's unless told otherwise."""
