@@ -5,7 +5,7 @@ from typing import Any
 import httpx
 
 import pftrack
-from pftrack_server.schemas.explanations import ExplanationPublic
+from pftrack_server.schemas.inspection import ExplanationPublic
 from tests.server.host import begin, error_of, steer
 
 

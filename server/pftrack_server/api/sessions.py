@@ -13,8 +13,7 @@ from pftrack_server.api.uploads import MULTIPART
 from pftrack_server.base_path import address_of
 from pftrack_server.errors import ConflictError, NotFoundError
 from pftrack_server.experiments import find_experiment
-from pftrack_server.schemas.explanations import ExplanationPublic
-from pftrack_server.schemas.inspection import InspectionPublic, InspectionUpdate
+from pftrack_server.schemas.inspection import ExplanationPublic, InspectionPublic, InspectionUpdate
 from pftrack_server.schemas.messages import SessionPublic
 from pftrack_server.schemas.sessions import (
     BookmarkCreate,

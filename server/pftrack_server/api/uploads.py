@@ -28,7 +28,6 @@ from pftrack_server.api.dependencies import (
     Ticket,
     unless_client_gone,
 )
-from pftrack_server.api.kept_pictures import kept_picture
 from pftrack_server.errors import ConflictError, DamagedError, NotFoundError, RefusedError
 from pftrack_server.jobs.functions import TargetSearch, find_mark, frame_jpeg
 from pftrack_server.schemas.uploads import (
@@ -274,3 +273,11 @@ def fetch_truth(upload: AnUpload, experiment: ForExperiment, store: AStore) -> R
 def remove_truth(upload: AnUpload, experiment: ForExperiment, store: AStore) -> None:
     """Forget the truth that was given for an upload."""
     discard_truth(store, upload.id, experiment)
+
+
+DAY_S = 24 * 3600
+
+
+def kept_picture(data: bytes, media_type: str) -> Response:
+    """Return the answer with a picture of somebody's own recording or run."""
+    return Response(data, media_type=media_type, headers={"Cache-Control": f"private, max-age={DAY_S}"})

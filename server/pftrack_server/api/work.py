@@ -1,7 +1,11 @@
-"""My work: sessions, saved runs, comparisons, sweeps and uploads in one list, found by words, and each by itself."""
+"""My work: sessions, saved runs, comparisons, sweeps and uploads in one list, found by words, and each by itself.
+
+Each word has to occur in what is known of a thing.
+"""
 
 import asyncio
-from collections.abc import Callable, Sequence, Sized
+import re
+from collections.abc import Callable, Iterable, Sequence, Sized
 from datetime import datetime
 from functools import partial
 from http import HTTPStatus
@@ -11,6 +15,7 @@ from zoneinfo import ZoneInfo
 from fastapi import APIRouter, Path, Query, Request
 from starlette.responses import FileResponse, Response
 
+from pftrack.experiments import EXPERIMENTS
 from pftrack_server.api.dependencies import (
     AComparison,
     AManager,
@@ -24,8 +29,7 @@ from pftrack_server.api.dependencies import (
     TheTasks,
     unless_client_gone,
 )
-from pftrack_server.api.kept_pictures import kept_picture
-from pftrack_server.api.uploads import MULTIPART
+from pftrack_server.api.uploads import MULTIPART, kept_picture
 from pftrack_server.errors import NotFoundError
 from pftrack_server.schemas.jobs import ImportJob
 from pftrack_server.schemas.messages import SessionPublic
@@ -42,7 +46,6 @@ from pftrack_server.schemas.work import (
     WorkCounts,
     WorkPublic,
 )
-from pftrack_server.search import Words, date_words, experiment_words
 from pftrack_server.store.files import is_name
 from pftrack_server.store.tables import ComparisonRow, RunRow, UploadRow
 from pftrack_server.uploads.multipart import receive
@@ -58,6 +61,55 @@ Thing = TypeVar("Thing", SessionPublic, RunRow, ComparisonRow, SweepPublic, Uplo
 MOST = 500
 UTC = ZoneInfo("UTC")
 RECORD = "application/vnd.pftrack.run"
+
+
+class Words:
+    """The words of a search, in any order and either case; parts of words do as well, but not parts of numbers.
+
+    A seed is not to be found in the minutes of a clock, nor in the month of a date in digits.
+    """
+
+    def __init__(self, text: str) -> None:
+        self._words = [_pattern(word) for word in text.casefold().split()]
+
+    def occur_in(self, *texts: object) -> bool:
+        """Tell whether all of them occur in what these texts say together."""
+        said = " ".join(str(text) for text in texts).casefold()
+        return all(word.search(said) for word in self._words)
+
+
+def _pattern(word: str) -> re.Pattern[str]:
+    """Return what matches a word anywhere, and a number only where no digits, clock or date go on."""
+    return re.compile(rf"(?<![\d:-]){word}(?![\d:-])" if word.isdecimal() else re.escape(word))
+
+
+def experiment_words(experiment: str, trackers: Iterable[str]) -> str:
+    """Return an experiment and trackers of it by names and titles; of what there is no more, the names alone."""
+    names = [experiment, *trackers]
+    known = EXPERIMENTS.get(experiment)
+    if known is not None:
+        names += [
+            known.title,
+            known.video.clip_title,
+            known.target,
+            *(known.trackers[name].title for name in names if name in known.trackers),
+        ]
+    return " ".join(names)
+
+
+def date_words(created: str, now: datetime) -> str:
+    """Return a moment as it may be looked for: in digits, in words, and "today" on that day.
+
+    Args:
+        created: The moment, as ISO 8601 has it.
+        now: When somebody looks for it, in the zone of who does: in another zone it may be another day.
+    """
+    try:
+        moment = datetime.fromisoformat(created).astimezone(now.tzinfo)
+    except ValueError:
+        return created
+    today = "today" if moment.date() == now.date() else ""
+    return f"{moment:%Y-%m-%d %H:%M} {moment.day} {moment:%B %Y} {today}"
 
 
 @router.post("/runs", status_code=HTTPStatus.CREATED)

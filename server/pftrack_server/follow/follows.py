@@ -14,6 +14,7 @@ from pftrack_server.follow.participant import Participant
 from pftrack_server.follow.poll import Poll
 from pftrack_server.follow.records import PollRecords
 from pftrack_server.lessons.service import Lessons
+from pftrack_server.schemas.body import printable
 from pftrack_server.schemas.follows import (
     LONGEST_ANSWER,
     LONGEST_QUESTION,
@@ -28,7 +29,6 @@ from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.sessions.create import new_spec
 from pftrack_server.sessions.manager import Manager
 from pftrack_server.settings import Settings
-from pftrack_server.titles import printable
 
 MOST = 50
 """Classes at one time."""

@@ -4,15 +4,29 @@ The worker makes one of the experiment's declaration and the run's source, once.
 the pipe, in the store, to the panel beside the scene and to the pages.
 """
 
+from typing import Literal
+
 from pydantic import BaseModel, ConfigDict, Field
 
 from pftrack.core.model.drawing import Layer, World
 from pftrack.core.model.marks import Editor
+from pftrack.core.model.measures import How
 from pftrack.core.model.parameters import Declaration
 from pftrack.core.model.series import Series
 from pftrack.experiments import Plot, Reading
 from pftrack.output.exports.formats import Group
-from pftrack_server.schemas.measures import MeasurePublic
+
+
+class MeasurePublic(BaseModel):
+    """The declaration of a measure."""
+
+    name: str
+    title: str
+    description: str = Field(description="Its definition, one sentence")
+    how: How = Field(description="A share of the frames, their median, or how many there were until one missed")
+    unit: str
+    better: Literal["higher", "lower"]
+    source: str = Field(description="Author, title and year of whoever defined it; empty for the project's own")
 
 
 class TrackerPublic(BaseModel):

@@ -1,11 +1,13 @@
-"""Looking into the frame that a session shows: what is looked at, and what is found there."""
+"""Looking into a session: what is looked at in the frame that is shown, what is found, and why a target was lost."""
 
 from typing import Annotated, Literal, TypeAlias
 
 from pydantic import BaseModel, Field
 
 from pftrack.core.model.likelihood import Amount, Contributions, Histograms, Residual
+from pftrack.core.model.measures import Witness
 from pftrack.core.model.parameters import NOT_BOOLEAN
+from pftrack.core.model.preset import CauseId
 from pftrack.core.model.series import Known
 from pftrack.runs.inspection import Course
 from pftrack_server.schemas.body import FrameNumber, RequestBody
@@ -94,3 +96,43 @@ class InspectionPublic(BaseModel):
     update: list[PartPublic] = Field(description="What the tracker's step of this frame was made of")
     courses: tuple[Course, ...]
     genealogy: GenealogyPublic | None
+
+
+class EvidencePublic(BaseModel):
+    """A column of numbers in the frames around what it shows."""
+
+    name: str
+    title: str
+    unit: str
+    first: int = Field(description="Frame of the first number")
+    values: list[float | None] = Field(description="A number a frame; null where there is none")
+
+
+class SignPublic(BaseModel):
+    """That a cause is at work."""
+
+    cause: CauseId
+    title: str
+    since: int = Field(description="Frame since when")
+    strength: float = Field(description="How clearly, 0 to 1")
+    words: str = Field(description="What was measured, a sentence with its numbers")
+    numbers: dict[str, float | None]
+    evidence: list[EvidencePublic]
+
+
+class DiagnosisPublic(BaseModel):
+    """What went wrong at a moment of a run."""
+
+    frame: int | None = Field(description="First frame of the loss, or the one that was asked about; null if none is")
+    lost: bool
+    first_lost_frame: int | None = Field(description="The first of all in which the target is lost; null if none is")
+    witness: Witness = Field(description="Who says whether it is lost: truth, tracker, or nobody")
+    cause: CauseId = Field(description="What began first")
+    sentence: str
+    signs: list[SignPublic] = Field(description="By when they began")
+
+
+class ExplanationPublic(BaseModel):
+    """What can be said of a loss."""
+
+    diagnosis: DiagnosisPublic

@@ -11,8 +11,7 @@ from pydantic import BaseModel, Field, model_validator
 from pftrack.core.model.parameters import NOT_BOOLEAN, Value
 from pftrack.core.model.recipe import Footage, Seed
 from pftrack_server.schemas.body import GivenTitle, Name, RequestBody
-from pftrack_server.schemas.description import TrackerPublic
-from pftrack_server.schemas.measures import MeasurePublic
+from pftrack_server.schemas.description import MeasurePublic, TrackerPublic
 from pftrack_server.schemas.stream import Message
 
 Number = Annotated[float, Field(allow_inf_nan=False), NOT_BOOLEAN]

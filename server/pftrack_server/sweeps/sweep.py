@@ -24,7 +24,7 @@ from pftrack.sweep import Plan, begin, partial_of
 from pftrack.sweep.recording import Recording
 from pftrack_server.errors import ConflictError
 from pftrack_server.log import RateLimitedLogger
-from pftrack_server.schemas.measures import MeasurePublic
+from pftrack_server.schemas.description import MeasurePublic
 from pftrack_server.schemas.stream import Pong, encode
 from pftrack_server.schemas.sweeps import Cells, CellsPublic, Hello, MapPublic, Progress, State, SweepPublic
 from pftrack_server.settings import Settings

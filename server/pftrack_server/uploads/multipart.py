@@ -18,8 +18,8 @@ from python_multipart.multipart import MultipartParser, parse_options_header
 from starlette.requests import ClientDisconnect
 
 from pftrack_server.errors import ApiError, RefusedError, TooLargeError
+from pftrack_server.schemas.body import printable
 from pftrack_server.store.disk_budget import DiskBudget
-from pftrack_server.titles import printable
 
 LONGEST_NAME = 200
 # So often the room on the disk is looked at while a body comes, which others may use up meanwhile.

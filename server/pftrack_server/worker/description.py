@@ -9,8 +9,7 @@ from pftrack.experiments.own.extension import parameters_of
 from pftrack.experiments.shared.loss_probability import LOSS_PROBABILITY
 from pftrack.output.exports.formats import exports_of
 from pftrack.runs.run import Run
-from pftrack_server.schemas.description import ExportPublic, SessionDescription, TrackerPublic, TruthMark
-from pftrack_server.schemas.measures import MeasurePublic
+from pftrack_server.schemas.description import ExportPublic, MeasurePublic, SessionDescription, TrackerPublic, TruthMark
 
 
 def describe(run: Run) -> SessionDescription:

@@ -1,15 +1,187 @@
-"""The view of a frame: what is drawn of the run that a worker shows, with what somebody looks at in it."""
+"""The view of a frame: what is drawn of the run that a worker shows, with what somebody looks at in it.
 
+While nobody looks into a frame, nothing is computed. A map over the picture is computed once for a frame and the values
+in force.
+"""
+
+import base64
 import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, drawn_keys
 from pftrack.core.model.faults import without_faults
+from pftrack.core.model.likelihood import (
+    Contributions,
+    Genealogy,
+    LikelihoodMap,
+    Part,
+    Patches,
+)
 from pftrack.core.model.palette import COLOURS
 from pftrack.core.model.parameters import with_role
+from pftrack.output.displays import draw_arrows, draw_likelihood, draw_place
+from pftrack.runs.inspection import Finding, Inspection, ParticleFinding
 from pftrack.runs.run import Run
-from pftrack_server.schemas.inspection import InspectionPublic, InspectionUpdate
-from pftrack_server.worker.looking import Looking
+from pftrack.vision.rendering import png
+from pftrack_server.schemas.inspection import (
+    GenealogyPublic,
+    InspectionPublic,
+    InspectionUpdate,
+    ParticlePublic,
+    PartPublic,
+    PatchesPublic,
+    StateValue,
+)
+
+MOST_LINES = 60
+"""Of a genealogy: more cannot be told apart on a page."""
+
+
+class Looking:
+    """What somebody looks at in a session's run."""
+
+    def __init__(self) -> None:
+        self._wanted = InspectionUpdate()
+        self._inspection: Inspection | None = None
+        self._particle: tuple[int, int] | None = None
+        self._map: tuple[Any, LikelihoodMap | None] = None, None
+
+    @property
+    def is_drawn(self) -> bool:
+        """Whether anything of it shows in a drawing."""
+        wanted = self._wanted
+        return wanted.likelihood or wanted.pulls or wanted.place is not None or self._particle is not None
+
+    def look(self, run: Run, wanted: InspectionUpdate, size: tuple[int, int]) -> InspectionPublic:
+        """Look at something else from now on, and return what is found there in the frame that is shown.
+
+        Args:
+            run: The active branch.
+            wanted: What to look at.
+            size: Width and height of the drawing, px.
+
+        Raises:
+            ParameterError: There is no such particle, or the tracker cannot be asked at places; nothing has changed.
+        """
+        inspection = self._inspect(run)
+        particle = None
+        if wanted.picks and wanted.place is not None:
+            nearest = inspection.nearest(np.array(wanted.place))
+            particle = None if nearest is None else (run.position, nearest)
+        elif wanted.particle is not None:
+            particle = (run.position if wanted.frame is None else wanted.frame, wanted.particle)
+        place = None if wanted.place is None or particle is not None else np.array(wanted.place)
+        followed = None if particle is None else inspection.follow(particle[1], particle[0])
+        finding = _find(inspection, place, followed)
+        self._wanted = wanted.model_copy(update={"place": None if place is None else wanted.place})
+        self._particle = particle if followed is None else (run.position, followed)
+        subject = "place" if place is not None else "estimate"
+        if particle is not None:
+            subject = "gone" if followed is None else "particle"
+        found = self._find_map(run, size) if wanted.likelihood else None
+        lineage = inspection.genealogy(followed) if wanted.genealogy else None
+        model = inspection.tracker.model
+        return InspectionPublic(
+            frame=run.position,
+            subject=subject,
+            place=None if finding.place is None or not np.isfinite(finding.place).all() else tuple(finding.place),
+            title=finding.title,
+            has_map=model is not None and model.has_place,
+            scale=None if found is None else found.range,
+            log_likelihood=finding.log_likelihood,
+            impossible=finding.log_likelihood == -math.inf,
+            parts=[_part(each) for each in finding.parts],
+            state=[StateValue(name=one.name, unit=one.unit, value=value) for one, value in finding.state],
+            particle=None if finding.particle is None else _particle(finding.particle),
+            update=[_part(each) for each in inspection.update_parts()],
+            courses=inspection.courses(),
+            genealogy=None if lineage is None else _genealogy(lineage),
+        )
+
+    def draw(self, run: Run, drawing: Drawing) -> Drawing:
+        """Return a drawing of the frame that is shown with what is looked at."""
+        inspection, wanted = self._inspect(run), self._wanted
+        if wanted.likelihood and (found := self._find_map(run, (drawing.width, drawing.height))) is not None:
+            drawing = draw_likelihood(drawing, found)
+        if wanted.pulls:
+            told = (part for part in inspection.update_parts() if isinstance(part, Contributions))
+            arrows = [arrow for part in told for arrow in part.arrows]
+            drawing = draw_arrows(drawing, arrows) if arrows else drawing
+        if self._particle is not None:
+            frame, particle = self._particle
+            followed = inspection.follow(particle, frame)
+            if followed is None:
+                return drawing
+            self._particle = run.position, followed
+            finding = inspection.at_particle(followed)
+            if finding.place is not None and finding.particle is not None and np.isfinite(finding.place).all():
+                return draw_place(drawing, finding.place, finding.particle.path)
+        elif wanted.place is not None:
+            return draw_place(drawing, np.array(wanted.place), np.empty((0, 2)))
+        return drawing
+
+    def _inspect(self, run: Run) -> Inspection:
+        if self._inspection is None or self._inspection.run is not run:
+            self._inspection, self._map = Inspection(run), (None, None)
+        return self._inspection
+
+    def _find_map(self, run: Run, size: tuple[int, int]) -> LikelihoodMap | None:
+        inspection = self._inspect(run)
+        of = run.position, run.current.tracker, size, inspection.parameters
+        if self._map[0] != of:
+            self._map = of, inspection.map(size)
+        return self._map[1]
+
+
+def _find(inspection: Inspection, place: NDArray[np.float64] | None, particle: int | None) -> Finding:
+    if particle is not None:
+        return inspection.at_particle(particle)
+    return inspection.at_estimate() if place is None else inspection.at_place(place)
+
+
+def _particle(found: ParticleFinding) -> ParticlePublic:
+    return ParticlePublic(
+        particle=found.particle,
+        filter=found.filter,
+        number=found.number,
+        count=found.count,
+        weight=found.weight,
+        rank=found.rank,
+        sampler=found.sampler,
+        ancestors=list(found.ancestors),
+        begins=found.begins,
+        descendants=list(found.descendants),
+    )
+
+
+def _genealogy(found: Genealogy) -> GenealogyPublic:
+    return GenealogyPublic(
+        first=found.frames[0],
+        counts=found.counts.tolist(),
+        coalesced=found.coalesced,
+        lines=[[_finite(height) for height in line] for line in np.round(found.lines(MOST_LINES), 4).T],
+    )
+
+
+def _part(part: Part) -> PartPublic:
+    if isinstance(part, Patches):
+        return PatchesPublic(title=part.title, expected=_address(part.expected_rgb), found=_address(part.found_rgb))
+    return part
+
+
+def _address(image_rgb: NDArray[np.uint8]) -> str | None:
+    if not image_rgb.size:
+        return None
+    return f"data:image/png;base64,{base64.b64encode(png(np.ascontiguousarray(image_rgb))).decode()}"
+
+
+def _finite(number: float | None) -> float | None:
+    return None if number is None or not math.isfinite(number) else float(number)
 
 
 class FrameView:
