@@ -161,7 +161,7 @@ class TestRefused:
         def fail(_: object) -> None:
             raise OSError("on purpose")
 
-        monkeypatch.setattr(store, "add_upload", fail)
+        monkeypatch.setattr(store, "add", fail)
         assert send(client, ("ball.mp4", clip)).status_code >= 500
         assert list(store.files.uploads.iterdir()) == before
         assert list(store.files.incoming.iterdir()) == []
