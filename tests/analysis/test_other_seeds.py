@@ -147,7 +147,7 @@ def test_quantiles_and_share_by_hand() -> None:
     np.testing.assert_array_equal(found.quantiles, [[1, np.nan, 0], [5, np.nan, 0], [9, np.nan, np.inf]])
     np.testing.assert_allclose(found.holding, [0.7, np.nan, 1.0])
     told = as_json(found.bands)
-    assert (told["runs"], told["frames"], told["high"], told["holding"][1]) == (10, 3, (9.0, None, None), None)
+    assert (told["runs"], told["frames"], told["high"], told["holding"][1]) == (10, 3, [9.0, None, None], None)
 
 
 def test_runs_that_have_not_come_so_far_count_for_nothing() -> None:

@@ -76,4 +76,3 @@ def test_what_is_not_known_is_left_out() -> None:
     assert (found.nis, found.nis_limits) == (None, None)
     assert found.nees is not None
     assert measure_consistency([run], 5) == Consistency()
-    assert found.as_dict() == {"nees": found.nees, "nis": None, "nis_limits": None}
