@@ -95,7 +95,7 @@ class Server:
         recipe = {"experiment": "ball", "frames": LONG, "timeline": [{"frame": 0, "values": parameters}]}
         session = str(self.ask("POST", "/api/v1/sessions", {"recipe": recipe})["id"])
         if play:
-            self.ask("POST", f"/api/v1/sessions/{session}/transport", {"action": "play"})
+            self.ask("POST", f"/api/v1/sessions/{session}/commands", {"kind": "play"})
         return session
 
     def end(self, session: str) -> None:

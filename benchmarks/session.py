@@ -211,8 +211,8 @@ def measure_exploration(server: Server, seconds: float, settling: float) -> Iter
             progress(f"{pace}, {beside}")
             session = server.start(play=False, occlusion_width_px=PILLAR_PX)
             path = f"/api/v1/sessions/{session}"
-            for command in ({"action": "seek", "frame": LOST}, {"action": "speed", "speed": speed}, {"action": "play"}):
-                server.ask("POST", f"{path}/transport", command)
+            for command in ({"kind": "seek", "frame": LOST}, {"kind": "speed", "speed": speed}, {"kind": "play"}):
+                server.ask("POST", f"{path}/commands", command)
             end = threading.Event()
             with ThreadPoolExecutor(1) as threads:
                 exploring = None if beside == "alone" else threads.submit(explore, server, path, end)

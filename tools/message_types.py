@@ -8,14 +8,17 @@ import importlib
 import pkgutil
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaMode, models_json_schema
 
 from pftrack.teaching.lessons.figure import Figure
 from pftrack_server import schemas
+from pftrack_server.sessions.session import Answer
 from pftrack_server.stream.duplex import GONE
+from pftrack_server.worker import commands
+from pftrack_server.worker.commands import Command
 
 __all__ = ["files"]
 
@@ -46,7 +49,9 @@ def _messages() -> str:
     """Return an interface for each of the server's models, and a union of each stream's messages."""
     models = sorted(_models(), key=lambda model: (model.__module__, model.__name__))
     texts, names = _interfaces([(model, "validation" if _is_request(model) else "serialization") for model in models])
-    return HEAD.format("the server's models") + "\n" + "\n".join([*texts, *_unions(models, names), _gone()])
+    return (
+        HEAD.format("the server's models") + "\n" + "\n".join([*texts, _commands(), *_unions(models, names), _gone()])
+    )
 
 
 def _figures() -> str:
@@ -70,10 +75,12 @@ def _interfaces(models: list[tuple[type[BaseModel], JsonSchemaMode]]) -> tuple[l
 
 
 def _models() -> Iterator[type[BaseModel]]:
-    for module in (it.name for it in pkgutil.iter_modules(schemas.__path__, f"{schemas.__name__}.")):
+    modules = (it.name for it in pkgutil.iter_modules(schemas.__path__, f"{schemas.__name__}."))
+    for module in (*modules, commands.__name__):
         for value in vars(importlib.import_module(module)).values():
             if isinstance(value, type) and issubclass(value, BaseModel) and value.__module__ == module:
-                is_base = value.__name__ in {"Message", "RequestBody"} or value.__pydantic_generic_metadata__["origin"]
+                is_base = value.__name__ in {"Message", "RequestBody", "RunCommand"}
+                is_base |= value.__pydantic_generic_metadata__["origin"] is not None
                 yield from [] if is_base else [value]
 
 
@@ -91,6 +98,14 @@ def _name(key: str) -> str:
     if not modules:
         return f"{name}Request" if key.endswith("-Input") else name
     return ("Sweep" if "sweep" in modules[-1] else "Session") + name
+
+
+def _commands() -> str:
+    """Return the union of the commands, and what they are answered with."""
+    members = " | ".join(each.__name__ for each in get_args(get_args(Command)[0]))
+    answers = " | ".join(each.__name__ for each in get_args(Answer))
+    union = f"/** What a page can ask of a session's run. */\nexport type Command = {members};\n"
+    return f"{union}\n/** What a command is answered with. */\nexport type CommandAnswer = {answers};\n"
 
 
 def _unions(models: list[type[BaseModel]], known: set[str]) -> Iterator[str]:
@@ -118,7 +133,8 @@ def _interface(name: str, schema: Schema, names: dict[str, str]) -> str:
     comment = _comment(schema, "")
     if "properties" not in schema:
         return f"{comment}export type {name} = {_type(schema, names)};\n"
-    required = set(schema.get("required", ()))
+    # By its kind a body is told from others, so a page never leaves it out.
+    required = {*schema.get("required", ()), "kind"}
     lines = [
         f"{_comment(body, '  ')}  {field}{'' if field in required else '?'}: {_type(body, names)};\n"
         for field, body in schema["properties"].items()

@@ -1,13 +1,11 @@
 /** A run of an experiment in a lesson: a real session, of which only some parameters can be turned. */
 
-import { Proposals } from "../session/panel/proposals.js";
+import { Proposals, sendValues } from "../session/panel/proposals.js";
 import { choice, numberBox } from "../session/panel/control.js";
 import { mount } from "../session/mount.js";
 import { OwnSession } from "../session/own_session.js";
-import { api } from "../shared/api.js";
 import { fill, h } from "../shared/dom.js";
 import { notice } from "../shared/notice.js";
-import { attempt } from "../shared/toast.js";
 import { Controls, SEED, declared } from "./controls.js";
 
 /** @import { ScenarioPublic, SessionPublic } from "../shared/messages.js" */
@@ -47,7 +45,8 @@ export class ScenarioStage {
     this.#known = known;
     this.scenario = scenario;
     this.#isLocked = isLocked;
-    this.#proposals = new Proposals((values) => this.#send(values), () => this.#show(), this.#end.signal);
+    const id = () => /** @type {Mounted} */ (this.#mounted).store.known.id;
+    this.#proposals = new Proposals((values) => sendValues(id(), values), () => this.#show(), this.#end.signal);
     places.controls.hidden = true;
     if (scenario.problem === null) this.#begin();
     else fill(places.show, notice("This run is not available", scenario.problem, { label: "All lessons", href: "learn" }, { inline: true }));
@@ -120,20 +119,6 @@ export class ScenarioStage {
     this.#isLocked = isLocked;
     this.#places.show.toggleAttribute("inert", isLocked && this.#mounted !== null);
     this.#controls?.lock(isLocked);
-  }
-
-  /**
-   * @param {Record<string, Value>} values
-   * @returns {Promise<boolean>}
-   */
-  async #send({ [SEED]: seed, ...values }) {
-    const { id } = /** @type {Mounted} */ (this.#mounted).store.known;
-    const accepted = await attempt(async () => {
-      if (Object.keys(values).length > 0) await api.parameters(id, values);
-      if (seed !== undefined) await api.transport(id, "restart", { seed: Number(seed) });
-      return true;
-    });
-    return accepted === true;
   }
 }
 

@@ -75,7 +75,7 @@ export function branchDialog({ store, commands, steering }, preferred) {
       event.preventDefault();
       go.disabled = true;
       const name = title.value.trim();
-      const wanted = { frame: frame.valueAsNumber, tracker: tracker.value, parameters: values, ...(name && { title: name }) };
+      const wanted = { frame: frame.valueAsNumber, values: { ...values, tracker: tracker.value }, ...(name && { title: name }) };
       const made = await commands.branch(wanted);
       go.disabled = false;
       if (made) close();

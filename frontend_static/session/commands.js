@@ -3,7 +3,7 @@
 import { api } from "../shared/api.js";
 import { attempt, toast } from "../shared/toast.js";
 
-/** @import { BranchCreate } from "../shared/messages.js" */
+/** @import { Command, MakeBranch } from "../shared/messages.js" */
 
 export class Commands {
   #store;
@@ -29,16 +29,16 @@ export class Commands {
   /**
    * Leave the past for a new branch.
    *
-   * @param {BranchCreate} wanted
+   * @param {Omit<MakeBranch, "kind">} wanted
    * @returns {Promise<boolean>} Whether that was possible.
    */
   async branch(wanted) {
-    return (await attempt(() => api.branch(this.#session.id, wanted))) !== undefined;
+    return (await this.#send({ kind: "branch", ...wanted })) !== undefined;
   }
 
   /** @param {string} branch */
   async activate(branch) {
-    await attempt(() => api.activate(this.#session.id, branch));
+    await this.#send({ kind: "activate", branch });
   }
 
   async resume() {
@@ -47,7 +47,12 @@ export class Commands {
 
   /** Stay at the frame that a run has come to on its way. */
   async stop() {
-    await attempt(() => api.transport(this.#session.id, "pause"));
+    await this.#send({ kind: "pause" });
+  }
+
+  /** @param {Command} command */
+  #send(command) {
+    return attempt(() => api.command(this.#session.id, command));
   }
 
   async save() {

@@ -62,8 +62,8 @@ function part(files) {
  */
 function bringIn(session, { name, title, description, accept }, used) {
   const use = async (/** @type {string} */ text, /** @type {string} */ words) => {
-    await api.parameters(session, { [name]: text });
-    const run = () => attempt(() => api.transport(session, "restart"));
+    await api.command(session, { kind: "change", values: { [name]: text } });
+    const run = () => attempt(() => api.command(session, { kind: "restart" }));
     toast(`${words} from the next frame on`, { action: { label: "Begin again", run } });
   };
   const send = async () => {

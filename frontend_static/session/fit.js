@@ -123,11 +123,11 @@ function result(found, session, commands, close) {
   const open = h("button", { type: "button", class: "primary", autofocus: true }, "Open as a branch");
   open.addEventListener("click", async () => {
     open.disabled = true;
-    const made = await commands.branch({ frame: 0, tracker: found.tracker, parameters: found.values, title: "Fitted values" });
+    const made = await commands.branch({ frame: 0, values: { ...found.values, tracker: found.tracker }, title: "Fitted values" });
     open.disabled = false;
     if (!made) return;
     close();
-    await attempt(() => api.transport(session.id, "seek", { frame: session.position }));
+    await attempt(() => api.command(session.id, { kind: "seek", frame: session.position }));
   });
   const numbers = found.numbers.map((each) => {
     const note = each.at_bound && " (at its bound: the best may lie beyond)";

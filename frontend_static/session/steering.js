@@ -6,7 +6,7 @@ import { later } from "../shared/timing.js";
 import { attempt, toast } from "../shared/toast.js";
 import { eventFramesOf } from "./series.js";
 
-/** @import { TransportUpdate } from "../shared/messages.js" */
+/** @import { Command } from "../shared/messages.js" */
 
 const GOAL_MS = 2000;
 
@@ -29,7 +29,7 @@ export class Steering {
   constructor(store, signal) {
     this.#store = store;
     this.#signal = signal;
-    this.#seeking = new NewestRequest((/** @type {number} */ frame) => this.#send("seek", { frame }), {}, signal);
+    this.#seeking = new NewestRequest((/** @type {number} */ frame) => this.#send({ kind: "seek", frame }), {}, signal);
     store.on(["position"], () => {
       if (store.known.position === this.#goal) this.#goal = null;
     });
@@ -64,20 +64,16 @@ export class Steering {
 
   async toggle() {
     if (!this.#able) return;
-    if (this.isPlaying) await this.#send("pause");
-    else {
-      if (this.isAtEnd) await this.#send("seek", { frame: 0 });
-      await this.#send("play");
-    }
+    await this.#send({ kind: this.isPlaying ? "pause" : "play" });
   }
 
   /** Play from here; nothing happens at the end. */
   async play() {
-    if (this.#able && !this.isPlaying && !this.isAtEnd) await this.#send("play");
+    if (this.#able && !this.isPlaying && !this.isAtEnd) await this.#send({ kind: "play" });
   }
 
   async pause() {
-    if (this.#able && this.isPlaying) await this.#send("pause");
+    if (this.#able && this.isPlaying) await this.#send({ kind: "pause" });
   }
 
   /**
@@ -87,7 +83,7 @@ export class Steering {
    */
   async step(direction) {
     if (!this.#able) return;
-    if (direction > 0 ? !this.isAtEnd : this.#store.known.position > 0) await this.#send(direction > 0 ? "step" : "back");
+    if (direction > 0 ? !this.isAtEnd : this.#store.known.position > 0) await this.#send({ kind: direction > 0 ? "step" : "back" });
   }
 
   /**
@@ -120,7 +116,7 @@ export class Steering {
   }
 
   async beforeLoss() {
-    if (this.#able) await this.#send("before_loss");
+    if (this.#able) await this.#send({ kind: "before_loss" });
   }
 
   /**
@@ -147,7 +143,7 @@ export class Steering {
     if (!this.#able) return;
     const before = this.speed;
     this.#store.setSpeed(value);
-    const accepted = await this.#send("speed", { speed: value });
+    const accepted = await this.#send({ kind: "speed", speed: value });
     if (accepted === undefined && this.speed === value) this.#store.setSpeed(before);
   }
 
@@ -157,7 +153,7 @@ export class Steering {
    * @param {number|null} probability
    */
   async stopAt(probability) {
-    if (this.#able) await this.#send("stop_at", { probability });
+    if (this.#able) await this.#send({ kind: "stop_at", probability });
   }
 
   /** @param {number} direction */
@@ -169,11 +165,8 @@ export class Steering {
     if (next !== undefined) await this.setSpeed(next === Infinity ? 0 : next);
   }
 
-  /**
-   * @param {TransportUpdate["action"]} action
-   * @param {Partial<TransportUpdate>} [more]
-   */
-  #send(action, more) {
-    return attempt(() => api.transport(this.#store.known.id, action, more));
+  /** @param {Command} command */
+  #send(command) {
+    return attempt(() => api.command(this.#store.known.id, command));
   }
 }

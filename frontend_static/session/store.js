@@ -107,7 +107,7 @@ export class Store extends Topics {
 
   /** Whether there is a session that listens. */
   get isAwake() {
-    return this.session !== null && !["starting", "suspended", "crashed"].includes(this.session.state);
+    return this.session !== null && ["ready", "playing", "ended"].includes(this.session.state);
   }
 
   /** Whether it listens to whoever looks on here. */

@@ -4,7 +4,6 @@
  */
 
 /** @import * as Messages from "./messages.js" */
-/** @import { Value } from "./format.js" */
 
 /** @typedef {Record<string, string|number|boolean>} Query */
 /** @typedef {(sent: number, total: number) => void} OnProgress In bytes, the form around the files included. */
@@ -195,11 +194,7 @@ const truthPath = (id, of, form = "truth") => upload(id, `${form}?${query({ expe
  * @property {(body: Messages.SessionCreate) => Promise<Messages.SessionPublic>} start
  * @property {(id: string) => Promise<null>} end
  * @property {(id: string, name: string) => Promise<Messages.SessionPublic>} renameSession
- * @property {(id: string, values: Record<string, Value>) => Promise<Messages.Changed>} parameters
- * @property {(id: string, look: Messages.InspectionUpdate) => Promise<Messages.InspectionPublic>} inspect
- * @property {(id: string, action: Messages.TransportUpdate["action"], more?: Partial<Messages.TransportUpdate>) => Promise<Messages.SessionPublic>} transport
- * @property {(id: string, body: Messages.BranchCreate) => Promise<Messages.SessionPublic>} branch
- * @property {(id: string, branch: string) => Promise<Messages.SessionPublic>} activate
+ * @property {(id: string, command: Messages.Command) => Promise<Messages.CommandAnswer>} command
  * @property {(id: string) => Promise<Messages.SessionPublic>} resume
  * @property {(id: string, branch: string) => Promise<Messages.Columns>} diagnostics
  * @property {(id: string, note: string) => Promise<Messages.Bookmark>} bookmark
@@ -257,11 +252,7 @@ export const api = {
   start: (body) => request("POST", "sessions", body),
   end: (id) => request("DELETE", session(id)),
   renameSession: (id, name) => request("PATCH", session(id), { name }),
-  parameters: (id, values) => request("PATCH", session(id, "parameters"), values),
-  inspect: (id, look) => request("PUT", session(id, "inspection"), look),
-  transport: (id, action, more = {}) => request("POST", session(id, "transport"), { action, ...more }),
-  branch: (id, body) => request("POST", session(id, "branch"), body),
-  activate: (id, branch) => request("POST", session(id, `branch/${encodeURIComponent(branch)}/activate`)),
+  command: (id, command) => request("POST", session(id, "commands"), command),
   resume: (id) => request("POST", session(id, "resume")),
   diagnostics: (id, branch) => request("GET", session(id, `diagnostics?branch=${encodeURIComponent(branch)}`)),
   bookmark: (id, note) => request("POST", session(id, "bookmarks"), note ? { note } : {}),

@@ -35,6 +35,11 @@ export interface Bands {
   holding: (number | null)[];
 }
 
+/** Go to a frame from which to watch how the target was lost. */
+export interface BeforeLoss {
+  kind: "before_loss";
+}
+
 /** A frame that somebody wants to find again. */
 export interface Bookmark {
   id: string;
@@ -46,16 +51,6 @@ export interface Bookmark {
 /** A bookmark on the frame that is shown. */
 export interface BookmarkCreate {
   note?: string;
-}
-
-/** A new branch: the frame at which it leaves the active one, and its changes. */
-export interface BranchCreate {
-  frame: number;
-  tracker?: string | null;
-  parameters?: Record<string, unknown>;
-  /** Of the tracker's random numbers from there on; the scene stays as it is */
-  seed?: number | null;
-  title?: string | null;
 }
 
 /** A branch as the page lists it. */
@@ -106,6 +101,13 @@ export interface ChangePublic {
   frame: number;
   values: Record<string, boolean | number | string>;
   before: Record<string, boolean | number | string>;
+}
+
+/** Change parameters from the next frame on; in the past this makes a branch. */
+export interface ChangeValues {
+  kind: "change";
+  /** New values by name of the parameter; `tracker` is the tracker */
+  values: Record<string, unknown>;
 }
 
 /** The values in force after a change, and the frame from which they count. */
@@ -969,6 +971,25 @@ export interface ImportJob {
   error: string | null;
 }
 
+/** Look at a place, a particle, or without either the estimate; it is drawn from now on. */
+export interface Inspect {
+  kind: "inspect";
+  /** Whether the likelihood lies over the picture */
+  likelihood?: boolean;
+  /** Of the picture, px */
+  place?: [number, number] | null;
+  /** Whether the particle nearest to the place is looked at, and followed */
+  picks?: boolean;
+  /** A particle to follow, by its place in its frame */
+  particle?: number | null;
+  /** The frame of the particle; the one that is shown if left out */
+  frame?: number | null;
+  /** Whether the ancestors of all particles are wanted */
+  genealogy?: boolean;
+  /** Whether arrows show which way the parts of the tracker's step pull */
+  pulls?: boolean;
+}
+
 /** What is found in the frame that is shown. */
 export interface InspectionPublic {
   frame: number;
@@ -991,24 +1012,6 @@ export interface InspectionPublic {
   update: (Amount | Residual | Histograms | PatchesPublic | Contributions)[];
   courses: Course[];
   genealogy: GenealogyPublic | null;
-}
-
-/** What to look at: a place, a particle, or without either the estimate. It takes the place of what was before. */
-export interface InspectionUpdate {
-  /** Whether the likelihood lies over the picture */
-  likelihood?: boolean;
-  /** Of the picture, px */
-  place?: [number, number] | null;
-  /** Whether the particle nearest to the place is looked at, and followed */
-  picks?: boolean;
-  /** A particle to follow, by its place in its frame */
-  particle?: number | null;
-  /** The frame of the particle; the one that is shown if left out */
-  frame?: number | null;
-  /** Whether the ancestors of all particles are wanted */
-  genealogy?: boolean;
-  /** Whether arrows show which way the parts of the tracker's step pull */
-  pulls?: boolean;
 }
 
 /** Work under way, or what came of it. */
@@ -1200,6 +1203,17 @@ export interface LinkPublic {
   everybody: boolean;
 }
 
+/** Leave the active branch at a frame and continue in a new one. */
+export interface MakeBranch {
+  kind: "branch";
+  frame: number;
+  /** New values by name of the parameter; `tracker` is the tracker */
+  values?: Record<string, unknown>;
+  /** Of the tracker's random numbers from there on; the scene stays as it is */
+  seed?: number | null;
+  title?: string | null;
+}
+
 /** The cells of one method, a list for each quantity. */
 export interface MapPublic {
   tracker: string;
@@ -1352,11 +1366,24 @@ export interface PatchesPublic {
   found: string | null;
 }
 
+/** Stop playing, or stop on the way to a frame. */
+export interface Pause {
+  kind: "pause";
+}
+
+/** What a session does; `SessionState` derives it and is the one who changes it. */
+export type Phase = "starting" | "ready" | "playing" | "ended" | "suspended" | "crashed" | "closed";
+
 /** The only thing that a page says on the stream. */
 export interface Ping {
   version?: 1;
   type: "ping";
   sent: number;
+}
+
+/** Play from the frame that is shown; from the last frame on, play from the first. */
+export interface Play {
+  kind: "play";
 }
 
 /** A plot over the frames of a run. */
@@ -1593,6 +1620,13 @@ export interface Residual {
   kind: "residual";
 }
 
+/** Start the active branch again with the values in force. */
+export interface Restart {
+  kind: "restart";
+  /** The seed to start again with; the same one if left out */
+  seed?: number | null;
+}
+
 /** One run of a sweep. */
 export interface RowPublic {
   run: number;
@@ -1774,6 +1808,12 @@ export interface SectionPublic {
   terms: TermPublic[];
 }
 
+/** Go to a frame; pftrack computes the frames on the way. */
+export interface Seek {
+  kind: "seek";
+  frame: number;
+}
+
 /** The declaration of something measured in every frame. */
 export interface Series {
   name: string;
@@ -1882,7 +1922,7 @@ export interface SessionPublic {
   look: string;
   /** Measures of the branch so far, by name */
   measured: Record<string, number | null>;
-  state: "starting" | "ready" | "playing" | "ended" | "suspended" | "crashed";
+  state: Phase;
   /** Why it is in this state, where there is something to say */
   message: string | null;
   /** As a person called it, or its clip, preset or experiment */
@@ -1976,7 +2016,7 @@ export interface SessionSnapshot {
   look: string;
   /** Measures of the branch so far, by name */
   measured: Record<string, number | null>;
-  state: "starting" | "ready" | "playing" | "ended" | "suspended" | "crashed";
+  state: Phase;
   /** Why it is in this state, where there is something to say */
   message: string | null;
   /** As a person called it, or its clip, preset or experiment */
@@ -2010,11 +2050,23 @@ export interface SessionUpdate {
   name: string;
 }
 
+/** Play at a multiple of real time; 0 is as fast as possible. */
+export interface SetSpeed {
+  kind: "speed";
+  speed: number;
+}
+
 /** Something in which runs differ. */
 export interface Setting {
   name: string;
   title: string;
   values: (string | null)[];
+}
+
+/** Show another branch. */
+export interface ShowBranch {
+  kind: "activate";
+  branch: string;
 }
 
 /** The result of a search for a target in an upload. */
@@ -2065,6 +2117,18 @@ export interface StateValue {
   name: string;
   unit: string;
   value: number | null;
+}
+
+/** Go to the next frame, or back to the one before; both ends hold. */
+export interface Step {
+  kind: "step" | "back";
+}
+
+/** Stop playing where the target is probably lost. */
+export interface StopAt {
+  kind: "stop_at";
+  /** That the target is lost, from which on it stops playing; never if left out. On a recording any value stops it where a mark or the tracker itself says that the target is lost */
+  probability?: number | null;
 }
 
 /** Whether a target can be followed, looked at before it is tracked. */
@@ -2228,17 +2292,6 @@ export interface TrackerPublic {
   replays: boolean;
 }
 
-/** A command of the transport. */
-export interface TransportUpdate {
-  action: "play" | "pause" | "step" | "back" | "seek" | "before_loss" | "speed" | "stop_at" | "restart";
-  frame?: number | null;
-  speed?: number | null;
-  /** With stop_at: that the target is lost, from which on it stops playing; never if left out. On a recording any value stops it where a mark or the tracker itself says that the target is lost */
-  probability?: number | null;
-  /** With restart: the seed to start again with */
-  seed?: number | null;
-}
-
 /** The kind of mark by which a person says what is true of a picture. */
 export interface TruthMark {
   editor: Editor;
@@ -2365,6 +2418,12 @@ export interface _Follow {
 
 export interface _Public {
 }
+
+/** What a page can ask of a session's run. */
+export type Command = Play | Pause | Step | Seek | BeforeLoss | SetSpeed | StopAt | Restart | ChangeValues | MakeBranch | ShowBranch | Inspect;
+
+/** What a command is answered with. */
+export type CommandAnswer = SessionPublic | Changed | InspectionPublic;
 
 /** What a session's stream says. */
 export type SessionMessage = Changes | Frame | Frames | SessionHello | Refused | Pong;

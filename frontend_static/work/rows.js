@@ -28,6 +28,7 @@ const SESSION_STATES = {
   ended: "at the end",
   suspended: "sleeping",
   crashed: "stopped, can be restarted",
+  closed: "ended",
 };
 const SWEEP_STATES = { running: "running", stopped: "stopped, can be resumed", done: "complete" };
 

@@ -1,7 +1,7 @@
 """The modules that the fork server imports before the first child starts, shared by all children's memory.
 
 Without it each would import everything itself: 0.6-1.8 s and 96 MB in place of 15 ms and 20 MB. What is compiled comes
-later, with the first session of each experiment (`worker.loading`): all of it is 190 MB that few servers need.
+later, with the first session of each experiment (`worker.process`): all of it is 190 MB that few servers need.
 """
 
 import cv2
@@ -15,7 +15,6 @@ import pftrack.sources.tracks.sequence
 import pftrack.sources.video
 import pftrack_server.jobs.run_functions
 import pftrack_server.lessons.functions
-import pftrack_server.worker.loading
 import pftrack_server.worker.process
 from pftrack.experiments import EXPERIMENTS
 

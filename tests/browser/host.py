@@ -142,7 +142,7 @@ class Server:
         return found
 
     def seek(self, session: str, frame: int) -> None:
-        self.post(f"sessions/{session}/transport", {"action": "seek", "frame": frame})
+        self.post(f"sessions/{session}/commands", {"kind": "seek", "frame": frame})
 
     def column(self, session: str, name: str, branch: str | None = None) -> list[Any]:
         """Return one column of the diagnostics of a branch, the active one unless told otherwise."""

@@ -28,9 +28,9 @@ RESULT_FILLS = """([across, down]) => {
             return inside && it.contains(document.elementFromPoint((left + right) / 2, (top + bottom) / 2));
         });
 }"""
-STEER = """async ([session, action]) => {
-    const path = `${location.pathname}/api/v1/sessions/${session}/transport`;
-    const body = JSON.stringify({ action });
+STEER = """async ([session, kind]) => {
+    const path = `${location.pathname}/api/v1/sessions/${session}/commands`;
+    const body = JSON.stringify({ kind });
     const answer = await fetch(path, { method: 'POST', headers: { 'content-type': 'application/json' }, body });
     return [answer.status, (await answer.json()).error.message];
 }"""
@@ -68,7 +68,7 @@ def test_a_lecturer_and_three_followers(
     status, sentence = first.page.evaluate(STEER, [lecturer.id, "play"])
     assert status == 403
     assert "this is for the lecturer" in sentence
-    server.patch(f"sessions/{lecturer.id}/parameters", {"sample_count": 250})
+    server.post(f"sessions/{lecturer.id}/commands", {"kind": "change", "values": {"sample_count": 250}})
     lecturer.press("ArrowRight")
     lecturer.stands_at(2)
     all_of(followers, lambda one: "250 was 800" in one.text(".in-force"), "the list says what has changed")

@@ -166,7 +166,7 @@ def test_the_panel(look: Look, server: Server, complaints: Complaints) -> None:
     complaints.expected = ("the server responded with a status of 422",)
     view = look()
     a_slider_changes_the_picture(view)
-    server.post(f"sessions/{view.id}/transport", {"action": "pause"})
+    server.post(f"sessions/{view.id}/commands", {"kind": "pause"})
     what_is_half_typed_is_left_alone(view, server)
     a_refused_value_springs_back(view)
     what_others_change_is_shown(view, server)
@@ -189,7 +189,7 @@ def what_is_half_typed_is_left_alone(view: FlatPage, server: Server) -> None:
     """The session's word does not overwrite a number that is being typed; a box that is left empty shows it again."""
     box = view.box("Particles")
     box.fill("30")
-    server.patch(f"sessions/{view.id}/parameters", {"occlusion_width_px": 61})
+    server.post(f"sessions/{view.id}/commands", {"kind": "change", "values": {"occlusion_width_px": 61}})
     view.until(lambda: view.slider("Occluder width (px)").input_value() == "61", "the change is shown")
     assert box.input_value() == "30"
     box.press("End")
@@ -213,7 +213,10 @@ def a_refused_value_springs_back(view: FlatPage) -> None:
 
 def what_others_change_is_shown(view: FlatPage, server: Server) -> None:
     """A change from elsewhere moves slider, box and tracker, and hides what that tracker does not read."""
-    server.patch(f"sessions/{view.id}/parameters", {"occlusion_width_px": 80, "tracker": "condensation"})
+    server.post(
+        f"sessions/{view.id}/commands",
+        {"kind": "change", "values": {"occlusion_width_px": 80, "tracker": "condensation"}},
+    )
     view.until(lambda: view.slider("Occluder width (px)").input_value() == "80", "the slider shows it")
     view.until(
         lambda: view.page.get_by_label("Tracker", exact=True).input_value() == "condensation", "the tracker, too"

@@ -71,7 +71,7 @@ def help_lists_the_keys_and_takes_the_others(shown: SessionPage) -> None:
     dialog.wait_for(state="detached")
     shown.press("ArrowRight")
     shown.stands_at(1)
-    assert len([url for url in sent if url.endswith("/transport")]) == 1
+    assert len([url for url in sent if url.endswith("/commands")]) == 1
 
 
 def enter_in_the_branch_dialog_branches(shown: SessionPage) -> None:

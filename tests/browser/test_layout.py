@@ -136,7 +136,7 @@ def change_in_the_past(shown: SessionPage, server: Server, value: int) -> None:
     for frame in (8, 4):
         server.seek(shown.id, frame)
         shown.stands_at(frame)
-    server.patch(f"sessions/{shown.id}/parameters", {"ball_radius_px": value})
+    server.post(f"sessions/{shown.id}/commands", {"kind": "change", "values": {"ball_radius_px": value}})
     shown.until(lambda: len(shown.session["branches"]) == branches + 1, "there is a branch more")
 
 

@@ -103,7 +103,9 @@ def its_panel_leaves_room_and_keeps_its_folds(shown: SessionPage, server: Server
 def test_lose_the_ball_go_back_and_save_it_with_another_tracker(watch: Watch, server: Server) -> None:
     """Few particles and a wide pillar lose the ball; from before the loss another tracker keeps it."""
     shown = watch(tracker="condensation")
-    server.patch(f"sessions/{shown.id}/parameters", {"occlusion_width_px": 60, "sample_count": 150})
+    server.post(
+        f"sessions/{shown.id}/commands", {"kind": "change", "values": {"occlusion_width_px": 60, "sample_count": 150}}
+    )
 
     shown.play_to_the_end()
     shown.until(lambda: shown.verdict.startswith("lost since"), "the page says that the ball is lost")

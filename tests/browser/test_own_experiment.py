@@ -65,8 +65,8 @@ def test_the_gallery_shows_it_and_says_what_is_broken(gallery: Gallery, server: 
 
 def it_has_its_sliders_and_plots(shown: SessionPage, server: Server) -> None:
     page = shown.page
-    server.post(f"sessions/{shown.id}/transport", {"action": "restart"})
-    server.post(f"sessions/{shown.id}/transport", {"action": "pause"})
+    server.post(f"sessions/{shown.id}/commands", {"kind": "restart"})
+    server.post(f"sessions/{shown.id}/commands", {"kind": "pause"})
     server.seek(shown.id, 20)
     shown.stands_at(20)
     slider = page.get_by_label("Sharpest turn (deg)", exact=True).and_(page.locator("[type=range]"))
@@ -94,7 +94,7 @@ def test_a_link_brings_the_same_numbers_back(page: Any, server: Server, chromium
     """
     shown = opened(page, server, tracker="straight")
     server.seek(shown.id, 30)
-    server.patch(f"sessions/{shown.id}/parameters", {"tracker": "turning"})
+    server.post(f"sessions/{shown.id}/commands", {"kind": "change", "values": {"tracker": "turning"}})
     server.seek(shown.id, 50)
     shown.stands_at(50)
     errors = server.column(shown.id, "error")

@@ -113,7 +113,7 @@ def test_a_method_may_take_over_that_reports_something_else(page: Any, server: S
     shown.until(lambda: panels(shown) == ["sigma"], "a method that reports nothing has what all have")
     shown.until(lambda: readings(shown) == ["estimate", "step"], "the readings as well")
     server.seek(shown.id, 10)
-    server.patch(f"sessions/{shown.id}/parameters", {"tracker": "bank"})
+    server.post(f"sessions/{shown.id}/commands", {"kind": "change", "values": {"tracker": "bank"}})
     shown.play_to_the_end()
     shown.until(lambda: panels(shown) == ["hypotheses", "tree", "range", "sigma"], "now there is more to see")
     rows = server.column(shown.id, "series")

@@ -194,7 +194,7 @@ def test_a_face_behind_a_pillar_is_looked_for_and_found_again(watch: Watch, serv
 
     go(10)
     shown.until(lambda: shown.verdict == "held (by truth)", "the face is tracked")
-    server.patch(f"sessions/{shown.id}/parameters", {"pillar_width_px": 300})
+    server.post(f"sessions/{shown.id}/commands", {"kind": "change", "values": {"pillar_width_px": 300}})
     go(35)
     searching = server.column(shown.id, "searching")
     assert searching[35] is True
@@ -202,7 +202,7 @@ def test_a_face_behind_a_pillar_is_looked_for_and_found_again(watch: Watch, serv
     shown.until(lambda: shown.verdict == said, "the page says that the tracker looks for it where it was")
     slider = shown.page.locator(".scrubber")
     shown.until(lambda: "no face" in (slider.get_attribute("aria-valuetext") or ""), "the scrubber says so, too")
-    server.patch(f"sessions/{shown.id}/parameters", {"pillar_width_px": 0})
+    server.post(f"sessions/{shown.id}/commands", {"kind": "change", "values": {"pillar_width_px": 0}})
     go(60)
     again = len(searching) + server.column(shown.id, "searching")[len(searching) :].index(False)
     go(again)

@@ -18,7 +18,7 @@ def test_a_share_link_reproduces_the_same_numbers(watch: Watch, server: Server, 
     """Seed, tracker, timeline and position travel in the link; a stranger's browser computes the same errors."""
     shown = watch(tracker="condensation", parameters={"occlusion_width_px": 55})
     server.seek(shown.id, 12)
-    server.patch(f"sessions/{shown.id}/parameters", {"sample_count": 200, "tracker": "apf"})
+    server.post(f"sessions/{shown.id}/commands", {"kind": "change", "values": {"sample_count": 200, "tracker": "apf"}})
     server.seek(shown.id, 40)
     shown.stands_at(40)
     shown.page.click("text=Share")

@@ -14,7 +14,7 @@ def test_a_lost_session_says_why_and_leads_to_where_it_began(watch: Callable[...
     view = watch(**LOST)
     page = view.page
     assert page.locator(".why-ask").is_hidden(), "nothing is lost yet"
-    server.post(f"sessions/{view.id}/transport", {"action": "seek", "frame": 59})
+    server.post(f"sessions/{view.id}/commands", {"kind": "seek", "frame": 59})
     page.locator(".why-ask").click()
     told = server.get(f"sessions/{view.id}/explanation")["diagnosis"]
     view.until(lambda: page.locator(".why-sentence").count() == 1, "the page says why")

@@ -8,7 +8,7 @@ from typing import Any
 
 from pftrack.core.files import write_whole
 from pftrack_server.schemas.snapshot import Goal
-from pftrack_server.worker import checkpoints, process
+from pftrack_server.worker import process, worker
 from pftrack_server.worker.protocol import WorkerConfig
 from pftrack_server.worker.run_tree import RunTree
 
@@ -36,7 +36,7 @@ def held_worker(end: socket.socket, config: WorkerConfig) -> None:
 
 def held_worker_that_keeps_all(end: socket.socket, config: WorkerConfig) -> None:
     """What such a worker does that writes every frame down, as if each had taken seconds."""
-    checkpoints.KEEP_AFTER_S, checkpoints.LARGEST_SHARE = 0.0, float("inf")
+    worker.KEEP_AFTER_S, worker.LARGEST_SHARE = 0.0, float("inf")
     held_worker(end, config)
 
 

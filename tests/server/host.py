@@ -105,10 +105,20 @@ def begin(client: httpx.Client, **body: Any) -> dict[str, Any]:
 
 def steer(client: httpx.Client, session: str, action: str, **more: Any) -> dict[str, Any]:
     """Steer a session."""
-    answer = client.post(f"/api/v1/sessions/{session}/transport", json={"action": action, **more})
+    answer = command(client, session, action, **more)
     assert answer.status_code == 200, answer.text
     steered: dict[str, Any] = answer.json()
     return steered
+
+
+def command(client: httpx.Client, session: str, kind: str, **more: Any) -> httpx.Response:
+    """Give a session a command."""
+    return client.post(f"/api/v1/sessions/{session}/commands", json={"kind": kind, **more})
+
+
+def change_values(client: httpx.Client, session: str, values: object) -> httpx.Response:
+    """Change parameters of a session."""
+    return command(client, session, "change", values=values)
 
 
 def error_of(answer: httpx.Response, status: int) -> dict[str, Any]:

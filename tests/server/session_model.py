@@ -8,6 +8,7 @@ from pftrack.core.model.parameters import flat
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.runs.run import Run
+from pftrack_server.schemas.snapshot import TRANSITIONS, Phase
 
 __all__ = ["EXPERIMENT", "FIXED", "FRAMES", "BranchModel", "SavedRun", "SessionModel", "hash_of"]
 
@@ -108,11 +109,19 @@ class SessionModel:
         id: By which the server knows it.
         branches: By name.
         active: The one that is shown.
+        phase: What it does.
     """
 
     id: str
     branches: dict[str, BranchModel]
     active: str
+    phase: Phase = Phase.STARTING
+
+    def pass_through(self, *phases: Phase) -> None:
+        """Go through phases; each must be one to which the one before it leads."""
+        for phase in phases:
+            assert phase is self.phase or phase in TRANSITIONS[self.phase], (self.phase, phase)
+            self.phase = phase
 
     @property
     def branch(self) -> BranchModel:

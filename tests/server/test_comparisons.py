@@ -11,7 +11,7 @@ import pytest
 from pftrack.experiments import find
 from pftrack.runs.comparison import Comparison
 from pftrack.runs.run import Run
-from tests.server.host import begin, error_of, steer
+from tests.server.host import begin, command, error_of, steer
 from tests.server.jobs import ended, written
 from tests.server.test_uploads import send, video
 from tests.session_requests import session_request
@@ -65,7 +65,7 @@ def test_branches_and_saved_runs_are_named_by_references(client: httpx.Client) -
     session = begin(client, tracker="h-spf")["id"]
     steer(client, session, "seek", frame=12)
     saved = client.post("/api/v1/runs", json={"session": session, "title": "Mine"}).json()["id"]
-    client.post(f"/api/v1/sessions/{session}/branch", json={"frame": 12, "tracker": "apf"})
+    command(client, session, "branch", frame=12, values={"tracker": "apf"})
     references = f"{session}:b0", f"{session}:b1", saved, f"{session}:b0:condensation"
     begun = compare(client, *({"reference": reference} for reference in references))
     assert [run["title"] for run in begun["result"]["runs"]][2:] == ["Mine", None]

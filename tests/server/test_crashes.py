@@ -14,8 +14,8 @@ from websockets.sync.client import connect
 
 from pftrack.process import ForkServer
 from pftrack_server.sessions import worker_handle
-from pftrack_server.worker.protocol import Activate, Request
-from tests.server.host import Server, begin, error_of, steer
+from pftrack_server.worker.protocol import Request
+from tests.server.host import Server, begin, change_values, command, error_of, steer
 from tests.server.test_stream import changes, has_changed, hear, until
 from tests.waiting import wait_for
 
@@ -36,7 +36,7 @@ class TestKilledWorkers:
         victim, other = begin(client), begin(client, seed=8)
         steer(client, other["id"], "play")
         steer(client, victim["id"], "seek", frame=30)
-        client.patch(f"/api/v1/sessions/{victim['id']}/parameters", json={"sample_count": 200})
+        change_values(client, victim["id"], {"sample_count": 200})
         steer(client, victim["id"], "seek", frame=60)
         steer(client, victim["id"], "seek", frame=50)
         before = diagnostics(client, victim["id"])
@@ -47,8 +47,8 @@ class TestKilledWorkers:
             assert "killed" in told["message"]
             head = client.get(f"/api/v1/sessions/{other['id']}").json()["computed"]
             wait_for(lambda: client.get(f"/api/v1/sessions/{other['id']}").json()["computed"] > head + 5)
-            error_of(client.post(f"/api/v1/sessions/{victim['id']}/transport", json={"action": "play"}), 409)
-            error_of(client.patch(f"/api/v1/sessions/{victim['id']}/parameters", json={"sample_count": 9}), 409)
+            error_of(command(client, victim["id"], "play"), 409)
+            error_of(change_values(client, victim["id"], {"sample_count": 9}), 409)
             assert diagnostics(client, victim["id"]) == before
             resumed = client.post(f"/api/v1/sessions/{victim['id']}/resume").json()
             assert (resumed["state"], resumed["position"], resumed["computed"]) == ("ready", 50, 60)
@@ -88,7 +88,7 @@ class TestKilledWorkers:
         os.kill(pid, signal.SIGSTOP)
         before = len(waiting)
         with ThreadPoolExecutor(1) as pool:
-            answer = pool.submit(client.post, f"/api/v1/sessions/{session['id']}/transport", json={"action": "step"})
+            answer = pool.submit(command, client, session["id"], "step")
             wait_for(lambda: len(waiting) > before, 30)
             os.kill(pid, signal.SIGKILL)
             assert "killed" in error_of(answer.result(), 503)["message"]
@@ -165,7 +165,7 @@ class TestSuspending:
             session = begin(client, seed=11)
             steer(client, session["id"], "seek", frame=20)
             client.post(f"/api/v1/sessions/{session['id']}/bookmarks", json={"note": "keep me"})
-            client.post(f"/api/v1/sessions/{session['id']}/branch", json={"frame": 10, "tracker": "apf", "title": "B"})
+            command(client, session["id"], "branch", frame=10, values={"tracker": "apf"}, title="B")
             steer(client, session["id"], "seek", frame=18)
             before = diagnostics(client, session["id"])
         with start_server() as (_, client):
@@ -206,7 +206,7 @@ def test_a_mistake_in_a_tracker(start_server: Any) -> None:
         steer(client, session["id"], "seek", frame=5)
         link = server.manager.get(session["id"]).worker
         # What the web process never sends, which is as good as a mistake of the worker's own.
-        link._end.send(Request(999, Activate(None)))
+        link._end.send(Request(999, None))
         wait_for(lambda: state(client, session["id"]) == "crashed")
         message = client.get(f"/api/v1/sessions/{session['id']}").json()["message"]
         assert "Traceback" not in message

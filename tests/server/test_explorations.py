@@ -10,7 +10,7 @@ from pftrack.analysis.other_seeds import ensemble
 from pftrack_server.schemas.jobs import ExplorationJob
 from tests.server.asking import columns, get
 from tests.server.confined import children
-from tests.server.host import begin, error_of, steer
+from tests.server.host import begin, command, error_of, steer
 from tests.server.jobs import ended, taken
 from tests.waiting import wait_for
 
@@ -40,15 +40,8 @@ def test_a_line_of_what_if_opens_as_a_branch_that_holds(client: httpx.Client) ->
     assert told["first_lost_frame"] == columns(client, session)["lost"].index(True)
     best = told["findings"][1]
     assert best["share"] >= told["findings"][-1]["share"]
-    values = {name: value for name, value in best["values"].items() if name != "tracker"}
-    body = {
-        "frame": told["begin"],
-        "parameters": values,
-        "tracker": best["values"].get("tracker"),
-        "seed": best["seed"],
-    }
-    made = client.post(f"/api/v1/sessions/{session}/branch", json=body)
-    assert made.status_code == 201, made.text
+    made = command(client, session, "branch", frame=told["begin"], values=best["values"], seed=best["seed"])
+    assert made.status_code == 200, made.text
     assert made.json()["branch"] != begun["branch"]
     steer(client, session, "seek", frame=told["end"])
     lost = columns(client, session)["lost"][told["end"] - told["judged"] + 1 : told["end"] + 1]

@@ -16,7 +16,7 @@ from pftrack.experiments import find
 from pftrack.output.exports.formats import FORMATS, exports_of
 from pftrack.runs.run import Run
 from tests.notebooks import executed
-from tests.server.host import begin, error_of, steer
+from tests.server.host import begin, change_values, error_of, steer
 from tests.server.jobs import asked, ended, taken, written
 
 SMALL = {"image_width_px": 320, "feature_noise_px": 3, "hidden_weight": 0.0}
@@ -63,9 +63,9 @@ def test_a_session_is_guided_by_a_learned_file(client: httpx.Client) -> None:
     address = f"/api/v1/sessions/{session['id']}"
     steer(client, session["id"], "seek", frame=40)
     text = taken(client, session["id"], "learned").text
-    wrong = client.patch(f"{address}/parameters", json={"learned": text.replace('"ball"', '"fish"')})
+    wrong = change_values(client, session["id"], {"learned": text.replace('"ball"', '"fish"')})
     assert "it was learned in 'fish', and this is 'ball'" in error_of(wrong, 422)["message"]
-    assert client.patch(f"{address}/parameters", json={"learned": text}).status_code == 200
+    assert change_values(client, session["id"], {"learned": text}).status_code == 200
     steer(client, session["id"], "restart")
     steer(client, session["id"], "seek", frame=12)
     ball = find("ball")
@@ -81,7 +81,7 @@ def test_a_session_is_taken_away_as_a_notebook_with_its_numbers(client: httpx.Cl
     session = begin(client, experiment="sine", seed=5)
     address = f"/api/v1/sessions/{session['id']}"
     steer(client, session["id"], "seek", frame=3)
-    assert client.patch(f"{address}/parameters", json={"sample_count": 40}).status_code == 200
+    assert change_values(client, session["id"], {"sample_count": 40}).status_code == 200
     steer(client, session["id"], "seek", frame=9)
     answer = taken(client, session["id"], "notebook")
     assert answer.headers["content-type"] == "application/x-ipynb+json"

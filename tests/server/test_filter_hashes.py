@@ -19,7 +19,7 @@ from pftrack.experiments.own.code import digest_of
 from pftrack.experiments.own.extension import example_of
 from pftrack_server.settings import Settings
 from pftrack_server.store.files import DataDirectory
-from tests.server.host import begin, error_of, running
+from tests.server.host import begin, command, error_of, running
 from tests.server.jobs import ended
 
 TEXT = example_of(find("ball"))
@@ -147,7 +147,7 @@ REPLACEMENTS: dict[str, Callable[[Path], object]] = {
 def session(client: httpx.Client) -> str:
     """A session by the owner's filter, whose worker has its text."""
     name: str = begin(client, tracker="mine", frames=45)["id"]
-    client.post(f"/api/v1/sessions/{name}/transport", json={"action": "seek", "frame": 40})
+    command(client, name, "seek", frame=40)
     return name
 
 

@@ -11,7 +11,7 @@ import pytest
 from pftrack.experiments import find
 from pftrack.experiments.own.extension import example_of
 from pftrack_server.settings import Settings
-from tests.server.host import Server, begin, error_of, running, steer
+from tests.server.host import Server, begin, change_values, command, error_of, running, steer
 from tests.server.jobs import bring_in, import_refusal
 from tests.waiting import wait_for
 
@@ -63,7 +63,7 @@ def test_saving_the_file_changes_the_running_session(client: httpx.Client, file:
     assert extra is not None
     assert (extra["description"], extra["maximum"]) == ("Of no use.", 70)
     steer(client, session["id"], "seek", frame=30)
-    old = client.post(f"/api/v1/sessions/{session['id']}/branch/b0/activate").json()
+    old = command(client, session["id"], "activate", branch="b0").json()
     assert (old["branch"], old["parameters"]["mine_version"], old["parameters"]["noise_px"]) == ("b0", 1, 3.0)
     assert "extra" in old["parameters"]
 
@@ -73,9 +73,9 @@ def test_saving_leaves_what_was_chosen(client: httpx.Client, file: Path, frame: 
     """Tracker and parameters stay as they were chosen a moment ago, in the middle of a run and at its end."""
     session = begin(client, tracker="mine", frames=40)["id"]
     steer(client, session, "seek", frame=10)
-    client.patch(f"/api/v1/sessions/{session}/parameters", json={"sample_count": 350})
+    change_values(client, session, {"sample_count": 350})
     steer(client, session, "seek", frame=frame)
-    client.patch(f"/api/v1/sessions/{session}/parameters", json={"tracker": "condensation", "sample_count": 444})
+    change_values(client, session, {"tracker": "condensation", "sample_count": 444})
     chosen = shown(client, session)
 
     file.write_text(TEXT.replace("noise_px: float = 3.0", "noise_px: float = 4.5"))
@@ -100,7 +100,7 @@ def test_a_mistake_is_told_with_its_line_and_the_run_stands(client: httpx.Client
 
     file.write_text(TEXT.replace("return np.log(0.02", "return np.log(-0.5"))
     wait_for(lambda: shown(client, session)["branch"] == "b1")
-    refused = error_of(client.post(f"/api/v1/sessions/{session}/transport", json={"action": "seek", "frame": 9}), 422)
+    refused = error_of(command(client, session, "seek", frame=9), 422)
     assert "log_likelihood returned NaN" in refused["message"]
     told = shown(client, session)
     assert (told["position"], told["computed"], told["state"]) == (5, 5, "ready")

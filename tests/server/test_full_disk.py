@@ -9,7 +9,7 @@ from typing import Any
 import httpx
 import pytest
 
-from tests.server.host import begin, error_of, steer
+from tests.server.host import begin, command, error_of, steer
 from tests.server.jobs import send_run
 from tests.server.test_uploads import send, video
 from tests.session_requests import session_request
@@ -123,8 +123,8 @@ class TestFullDisk:
             noted = client.post(f"/api/v1/sessions/{first}/bookmarks", json={"note": "kept"})
             assert noted.status_code == 201, noted.text
             fill(small_disk)
-            left = client.post(f"/api/v1/sessions/{first}/branch", json={"frame": 5, "tracker": "apf"})
-            assert left.status_code == 201, left.text
+            left = command(client, first, "branch", frame=5, values={"tracker": "apf"})
+            assert left.status_code == 200, left.text
             fill(small_disk)
             for what in (f"sessions/{second}", f"runs/{run}", f"uploads/{upload}"):
                 answer = client.delete(f"/api/v1/{what}")

@@ -70,7 +70,7 @@ def test_a_name_is_one_line_of_what_can_be_seen(
     assert client.patch(f"/api/v1/runs/{run['id']}", json={"title": given}).json()["title"] == kept
     told = client.get(f"/api/v1/runs/{run['id']}/download").headers["content-disposition"]
     assert not re.search(r"[<>\x00-\x1f\u202e]", unquote(told))
-    branch = client.post(f"{path}/branch", json={"frame": 0, "title": given}).json()["branches"][1]
+    branch = client.post(f"{path}/commands", json={"kind": "branch", "frame": 0, "title": given}).json()["branches"][1]
     assert branch["title"] == kept
 
 

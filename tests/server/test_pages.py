@@ -157,7 +157,7 @@ def test_openapi(client: httpx.Client) -> None:
     schema = client.get("/openapi.json").json()
     page = client.get("/docs").text
     assert "http://" not in page
-    assert "/api/v1/sessions/{session}/transport" in page
+    assert "/api/v1/sessions/{session}/commands" in page
     for path, operations in schema["paths"].items():
         for operation in operations.values():
             assert operation["description"], path

@@ -14,7 +14,7 @@ from pftrack.runs import record
 from pftrack.runs.opening import load
 from pftrack.runs.run import Run
 from pftrack_server.work.runs import outcome
-from tests.server.host import Server, begin, error_of, steer
+from tests.server.host import Server, begin, change_values, error_of, steer
 from tests.server.jobs import bring_in, import_refusal, send_run
 from tests.server.test_uploads import send, video
 
@@ -30,7 +30,7 @@ def made(client: httpx.Client) -> dict[str, Any]:
     """A run with a change of tracker and a bookmark, 40 frames long."""
     session = begin(client, parameters={"sample_count": 150})
     steer(client, session["id"], "seek", frame=20)
-    client.patch(f"/api/v1/sessions/{session['id']}/parameters", json={"tracker": "apf"})
+    change_values(client, session["id"], {"tracker": "apf"})
     client.post(f"/api/v1/sessions/{session['id']}/bookmarks", json={"note": "here"})
     steer(client, session["id"], "seek", frame=39)
     steer(client, session["id"], "seek", frame=30)

@@ -55,13 +55,13 @@ def test_the_panel_changes_the_run(server: Server, client: httpx.Client, session
     loop = found.scene_feed._loop
     with connect(f"{server.ws}/api/v1/sessions/{session['id']}/stream") as stream:
         hear(stream)
-        loop.call_soon_threadsafe(found._panel.change, {"sample_count": 150})
+        loop.call_soon_threadsafe(found._panel.ask, {"kind": "change", "values": {"sample_count": 150}})
         echo = changes(until(stream, lambda m: "parameters" in changes(m))[-1])
         assert echo["parameters"]["sample_count"] == 150
-        loop.call_soon_threadsafe(found._panel.change, {"sample_count": -3})
+        loop.call_soon_threadsafe(found._panel.ask, {"kind": "change", "values": {"sample_count": -3}})
         refused = until(stream, lambda m: m["type"] == "refused")[-1]
         assert (refused["field"], refused["value"]) == ("sample_count", -3)
-        loop.call_soon_threadsafe(found._panel.steer, {"action": "speed", "speed": 2.0})
+        loop.call_soon_threadsafe(found._panel.ask, {"kind": "speed", "speed": 2.0})
         until(stream, has_changed(speed=2.0))
 
 
@@ -69,7 +69,8 @@ def test_a_drag_is_a_few_changes(server: Server, client: httpx.Client, session: 
     """Of the many values of a drag the newest counts, and one frame has one change."""
     found = server.manager.get(session["id"])
     for count in range(100, 160):
-        found.scene_feed._loop.call_soon_threadsafe(found._panel.change, {"sample_count": count})
+        command = {"kind": "change", "values": {"sample_count": count}}
+        found.scene_feed._loop.call_soon_threadsafe(found._panel.ask, command)
     wait_for(lambda: found.spec.run.parameters["sample_count"] == 159)
     assert client.get(f"/api/v1/sessions/{session['id']}").json()["timeline"] == [
         {"frame": 1, "values": {"sample_count": 159}, "before": {"sample_count": 800}}

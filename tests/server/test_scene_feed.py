@@ -59,9 +59,7 @@ class Theatre:
     def __init__(self) -> None:
         self.credits = 0
         self.requests: list[dict[str, Any]] = []
-        self.scene_feed = SceneFeed(
-            credit=self._credit, on_values=self.requests.append, on_transport=self.requests.append
-        )
+        self.scene_feed = SceneFeed(credit=self._credit, on_command=self.requests.append)
 
     def _credit(self) -> None:
         self.credits += 1
@@ -200,11 +198,11 @@ def test_wishes_come_home_to_the_loop(act: Any) -> None:
 
     async def scene(theatre: Theatre) -> None:
         puppet = await theatre.open()
-        await asyncio.to_thread(puppet.requests["on_change"], {"n": 2})
-        await asyncio.to_thread(puppet.requests["on_change"], {"tracker": "apf"})
-        await asyncio.to_thread(puppet.requests["on_transport"], {"action": "play"})
+        commands: list[dict[str, Any]] = [{"kind": "change", "values": {"n": 2}}, {"kind": "play"}]
+        for command in commands:
+            await asyncio.to_thread(puppet.requests["on_command"], command)
         await asyncio.sleep(0)
-        assert theatre.requests == [{"n": 2}, {"tracker": "apf"}, {"action": "play"}]
+        assert theatre.requests == commands
 
     act(scene)
 

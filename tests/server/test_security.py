@@ -29,8 +29,7 @@ class TestOrigin:
         url = f"/api/v1/sessions/{session['id']}"
         for method, path in [
             ("POST", "/api/v1/sessions"),
-            ("PATCH", f"{url}/parameters"),
-            ("POST", f"{url}/transport"),
+            ("POST", f"{url}/commands"),
             ("POST", "/api/v1/uploads"),
             ("DELETE", url),
             ("PUT", "/"),

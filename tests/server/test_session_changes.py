@@ -6,7 +6,7 @@ import httpx
 import pytest
 
 from tests.server.asking import get
-from tests.server.host import error_of, steer
+from tests.server.host import change_values, command, error_of, steer
 
 
 class TestParameters:
@@ -33,7 +33,7 @@ class TestParameters:
         self, client: httpx.Client, session: dict[str, Any], values: dict[str, Any], field: str | None
     ) -> None:
         """A value that cannot be accepted is refused whole, with field, bound and value, and nothing changes."""
-        error = error_of(client.patch(f"/api/v1/sessions/{session['id']}/parameters", json=values), 422)
+        error = error_of(change_values(client, session["id"], values), 422)
         assert error["bound"]
         if field is None:
             assert error["field"] in values
@@ -45,34 +45,35 @@ class TestParameters:
     def test_refuses_what_is_no_number(self, client: httpx.Client, session: dict[str, Any], number: str) -> None:
         """A number that is not finite is refused with field, bound and value."""
         headers = {"content-type": "application/json"}
-        url = f"/api/v1/sessions/{session['id']}/parameters"
+        url = f"/api/v1/sessions/{session['id']}/commands"
         for name in ("sample_count", "gamma_px"):
-            error = error_of(client.patch(url, content=f'{{"{name}": {number}}}', headers=headers), 422)
+            body = f'{{"kind": "change", "values": {{"{name}": {number}}}}}'
+            error = error_of(client.post(url, content=body, headers=headers), 422)
             assert error["field"] == name
             assert "value" in error
 
     @pytest.mark.parametrize(
-        "body", ["", "{", "[]", "null", "7", '"x"', '{"a": 1', "\x00", '{"sample_count": "\\ud800"}']
+        "body", ["", "{", "[]", "null", "7", '"x"', '{"a": 1', "\x00", '{"kind": "change", "values": {"a": "\\ud800"}}']
     )
     def test_refuses_what_is_no_object(self, client: httpx.Client, session: dict[str, Any], body: str) -> None:
         """A body that is no JSON object is refused in the one error shape."""
-        url = f"/api/v1/sessions/{session['id']}/parameters"
-        error_of(client.patch(url, content=body, headers={"content-type": "application/json"}), 422)
+        url = f"/api/v1/sessions/{session['id']}/commands"
+        error_of(client.post(url, content=body, headers={"content-type": "application/json"}), 422)
 
 
 class TestBranches:
     def test_branch_and_return(self, client: httpx.Client, session: dict[str, Any]) -> None:
         """A branch has a title and a tracker of its own; the one that is shown has the estimate's colour."""
         steer(client, session["id"], "seek", frame=20)
-        body = {"frame": 8, "tracker": "condensation", "title": "What if", "parameters": {"sample_count": 100}}
-        answer = client.post(f"/api/v1/sessions/{session['id']}/branch", json=body)
-        assert answer.status_code == 201
+        values = {"tracker": "condensation", "sample_count": 100}
+        answer = command(client, session["id"], "branch", frame=8, title="What if", values=values)
+        assert answer.status_code == 200
         branched = answer.json()
         assert (branched["position"], branched["tracker"]) == (8, "condensation")
         made = branched["branches"][1]
         assert (made["title"], made["parent"], made["frame"]) == ("What if", session["branch"], 8)
         assert [branch["colour"] for branch in branched["branches"]] == ["#009e73", "#0072b2"]
-        back = client.post(f"/api/v1/sessions/{session['id']}/branch/{session['branch']}/activate").json()
+        back = command(client, session["id"], "activate", branch=session["branch"]).json()
         assert (back["branch"], back["position"], back["tracker"]) == (session["branch"], 20, session["tracker"])
         assert [branch["colour"] for branch in back["branches"]] == ["#0072b2", "#009e73"]
 
@@ -80,27 +81,23 @@ class TestBranches:
         self, client: httpx.Client, session: dict[str, Any]
     ) -> None:
         """Of two other branches the one that is drawn beside the active one has the second run's colour."""
-        url = f"/api/v1/sessions/{session['id']}/branch"
         steer(client, session["id"], "seek", frame=20)
         for _ in range(2):
-            client.post(url, json={"frame": 8, "tracker": "condensation"})
-            client.post(f"{url}/b0/activate")
+            command(client, session["id"], "branch", frame=8, values={"tracker": "condensation"})
+            command(client, session["id"], "activate", branch="b0")
         for before in ("b1", "b2"):
-            client.post(f"{url}/{before}/activate")
-            shown = client.post(f"{url}/b0/activate").json()["branches"]
+            command(client, session["id"], "activate", branch=before)
+            shown = command(client, session["id"], "activate", branch="b0").json()["branches"]
             assert {branch["id"]: branch["colour"] for branch in shown}[before] == "#009e73"
 
     def test_refuses(self, client: httpx.Client, session: dict[str, Any]) -> None:
         """A branch from a frame that has not been computed, or with a wrong value, is refused and leaves no trace."""
-        url = f"/api/v1/sessions/{session['id']}/branch"
-        assert error_of(client.post(url, json={"frame": 5}), 422)["field"] == "frame"
-        assert error_of(client.post(url, json={"frame": 0, "tracker": "magic"}), 422)["field"] == "tracker"
-        assert (
-            error_of(client.post(url, json={"frame": 0, "parameters": {"sample_count": 0}}), 422)["field"]
-            == "sample_count"
-        )
+        assert error_of(command(client, session["id"], "branch", frame=5), 422)["field"] == "frame"
+        for name, value in (("tracker", "magic"), ("sample_count", 0)):
+            refused = command(client, session["id"], "branch", frame=0, values={name: value})
+            assert error_of(refused, 422)["field"] == name
         assert len(get(client, session["id"])["branches"]) == 1
-        error_of(client.post(f"{url}/b9/activate"), 404)
+        error_of(command(client, session["id"], "activate", branch="b9"), 404)
         error_of(client.get(f"/api/v1/sessions/{session['id']}/diagnostics?branch=b9"), 404)
 
 

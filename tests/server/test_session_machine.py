@@ -23,9 +23,10 @@ from hypothesis.stateful import (
 from pftrack.core.model.parameters import flat
 from pftrack.experiments import find
 from pftrack.runs.scoring import estimates_hash
+from pftrack_server.schemas.snapshot import Phase
 from pftrack_server.settings import Settings
 from tests.server.asking import columns, get, timeline_of
-from tests.server.host import Server, begin, error_of, running, steer
+from tests.server.host import Server, begin, change_values, command, error_of, running, steer
 from tests.server.session_model import EXPERIMENT, FIXED, FRAMES, BranchModel, SavedRun, SessionModel
 from tests.waiting import wait_for
 
@@ -101,6 +102,7 @@ class SessionMachine(RuleBasedStateMachine):
         self.steer("speed", speed=0)
         self.steer("play")
         wait_for(lambda: self.told()["state"] == "ended", what="it has played to the end")
+        self.model.pass_through(Phase.PLAYING, Phase.ENDED)
         self.model.branch = self.model.branch.go(LAST)
 
     @rule(speed=st.sampled_from([1.0, 10.0]))
@@ -108,13 +110,14 @@ class SessionMachine(RuleBasedStateMachine):
         """Play and pause; it stands somewhere on the way, of which the server alone knows."""
         self.steer("speed", speed=speed)
         self.steer("play")
+        self.model.pass_through(Phase.PLAYING)
         self.take_position(self.steer("pause"))
 
     @rule(values=some)
     def change(self, values: dict[str, Any]) -> None:
         """Change parameters from the next frame on; in the past this makes a branch, at the end one from the start."""
         before = self.model.branch
-        answer = self.client.patch(f"{self.place}/parameters", json=values)
+        answer = change_values(self.client, self.model.id, values)
         if before.branch_point is None:
             self.model.branch = before.change(before.position + 1, values)
         elif len(self.model.branches) == MOST_BRANCHES:
@@ -133,8 +136,9 @@ class SessionMachine(RuleBasedStateMachine):
         before = self.model.branch
         self.steer("speed", speed=1.0)
         self.steer("play")
-        answer = self.client.patch(f"{self.place}/parameters", json=values)
+        answer = change_values(self.client, self.model.id, values)
         paused = self.steer("pause")
+        self.model.pass_through(Phase.READY, Phase.PLAYING)
         changed = answer.json()
         if changed["branch"] == self.model.active:
             assert before.position < changed["frame"] <= LAST
@@ -150,7 +154,7 @@ class SessionMachine(RuleBasedStateMachine):
         """A parameter that cannot change in the middle of a run restarts it."""
         before = self.model.branch
         values = {FIXED: value, **({"tracker": tracker} if tracker else {})}
-        answer = self.client.patch(f"{self.place}/parameters", json=values)
+        answer = change_values(self.client, self.model.id, values)
         if before.branch_point is not None and len(self.model.branches) == MOST_BRANCHES:
             error_of(answer, 409)
             return
@@ -160,23 +164,21 @@ class SessionMachine(RuleBasedStateMachine):
     @rule(values=refused)
     def change_to_what_is_refused(self, values: dict[str, Any]) -> None:
         """A refused value changes nothing."""
-        answer = self.client.patch(f"{self.place}/parameters", json=values)
+        answer = change_values(self.client, self.model.id, values)
         assert answer.status_code in {409, 422}, answer.text
         error_of(answer, answer.status_code)
 
     @rule(frame=frames, values=live)
     def leave(self, frame: int, values: dict[str, Any]) -> None:
         """Leave the active branch at a frame that is computed."""
-        parameters = {name: value for name, value in values.items() if name != "tracker"}
-        body = {"frame": frame, "tracker": values.get("tracker"), "parameters": parameters, "title": "another"}
-        answer = self.client.post(f"{self.place}/branch", json=body)
+        answer = command(self.client, self.model.id, "branch", frame=frame, values=values, title="another")
         before = self.model.branch
         if len(self.model.branches) == MOST_BRANCHES:
             error_of(answer, 409)
         elif frame > before.computed or (frame == LAST and values):
             error_of(answer, 422)
         else:
-            assert answer.status_code == 201, answer.text
+            assert answer.status_code == 200, answer.text
             self.add(answer.json()["branch"], before.leave(frame, values))
 
     @rule(number=st.integers(0, MOST_BRANCHES - 1))
@@ -185,7 +187,7 @@ class SessionMachine(RuleBasedStateMachine):
         # Not drawn from those that are there: their number depends on the clock, and Hypothesis repeats what it draws.
         names = sorted(self.model.branches)
         name = names[number % len(names)]
-        answer = self.client.post(f"{self.place}/branch/{name}/activate")
+        answer = command(self.client, self.model.id, "activate", branch=name)
         assert answer.status_code == 200, answer.text
         self.model.active = name
 
@@ -193,7 +195,7 @@ class SessionMachine(RuleBasedStateMachine):
     def restart(self, seed: int | None) -> None:
         """Restart with what is in force; another seed is for a session of one branch."""
         before = self.model.branch
-        answer = self.client.post(f"{self.place}/transport", json={"action": "restart", "seed": seed})
+        answer = command(self.client, self.model.id, "restart", seed=seed)
         if seed not in {None, before.seed} and len(self.model.branches) > 1:
             error_of(answer, 409)
             return
@@ -218,6 +220,7 @@ class SessionMachine(RuleBasedStateMachine):
         told = answer.json()
         assert told["remark"] is None
         self.client.delete(self.place)
+        self.model.pass_through(Phase.CLOSED)
         self.model = SessionModel(told["id"], {told["branch"]: run.branch}, told["branch"])
         self.model.branch = replace(run.branch, position=self.arrived()["position"])
 
@@ -227,13 +230,14 @@ class SessionMachine(RuleBasedStateMachine):
         if plays:
             self.steer("speed", speed=1.0)
             self.steer("play")
+            self.model.pass_through(Phase.PLAYING)
         os.kill(self.server.pid_of(self.model.id), how)
         wait_for(lambda: self.told()["state"] == "crashed", what="the session knows")
-        error_of(self.client.post(f"{self.place}/transport", json={"action": "step"}), 409)
+        error_of(command(self.client, self.model.id, "step"), 409)
         answer = self.client.post(f"{self.place}/resume")
         assert answer.status_code == 200, answer.text
         resumed = self.arrived()
-        assert resumed["state"] in {"ready", "ended"}
+        self.model.pass_through(Phase.CRASHED, Phase.STARTING)
         if plays:
             self.take_position(resumed)
 
@@ -243,8 +247,8 @@ class SessionMachine(RuleBasedStateMachine):
     def is_what_the_model_says(self) -> None:
         """Branches, position, values in force and estimates are those of the model."""
         told, branch = self.told(), self.model.branch
-        assert told["state"] == ("ended" if branch.position == LAST else "ready")
-        assert not told["playing"]
+        self.model.pass_through(Phase.ENDED if branch.position == LAST else Phase.READY)
+        assert (told["state"], told["playing"]) == (self.model.phase, False)
         assert (told["branch"], {each["id"] for each in told["branches"]}) == (
             self.model.active,
             set(self.model.branches),

@@ -10,7 +10,7 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 from pftrack.core.model.marks import Mark
 from pftrack.core.model.recipe import Change, Footage, Recipe
 from pftrack_server.schemas.body import RequestBody
-from tests.server.host import Server, begin, error_of, steer
+from tests.server.host import Server, begin, change_values, command, error_of, steer
 from tests.session_requests import session_request
 
 
@@ -46,18 +46,17 @@ class TestBadWishes:
         """The server's own limit of particles counts besides the parameter's."""
         with start_server(max_particles=500) as (_, client):
             session = begin(client, parameters={"sample_count": 500})
-            answer = client.patch(f"/api/v1/sessions/{session['id']}/parameters", json={"sample_count": 501})
+            answer = change_values(client, session["id"], {"sample_count": 501})
             assert error_of(answer, 422)["bound"] == "at most 500 on this server"
 
     def test_too_many_branches(self, start_server: Any) -> None:
         """A session's branches are limited, with a clear sentence; a change at the end of a run needs one more."""
         with start_server(max_branches=2) as (_, client):
             session = begin(client, frames=5)
-            url = f"/api/v1/sessions/{session['id']}/branch"
-            assert client.post(url, json={"frame": 0}).status_code == 201
+            assert command(client, session["id"], "branch", frame=0).status_code == 200
             steer(client, session["id"], "seek", frame=4)
-            changed = client.patch(f"/api/v1/sessions/{session['id']}/parameters", json={"sample_count": 50})
-            for answer in (client.post(url, json={"frame": 0}), changed):
+            changed = change_values(client, session["id"], {"sample_count": 50})
+            for answer in (command(client, session["id"], "branch", frame=0), changed):
                 assert "at most 2 branches" in error_of(answer, 409)["message"]
 
 
@@ -71,6 +70,7 @@ def test_unknown_session(server: Server, client: httpx.Client) -> None:
         ("GET", "/frame.png"),
         ("GET", "/explanation"),
         ("POST", "/bookmarks"),
+        ("POST", "/commands"),
     ]:
         error_of(client.request(method, f"/api/v1/sessions/0123456789abcdef{path}"), 404)
 
@@ -101,8 +101,8 @@ def test_true_is_not_the_number_one(model: type[Any]) -> None:
     [
         ("POST", "", f'{{"experiment": "ball", "seed": {LONG}}}', "seed"),
         ("POST", "", f'{{"recipe": {{"experiment": "ball", "seed": -{LONG}}}}}', "seed"),
-        ("PATCH", "/{}/parameters", f'{{"alpha": 1, "sample_count": {LONG}}}', "sample_count"),
-        ("POST", "/{}/branch", f'{{"frame": 0, "parameters": {{"alpha": [1, {LONG}]}}}}', "parameters.alpha.1"),
+        ("POST", "/{}/commands", f'{{"kind": "change", "values": {{"sample_count": {LONG}}}}}', "sample_count"),
+        ("POST", "/{}/commands", f'{{"kind": "branch", "frame": 0, "values": {{"a": [1, {LONG}]}}}}', "a.1"),
     ],
 )
 def test_long_numbers(

@@ -8,9 +8,8 @@ import pytest
 
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.experiments import find
-from pftrack.runs.loss import approach
 from pftrack_server.schemas.description import SessionDescription, TrackerPublic
-from pftrack_server.schemas.snapshot import ChangePublic, RunSnapshot
+from pftrack_server.schemas.snapshot import AWAKE, TRANSITIONS, ChangePublic, Phase, RunSnapshot
 from pftrack_server.schemas.spec import BranchSpec, SessionSpec
 from pftrack_server.sessions.history import History
 from pftrack_server.sessions.state import SessionState
@@ -36,7 +35,8 @@ class Ear:
     def __init__(self) -> None:
         spec = SessionSpec(id="s", branches={"b0": BranchSpec(title="Main", run=START)})
         self.panel = 0
-        self.state = SessionState(spec, "starting", self._count)
+        self.state = SessionState(spec, self._count)
+        self.state.enter(Phase.STARTING)
         self.heard: list[dict[str, Any]] = []
         self.state.begin(Ready(DESCRIPTION, START, [row(0)]))
         self.state.listeners.emit = self._hear  # type: ignore[method-assign]
@@ -68,6 +68,27 @@ def row(frame: int, **more: Any) -> dict[str, Any]:
 @pytest.fixture
 def ear() -> Ear:
     return Ear()
+
+
+@pytest.mark.parametrize("before", Phase)
+@pytest.mark.parametrize("after", Phase)
+def test_only_what_the_table_has_is_made_of_a_session(before: Phase, after: Phase) -> None:
+    """A phase is entered from those that lead to it; from any other the session stays what it is."""
+    state = SessionState(SessionSpec(id="s", branches={"b0": BranchSpec(title="Main", run=START)}), lambda: None)
+    ways = {Phase.SUSPENDED: [], Phase.STARTING: [Phase.STARTING], **{one: [Phase.STARTING, one] for one in AWAKE}}
+    for phase in ways.get(before, [Phase.STARTING, before]):
+        state.enter(phase)
+    assert state.snapshot.state is before
+    state.enter(after)
+    assert state.snapshot.state is (after if after in TRANSITIONS[before] | {before} else before)
+
+
+def test_a_worker_that_was_given_up_says_nothing_more(ear: Ear) -> None:
+    """What it still reports after its session is suspended or closed neither wakes it nor moves it."""
+    for phase in (Phase.SUSPENDED, Phase.CLOSED):
+        ear.state.enter(phase)
+        assert ear.told(row(1), position=1, computed=1, playing=True) == []
+        assert (ear.state.snapshot.state, ear.state.spec.run.position) == (phase, 0)
 
 
 def test_a_frame_is_told_before_its_position(ear: Ear) -> None:
@@ -125,7 +146,7 @@ def test_playing_is_told_once(ear: Ear) -> None:
     assert ear.told(position=99, computed=99) == [{"position": 99, "computed": 99, "state": "ended"}]
     ear.advance(position=3, playing=True)
     ear.heard.clear()
-    ear.state.set_phase("crashed", "it ended")
+    ear.state.enter(Phase.CRASHED, "it ended")
     (told,) = ear.heard
     assert told["session"] == {"state": "crashed", "message": "it ended", "playing": False}
 
@@ -248,4 +269,3 @@ def test_before_the_loss_leads_to_the_loss_that_is_told(ear: Ear) -> None:
     told = ear.state.columns("b0")["lost_since"]
     assert told == [None] * 18 + [18] * 12
     assert ear.state.columns("b0")["lost_by"] == ["truth"] * 30
-    assert ear.state.before_loss() == approach(told[29])

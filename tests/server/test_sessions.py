@@ -12,7 +12,7 @@ import pytest
 from pftrack.experiments import find
 from pftrack.runs.loss import Loss
 from tests.server.asking import columns, get
-from tests.server.host import begin, error_of, steer
+from tests.server.host import begin, change_values, command, error_of, steer
 from tests.session_requests import session_request
 from tests.waiting import wait_for
 
@@ -55,7 +55,7 @@ class TestStarting:
         """A change is told with the value that it replaced, that of the beginning included."""
         session = begin(client, parameters={"sample_count": 300})
         steer(client, session["id"], "seek", frame=3)
-        client.patch(f"/api/v1/sessions/{session['id']}/parameters", json={"sample_count": 200})
+        change_values(client, session["id"], {"sample_count": 200})
         now = get(client, session["id"])
         change = now["timeline"][-1]
         assert (change["frame"], change["before"]["sample_count"]) == (4, 300)
@@ -64,7 +64,7 @@ class TestStarting:
     def test_before_the_loss(self, client: httpx.Client) -> None:
         """The transport goes where the library says that a loss is to be watched from, if there is one."""
         session = begin(client, tracker="condensation", seed=5, frames=90)
-        error_of(client.post(f"/api/v1/sessions/{session['id']}/transport", json={"action": "before_loss"}), 409)
+        error_of(command(client, session["id"], "before_loss"), 409)
         steer(client, session["id"], "seek", frame=89)
         columns = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]
         expected = Loss(np.array(columns["lost"]), ()).approach(columns["hidden"], 89)
@@ -135,35 +135,34 @@ class TestTransport:
     def test_another_seed_is_no_seed_of_one_branch(self, client: httpx.Client, session: dict[str, Any]) -> None:
         """All branches share their past, and so the seed."""
         steer(client, session["id"], "seek", frame=20)
-        client.post(f"/api/v1/sessions/{session['id']}/branch", json={"frame": 10})
-        body = {"action": "restart", "seed": 12}
-        answer = client.post(f"/api/v1/sessions/{session['id']}/transport", json=body)
+        command(client, session["id"], "branch", frame=10)
+        answer = command(client, session["id"], "restart", seed=12)
         assert "All 2 branches" in error_of(answer, 409)["message"]
         assert get(client, session["id"])["recipe"]["seed"] == session["recipe"]["seed"]
 
     @pytest.mark.parametrize(
         ("body", "field"),
         [
-            ({"action": "restart", "seed": -1}, "seed"),
-            ({"action": "restart", "seed": 2**53}, "seed"),
-            ({"action": "restart", "seed": 1.5}, "seed"),
-            ({"action": "restart", "seed": "seven"}, "seed"),
-            ({"action": "fly"}, "action"),
-            ({}, "action"),
-            ({"action": "seek"}, "frame"),
-            ({"action": "seek", "frame": 240}, "frame"),
-            ({"action": "seek", "frame": -1}, "frame"),
-            ({"action": "seek", "frame": "soon"}, "frame"),
-            ({"action": "speed"}, "speed"),
-            ({"action": "speed", "speed": 11}, "speed"),
-            ({"action": "speed", "speed": 0.01}, "speed"),
-            ({"action": "speed", "speed": -1}, "speed"),
-            ({"action": "play", "warp": 9}, "warp"),
+            ({"kind": "restart", "seed": -1}, "seed"),
+            ({"kind": "restart", "seed": 2**53}, "seed"),
+            ({"kind": "restart", "seed": 1.5}, "seed"),
+            ({"kind": "restart", "seed": "seven"}, "seed"),
+            ({"kind": "fly"}, "kind"),
+            ({}, "kind"),
+            ({"kind": "seek"}, "frame"),
+            ({"kind": "seek", "frame": 240}, "frame"),
+            ({"kind": "seek", "frame": -1}, "frame"),
+            ({"kind": "seek", "frame": "soon"}, "frame"),
+            ({"kind": "speed"}, "speed"),
+            ({"kind": "speed", "speed": 11}, "speed"),
+            ({"kind": "speed", "speed": 0.01}, "speed"),
+            ({"kind": "speed", "speed": -1}, "speed"),
+            ({"kind": "play", "warp": 9}, "warp"),
         ],
     )
     def test_refuses(self, client: httpx.Client, session: dict[str, Any], body: dict[str, Any], field: str) -> None:
         """A wrong transport command is refused with the field's name."""
-        answer = client.post(f"/api/v1/sessions/{session['id']}/transport", json=body)
+        answer = client.post(f"/api/v1/sessions/{session['id']}/commands", json=body)
         assert error_of(answer, 422)["field"] == field
 
 
@@ -180,7 +179,7 @@ def test_a_look_at_the_picture_interrupts_nothing(client: httpx.Client) -> None:
     session = begin(client, frames=2000, parameters={"sample_count": 20_000})
     place = f"/api/v1/sessions/{session['id']}"
     with ThreadPoolExecutor(1) as pool:
-        seeking = pool.submit(client.post, f"{place}/transport", json={"action": "seek", "frame": 150})
+        seeking = pool.submit(command, client, session["id"], "seek", frame=150)
         for _ in range(5):
             assert client.get(f"{place}/frame.png").status_code == 200
         assert seeking.result().json()["position"] == 150

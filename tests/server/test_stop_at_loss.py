@@ -8,7 +8,7 @@ import httpx
 import pftrack
 from pftrack.runs.loss_probability import loss_probabilities
 from tests.server.asking import columns, get
-from tests.server.host import begin, error_of, steer
+from tests.server.host import begin, command, error_of, steer
 from tests.server.test_session_truth import give
 from tests.server.test_suitability import box
 from tests.server.test_suitability import clip as clip  # noqa: PLC0414 - a fixture
@@ -34,7 +34,6 @@ def test_frames_tell_what_the_library_tells(client: httpx.Client) -> None:
     steer(client, session["id"], "seek", frame=FRAMES - 1)
     said = _library()
     assert _told(client, session["id"]) == [None if math.isnan(one) else one for one in said]
-    client.post(f"/api/v1/sessions/{session['id']}/branches", json={"frame": 8})
     steer(client, session["id"], "seek", frame=20)
     assert _told(client, session["id"])[1:21] == said[1:21]
 
@@ -75,8 +74,7 @@ def test_on_a_recording_a_mark_stops_it(client: httpx.Client, upload: str) -> No
 def test_a_probability_is_between_nothing_and_certainty(client: httpx.Client, session: dict[str, Any]) -> None:
     """Others are refused with the field's name."""
     for wrong in (0, 1.5, "often"):
-        body = {"action": "stop_at", "probability": wrong}
-        answer = client.post(f"/api/v1/sessions/{session['id']}/transport", json=body)
+        answer = command(client, session["id"], "stop_at", probability=wrong)
         assert error_of(answer, 422)["field"] == "probability"
 
 

@@ -14,7 +14,7 @@ from websockets.sync.client import ClientConnection, connect
 from pftrack_server.schemas.messages import Frame
 from pftrack_server.stream import duplex, listeners
 from tests.apart import run
-from tests.server.host import Server, steer
+from tests.server.host import Server, change_values, command, steer
 from tests.waiting import wait_for
 
 
@@ -96,7 +96,7 @@ def test_changes_are_echoed(client: httpx.Client, session: dict[str, Any], addre
     with connect(address) as first, connect(address) as second:
         for socket in (first, second):
             hear(socket)
-        client.patch(f"/api/v1/sessions/{session['id']}/parameters", json={"sample_count": 200, "tracker": "apf"})
+        change_values(client, session["id"], {"sample_count": 200, "tracker": "apf"})
         for socket in (first, second):
             echo = changes(until(socket, has_changed(tracker="apf"))[-1])
             (change,) = echo["timeline"]
@@ -108,7 +108,7 @@ def test_branches_and_bookmarks_are_told(client: httpx.Client, session: dict[str
     """New branches and bookmarks are told to all listeners."""
     with connect(address) as socket:
         hear(socket)
-        client.post(f"/api/v1/sessions/{session['id']}/branch", json={"frame": 0, "title": "Other"})
+        command(client, session["id"], "branch", frame=0, title="Other")
         told = until(socket, lambda message: "Other" in json.dumps(changes(message)))
         branches = [changes(message)["branch"] for message in told if "branch" in changes(message)]
         assert branches[-1] == changes(told[-1])["branches"][-1]["id"]
@@ -259,7 +259,7 @@ def test_two_people_on_one_session(client: httpx.Client, session: dict[str, Any]
         for socket in (first, second):
             hear(socket)
         for count in (100, 150, 200, 250):
-            client.patch(f"/api/v1/sessions/{session['id']}/parameters", json={"sample_count": count})
+            change_values(client, session["id"], {"sample_count": count})
             steer(client, session["id"], "step")
         seen = [until(socket, at(4)) for socket in (first, second)]
         rows = [[m["diagnostics"] for m in heard if m["type"] == "frame"] for heard in seen]

@@ -116,7 +116,7 @@ def test_the_verdict_changes_while_tracking(client: httpx.Client) -> None:
         session = client.post("/api/v1/sessions", json={"recipe": recipe, "upload": upload}).json()
         where = f"/api/v1/sessions/{session['id']}"
         said = [
-            client.post(f"{where}/transport", json={"action": "seek", "frame": frame}).json()["look"]
+            client.post(f"{where}/commands", json={"kind": "seek", "frame": frame}).json()["look"]
             for frame in (FRAMES - 1, 2 * FRAMES - 1, 3)
         ]
         assert said[0].startswith("Separates well from the start"), said

@@ -11,7 +11,8 @@ import numba
 import pytest
 
 from pftrack.process import AsyncEnd, BlockingEnd, pair
-from pftrack_server.worker.protocol import Change, Credit, Event, Export, Progress, Reply, Request, Speed, Transport
+from pftrack_server.worker.commands import ChangeValues, Export, Pause, Play, SetSpeed
+from pftrack_server.worker.protocol import Credit, Event, Progress, Reply, Request
 from pftrack_server.worker.run_tree import RunTree
 from pftrack_server.worker.worker import Worker
 from tests.apart import run
@@ -56,8 +57,8 @@ async def play_and_change(heard: list[Event]) -> None:
             answered.set()
 
     async with working(hear) as web:
-        web.send(Request(1, Speed(SLOW)))
-        web.send(Request(2, Transport("play")))
+        web.send(Request(1, SetSpeed.model_construct(speed=SLOW)))
+        web.send(Request(2, Play()))
         web.send(Credit("scene"))
         await asyncio.wait_for(drawn.wait(), 60)
         await asyncio.sleep(0.4)
@@ -68,7 +69,7 @@ async def play_and_change(heard: list[Event]) -> None:
         await asyncio.sleep(0.05)
         drawn.clear()
         heard.clear()
-        web.send(Request(3, Change({"sample_count": 90}, "b1")))
+        web.send(Request(3, ChangeValues(values={"sample_count": 90}), "b1"))
         await asyncio.wait_for(answered.wait(), 60)
         await asyncio.wait_for(drawn.wait(), 60)
 
@@ -86,7 +87,7 @@ async def play_with_one_credit_each(heard: list[Progress]) -> None:
     async with working(hear) as web:
         web.send(Credit("scene"))
         web.send(Credit("flat"))
-        web.send(Request(1, Transport("play")))
+        web.send(Request(1, Play()))
         await asyncio.wait_for(far.wait(), 60)
 
 
@@ -112,7 +113,7 @@ def test_a_change_leaves_the_way_free_for_the_frame_that_shows_it() -> None:
     assert values["sample_count"] == 90
     assert [event.scene for event in told] == [None] * len(told)
     shown = next(event.changes for event in heard if isinstance(event, Progress) and event.scene is not None)
-    assert shown["position"] == heard[answer].result
+    assert shown["position"] == heard[answer].result.frame
 
 
 async def play_until_behind(heard: list[Progress], seconds: float) -> None:
@@ -128,9 +129,9 @@ async def play_until_behind(heard: list[Progress], seconds: float) -> None:
             paused.set()
 
     async with working(hear) as web:
-        web.send(Request(1, Transport("play")))
+        web.send(Request(1, Play()))
         await asyncio.wait_for(behind.wait(), 60)
-        web.send(Request(2, Transport("pause")))
+        web.send(Request(2, Pause()))
         await asyncio.wait_for(paused.wait(), 60)
 
 
@@ -161,7 +162,7 @@ async def play_until_compiled(heard: list[Progress]) -> None:
                 over.set()
 
     async with working(hear) as web:
-        web.send(Request(1, Transport("play")))
+        web.send(Request(1, Play()))
         await asyncio.wait_for(over.wait(), 60)
 
 
@@ -209,7 +210,7 @@ def test_what_compiles_beside_a_step_is_over_as_well(monkeypatch: pytest.MonkeyP
 
         async with working(hear) as web:
             monkeypatch.setattr(RunTree, place, compiling)
-            web.send(Request(1, Transport("play")) if place == "measures" else Request(1, Export("csv", "x.csv")))
+            web.send(Request(1, Play()) if place == "measures" else Request(1, Export("csv", "x.csv")))
             await asyncio.wait_for(over.wait(), 10)
 
     run(work())

@@ -131,8 +131,7 @@ class Session:
         self.viewer = Viewer(
             PanelDescription("Ball behind an occluder", DECLARATIONS, TRACKERS, LAYERS, worlds),
             self.in_force,
-            on_change=self._change,
-            on_transport=self.transport.append,
+            on_command=lambda body: self._change(body["values"]) if "values" in body else self.transport.append(body),
         )
 
     @property

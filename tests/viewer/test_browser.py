@@ -230,7 +230,7 @@ def test_a_typed_seed_begins_the_run_anew(session: Session, page: Any, scene: An
     field = box(scene, "Seed")
     field.fill("4242")
     field.press("Enter")
-    wait_for(lambda: session.transport == [{"action": "restart", "seed": 4242}])
+    wait_for(lambda: session.transport == [{"kind": "restart", "seed": 4242}])
     session.viewer.tell(PanelValues({}, "h-spf", 4242))
     wait_for_value(page, field, "4242")
 

@@ -39,12 +39,12 @@ def test_a_player_goes_branches_and_restarts_while_the_run_that_was_given_stays(
     wait_for(lambda: player.run.position == 30)
     player.go(5)
     wait_for(lambda: player.run.position == 5)
-    player._request_values({"sample_count": 50})
+    player._request_command({"kind": "change", "values": {"sample_count": 50}})
     wait_for(lambda: player.run is not first, what="a branch was made")
     assert player.run.position == 5
     assert player.run.parameters_at(6).sample_count == 50
     assert first.computed == 30
-    player._request_transport({"action": "restart", "seed": 8})
+    player._request_command({"kind": "restart", "seed": 8})
     wait_for(lambda: player.run.seed == 8)
     assert player.run.parameters_at(0).sample_count == 800
 
@@ -59,13 +59,13 @@ def test_a_player_plays_to_the_end_and_says_what_it_refuses(player: Player, monk
     """At the end it rests; a value that is out of bounds is refused with a sentence, and nothing else happens."""
     refused: list[str] = []
     monkeypatch.setattr(player.viewer, "refuse", refused.append)
-    player._request_transport({"action": "speed", "speed": 0.0})
-    player._request_transport({"action": "toggle"})
+    player._request_command({"kind": "speed", "speed": 0.0})
+    player._request_command({"kind": "toggle"})
     wait_for(lambda: player.run.position == 39)
     wait_for(lambda: not player._is_playing)
     player.go(10)
     wait_for(lambda: player.run.position == 10)
-    player._request_values({"sample_count": -1})
+    player._request_command({"kind": "change", "values": {"sample_count": -1}})
     wait_for(lambda: refused)
     assert "sample_count" in refused[0]
     assert player.run.parameters_at(11).sample_count == 800

@@ -107,7 +107,7 @@ def test_a_value_is_proposed_although_the_panel_is_restored_at_that_moment(sessi
     finally:
         free.set()
     wait_for(lambda: session.changes == [{"occlusion_width_px": 70.0}])
-    wait_for(lambda: session.transport == [{"action": "speed", "speed": 2.0}])
+    wait_for(lambda: session.transport == [{"kind": "speed", "speed": 2.0}])
     session.transport.clear()
 
 
@@ -123,7 +123,7 @@ def test_only_what_the_tracker_reads_is_shown(session: Session, peer: Peer) -> N
 def test_the_speed_is_a_transport_command(session: Session, peer: Peer) -> None:
     """The panel has no transport of its own; it hands the wish over."""
     peer.move("Speed", "2x")
-    wait_for(lambda: session.transport == [{"action": "speed", "speed": 2.0}])
+    wait_for(lambda: session.transport == [{"kind": "speed", "speed": 2.0}])
 
 
 def test_the_seed_is_shown_and_another_one_begins_the_run_anew(session: Session, peer: Peer) -> None:
@@ -131,7 +131,7 @@ def test_the_seed_is_shown_and_another_one_begins_the_run_anew(session: Session,
     session.transport.clear()
     assert (peer.control("Seed")["kind"], peer.control("Seed")["max"]) == ("GuiNumberMessage", 2**53 - 1)
     peer.move("Seed", 12.0)
-    wait_for(lambda: session.transport == [{"action": "restart", "seed": 12}])
+    wait_for(lambda: session.transport == [{"kind": "restart", "seed": 12}])
     assert type(session.transport[0]["seed"]) is int
     session.viewer.tell(PanelValues({}, "h-spf", 9_007_199_254_740_991))
     wait_for(lambda: peer.control("Seed")["value"] == 9_007_199_254_740_991)

@@ -40,7 +40,7 @@ class Server:
 
     def seek(self, session: str, frame: int) -> None:
         """Go to a frame of a session."""
-        self.ask("POST", f"sessions/{session}/transport", {"action": "seek", "frame": frame})
+        self.ask("POST", f"sessions/{session}/commands", {"kind": "seek", "frame": frame})
 
     def until(self, path: str, done: str, *, seconds: float = 300) -> Any:
         """Ask until a field of the answer is true, and return the answer."""

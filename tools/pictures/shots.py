@@ -63,7 +63,9 @@ def _slider(server: Server, browser: Any) -> Iterator[bytes]:
         for frame in range(60):
             if frame >= 10 and frame % 5 == 0:
                 width = min(40 + 2 * (frame - 10), 100)
-                server.ask("PATCH", f"sessions/{name}/parameters", {"occlusion_width_px": width})
+                server.ask(
+                    "POST", f"sessions/{name}/commands", {"kind": "change", "values": {"occlusion_width_px": width}}
+                )
             server.seek(name, frame)
             _painted(page, frame)
             yield page.screenshot()

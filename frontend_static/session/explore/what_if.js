@@ -159,9 +159,9 @@ export class WhatIf {
     const found = this.#found;
     const finding = found?.findings.find(({ values }) => JSON.stringify(values) === key);
     if (!found || !finding) return;
-    const { tracker = null, ...parameters } = finding.values;
-    const body = { frame: found.begin, tracker: tracker === null ? null : String(tracker), parameters, seed: finding.seed, title: finding.title };
-    if (await commands.branch(body)) await attempt(() => api.transport(store.known.id, "seek", { frame: found.end }));
+    const { values, seed, title } = finding;
+    const made = await commands.branch({ frame: found.begin, values, seed, title });
+    if (made) await attempt(() => api.command(store.known.id, { kind: "seek", frame: found.end }));
   }
 
   /**

@@ -13,7 +13,7 @@ import { Courses } from "./courses.js";
 import { GenealogyFigure } from "./genealogy.js";
 import { pointing } from "./pointing.js";
 
-/** @import { InspectionPublic, InspectionUpdate } from "../../shared/messages.js" */
+/** @import { InspectionPublic, Inspect } from "../../shared/messages.js" */
 /** @import { Mounted } from "../mount.js" */
 
 /** @typedef {"estimate"|"place"|"particle"} Kind What can be looked at. */
@@ -71,7 +71,7 @@ export class Inspector {
     const course = h("section", { class: "inspection-course", hidden: true });
     this.#courses = new Courses(course, signal);
     this.#request = new NewestRequest(
-      (/** @type {InspectionUpdate} */ wish) => api.inspect(store.known.id, wish),
+      async (/** @type {Inspect} */ wish) => /** @type {InspectionPublic} */ (await api.command(store.known.id, wish)),
       { answer: (found) => this.#show(found), refused: (error) => this.#refuse(error) },
       signal,
     );
@@ -103,12 +103,12 @@ export class Inspector {
     if (this.isOpen) {
       this.#choose(this.#kind);
       this.#root.scrollIntoView({ block: "start" });
-    } else if (this.#view.able) this.#request.ask({});
+    } else if (this.#view.able) this.#request.ask({ kind: "inspect" });
   }
 
-  /** @returns {InspectionUpdate} */
+  /** @returns {Inspect} */
   #wish() {
-    return { likelihood: this.#likelihood.checked, genealogy: true, pulls: true, ...this.#subject };
+    return { kind: "inspect", likelihood: this.#likelihood.checked, genealogy: true, pulls: true, ...this.#subject };
   }
 
   /** @param {Kind} kind */

@@ -6,14 +6,12 @@
  * says.
  */
 
-import { api } from "../../shared/api.js";
 import { fill, h, setText } from "../../shared/dom.js";
 import { coalesce } from "../../shared/timing.js";
-import { attempt } from "../../shared/toast.js";
 import { fitDialog, fittable } from "../fit.js";
 import { checkbox, choice, makeControl, numberBox } from "./control.js";
 import { Folds } from "./folds.js";
-import { Proposals } from "./proposals.js";
+import { Proposals, sendValues } from "./proposals.js";
 
 /** @import { Layers } from "../flat/layers.js" */
 /** @import { Declaration } from "../../shared/messages.js" */
@@ -58,7 +56,7 @@ export class Panel {
     this.#root = root;
     this.#store = store;
     this.#layers = layers;
-    this.#proposals = new Proposals((values) => this.#send(values), () => this.#show(), signal);
+    this.#proposals = new Proposals((values) => sendValues(this.#session.id, values), () => this.#show(), signal);
     this.#build();
     this.#show();
     this.#explain();
@@ -167,20 +165,6 @@ export class Panel {
     }
     this.#fit.hidden = fittable(session).length === 0;
     this.#root.toggleAttribute("inert", connection !== "open" || !isSteerable);
-  }
-
-  /**
-   * @param {Record<string, Value>} values
-   * @returns {Promise<boolean>}
-   */
-  async #send({ [SEED]: seed, ...values }) {
-    const { id } = this.#session;
-    const accepted = await attempt(async () => {
-      if (Object.keys(values).length > 0) await api.parameters(id, values);
-      if (seed !== undefined) await api.transport(id, "restart", { seed: Number(seed) });
-      return true;
-    });
-    return accepted === true;
   }
 }
 

@@ -3,8 +3,10 @@
  * answered and the session's own word has come, what is proposed is not torn out of the hand.
  */
 
+import { api } from "../../shared/api.js";
 import { NewestRequest } from "../../shared/newest_request.js";
 import { later } from "../../shared/timing.js";
+import { attempt } from "../../shared/toast.js";
 
 /** The session's word comes by the stream, mostly before the answer to the request, sometimes a little after it. */
 const REST_MS = 300;
@@ -12,6 +14,22 @@ const REST_MS = 300;
 /** @import { Value } from "../../shared/format.js" */
 
 /** @typedef {Record<string, Value>} Values By the names of the parameters. */
+
+/**
+ * Change values of a session; a seed among them starts the run again.
+ *
+ * @param {string} id
+ * @param {Values} values
+ * @returns {Promise<boolean>} Whether they were accepted.
+ */
+export async function sendValues(id, { seed, ...values }) {
+  const accepted = await attempt(async () => {
+    if (Object.keys(values).length > 0) await api.command(id, { kind: "change", values });
+    if (seed !== undefined) await api.command(id, { kind: "restart", seed: Number(seed) });
+    return true;
+  });
+  return accepted === true;
+}
 
 export class Proposals {
   /** @type {NewestRequest<Values, boolean>} */

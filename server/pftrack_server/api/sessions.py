@@ -2,9 +2,9 @@
 
 import asyncio
 from http import HTTPStatus
-from typing import Annotated, Any
+from typing import Annotated
 
-from fastapi import APIRouter, Body, Path, Query, Request
+from fastapi import APIRouter, Path, Query, Request
 from starlette.responses import RedirectResponse, Response
 
 from pftrack.sources.truth import LARGEST_FILE_BYTES
@@ -13,24 +13,23 @@ from pftrack_server.api.uploads import MULTIPART
 from pftrack_server.base_path import address_of
 from pftrack_server.errors import ConflictError, NotFoundError
 from pftrack_server.experiments import find_experiment
-from pftrack_server.schemas.inspection import ExplanationPublic, InspectionPublic, InspectionUpdate
+from pftrack_server.schemas.inspection import ExplanationPublic
 from pftrack_server.schemas.messages import SessionPublic
 from pftrack_server.schemas.sessions import (
     BookmarkCreate,
-    BranchCreate,
-    Changed,
     Columns,
     SessionCreate,
     SessionUpdate,
-    TransportUpdate,
 )
 from pftrack_server.schemas.snapshot import Bookmark
 from pftrack_server.schemas.uploads import TruthPublic
 from pftrack_server.sessions.create import as_spec
+from pftrack_server.sessions.session import Answer
 from pftrack_server.store.files import new_name
 from pftrack_server.store.tables import UploadRow
 from pftrack_server.uploads.multipart import receive
 from pftrack_server.uploads.truth import rows_of, store_truth
+from pftrack_server.worker.commands import Command, Explain, MakeBranch, Picture
 
 router = APIRouter(prefix="/sessions", tags=["sessions"])
 
@@ -75,34 +74,16 @@ async def end_session(session: Name, manager: AManager) -> None:
         manager.get(session)
 
 
-@router.patch("/{session}/parameters")
-async def change_parameters(session: ASession, values: Annotated[dict[str, Any], Body()]) -> Changed:
-    """Change parameters from the next frame on; in the past this makes a branch."""
-    return await session.change(values)
+@router.post("/{session}/commands")
+async def command(session: ASession, body: Command, manager: AManager) -> Answer:
+    """Play, pause, go to a frame, change parameters, branch, look into a frame: whatever `kind` names.
 
-
-@router.post("/{session}/transport")
-async def steer(session: ASession, body: TransportUpdate) -> SessionPublic:
-    """Play, pause, step, go back, seek, set the speed, or restart, with another seed if one is given."""
-    return await session.transport(body.action, body.frame, body.speed, body.seed, body.probability)
-
-
-@router.post("/{session}/branch", status_code=HTTPStatus.CREATED)
-async def branch(session: ASession, body: BranchCreate, manager: AManager) -> SessionPublic:
-    """Leave the active branch at a frame and go on in a new one."""
-    beside = {"tracker": body.tracker, "seed": body.seed}
-    values = {**body.parameters, **{name: value for name, value in beside.items() if value is not None}}
-    made = await session.branch(body.frame, values, body.title)
-    await manager.note()
-    return made
-
-
-@router.post("/{session}/branch/{branch}/activate")
-async def activate(session: ASession, branch: Name) -> SessionPublic:
-    """Show another branch."""
-    if branch not in session.spec.branches:
-        raise NotFoundError("The session has no such branch.")
-    return await session.activate(branch)
+    `change` is answered with the values in force, `inspect` with what is found, any other with the session.
+    """
+    answer = await session.command(body)
+    if isinstance(body, MakeBranch):
+        await manager.note()
+    return answer
 
 
 @router.post("/{session}/resume")
@@ -138,22 +119,16 @@ async def give_truth(
     return told
 
 
-@router.put("/{session}/inspection")
-async def inspect(session: ASession, body: InspectionUpdate) -> InspectionPublic:
-    """Look at a place or a particle of the frame that is shown, have it drawn from now on, and tell what is found."""
-    return await session.inspect(body)
-
-
 @router.get("/{session}/explanation")
 async def explain(session: ASession, frame: Annotated[int | None, Query(ge=0)] = None) -> ExplanationPublic:
     """Tell why the target was lost in the active branch, in its first lasting loss or at a frame."""
-    return ExplanationPublic.model_validate(await session.explain(frame))
+    return ExplanationPublic.model_validate(await session.order(Explain(frame)))
 
 
 @router.get("/{session}/frame.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})
 async def picture(session: ASession) -> Response:
     """Return the frame that is shown as a picture."""
-    return Response(await session.picture(), media_type="image/png", headers={"Cache-Control": "no-store"})
+    return Response(await session.order(Picture()), media_type="image/png", headers={"Cache-Control": "no-store"})
 
 
 @router.get(

@@ -10,6 +10,7 @@ from fastapi import APIRouter, WebSocket
 from pftrack_server.api.dependencies import TheServices
 from pftrack_server.errors import ApiError
 from pftrack_server.schemas.messages import parse_painted
+from pftrack_server.schemas.snapshot import Phase
 from pftrack_server.schemas.stream import ping
 from pftrack_server.services import Services
 from pftrack_server.sessions.session import Session
@@ -64,6 +65,6 @@ async def _keep_awake(session: Session, services: Services) -> AsyncIterator[Non
 
 
 async def _wake(session: Session, services: Services) -> None:
-    if session.phase == "suspended":
+    if session.phase is Phase.SUSPENDED:
         with contextlib.suppress(ApiError):
             await asyncio.shield(services.manager.resume(session))

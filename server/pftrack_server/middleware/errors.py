@@ -120,7 +120,7 @@ async def _long_number(request: Request) -> dict[str, Any] | None:
     field = field_of_long_number(await request.body())
     if field is None:
         return None
-    name = field.removeprefix("recipe.")
+    name = field.removeprefix("recipe.").removeprefix("values.")
     bound = f"a number of at most {sys.get_int_max_str_digits()} digits"
     return shape(f"{name or 'The body'} must be {bound}", field=name or None, bound=bound)
 
@@ -142,25 +142,25 @@ def _first(error: RequestValidationError) -> dict[str, Any]:
     cause = first.get("ctx", {}).get("error")
     if isinstance(cause, ParameterError):
         return shape(str(cause), field=cause.field, bound=cause.bound, value=cause.value)
-    # The fields of a recipe have the names that the library's own refusals give them.
+    # The fields of a recipe have the names that the library's own refusals give them, and so have those of a command.
+    kind = error.body.get("kind") if isinstance(error.body, dict) else None
     where = [str(part) for part in first["loc"] if part not in {"body", "query", "path", "recipe"}]
-    field = ".".join(where) or None
+    where = where[1:] if where[:1] == [kind] else where
+    field = ".".join(where) or first.get("ctx", {}).get("discriminator", "").strip("'") or None
     said = str(first["msg"]).removeprefix("Value error, ")
     bound = said.removeprefix("Input should be ").removeprefix("String should ")
-    if first["type"] in {"json_invalid", "model_attributes_type", "dict_type"} and field is None:
+    if first["type"] in {"json_invalid", "model_attributes_type", "dict_type"} and not where:
         return shape("The body must be a JSON object")
     if first["type"] == "json_invalid":
         return shape(f"The body must be JSON ({first.get('ctx', {}).get('error', 'it does not parse')})")
-    if first["type"] == "missing":
+    if first["type"] in {"missing", "union_tag_not_found"}:
         return shape(f"{field or 'The body'} is missing", field=field, bound="given")
     if first["type"] == "extra_forbidden":
         return shape(f"{field} is unknown", field=field, bound="one of the documented fields")
-    return shape(f"{field or 'The body'}: {_lower(said)}", field=field, bound=bound, value=first.get("input"))
+    return shape(
+        f"{field or 'The body'}: {said[:1].lower()}{said[1:]}", field=field, bound=bound, value=first.get("input")
+    )
 
 
 def _sentence_case(text: str) -> str:
     return text[:1].upper() + text[1:]
-
-
-def _lower(text: str) -> str:
-    return text[:1].lower() + text[1:]

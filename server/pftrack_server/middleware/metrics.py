@@ -43,7 +43,7 @@ class _Sessions(Collector):
         """Count sessions and visitors at the moment of asking."""
         states = GaugeMetricFamily("pftrack_sessions", "Sessions by state", labels=["state"])
         found = [session.phase for session in self._manager.all]
-        for state in get_args(Phase):
+        for state in Phase:
             states.add_metric([state], found.count(state))
         visitors = GaugeMetricFamily("pftrack_visitors", "Connections that look on or listen")
         visitors.add_metric([], sum(session.visitors for session in self._manager.all))

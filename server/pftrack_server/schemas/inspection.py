@@ -1,32 +1,14 @@
-"""Looking into a session: what is looked at in the frame that is shown, what is found, and why a target was lost."""
+"""What is found in the frame that a session shows, where somebody looks into it, and why a target was lost."""
 
-from typing import Annotated, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, ConfigDict, Field
 
 from pftrack.core.model.likelihood import Amount, Contributions, Histograms, Residual
 from pftrack.core.model.measures import Witness
-from pftrack.core.model.parameters import NOT_BOOLEAN
 from pftrack.core.model.preset import CauseId
 from pftrack.core.model.series import Known
 from pftrack.runs.inspection import Course
-from pftrack_server.schemas.body import FrameNumber, RequestBody
-
-Pixels = Annotated[float, Field(ge=-100_000, le=100_000, allow_inf_nan=False), NOT_BOOLEAN]
-
-
-class InspectionUpdate(RequestBody):
-    """What to look at: a place, a particle, or without either the estimate. It takes the place of what was before."""
-
-    likelihood: bool = Field(False, description="Whether the likelihood lies over the picture")
-    place: tuple[Pixels, Pixels] | None = Field(None, description="Of the picture, px")
-    picks: bool = Field(False, description="Whether the particle nearest to the place is looked at, and followed")
-    particle: Annotated[int, Field(ge=0), NOT_BOOLEAN] | None = Field(
-        None, description="A particle to follow, by its place in its frame"
-    )
-    frame: FrameNumber | None = Field(None, description="The frame of the particle; the one that is shown if left out")
-    genealogy: bool = Field(False, description="Whether the ancestors of all particles are wanted")
-    pulls: bool = Field(False, description="Whether arrows show which way the parts of the tracker's step pull")
 
 
 class PatchesPublic(BaseModel):
@@ -52,6 +34,8 @@ class StateValue(BaseModel):
 class ParticlePublic(BaseModel):
     """A particle, where it comes from and what became of it."""
 
+    model_config = ConfigDict(from_attributes=True)
+
     particle: int
     filter: str = Field(description="What has drawn it, where several filters have; the numbers are of that one")
     number: int = Field(description="Its place among the particles of that filter")
@@ -72,7 +56,7 @@ class GenealogyPublic(BaseModel):
     first: int = Field(description="The oldest frame")
     counts: list[int] = Field(description="How many different ancestors there are in each frame from there on")
     coalesced: int | None = Field(description="The newest frame in which one particle is the ancestor of all")
-    lines: list[list[float | None]] = Field(
+    lines: list[list[Known]] = Field(
         description="The heights of lines, 0 to 1, in each frame, null before a line begins; lines meet, never cross"
     )
 

@@ -1,20 +1,11 @@
-"""Sessions: how one begins, what it can be asked to do, and what it answers."""
+"""Sessions: how one begins, and what is said of it."""
 
-from typing import Annotated, Any, Literal
+from typing import Any
 
-from pydantic import AfterValidator, BaseModel, Field
+from pydantic import BaseModel, Field
 
-from pftrack.core.model.parameters import NOT_BOOLEAN, Value
-from pftrack.core.model.recipe import Recipe, Seed
-from pftrack_server.schemas.body import FrameNumber, RequestBody, Title, Values
-
-SLOWEST = 0.1
-
-
-def _speed(value: float) -> float:
-    if value != 0 and value < SLOWEST:
-        raise ValueError("Input should be 0 (as fast as possible) or between 0.1 and 10")
-    return value
+from pftrack.core.model.recipe import Recipe
+from pftrack_server.schemas.body import FrameNumber, RequestBody, Title
 
 
 class SessionCreate(RequestBody):
@@ -38,45 +29,10 @@ class SessionUpdate(RequestBody):
     name: Title = Field(description="As it is to be called; by its clip or preset again if empty")
 
 
-class TransportUpdate(RequestBody):
-    """A command of the transport."""
-
-    action: Literal["play", "pause", "step", "back", "seek", "before_loss", "speed", "stop_at", "restart"]
-    frame: FrameNumber | None = None
-    speed: Annotated[float, Field(le=10, allow_inf_nan=False), NOT_BOOLEAN, AfterValidator(_speed)] | None = None
-    probability: Annotated[float, Field(gt=0, le=1, allow_inf_nan=False), NOT_BOOLEAN] | None = Field(
-        None,
-        description="With stop_at: that the target is lost, from which on it stops playing; never if left out. On a "
-        "recording any value stops it where a mark or the tracker itself says that the target is lost",
-    )
-    seed: Seed | None = Field(None, description="With restart: the seed to start again with")
-
-
-class BranchCreate(RequestBody):
-    """A new branch: the frame at which it leaves the active one, and its changes."""
-
-    frame: FrameNumber
-    tracker: str | None = Field(None, max_length=64)
-    parameters: Values = Field({})
-    seed: Seed | None = Field(
-        None, description="Of the tracker's random numbers from there on; the scene stays as it is"
-    )
-    title: Title | None = None
-
-
 class BookmarkCreate(RequestBody):
     """A bookmark on the frame that is shown."""
 
     note: str = Field("", max_length=500)
-
-
-class Changed(BaseModel):
-    """The values in force after a change, and the frame from which they count."""
-
-    parameters: dict[str, Value]
-    tracker: str
-    frame: int
-    branch: str
 
 
 class Columns(BaseModel):

@@ -5,7 +5,9 @@ newest one, adds what it alone knows, and tells the pages which of the fields ar
 name for that: what is declared here and set where it is known travels to the pages, where each field is a topic.
 """
 
-from typing import Any, Literal, NamedTuple, TypeVar
+from collections.abc import Mapping
+from enum import StrEnum
+from typing import Any, NamedTuple, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -18,7 +20,33 @@ FIRST = "b0"
 PASSING = frozenset({"behind_s", "compiling", "computed", "look", "measured", "position"})
 """Fields of a run that change all the time while it plays: they are worth writing down now and then alone."""
 
-Phase = Literal["starting", "ready", "playing", "ended", "suspended", "crashed"]
+
+class Phase(StrEnum):
+    """What a session does; `SessionState` derives it and is the one who changes it."""
+
+    STARTING = "starting"
+    READY = "ready"
+    PLAYING = "playing"
+    ENDED = "ended"
+    """The last frame of the run is shown."""
+    SUSPENDED = "suspended"
+    CRASHED = "crashed"
+    CLOSED = "closed"
+
+
+AWAKE = frozenset({Phase.READY, Phase.PLAYING, Phase.ENDED})
+"""There is a worker that listens."""
+LIVE = AWAKE | {Phase.STARTING}
+"""There is a worker, or there is about to be one."""
+TRANSITIONS: Mapping[Phase, frozenset[Phase]] = {
+    Phase.SUSPENDED: frozenset({Phase.STARTING, Phase.CLOSED}),
+    Phase.CRASHED: frozenset({Phase.STARTING, Phase.CLOSED}),
+    Phase.STARTING: AWAKE | {Phase.CRASHED, Phase.CLOSED},
+    **{phase: AWAKE - {phase} | {Phase.SUSPENDED, Phase.CRASHED, Phase.CLOSED} for phase in AWAKE},
+    Phase.CLOSED: frozenset(),
+}
+"""To which phases each leads; nothing else is ever made of a session."""
+
 
 Snapshot = TypeVar("Snapshot", bound=BaseModel)
 
@@ -104,6 +132,12 @@ class RunSnapshot(BaseModel):
         if self.goal is None or self.goal_position is None:
             return Goal(self.computed, self.position)
         return Goal(self.goal, self.goal_position)
+
+    def phase(self, frames: int) -> Phase:
+        """Return the phase of a session whose worker holds this run of so many frames."""
+        if self.playing:
+            return Phase.PLAYING
+        return Phase.ENDED if self.position >= frames - 1 else Phase.READY
 
     @property
     def is_moving(self) -> bool:

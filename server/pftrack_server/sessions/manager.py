@@ -16,6 +16,7 @@ import structlog
 
 from pftrack_server.errors import ConflictError, NotFoundError, UnavailableError
 from pftrack_server.jobs.child_tasks import ChildTasks
+from pftrack_server.schemas.snapshot import Phase
 from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.sessions.session import Session
 from pftrack_server.settings import Settings
@@ -26,6 +27,7 @@ from pftrack_server.store.files import is_name
 from pftrack_server.store.tables import SessionRow
 from pftrack_server.system_errors import failure_message
 from pftrack_server.uploads.intake import index_of
+from pftrack_server.worker.commands import Play, ReviseFilter
 from pftrack_server.worker.protocol import WorkerConfig
 
 Prepare: TypeAlias = Callable[[Session], Awaitable[None]]
@@ -82,7 +84,7 @@ class Manager:
             except (ValueError, TypeError, LookupError, AttributeError) as error:
                 log.warning("a stored session is damaged and left out", session=row.id, error=repr(error))
                 continue
-            session.state.set_phase("suspended", "The server was restarted; the session continues where it was.")
+            session.state.enter(Phase.SUSPENDED, "The server was restarted; the session continues where it was.")
             session.state.dirty = False
             self._sessions[spec.id] = session
         self._rounds = asyncio.create_task(self._watch_sessions())
@@ -160,26 +162,26 @@ class Manager:
         Raises:
             UnavailableError: The house is full.
         """
-        if session.worker is None and session.phase != "starting":
+        if not session.live:
             await self._start(session)
             await session.wait_until_open(OPENING_S)
 
     async def measure_by(self, session: Session, truth: dict[int, tuple[float, ...]] | None) -> None:
         """Measure a session by another truth: its run is made again, to the same estimates, and goes on if it did."""
-        playing = session.phase == "playing"
+        playing = session.phase is Phase.PLAYING
         session.state.set_truth(truth)
         await self.note()
         if session.live:
             await session.suspend("The run is measured anew.")
             await self.resume(session)
             if playing:
-                await session.transport("play")
+                await session.command(Play())
 
     async def revise_filter(self, experiment: str, name: str, text: str) -> None:
         """Have all sessions of an experiment that are at work go on with another version of a filter's file."""
         for session in list(self._sessions.values()):
             if session.spec.recipe.experiment == experiment and session.worker is not None:
-                await self._attempt(session.revise_filter(name, text))
+                await self._attempt(session.order(ReviseFilter(name, text)))
         await self.note()
 
     async def end(self, session: Session) -> None:

@@ -5,10 +5,11 @@ parameter waits, and all of them go together. Nobody waits for the answer, so a 
 """
 
 import asyncio
-from collections.abc import Awaitable, Callable, Coroutine
+from collections.abc import Awaitable, Callable
 from typing import Any
 
 import structlog
+from pydantic import ValidationError
 
 from pftrack.core.model.parameters import ParameterError
 from pftrack.experiments.own.sliders import FilterFileError
@@ -17,6 +18,7 @@ from pftrack.runs.run import EndOfRun, PastError
 from pftrack.sources.limits import SourceError
 from pftrack_server.errors import ApiError, shape
 from pftrack_server.system_errors import failure_message
+from pftrack_server.worker.commands import COMMAND, ChangeValues, Command
 
 log = structlog.get_logger(__name__)
 
@@ -29,58 +31,54 @@ class PanelCommands:
 
     Args:
         command_lock: Held while a command of the session is under way.
-        change: Changes parameters.
-        transport: Carries out a command of the transport, given by its keywords.
+        carry_out: Carries out a command.
         on_refusal: Called with the inside of an error.
     """
 
     def __init__(
         self,
         command_lock: asyncio.Lock,
-        change: Callable[[dict[str, Any]], Awaitable[object]],
-        transport: Callable[..., Awaitable[object]],
+        carry_out: Callable[[Command], Awaitable[object]],
         on_refusal: Callable[[dict[str, Any]], None],
     ) -> None:
         self._command_lock = command_lock
-        self._change = change
-        self._transport = transport
+        self._carry_out = carry_out
         self._on_refusal = on_refusal
         self._pending: dict[str, Any] = {}
         self._tasks: set[asyncio.Task[None]] = set()
 
-    def change(self, values: dict[str, Any]) -> None:
-        """Change parameters, together with what else is asked for until the session is free."""
+    def ask(self, body: dict[str, Any]) -> None:
+        """Carry out a command; new values go together with what else is asked for until the session is free."""
+        try:
+            command = COMMAND.validate_python(body)
+        except ValidationError as error:
+            first = error.errors()[0]
+            self._on_refusal(shape(f"{first['loc'][-1] if first['loc'] else 'kind'}: {first['msg']}"))
+            return
         idle = not self._pending
-        self._pending.update(values)
-        if idle:
-            self._later(self._send_pending())
-
-    def steer(self, command: dict[str, Any]) -> None:
-        """Carry out a command of the transport."""
-        self._later(self._carry_out(self._transport(**command)))
+        if isinstance(command, ChangeValues):
+            self._pending.update(command.values)
+        if idle or not isinstance(command, ChangeValues):
+            task = asyncio.ensure_future(self._send(command))
+            self._tasks.add(task)
+            task.add_done_callback(self._tasks.discard)
 
     def close(self) -> None:
         """Carry out nothing more."""
         for task in list(self._tasks):
             task.cancel()
 
-    async def _send_pending(self) -> None:
-        async with self._command_lock:
-            values, self._pending = self._pending, {}
-        await self._carry_out(self._change(values))
-
-    async def _carry_out(self, command: Awaitable[object]) -> None:
+    async def _send(self, command: Command) -> None:
         """Carry out a command, and tell if it fails."""
+        if isinstance(command, ChangeValues):
+            async with self._command_lock:
+                values, self._pending = self._pending, {}
+            command = ChangeValues(values=values)
         try:
-            await command
+            await self._carry_out(command)
         except REFUSALS as error:
             known = {name: getattr(error, name, None) for name in ("field", "bound", "value")}
             self._on_refusal(shape(str(error), **known))
         except Exception as error:
             log.exception("a command of the panel failed")
             self._on_refusal(shape(failure_message(error)))
-
-    def _later(self, command: Coroutine[Any, Any, None]) -> None:
-        task = asyncio.ensure_future(command)
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)

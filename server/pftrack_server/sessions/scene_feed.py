@@ -31,12 +31,10 @@ class SceneFeed:
         self,
         *,
         credit: Callable[[], None],
-        on_values: Callable[[dict[str, Any]], None],
-        on_transport: Callable[[dict[str, Any]], None],
+        on_command: Callable[[dict[str, Any]], None],
     ) -> None:
         self._credit = credit
-        self._on_values = on_values
-        self._on_transport = on_transport
+        self._on_command = on_command
         self._viewer: Viewer | None = None
         self._opening = asyncio.Lock()
         self._loop = asyncio.get_running_loop()
@@ -105,8 +103,7 @@ class SceneFeed:
                 description.about,
             ),
             in_force,
-            on_change=lambda changed: self._from_thread(self._on_values, dict(changed)),
-            on_transport=lambda command: self._from_thread(self._on_transport, dict(command)),
+            on_command=lambda command: self._from_thread(self._on_command, command),
             on_ready=lambda: self._from_thread(self._want),
             loop=self._loop,
         )

@@ -7,19 +7,16 @@ one at a time.
 import asyncio
 import time
 from collections.abc import Awaitable, Callable
-from contextlib import suppress
-from typing import TYPE_CHECKING, Any, TypeVar
+from contextlib import nullcontext, suppress
+from typing import TYPE_CHECKING, Any, TypeAlias
 
-from pftrack.core.model.parameters import ParameterError
-from pftrack.core.numerics.random import LARGEST_SEED
-from pftrack_server.errors import ConflictError
+from pftrack_server.errors import ConflictError, NotFoundError
 from pftrack_server.flat.feed import DrawingFeed
 from pftrack_server.schemas import messages
 from pftrack_server.schemas.description import SessionDescription
-from pftrack_server.schemas.inspection import InspectionPublic, InspectionUpdate
+from pftrack_server.schemas.inspection import InspectionPublic
 from pftrack_server.schemas.panel import PanelValues
-from pftrack_server.schemas.sessions import Changed
-from pftrack_server.schemas.snapshot import Bookmark, Phase
+from pftrack_server.schemas.snapshot import LIVE, Bookmark, Phase
 from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.sessions.panel_commands import PanelCommands
 from pftrack_server.sessions.scene_feed import SceneFeed
@@ -28,6 +25,15 @@ from pftrack_server.sessions.worker_handle import WorkerHandle, WorkerLostError
 from pftrack_server.settings import Settings
 from pftrack_server.stream.listeners import SessionListeners
 from pftrack_server.worker import protocol
+from pftrack_server.worker.commands import (
+    Changed,
+    Command,
+    MakeBranch,
+    Order,
+    Picture,
+    Restart,
+    ShowBranch,
+)
 
 if TYPE_CHECKING:
     from pftrack_server.viewer import Endpoint
@@ -35,7 +41,8 @@ if TYPE_CHECKING:
 
 ConfigOf = Callable[[SessionSpec], Awaitable[protocol.WorkerConfig]]
 MOST_BOOKMARKS = 500
-Result = TypeVar("Result")
+Answer: TypeAlias = messages.SessionPublic | Changed | InspectionPublic
+"""What a command is answered with."""
 
 
 class Session:
@@ -48,24 +55,20 @@ class Session:
         left: When the last visitor left (monotonic, s).
     """
 
-    def __init__(
-        self, spec: SessionSpec, settings: Settings, config_of: ConfigOf, *, phase: Phase = "suspended"
-    ) -> None:
-        self.state = SessionState(spec, phase, self._tell_panel)
+    def __init__(self, spec: SessionSpec, settings: Settings, config_of: ConfigOf) -> None:
+        self.state = SessionState(spec, self._tell_panel)
         self._command_lock = asyncio.Lock()
-        self._panel = PanelCommands(self._command_lock, self.change, self.transport, self._tell_refusal)
+        self._panel = PanelCommands(self._command_lock, self.command, self._tell_refusal)
         self.drawing_feed = DrawingFeed(lambda: self._credit("flat"))
         self.scene_feed = SceneFeed(
             credit=lambda: self._credit("scene"),
-            on_values=self._panel.change,
-            on_transport=self._panel.steer,
+            on_command=self._panel.ask,
         )
         self.left = time.monotonic()
         self._settings = settings
         self._config_of = config_of
         self._worker: WorkerHandle | None = None
         self._starting: WorkerHandle | None = None
-        self._is_closed = False
         self._thumbnail: bytes | None = None
         self._reopening: asyncio.Future[None] | None = None
 
@@ -83,8 +86,8 @@ class Session:
 
     @property
     def live(self) -> bool:
-        """Whether it has a worker, or is about to have one; "ended" is a run that has come to its last frame."""
-        return not self._is_closed and self.phase in {"starting", "ready", "playing", "ended"}
+        """Whether it has a worker, or is about to have one."""
+        return self.phase in LIVE
 
     @property
     def listeners(self) -> SessionListeners:
@@ -130,16 +133,16 @@ class Session:
             Exception: Whatever refused the spec.
         """
         async with self._command_lock:
-            if self._is_closed:
+            if self.phase is Phase.CLOSED:
                 raise ConflictError("The session was ended.")
             if self._worker is not None:
                 return
-            self.state.set_phase("starting")
+            self.state.enter(Phase.STARTING)
             try:
                 self._starting = WorkerHandle(await self._config_of(self.spec), self._event, self._on_worker_lost)
                 await self._starting.start()
             except BaseException as error:
-                self.state.set_phase("crashed", str(error))
+                self.state.enter(Phase.CRASHED, str(error))
                 raise
             finally:
                 self._starting = None
@@ -159,18 +162,17 @@ class Session:
         """End the worker; the spec remembers everything."""
         async with self._command_lock:
             # Before the worker has ended, so that a page that comes meanwhile resumes it.
-            self.state.set_phase("suspended", message)
+            self.state.enter(Phase.SUSPENDED, message)
             await self._stop_worker()
         await self.scene_feed.close()
 
     async def close(self, message: str) -> None:
         """End it for good, or for this server's life."""
-        self._is_closed = True
+        self.state.enter(Phase.CLOSED, message)
         # Before the door opens, so that whoever waits inside for the worker is sent away.
         await self._stop_worker()
         async with self._command_lock:
             await self._stop_worker()
-            self.state.set_phase("ended", message)
             self.listeners.close()
             self.drawing_feed.close()
         self._panel.close()
@@ -203,106 +205,58 @@ class Session:
 
     # ------------------------------------------------------------ commands
 
-    async def change(self, values: dict[str, Any]) -> Changed:
-        """Change parameters; return what is then in force, and from which frame on.
-
-        Raises:
-            ParameterError: A value is refused.
-        """
-        async with self._command_lock:
-            if not values:
-                return self._change_result(self.spec.run.position + 1)
-            if self.spec.run.branch_point is not None:
-                self._room_for_branch()
-            command = protocol.Change(values, self.spec.next_branch())
-            return await self._request(command, self._change_result)
-
-    async def transport(
-        self,
-        action: str,
-        frame: int | None = None,
-        speed: float | None = None,
-        seed: object = None,
-        probability: float | None = None,
-    ) -> messages.SessionPublic:
-        """Play, pause, step, back, seek, before_loss, speed, stop_at or restart, with what belongs to the action.
+    async def command(self, command: Command) -> Answer:
+        """Carry out a command.
 
         Returns:
-            The session as the command left it, which is not where it is by now if it plays.
-        """
-        if action == "seek" and frame is None:
-            raise ParameterError("frame", frame, f"a frame of the run, 0 to {self.description.frames - 1}")
-        if action == "speed" and speed is None:
-            raise ParameterError("speed", speed, "0 (as fast as possible) or between 0.1 and 10")
-        command: protocol.Command
-        match action:
-            case "speed":
-                command = protocol.Speed(speed or 0.0)
-            case "stop_at":
-                command = protocol.StopAt(probability)
-            case "restart":
-                command = protocol.Restart(self._check_seed(seed))
-            case "before_loss":
-                command = protocol.Transport("seek", self._before_loss())
-            case _:
-                command = protocol.Transport(action, frame or 0)
-        # Not through the door: a pause has to reach a worker that is busy with a long seek.
-        return await self._request(command, self._view)
-
-    async def revise_filter(self, name: str, text: str) -> None:
-        """Go on with another version of a filter's file, from the frame where the run stands."""
-        async with self._command_lock:
-            self._room_for_branch()
-            await self._request(protocol.ReviseFilter(name, text, self.spec.next_branch()), _plain)
-
-    async def branch(self, frame: int, values: dict[str, Any], title: str | None) -> messages.SessionPublic:
-        """Leave the active branch at a frame and go on in a new one; return the session as it is then."""
-        async with self._command_lock:
-            self._room_for_branch()
-            name = self.spec.next_branch()
-
-            def titled(result: object) -> messages.SessionPublic:
-                if title:
-                    self.state.name_branch(name, title)
-                return self._view(result)
-
-            return await self._request(protocol.Branch(name, frame, values), titled)
-
-    async def activate(self, branch: str) -> messages.SessionPublic:
-        """Show another branch; return the session as it is then."""
-        async with self._command_lock:
-            return await self._request(protocol.Activate(self.spec.branches[branch].run), self._view)
-
-    async def save(self, path: str) -> dict[str, Any]:
-        """Write the active branch to a file; return its summary and a picture."""
-        async with self._command_lock:
-            saved: dict[str, Any] = await self._request(protocol.Save(path), _plain)
-            return saved
-
-    async def picture(self) -> bytes:
-        """Return the current frame as PNG."""
-        png: bytes = await self._request(protocol.Picture(), _plain)
-        return png
-
-    async def inspect(self, wanted: InspectionUpdate) -> InspectionPublic:
-        """Look at something in the frame that is shown, and have it drawn from now on; return what is found.
+            What it is answered with, or the session as it left it, which is not where it is by now if it plays.
 
         Raises:
-            ParameterError: There is no such thing to look at.
+            ConflictError: There is no worker, or the other branches forbid it.
+            NotFoundError: There is no such branch.
+            Exception: Whatever refused it, as the worker raised it.
         """
-        found: InspectionPublic = await self._request(protocol.Inspect(wanted), _plain)
-        return found
 
-    async def explain(self, frame: int | None) -> dict[str, Any]:
-        """Return why the target was lost in the active branch, or what is wrong in a frame, as JSON values."""
-        explanation: dict[str, Any] = await self._request(protocol.Explain(frame), _plain)
-        return explanation
+        def answer(result: Any) -> Answer:  # noqa: ANN401 - of any order
+            if isinstance(command, MakeBranch) and command.title:
+                self.state.name_branch(self.spec.branch, command.title)
+            return self.view() if result is None else result
+
+        if isinstance(command, ShowBranch) and command.branch not in self.spec.branches:
+            raise NotFoundError("The session has no such branch.")
+        if isinstance(command, Restart):
+            self._check_seed(command.seed)
+        answered: Answer = await self.order(command, answer)
+        return answered
+
+    async def order(
+        self,
+        order: Order,
+        then: Callable[[Any], Any] = lambda result: result,
+    ) -> Any:  # noqa: ANN401 - each has an answer of its own
+        """Send an order to the worker, after the one before it where it has to wait for that.
+
+        Args:
+            order: What is asked for.
+            then: Makes the answer of its result, before anything else happens to the session.
+
+        Raises:
+            ConflictError: There is no worker, or no room for another branch.
+            Exception: Whatever refused it, as the worker raised it.
+        """
+        async with self._command_lock if order.queues else nullcontext():
+            if order.makes_branch(self.spec.run):
+                self._room_for_branch()
+            if self._worker is None:
+                raise ConflictError(f"The session is {self.phase}; resume it first.")
+            known = self.spec.branches[order.branch].run if isinstance(order, ShowBranch) else None
+            return await self._worker.request(order, then, self.spec.next_branch(), known)
 
     async def thumbnail(self) -> bytes | None:
         """Return a picture of about where it is as PNG, or None if there has been none while this server runs."""
         if self.worker is not None and self.is_free:
             with suppress(ConflictError, WorkerLostError):
-                self._thumbnail = await self.picture()
+                self._thumbnail = await self.order(Picture())
         return self._thumbnail
 
     def bookmark(self, name: str, note: str) -> Bookmark:
@@ -311,34 +265,10 @@ class Session:
             raise ConflictError(f"A session holds at most {MOST_BOOKMARKS} bookmarks; delete one first.")
         return self.state.bookmark(name, note)
 
-    async def _request(self, command: protocol.Command, then: Callable[[Any], Result]) -> Result:
-        if self._worker is None:
-            raise ConflictError(f"The session is {self.phase}; resume it first.")
-        return await self._worker.request(command, then)
-
-    def _view(self, result: object) -> messages.SessionPublic:
-        del result  # the commands that are answered so have none
-        return self.view()
-
-    def _change_result(self, frame: int) -> Changed:
-        run = self.spec.run
-        return Changed(parameters=run.parameters, tracker=run.tracker, frame=frame, branch=run.branch)
-
-    def _check_seed(self, seed: object) -> int | None:
-        if seed is None:
-            return None
-        if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed <= LARGEST_SEED:
-            raise ParameterError("seed", seed, f"a whole number, 0 to {LARGEST_SEED}")
-        if seed != self.spec.recipe.seed and len(self.spec.branches) > 1:
-            count = len(self.spec.branches)
+    def _check_seed(self, seed: int | None) -> None:
+        count = len(self.spec.branches)
+        if seed not in {None, self.spec.recipe.seed} and count > 1:
             raise ConflictError(f"All {count} branches of the session have its seed; start another session for {seed}.")
-        return seed
-
-    def _before_loss(self) -> int:
-        frame = self.state.before_loss()
-        if frame is None:
-            raise ConflictError("The target has not been lost so far.")
-        return frame
 
     def _room_for_branch(self) -> None:
         if len(self.spec.branches) >= self._settings.max_branches:
@@ -379,13 +309,9 @@ class Session:
 
     def _on_worker_lost(self, reason: str) -> None:
         self._worker = None
-        self.state.set_phase("crashed", reason)
+        self.state.enter(Phase.CRASHED, reason)
 
     async def _stop_worker(self) -> None:
         worker, self._worker = self._worker or self._starting, None
         if worker is not None:
             await worker.close()
-
-
-def _plain(result: Any) -> Any:  # noqa: ANN401 - whatever the command gives
-    return result

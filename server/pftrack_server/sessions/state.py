@@ -7,14 +7,11 @@ snapshot, which is what the pages know: each change of it is told as the fields 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
-from pftrack.runs.loss import Loss
 from pftrack_server.errors import ConflictError
 from pftrack_server.schemas import messages
 from pftrack_server.schemas.description import SessionDescription
 from pftrack_server.schemas.sessions import Columns
-from pftrack_server.schemas.snapshot import PASSING, Bookmark, Phase, RunSnapshot, SessionSnapshot
+from pftrack_server.schemas.snapshot import PASSING, TRANSITIONS, Bookmark, Phase, RunSnapshot, SessionSnapshot
 from pftrack_server.schemas.spec import BranchSpec, SessionSpec
 from pftrack_server.sessions.history import History
 from pftrack_server.sessions.view import branch_views, view
@@ -44,10 +41,10 @@ class SessionState:
         listeners: Who hears the news.
     """
 
-    def __init__(self, spec: SessionSpec, phase: Phase, on_values: Callable[[], None]) -> None:
-        """Begin with a spec; `on_values` is called when the values in force have changed."""
+    def __init__(self, spec: SessionSpec, on_values: Callable[[], None]) -> None:
+        """Begin with a spec, suspended; `on_values` is called when the values in force have changed."""
         self.spec = spec
-        self.snapshot = self._initial_snapshot(phase)
+        self.snapshot = self._initial_snapshot(Phase.SUSPENDED)
         self.dirty = True
         self.moved = False
         self.frames_computed = 0
@@ -108,22 +105,18 @@ class SessionState:
             self._columns_text = history, history.changes, text
         return text
 
-    def before_loss(self) -> int | None:
-        """Return the frame from which to watch how the target was lost; None if it has not been lost."""
-        known = self.columns(self.spec.branch)
-        lost = np.array([since is not None for since in known.get("lost_since", ())], np.bool_)
-        hidden = [bool(value) for value in known.get("hidden", ())]
-        return Loss(lost, tuple(known.get("lost_by", ()))).approach(hidden, self.spec.run.position)
-
     # ------------------------------------------------------------ reports of the worker
 
     def begin(self, ready: Ready) -> None:
         """Take over what a new worker has made of the spec, and greet all listeners again."""
+        phase = ready.run.phase(ready.description.frames)
+        if not self._leads_to(phase):
+            return
         self.spec.description = self._with_first_preset(ready.description)
         self.spec.active.run = ready.run
         self._histories[self.spec.branch] = History()
         self._histories[self.spec.branch].put(ready.rows)
-        self.snapshot = self._initial_snapshot(self._phase_of(ready.run))
+        self.snapshot = self._initial_snapshot(phase)
         self.dirty = self.moved = True
         self._on_values()
         self.listeners.greet()
@@ -151,9 +144,10 @@ class SessionState:
 
         The diagnostics of a frame are sent before the position, so that no page stands on a frame it knows nothing of.
         """
-        if not changes and not rows:
-            return
         run = self.spec.run.model_copy(update=changes)
+        phase = run.phase(self.description.frames)
+        if not (changes or rows) or not self._leads_to(phase):
+            return
         branch = self.spec.branches.get(run.branch) or self._new_branch(run)
         branch.run, self.spec.branch = run, run.branch
         self.moved = True
@@ -161,7 +155,7 @@ class SessionState:
         self.dirty = self.dirty or not run.is_moving or not changes.keys() <= PASSING
         if "restarts" in changes:
             self._forget(run.branch)
-        news = {**changes, "state": self._phase_of(run), "message": None}
+        news = {**changes, "state": phase, "message": None}
         if changes.keys() & OF_BRANCHES:
             news["branches"] = branch_views(self.spec)
         if rows:
@@ -183,14 +177,17 @@ class SessionState:
             # So the pages understand it.
             self.snapshot = self.snapshot.model_copy(update=dict.fromkeys(PLACE, rows[-1]["frame"]))
 
-    def set_phase(self, state: Phase, message: str | None = None) -> None:
-        """Be in another state than that of the run, which plays no more."""
-        self._tell({"state": state, "message": message, "playing": False})
+    def enter(self, phase: Phase, message: str | None = None) -> None:
+        """Go to a phase in which the run does not play; where the table has no way to it, stay.
 
-    def _phase_of(self, run: RunSnapshot) -> Phase:
-        if run.playing:
-            return "playing"
-        return "ended" if run.position >= self.description.frames - 1 else "ready"
+        So a worker that ends once its session is closed does not crash it any more.
+        """
+        if self._leads_to(phase):
+            self._tell({"state": phase, "message": message, "playing": False})
+
+    def _leads_to(self, phase: Phase) -> bool:
+        now = self.snapshot.state
+        return phase is now or phase in TRANSITIONS[now]
 
     def _history(self, branch: str) -> History:
         return self._histories.setdefault(branch, History())

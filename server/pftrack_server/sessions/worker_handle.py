@@ -18,11 +18,11 @@ from pftrack.process import AsyncEnd, Child, Ending, describe, ending
 from pftrack_server.errors import UnavailableError
 from pftrack_server.processes import FORK_SERVER
 from pftrack_server.resource_limits import allowed_cpu_seconds
-from pftrack_server.worker.loading import load_compiled
-from pftrack_server.worker.process import main
+from pftrack_server.schemas.snapshot import RunSnapshot
+from pftrack_server.worker.commands import Order
+from pftrack_server.worker.process import load_compiled, main
 from pftrack_server.worker.protocol import (
     OPENING,
-    Command,
     Credit,
     Event,
     Failed,
@@ -107,14 +107,22 @@ class WorkerHandle:
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(asyncio.shield(self._opened), patience_s)
 
-    async def request(self, command: Command, then: Callable[[Any], Result]) -> Result:
-        """Send a command and return what `then` makes of its result.
+    async def request(
+        self, order: Order, then: Callable[[Any], Result], branch: str = "", known: RunSnapshot | None = None
+    ) -> Result:
+        """Send an order and return what `then` makes of its result.
 
-        `then` is called as soon as the reply is read, before any later event is: what it looks at is as the command
+        `then` is called as soon as the reply is read, before any later event is: what it looks at is as the order
         left it, also while the run plays on.
 
+        Args:
+            order: What is asked for.
+            then: Makes the answer.
+            branch: What to call a branch that it makes.
+            known: What is known of the branch that it shows.
+
         Raises:
-            Exception: Whatever refused the command, as the worker raised it.
+            Exception: Whatever refused the order, as the worker raised it.
             WorkerLostError: The worker ended first.
         """
         if self._end is None or self._gone.is_set():
@@ -122,7 +130,7 @@ class WorkerHandle:
         number = next(self._numbers)
         future: asyncio.Future[Result] = asyncio.get_running_loop().create_future()
         self._waiting[number] = future, then
-        self._end.send(Request(number, command))
+        self._end.send(Request(number, order, branch, known))
         try:
             return await future
         finally:

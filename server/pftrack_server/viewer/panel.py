@@ -42,15 +42,13 @@ class Requests:
     """What the panel asks for. They are called in viser's loop, so none may wait for what it starts.
 
     Attributes:
-        change: Takes new values by name, not yet validated; `tracker` is the identifier of a tracker.
-        transport: Takes a transport command, such as `{"action": "speed", "speed": 2.0}`.
+        command: Takes a command, not yet validated, such as `{"kind": "speed", "speed": 2.0}`.
         set_layer: Takes a layer and whether it is to be shown.
         look: Takes a browser and the camera preset that it wants.
         wake: Says that `Panel.tend` has to be called earlier than it last said.
     """
 
-    change: Callable[[dict[str, Value]], None]
-    transport: Callable[[dict[str, Any]], None]
+    command: Callable[[dict[str, Any]], None]
     set_layer: Callable[[str, bool], None]
     look: Callable[[int, str], None]
     wake: Callable[[], None]
@@ -171,11 +169,11 @@ class Panel:
 
     def _on_change(self, name: str, value: Value) -> None:
         self._touch(name)
-        self._requests.change({name: value})
+        self._requests.command({"kind": "change", "values": {name: value}})
 
     def _reseed(self, seed: Value) -> None:
         self._touch(SEED)
-        self._requests.transport({"action": "restart", "seed": seed})
+        self._requests.command({"kind": "restart", "seed": seed})
 
     def _touch(self, name: str) -> None:
         with self._lock:
@@ -207,11 +205,11 @@ class Panel:
         async def _(event: viser.GuiEvent[viser.GuiSliderHandle[int]]) -> None:
             if event.client_id is not None:
                 self._touch(FRAME)
-                self._requests.transport({"action": "go", "frame": int(slider.value)})
+                self._requests.command({"kind": "seek", "frame": int(slider.value)})
 
         @play.on_click
         async def _(_event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
-            self._requests.transport({"action": "toggle"})
+            self._requests.command({"kind": "toggle"})
 
         return slider
 
@@ -278,7 +276,7 @@ class Panel:
         @choice.on_update
         async def _(event: viser.GuiEvent[viser.GuiDropdownHandle[str]]) -> None:
             if event.client_id is not None and choice.value in offered:
-                self._requests.transport({"action": "speed", "speed": offered[choice.value]})
+                self._requests.command({"kind": "speed", "speed": offered[choice.value]})
 
         return choice
 

@@ -40,15 +40,13 @@ class Player:
         self._wishes: dict[str, Any] = {}
         self._news, self._is_closed = threading.Condition(), False
         self._encoder = PictureEncoder()
-        self.viewer = Viewer(
-            _describe(run), self._in_force, on_change=self._request_values, on_transport=self._request_transport
-        )
+        self.viewer = Viewer(_describe(run), self._in_force, on_command=self._request_command)
         self._thread = threading.Thread(target=self._work, name="pftrack-player", daemon=True)
         self._thread.start()
 
     def go(self, frame: int) -> None:
         """Pause, and show a frame as soon as it can be had."""
-        self._request("go", frame)
+        self._request("seek", frame)
 
     def follow(self, run: Run) -> None:
         """Take a longer run of the same in the place of the present one, unless an earlier frame is being looked at."""
@@ -68,16 +66,13 @@ class Player:
         following = min(run.position + 1, run.frames - 1)
         return PanelValues(flat(run.parameters_at(following)), run.tracker_at(following), run.seed, self._speed)
 
-    def _request_values(self, values: dict[str, Value]) -> None:
+    def _request_command(self, command: dict[str, Any]) -> None:
+        """Take down a command of the panel; new values go together with those that wait."""
+        kind = command["kind"]
+        value = command.get({"change": "values", "restart": "seed", "seek": "frame"}.get(kind, kind), True)
         with self._news:
-            self._wishes["change"] = {**self._wishes.get("change", {}), **values}
+            self._wishes[kind] = {**self._wishes.get(kind, {}), **value} if kind == "change" else value
             self._news.notify()
-
-    def _request_transport(self, command: dict[str, Any]) -> None:
-        known = {"speed": "speed", "restart": "seed", "go": "frame", "toggle": None}
-        action = command["action"]
-        field = known[action]
-        self._request(action, command[field] if field else True)
 
     def _request(self, what: str, value: object) -> None:
         with self._news:
@@ -115,7 +110,7 @@ class Player:
 
     def _do(self, what: str, value: Any) -> None:  # noqa: ANN401 - as the wish has it
         match what:
-            case "go":
+            case "seek":
                 self._is_playing = False
                 self._seek(min(max(0, int(value)), self.run.frames - 1))
             case "follow":

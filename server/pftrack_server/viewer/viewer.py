@@ -16,7 +16,6 @@ from typing import Any
 import viser
 
 from pftrack.core.model.drawing import LayerRole
-from pftrack.core.model.parameters import Value
 from pftrack_server.log import RateLimitedLogger
 from pftrack_server.pictures import SceneDrawing
 from pftrack_server.schemas.panel import PanelDescription, PanelValues
@@ -48,8 +47,7 @@ class Viewer:
     Args:
         description: What the panel offers, and the scene's layers.
         in_force: What the panel shows at first.
-        on_change: Takes new values by name, not yet validated; `tracker` is the identifier of a tracker.
-        on_transport: Takes a transport command, such as `{"action": "speed", "speed": 2.0}`.
+        on_command: Takes a command, not yet validated, as `POST /sessions/{id}/commands` has it.
         on_ready: Called when another drawing could be shown, and again only after `show`.
         loop: Where viser works, which must not be that of the calling thread; None for a thread of its own.
 
@@ -62,8 +60,7 @@ class Viewer:
         description: PanelDescription,
         in_force: PanelValues,
         *,
-        on_change: Callable[[dict[str, Value]], None],
-        on_transport: Callable[[dict[str, Any]], None],
+        on_command: Callable[[dict[str, Any]], None],
         on_ready: Callable[[], None] = lambda: None,
         loop: asyncio.AbstractEventLoop | None = None,
     ) -> None:
@@ -88,7 +85,7 @@ class Viewer:
             self._pacer = Pacer(self._wake)
             self._scene = Scene(server, description.layers)
             self._cameras = Cameras(server, self._draw_again, worlds.sides(description.worlds))
-            requests = Requests(on_change, on_transport, self._set_layer, self._look, self._wake)
+            requests = Requests(on_command, self._set_layer, self._look, self._wake)
             self._panel = Panel(server, description, in_force, requests)
         server.on_client_connect(self._join)
         server.on_client_disconnect(self._leave)

@@ -28,6 +28,7 @@ from pftrack_server.store.tables import RunRow
 from pftrack_server.uploads.intake import index_of, limits_of
 from pftrack_server.uploads.multipart import Received
 from pftrack_server.work.sources import House
+from pftrack_server.worker.commands import Save
 
 FIT = TypeAdapter(Fit)
 
@@ -54,7 +55,7 @@ async def save_run(store: Store, session: Session, title: str | None) -> RunRow:
     """Save the active branch of a session: its record, a picture, and what came of it."""
     name = new_name()
     run = session.spec.run
-    saved = await session.save(str(store.files.record(name)))
+    saved = await session.order(Save(str(store.files.record(name))))
     summary = saved["summary"]
     row = RunRow(
         id=name,

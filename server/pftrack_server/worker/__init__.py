@@ -2,9 +2,9 @@
 
 It imports neither FastAPI nor the database nor viser; the web process speaks to it in the vocabulary of `protocol`.
 
-- `worker`: its loop; `run_tree`: the runs of one session, a branch each; `wiring`: what their recipe speaks of, here;
-- `description`: what is fixed of them; `timeline_view`: what has changed in one; `frame_view`: what is drawn of it;
-- `particle_limit`, `filter_versions`: what changes and files may bring.
+- `commands`: all that can be asked of a run, and what it does; `worker`: the loop that carries it out;
+- `run_tree`: the runs of one session, a branch each; `recipes`: what their recipes speak of and may bring;
+- `description`: what is fixed of a run and what changed in it; `frame_view`: what is drawn of a frame.
 """
 
 __all__: list[str] = []

@@ -1,15 +1,22 @@
-"""The description of a session: what is fixed of it while it lives, read from its run."""
+"""What a worker tells of its run: what is fixed of it, and its timeline with what each change did.
 
-from collections.abc import Iterator
+Thresholds are told as they changed, so that a page computes neither.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 from pftrack.analysis.fitting.found import fittable
-from pftrack.core.model.parameters import Declaration, flat
+from pftrack.core.model.parameters import Declaration, Value, flat
 from pftrack.core.model.preset import Preset
+from pftrack.core.model.recipe import Change
+from pftrack.experiments.own.code import with_digests
 from pftrack.experiments.own.extension import parameters_of
 from pftrack.experiments.shared.loss_probability import LOSS_PROBABILITY
 from pftrack.output.exports.formats import exports_of
 from pftrack.runs.run import Run
 from pftrack_server.schemas.description import ExportPublic, MeasurePublic, SessionDescription, TrackerPublic, TruthMark
+from pftrack_server.schemas.snapshot import ChangePublic, ThresholdPublic, ThresholdStep
 
 
 def describe(run: Run) -> SessionDescription:
@@ -62,3 +69,64 @@ def _preset_of(run: Run) -> Preset | None:
         return None
     values, defaults = flat(run.parameters_at(0)), flat(run.setup.parameters)
     return run.experiment.preset_of(run.tracker_at(0), run.recipe.seed, values, defaults)
+
+
+def describe_timeline(run: Run) -> dict[str, Any]:
+    """Return what a snapshot tells of a run's recipe, without the truth, and of its timeline, by field."""
+    changes, first = run.timeline.changes, {**flat(run.parameters_at(0)), "tracker": run.tracker, "seed": run.seed}
+    declared = run.experiment.declarations(type(run.setup.parameters))
+    return {
+        "recipe": with_digests(run.recipe.with_footage(truth=None)),
+        "timeline": timeline_view(changes, first),
+        "thresholds": threshold_views(changes, first, declared),
+    }
+
+
+def timeline_view(timeline: Sequence[Change], first: Mapping[str, Value]) -> list[ChangePublic]:
+    """Return the changes of a run, those after its first frame with the values that they replaced.
+
+    Args:
+        timeline: The changes.
+        first: The values in force in frame 0, the tracker's name among them.
+    """
+    known = dict(first)
+    changes = []
+    for change in timeline:
+        before = {name: known[name] for name in change.values if name in known} if change.frame > 0 else {}
+        changes.append(ChangePublic(frame=change.frame, values=dict(change.values), before=before))
+        known |= change.values
+    return changes
+
+
+def threshold_views(
+    timeline: Sequence[Change], first: Mapping[str, Value], declarations: Sequence[Declaration]
+) -> list[ThresholdPublic]:
+    """Return the thresholds that a tracker of the run reads.
+
+    Args:
+        timeline: The changes.
+        first: The values in force in frame 0, the tracker's name among them.
+        declarations: Of the parameters.
+    """
+    known = dict(first)
+    course = {0: known}
+    for change in timeline:
+        course[change.frame] = known = {**known, **change.values}
+    views = [
+        ThresholdPublic(
+            name=item.name,
+            of=item.threshold_of,
+            steps=[ThresholdStep(frame=frame, value=_read(item, values)) for frame, values in course.items()],
+        )
+        for item in declarations
+        if item.role == "threshold"
+    ]
+    return [view for view in views if any(step.value is not None for step in view.steps)]
+
+
+def _read(declaration: Declaration, values: Mapping[str, Value]) -> float | None:
+    """Return the value that the tracker in charge reads."""
+    value = values.get(declaration.name)
+    if isinstance(value, str | None) or (declaration.trackers and values.get("tracker") not in declaration.trackers):
+        return None
+    return float(value)

@@ -1,8 +1,4 @@
-"""The view of a frame: what is drawn of the run that a worker shows, with what somebody looks at in it.
-
-While nobody looks into a frame, nothing is computed. A map over the picture is computed once for a frame and the values
-in force.
-"""
+"""The view of a frame: what is drawn of the run that a worker shows, with what somebody looks at in it."""
 
 import base64
 import dataclasses
@@ -15,55 +11,63 @@ from numpy.typing import NDArray
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, drawn_keys
 from pftrack.core.model.faults import without_faults
-from pftrack.core.model.likelihood import (
-    Contributions,
-    Genealogy,
-    LikelihoodMap,
-    Part,
-    Patches,
-)
+from pftrack.core.model.likelihood import Contributions, Genealogy, LikelihoodMap, Part, Patches
 from pftrack.core.model.palette import COLOURS
 from pftrack.core.model.parameters import with_role
 from pftrack.output.displays import draw_arrows, draw_likelihood, draw_place
-from pftrack.runs.inspection import Finding, Inspection, ParticleFinding
+from pftrack.runs.inspection import Finding, Inspection
 from pftrack.runs.run import Run
 from pftrack.vision.rendering import png
 from pftrack_server.schemas.inspection import (
     GenealogyPublic,
     InspectionPublic,
-    InspectionUpdate,
     ParticlePublic,
     PartPublic,
     PatchesPublic,
     StateValue,
 )
+from pftrack_server.worker.commands import Inspect
 
 MOST_LINES = 60
 """Of a genealogy: more cannot be told apart on a page."""
 
 
-class Looking:
-    """What somebody looks at in a session's run."""
+class FrameView:
+    """What is looked at, and what the legend has said so far."""
 
     def __init__(self) -> None:
-        self._wanted = InspectionUpdate()
+        """Begin with nobody looking and an empty legend."""
+        self._wanted = Inspect()
         self._inspection: Inspection | None = None
         self._particle: tuple[int, int] | None = None
         self._map: tuple[Any, LikelihoodMap | None] = None, None
+        self._legend: tuple[str, dict[tuple[str, Key], None]] = "", {}
 
-    @property
-    def is_drawn(self) -> bool:
-        """Whether anything of it shows in a drawing."""
-        wanted = self._wanted
-        return wanted.likelihood or wanted.pulls or wanted.place is not None or self._particle is not None
-
-    def look(self, run: Run, wanted: InspectionUpdate, size: tuple[int, int]) -> InspectionPublic:
-        """Look at something else from now on, and return what is found there in the frame that is shown.
+    def draw(self, run: Run, other: Diagnostics | None) -> Drawing:
+        """Return what is to be seen of the frame at which a run stands, without what no viewer can show.
 
         Args:
-            run: The active branch.
-            wanted: What to look at.
-            size: Width and height of the drawing, px.
+            run: The one that is shown.
+            other: The same frame of another run, to compare with.
+        """
+        step = _step_to_draw(run)
+        past = run.diagnostics[: step.frame.index + 1]
+        drawing = without_faults(run.experiment.draw(step, past, other))
+        wanted = self._wanted
+        if wanted.likelihood or wanted.pulls or wanted.place is not None or self._particle is not None:
+            drawing = self._draw_looked_at(run, drawing)
+        drawn = dict.fromkeys(drawn_keys(drawing, run.experiment.layers))
+        if self._legend[0] != step.tracker:
+            self._legend = step.tracker, {}
+        # What a method has drawn once stays in its legend, which would flicker otherwise; its first belief, which may
+        # be of another kind than all that follow, does not.
+        if step.frame.index > 0:
+            self._legend[1].update(drawn)
+        legend = sorted({**self._legend[1], **drawn}, key=lambda entry: list(COLOURS).index(entry[1].colour))
+        return dataclasses.replace(drawing, legend=tuple(legend))
+
+    def inspect(self, run: Run, wanted: Inspect) -> InspectionPublic:
+        """Look at something else from now on, and return what is found there in the frame that is shown.
 
         Raises:
             ParameterError: There is no such particle, or the tracker cannot be asked at places; nothing has changed.
@@ -83,7 +87,7 @@ class Looking:
         subject = "place" if place is not None else "estimate"
         if particle is not None:
             subject = "gone" if followed is None else "particle"
-        found = self._find_map(run, size) if wanted.likelihood else None
+        found = self._find_map(run, _size(run)) if wanted.likelihood else None
         lineage = inspection.genealogy(followed) if wanted.genealogy else None
         model = inspection.tracker.model
         return InspectionPublic(
@@ -97,13 +101,13 @@ class Looking:
             impossible=finding.log_likelihood == -math.inf,
             parts=[_part(each) for each in finding.parts],
             state=[StateValue(name=one.name, unit=one.unit, value=value) for one, value in finding.state],
-            particle=None if finding.particle is None else _particle(finding.particle),
+            particle=finding.particle and ParticlePublic.model_validate(finding.particle),
             update=[_part(each) for each in inspection.update_parts()],
             courses=inspection.courses(),
             genealogy=None if lineage is None else _genealogy(lineage),
         )
 
-    def draw(self, run: Run, drawing: Drawing) -> Drawing:
+    def _draw_looked_at(self, run: Run, drawing: Drawing) -> Drawing:
         """Return a drawing of the frame that is shown with what is looked at."""
         inspection, wanted = self._inspect(run), self._wanted
         if wanted.likelihood and (found := self._find_map(run, (drawing.width, drawing.height))) is not None:
@@ -144,27 +148,12 @@ def _find(inspection: Inspection, place: NDArray[np.float64] | None, particle: i
     return inspection.at_estimate() if place is None else inspection.at_place(place)
 
 
-def _particle(found: ParticleFinding) -> ParticlePublic:
-    return ParticlePublic(
-        particle=found.particle,
-        filter=found.filter,
-        number=found.number,
-        count=found.count,
-        weight=found.weight,
-        rank=found.rank,
-        sampler=found.sampler,
-        ancestors=list(found.ancestors),
-        begins=found.begins,
-        descendants=list(found.descendants),
-    )
-
-
 def _genealogy(found: Genealogy) -> GenealogyPublic:
     return GenealogyPublic(
         first=found.frames[0],
         counts=found.counts.tolist(),
         coalesced=found.coalesced,
-        lines=[[_finite(height) for height in line] for line in np.round(found.lines(MOST_LINES), 4).T],
+        lines=np.round(found.lines(MOST_LINES), 4).T.tolist(),
     )
 
 
@@ -180,56 +169,18 @@ def _address(image_rgb: NDArray[np.uint8]) -> str | None:
     return f"data:image/png;base64,{base64.b64encode(png(np.ascontiguousarray(image_rgb))).decode()}"
 
 
-def _finite(number: float | None) -> float | None:
-    return None if number is None or not math.isfinite(number) else float(number)
-
-
-class FrameView:
-    """What is looked at, and what the legend has said so far."""
-
-    def __init__(self) -> None:
-        """Begin with nobody looking and an empty legend."""
-        self._looking = Looking()
-        self._legend: tuple[str, dict[tuple[str, Key], None]] = "", {}
-
-    def draw(self, run: Run, other: Diagnostics | None) -> Drawing:
-        """Return what is to be seen of the frame at which a run stands, without what no viewer can show.
-
-        Args:
-            run: The one that is shown.
-            other: The same frame of another run, to compare with.
-        """
-        step = _step_to_draw(run)
-        past = run.diagnostics[: step.frame.index + 1]
-        drawing = without_faults(run.experiment.draw(step, past, other))
-        if self._looking.is_drawn:
-            drawing = self._looking.draw(run, drawing)
-        drawn = dict.fromkeys(drawn_keys(drawing, run.experiment.layers))
-        if self._legend[0] != step.tracker:
-            self._legend = step.tracker, {}
-        # What a method has drawn once stays in its legend, which would flicker otherwise; its first belief, which may
-        # be of another kind than all that follow, does not.
-        if step.frame.index > 0:
-            self._legend[1].update(drawn)
-        legend = sorted({**self._legend[1], **drawn}, key=lambda entry: list(COLOURS).index(entry[1].colour))
-        return dataclasses.replace(drawing, legend=tuple(legend))
-
-    def inspect(self, run: Run, wanted: InspectionUpdate) -> InspectionPublic:
-        """Look at something in the frame at which a run stands, and draw it from now on.
-
-        Raises:
-            ParameterError: There is no such thing to look at; what was looked at before still is.
-        """
-        image = run.current.frame.image_rgb
-        if image is None:
-            step = _step_to_draw(run)
-            drawing = run.experiment.draw(step, run.diagnostics[: step.frame.index + 1])
-            return self._looking.look(run, wanted, (drawing.width, drawing.height))
-        return self._looking.look(run, wanted, (image.shape[1], image.shape[0]))
-
-
 def _step_to_draw(run: Run) -> Step:
     """Return the step that is shown, with what is only drawn as it is in force from the next frame on."""
     step, following = run.current, run.parameters_at(run.position + 1)
     shown = {item.name: getattr(following, item.name) for item in with_role(type(following), "drawing")}
     return dataclasses.replace(step, parameters=step.parameters.model_copy(update=shown)) if shown else step
+
+
+def _size(run: Run) -> tuple[int, int]:
+    """Return width and height of what is drawn of the frame that is shown, px."""
+    image = run.current.frame.image_rgb
+    if image is not None:
+        return image.shape[1], image.shape[0]
+    step = _step_to_draw(run)
+    drawing = run.experiment.draw(step, run.diagnostics[: step.frame.index + 1])
+    return drawing.width, drawing.height

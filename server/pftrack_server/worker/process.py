@@ -4,13 +4,18 @@ import os
 import socket
 import sys
 import traceback
+from itertools import islice
 
 from pftrack.core.model.parameters import ParameterError
+from pftrack.doctor.compiling import cases, run_case
+from pftrack.doctor.memory import cache_folder
+from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.own.code import trust
 from pftrack.experiments.own.sliders import FilterFileError
 from pftrack.process import BlockingEnd, confine, end_with_parent, give_way, leave_interrupts_to_parent
 from pftrack.runs.record import RecordError
 from pftrack.sources.limits import SourceError
+from pftrack.vision.rendering import png, render
 from pftrack_server.worker.protocol import Failed, WorkerConfig
 from pftrack_server.worker.worker import Worker
 
@@ -70,3 +75,17 @@ def _report_failure(pipe: BlockingEnd, failed: Failed) -> None:
         pipe.send(failed)
     except OSError:
         return
+
+
+def load_compiled(name: str) -> None:
+    """Step and draw an experiment as it is by default for some frames, which takes 0.1 to 0.5 s.
+
+    What its other trackers and settings call is loaded by the workers that use them; where compiled code cannot be kept
+    on the disk, all of it is compiled here, or each worker would do so. An experiment of another package is left alone:
+    what it does wrong shall happen in its own workers.
+    """
+    if name in EXPERIMENTS.own:
+        experiment = EXPERIMENTS[name]
+        for tracker, values in islice(cases(experiment), 1 if cache_folder() else None):
+            drawing = run_case(experiment, tracker, values)
+        png(render(drawing))

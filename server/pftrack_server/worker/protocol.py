@@ -1,9 +1,9 @@
 """The pipe protocol: what the web process and a worker say to each other.
 
-Commands go down, events come up, each a small frozen dataclass. A command with an answer carries a request number. The
-worker sends a drawing only when it holds a credit, and the web process gives the next credit when the last drawing has
-arrived and somebody looks: so drawings are never queued, and nobody draws for an empty room. A drawing travels in two
-forms, for the scene and for flat views, with a credit for each; both are made of one drawing and share its pictures.
+Orders (`pftrack_server.worker.commands`) go down, each with the number of its request; events come up. The worker sends
+a drawing only when it holds a credit, and the web process gives the next credit when the last drawing has arrived and
+somebody looks: so drawings are never queued, and nobody draws for an empty room. A drawing travels in two forms, for
+the scene and for flat views, with a credit for each; both are made of one drawing and share its pictures.
 """
 
 from dataclasses import dataclass, field
@@ -12,8 +12,8 @@ from typing import Any, Literal, TypeAlias
 from pftrack_server.flat.codec import EncodedDrawing
 from pftrack_server.pictures import SceneDrawing
 from pftrack_server.schemas.description import SessionDescription
-from pftrack_server.schemas.inspection import InspectionUpdate
 from pftrack_server.schemas.snapshot import RunSnapshot
+from pftrack_server.worker.commands import Order
 
 Form: TypeAlias = Literal["scene", "flat"]
 """The forms in which a drawing is sent."""
@@ -57,99 +57,7 @@ class WorkerConfig:
     filters: tuple[str, ...] = ()
 
 
-# ---------------------------------------------------------------- commands
-
-
-@dataclass(frozen=True, slots=True)
-class Transport:
-    """Play, pause, step, back, or seek to a frame."""
-
-    action: str
-    frame: int = 0
-
-
-@dataclass(frozen=True, slots=True)
-class Speed:
-    """Play at a multiple of real time; 0 is as fast as possible."""
-
-    speed: float
-
-
-@dataclass(frozen=True, slots=True)
-class StopAt:
-    """Stop playing where the target is lost with this probability, 0..1; None to go on whatever it is."""
-
-    probability: float | None
-
-
-@dataclass(frozen=True, slots=True)
-class Restart:
-    """Restart the active branch with the values in force, and with another seed if one is given."""
-
-    seed: int | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Change:
-    """Change parameters; in the past this makes the branch that is named here."""
-
-    values: dict[str, object]
-    branch: str
-
-
-@dataclass(frozen=True, slots=True)
-class Branch:
-    """Leave the active branch at a frame and go on under a new name."""
-
-    branch: str
-    frame: int
-    values: dict[str, object]
-
-
-@dataclass(frozen=True, slots=True)
-class ReviseFilter:
-    """Go on with another version of a filter's file, in the branch that is named here."""
-
-    name: str
-    text: str
-    branch: str
-
-
-@dataclass(frozen=True, slots=True)
-class Activate:
-    """Show another branch; what is known of it makes it again where this worker does not hold it."""
-
-    run: RunSnapshot
-
-
-@dataclass(frozen=True, slots=True)
-class Save:
-    """Write the active branch to a file; answered with `Saved` as a dictionary."""
-
-    path: str
-
-
-@dataclass(frozen=True, slots=True)
-class Picture:
-    """Draw the current frame; answered with the bytes of a PNG."""
-
-
-@dataclass(frozen=True, slots=True)
-class Explain:
-    """Say why the target was lost; answered with an explanation as JSON values.
-
-    Attributes:
-        frame: The frame to ask about; None for the first lasting loss.
-    """
-
-    frame: int | None
-
-
-@dataclass(frozen=True, slots=True)
-class Inspect:
-    """Look at something in the frame that is shown, and draw it from now on; answered with what is found."""
-
-    wanted: InspectionUpdate
+# ---------------------------------------------------------------- what the web process sends
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,28 +67,21 @@ class Credit:
     form: Form
 
 
-Command: TypeAlias = (
-    Transport
-    | Speed
-    | StopAt
-    | Restart
-    | Change
-    | Branch
-    | ReviseFilter
-    | Activate
-    | Save
-    | Picture
-    | Explain
-    | Inspect
-)
-
-
 @dataclass(frozen=True, slots=True)
 class Request:
-    """A command that wants the answer with this number."""
+    """An order that wants the answer with this number.
+
+    Attributes:
+        number: Of the request.
+        order: What is asked for.
+        branch: What to call a branch that it makes.
+        known: What the session knows of the branch that it shows, which makes it again in a worker without it.
+    """
 
     number: int
-    command: Command
+    order: Order
+    branch: str = ""
+    known: RunSnapshot | None = None
 
 
 # ---------------------------------------------------------------- events

@@ -22,18 +22,17 @@ from pftrack.experiments.own.code import digest_of, trust, with_digests
 from pftrack.experiments.own.extension import extend, new_defaults, widen
 from pftrack.experiments.shared.loss_probability import LOSS_PROBABILITY
 from pftrack.runs import checkpoint, record
+from pftrack.runs.loss import Loss
 from pftrack.runs.loss_probability import LossAccount
-from pftrack.runs.run import Run
+from pftrack.runs.run import PastError, Run
 from pftrack_server.schemas.description import SessionDescription
-from pftrack_server.schemas.inspection import InspectionPublic, InspectionUpdate
+from pftrack_server.schemas.inspection import InspectionPublic
 from pftrack_server.schemas.snapshot import Goal, RunSnapshot
-from pftrack_server.worker.description import describe
-from pftrack_server.worker.filter_versions import changes_between, usable_filters, uses
+from pftrack_server.worker.commands import Inspect
+from pftrack_server.worker.description import describe, describe_timeline
 from pftrack_server.worker.frame_view import FrameView
-from pftrack_server.worker.particle_limit import limit_change, limit_recipe
 from pftrack_server.worker.protocol import WorkerConfig
-from pftrack_server.worker.timeline_view import describe_timeline
-from pftrack_server.worker.wiring import wire
+from pftrack_server.worker.recipes import changes_between, limit_change, limit_recipe, usable_filters, uses, wire
 
 
 class RunTree:
@@ -138,6 +137,18 @@ class RunTree:
             raise ParameterError("frame", frame, f"a frame that has been computed, 0 to {self.run.computed}")
         return explain(self.run, frame).as_dict()
 
+    def before_loss(self) -> int:
+        """Return the frame from which to watch how the target was lost.
+
+        Raises:
+            PastError: It has not been lost so far.
+        """
+        rows = self.run.diagnostics
+        frame = Loss.of(rows).approach([row.hidden is True for row in rows], self.run.position)
+        if frame is None:
+            raise PastError("the target has not been lost so far")
+        return frame
+
     def snapshot(self) -> RunSnapshot:
         """Return what moves of the active branch, as far as it is known here."""
         run = self.run
@@ -232,7 +243,7 @@ class RunTree:
         """Return what is to be seen of the frame that is shown, without what no viewer can show."""
         return self._view.draw(self.run, self.other)
 
-    def inspect(self, wanted: InspectionUpdate) -> InspectionPublic:
+    def inspect(self, wanted: Inspect) -> InspectionPublic:
         """Look at something in the frame that is shown, and draw it from now on.
 
         Raises:

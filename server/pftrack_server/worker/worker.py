@@ -6,10 +6,10 @@ to where a session was, they are worked off in the same loop, so that everybody 
 can cut it short.
 """
 
+import logging
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, get_args
 
 from pftrack.core.model.drawing import Drawing
@@ -25,30 +25,16 @@ from pftrack.vision.rendering import png, render
 from pftrack_server.flat.codec import DrawingEncoder
 from pftrack_server.pictures import PictureEncoder
 from pftrack_server.schemas.snapshot import Goal, Problem, RunSnapshot, differences
-from pftrack_server.worker.checkpoints import Checkpoints
 from pftrack_server.worker.protocol import (
     OPENING,
-    Activate,
-    Branch,
-    Change,
-    Command,
     Credit,
     Described,
-    Explain,
     Form,
     Heartbeat,
-    Inspect,
-    Picture,
     Progress,
     Ready,
     Reply,
     Request,
-    Restart,
-    ReviseFilter,
-    Save,
-    Speed,
-    StopAt,
-    Transport,
     WorkerConfig,
 )
 from pftrack_server.worker.run_tree import RunTree
@@ -62,12 +48,17 @@ EARLY = 0.8
 HEARTBEAT_S = 1.0
 MEASURED_EVERY_S = 1.0
 """While frames keep coming; measures look at all frames so far."""
+KEEP_AFTER_S = 5.0
+LARGEST_SHARE = 0.05
+"""Of the time, for checkpoints."""
 # So long a command or a start may take before it becomes a way that others can watch and cut short.
 AT_ONCE_S = 0.5
 
+log = logging.getLogger(__name__)
+
 
 @dataclass
-class Seek:
+class Way:
     """The way to a goal, a step at a time, and the request that waits for the end of it.
 
     Attributes:
@@ -83,8 +74,44 @@ class Seek:
     known: int
 
 
+class Checkpoints:
+    """When a worker writes down what it has computed, so that a session that comes back need not wait.
+
+    What counts is the time that computing took: a run that is computed again in a moment is never written down, and one
+    that takes minutes is, every few seconds of them. Writing takes a small share of the time at the most.
+    """
+
+    def __init__(self, tree: RunTree) -> None:
+        self._tree = tree
+        self._unkept_s: dict[str, float] = {}
+        """Computing time of each branch that no checkpoint holds yet."""
+        self._write_s = 0.0
+
+    def on_frame(self, seconds: float) -> None:
+        """Take note of how long a frame of the active branch took, and write a checkpoint if it is due."""
+        name = self._tree.active
+        unkept = self._unkept_s.get(name, 0.0) + seconds
+        self._unkept_s[name] = unkept
+        if unkept < max(KEEP_AFTER_S, self._write_s / LARGEST_SHARE):
+            return
+        self._unkept_s[name] = 0.0
+        begun = time.monotonic()
+        try:
+            self._tree.keep_states()
+        except (OSError, ValueError) as error:
+            # The run can be computed again: nobody loses anything but time.
+            log.warning("the states of branch %s were not kept: %s", name, error)
+        self._write_s = time.monotonic() - begun
+
+
 class Worker:
-    """The loop of a worker."""
+    """The loop of a worker.
+
+    Attributes:
+        request: What is carried out, or was last.
+    """
+
+    request: Request
 
     def __init__(self, pipe: BlockingEnd, config: WorkerConfig) -> None:
         self._pipe = pipe
@@ -113,7 +140,9 @@ class Worker:
         self._drawing: Drawing | None = None
         self._pictures = PictureEncoder()
         self._encoder = DrawingEncoder(self._pictures)
-        self._way: Seek | None = None
+        self._way: Way | None = None
+        self._left: Way | None = None
+        """The way that the order which is carried out has ended."""
         self._reported = config.run
         with watch(lambda _: self._heartbeat(), self._count_compiled):
             self._start_seek(config.run.bound, OPENING, known=config.run.bound.computed)
@@ -215,17 +244,17 @@ class Worker:
             self._problem = None
             self._rows.append(row)
             self._checkpoints.on_frame(time.monotonic() - begun)
-        self._mark_changed()
+        self.mark_changed()
 
     def _start_seek(self, goal: Goal, number: int, *, known: int, at_once_s: float = AT_ONCE_S) -> None:
         """Go to a goal: at once if that takes but a moment, else step by step from now on."""
         goal = self._tree.reachable_goal(goal)
-        way = self._way = Seek(goal, number, self._tree.seek_steps(goal), known)
+        way = self._way = Way(goal, number, self._tree.seek_steps(goal), known)
         end = time.monotonic() + at_once_s
         while time.monotonic() < end and self._step(way):
             pass
 
-    def _step(self, way: Seek) -> bool:
+    def _step(self, way: Way) -> bool:
         """Go a step; return whether there was one left."""
         begun = time.monotonic()
         try:
@@ -235,7 +264,8 @@ class Worker:
             return False
         return True
 
-    def _mark_changed(self) -> None:
+    def mark_changed(self) -> None:
+        """Have the frame that is shown drawn again."""
         self._news, self._undrawn, self._drawing = True, set(FORMS), None
 
     def _keep_alive(self) -> None:
@@ -316,109 +346,78 @@ class Worker:
         self._report(draw=not self._playing)
         self._pipe.send(Reply(number, result))
 
-    # ------------------------------------------------------------ commands
+    # ------------------------------------------------------------ orders
 
     def _answer(self, request: Request) -> None:
-        # What changes neither the run nor its frame interrupts nothing; any other command ends the way to a goal.
-        looks = isinstance(request.command, Picture | Explain | Save | Speed | StopAt | Inspect)
-        left = None if looks else self._way
-        if left is not None:
-            self._way = None
-        if not looks:
-            self._stopped = ""
+        order = request.order
+        self.request, self._left = request, None
+        if order.interrupts:
+            self._left, self._way, self._stopped = self._way, None, ""
+        left = self._left
         try:
-            result = self._execute(request.command, request.number, left)
+            result = order.carry_out(self)
         except REFUSALS as error:
             self._way = self._way or left
             if self._news or self._rows:
                 self._report(draw=not self._playing)
             self._pipe.send(Reply(request.number, error=error))
             return
+        if order.interrupts and result is None:
+            self.mark_changed()
         if left is not None:
             self._reply(left.number)
-        if self._way is None or looks:
+        if self._way is None or not order.interrupts:
             self._reply(request.number, result)
 
-    def _execute(self, command: Command, number: int, left: Seek | None) -> object:  # noqa: C901, PLR0912 - one case a command
-        match command:
-            case Transport(action="play"):
-                self._play()
-            case Transport(action="pause"):
-                self._playing = False
-            case Transport(action="step"):
-                self._step_by(1, number, left)
-            case Transport(action="back"):
-                self._step_by(-1, number, left)
-            case Transport(action="seek", frame=frame):
-                self._seek(frame, number, left)
-            case Speed(speed=speed):
-                # The next frame is due no later than at the new speed, but not at once: a correction is no frame.
-                self._speed, self._behind_s = speed, 0.0
-                self._due = min(self._due, time.monotonic() + self._period)
-            case StopAt(probability=probability):
-                self._stop_at, self._stopped = probability, ""
-            case Restart(seed=seed):
-                self._tree.restart(seed)
-                self._report_restart()
-            case Change(values=values, branch=branch):
-                return self._change(values, branch)
-            case Branch(branch=branch, frame=frame, values=values):
-                self._flush()
-                self._tree.branch(branch, frame, values)
-            case ReviseFilter():
-                self._revise_filter(command)
-            case Activate():
-                self._activate(command, number)
-            case Save(path=path):
-                return {"summary": self._tree.save(Path(path)), "thumbnail": self._picture()}
-            case Picture():
-                return self._picture()
-            case Explain(frame=frame):
-                return self._tree.explain(frame)
-            case Inspect(wanted=wanted):
-                found = self._tree.inspect(wanted)
-                self._mark_changed()
-                return found
-        self._mark_changed()
-        return None
+    @property
+    def tree(self) -> RunTree:
+        """The runs."""
+        return self._tree
 
-    def _play(self) -> None:
+    def play(self) -> None:
+        """Play from here, or from the first frame if the last one is shown."""
         if self._tree.ended:
             self._tree.run.seek(0)
         self._playing, self._due, self._behind_s = True, time.monotonic(), 0.0
 
-    def _step_by(self, frames: int, number: int, left: Seek | None) -> None:
-        """Go on or back, on the way to a goal from where that ends."""
-        position = self._tree.run.position if left is None else left.goal.position
-        self._seek(min(max(position + frames, 0), self._tree.run.frames - 1), number, left)
+    def pause(self) -> None:
+        """Stop playing."""
+        self._playing = False
 
-    def _seek(self, frame: int, number: int, left: Seek | None) -> None:
-        """Go to a frame; what was known before the way that this ends is still computed again."""
+    def step(self, frames: int) -> None:
+        """Go on or back, on the way to a goal from where that ends."""
+        position = self._tree.run.position if self._left is None else self._left.goal.position
+        self.seek(min(max(position + frames, 0), self._tree.run.frames - 1))
+
+    def seek(self, frame: int) -> None:
+        """Go to a frame; what was known before the way that this ends is still computed again.
+
+        Raises:
+            ParameterError: The run has no such frame.
+        """
         last = self._tree.run.frames - 1
         if not 0 <= frame <= last:
             raise ParameterError("frame", frame, f"a frame of the run, 0 to {last}")
         self._playing = False
-        known = max(self._tree.run.computed, left.known if left is not None else 0)
+        known = max(self._tree.run.computed, self._left.known if self._left is not None else 0)
         at_once_s = AT_ONCE_S if max(frame, known) <= self._tree.run.computed else 0.0
-        self._start_seek(Goal(max(frame, known), frame), number, known=known, at_once_s=at_once_s)
+        self._start_seek(Goal(max(frame, known), frame), self.request.number, known=known, at_once_s=at_once_s)
 
-    def _change(self, values: dict[str, object], branch: str) -> object:
-        """Change parameters; the answer is the frame from which they count."""
-        self._flush()
-        before = self._tree.restarts
-        self._tree.change(values, branch)
-        if self._tree.restarts != before:
-            self._report_restart()
-            return 0
-        if self._tree.redraws(values):
-            self._mark_changed()
-        return self._tree.run.position + 1
+    def set_speed(self, speed: float) -> None:
+        """Play at another speed."""
+        # The next frame is due no later than at the new speed, but not at once: a correction is no frame.
+        self._speed, self._behind_s = speed, 0.0
+        self._due = min(self._due, time.monotonic() + self._period)
 
-    def _revise_filter(self, command: ReviseFilter) -> None:
+    def set_stop(self, probability: float | None) -> None:
+        """Stop playing where the target is lost with this probability; None to play on whatever it is."""
+        self._stop_at, self._stopped = probability, ""
+
+    def revise_filter(self, name: str, text: str) -> None:
         """Go on with another version of a filter's file; one that cannot be used is told, and nothing else changes."""
-        self._flush()
+        self.flush()
         try:
-            self._tree.revise_filter(command.name, command.text, command.branch)
+            self._tree.revise_filter(name, text, self.request.branch)
         except FilterFileError as error:
             self._broken, self._news, self._playing = _problem(error), True, False
             return
@@ -426,30 +425,32 @@ class Worker:
         self._report(draw=False)
         self._pipe.send(Described(self._tree.describe()))
 
-    def _activate(self, command: Activate, number: int) -> None:
-        self._flush()
-        again = self._tree.activate(command.run.branch, command.run.recipe)
+    def activate(self, run: RunSnapshot) -> None:
+        """Show another branch; one that this worker does not hold is computed again."""
+        self.flush()
+        again = self._tree.activate(run.branch, run.recipe)
         self._playing = False
         if again:
             # The web process may never have had them: it forgets all diagnostics when the server ends.
             self._rows = self._tree.rows(0)
-            self._start_seek(command.run.bound, number, known=command.run.bound.computed)
+            self._start_seek(run.bound, self.request.number, known=run.bound.computed)
 
-    def _report_restart(self) -> None:
-        """Report the rows of a run that has just been restarted."""
-        self._rows = self._tree.rows(0)
-        self._due = time.monotonic()
-        self._mark_changed()
-
-    def _flush(self) -> None:
-        """Tell the active branch's rows before another one becomes active."""
-        if self._rows:
-            self._report(draw=False)
-
-    def _picture(self) -> bytes:
+    def picture(self) -> bytes:
+        """Return the current frame as PNG."""
         drawing = self._tree.drawing()
         layers = self._tree.experiment.shown_layers
         return png(render(drawing, layers=layers, scale=_scale(drawing.width), caption=False))
+
+    def report_restart(self) -> None:
+        """Report the rows of a run that has just been restarted."""
+        self._rows = self._tree.rows(0)
+        self._due = time.monotonic()
+        self.mark_changed()
+
+    def flush(self) -> None:
+        """Tell the active branch's rows before another one becomes active."""
+        if self._rows:
+            self._report(draw=False)
 
 
 def _problem(error: FilterFileError) -> Problem:

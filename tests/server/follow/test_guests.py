@@ -14,7 +14,7 @@ from websockets.typing import Origin
 
 from pftrack_server.follow.places import MOST_SOCKETS
 from tests.server.follow.class_room import Follower, change, farewell, follower, hear, lead
-from tests.server.host import Server, begin, error_of, steer
+from tests.server.host import Server, begin, change_values, command, error_of, steer
 from tests.viewer.host import Peer
 from tests.waiting import wait_for
 
@@ -166,7 +166,7 @@ def test_a_fork_is_its_followers_own(
 ) -> None:
     """It begins where the class stands, without what was changed later, and nobody else may touch it."""
     steer(lecturer, session, "seek", frame=6)
-    lecturer.patch(f"/api/v1/sessions/{session}/parameters", json={"sample_count": 321})
+    change_values(lecturer, session, {"sample_count": 321})
     steer(lecturer, session, "seek", frame=8)
     error_of(one.ask("POST", "follow/fork", session=session), 403)
     with one.socket() as stream, follower(guarded, follow) as other, other.socket() as beside:
@@ -181,12 +181,13 @@ def test_a_fork_is_its_followers_own(
         begun = one.ask("GET", own).json()
         assert (begun["position"], begun["parameters"]["sample_count"]) == (5, 800)
         assert fork["page"] == f"session/{fork['id']}"
-        assert one.ask("PATCH", f"{own}/parameters", sample_count=111).json()["parameters"]["sample_count"] == 111
+        changed = one.ask("POST", f"{own}/commands", kind="change", values={"sample_count": 111})
+        assert changed.json()["parameters"]["sample_count"] == 111
         assert one.http.get(f"session/{fork['id']}").status_code == 200
         assert one.ask("GET", "follow").json()["mine"]["fork"] == fork
         error_of(one.ask("POST", "follow/fork", session=session), 409)
         error_of(other.ask("POST", "follow/fork", session=session), 503)
-        for method, path in (("GET", own), ("PATCH", f"{own}/parameters"), ("DELETE", own)):
+        for method, path in (("GET", own), ("POST", f"{own}/commands"), ("DELETE", own)):
             error_of(other.ask(method, path, sample_count=1), 403)
         assert one.ask("DELETE", "follow/fork").status_code == 204
         wait_for(lambda: lecturer.get(f"/api/v1/{own}").status_code == 404)
@@ -199,13 +200,13 @@ def test_a_fork_is_its_followers_own(
 
 def begins_with_what_is_in_force(lecturer: httpx.Client, session: str, one: Follower) -> None:
     """What the lecturer has just changed, the tracker as well, counts from the frame after the one that is shown."""
-    lecturer.patch(f"/api/v1/sessions/{session}/parameters", json={"tracker": "condensation", "sample_count": 123})
+    change_values(lecturer, session, {"tracker": "condensation", "sample_count": 123})
     fork = one.ask("POST", "follow/fork", session=session).json()["id"]
     begun = one.ask("GET", f"sessions/{fork}").json()
     assert (begun["position"], begun["tracker"], begun["parameters"]["sample_count"]) == (8, "condensation", 123)
     one.ask("DELETE", "follow/fork")
     wait_for(lambda: lecturer.get(f"/api/v1/sessions/{fork}").status_code == 404)
-    lecturer.patch(f"/api/v1/sessions/{session}/parameters", json={"sample_count": 321})
+    change_values(lecturer, session, {"sample_count": 321})
 
 
 def test_a_session_that_is_ended(guarded: Server, lecturer: httpx.Client, other: str) -> None:
@@ -233,7 +234,7 @@ def test_a_lecturers_link(
     with httpx.Client(base_url=f"{guarded.origin}{place}/", verify=False, timeout=60) as device:  # noqa: S501
         assert device.get("").headers["location"] == f"{place}/session/{session}"
         assert device.get(f"session/{session}").status_code == 200
-        assert device.post(f"api/v1/sessions/{session}/transport", json={"action": "pause"}).status_code == 200
+        assert device.post(f"api/v1/sessions/{session}/commands", json={"kind": "pause"}).status_code == 200
         address = f"api/v1/follows/{follow['id']}"
         assert device.put(f"{address}/poll", json={"question": "?", "answers": ["a", "b"]}).status_code == 200
         assert b"<svg" in device.get(f"{address}/qr.svg").content
@@ -310,9 +311,9 @@ def test_a_server_without_a_token(server: Server, client: httpx.Client) -> None:
     assert [each["everybody"] for each in begun["links"]] == [False]
     with follower(server, begun) as one, one.socket() as stream:
         assert hear(stream)["type"] == "hello"
-        error_of(one.ask("POST", f"sessions/{session['id']}/transport", action="play"), 403)
+        error_of(one.ask("POST", f"sessions/{session['id']}/commands", kind="play"), 403)
         error_of(client.get("/api/v1/follow"), 404)
-        assert client.post(f"/api/v1/sessions/{session['id']}/transport", json={"action": "play"}).status_code == 200
+        assert command(client, session["id"], "play").status_code == 200
     error_of(client.post("/api/v1/follows", json={"sessions": []}), 422)
     error_of(client.post("/api/v1/follows", json={"sessions": [session["id"]] * 2}), 422)
     error_of(client.post("/api/v1/follows", json={"sessions": ["nowhere"]}), 404)

@@ -9,6 +9,7 @@ import httpx
 import pytest
 from websockets.sync.client import connect
 
+from pftrack_server.schemas.snapshot import Phase
 from pftrack_server.sessions.session import Session
 from pftrack_server.sessions.worker_handle import WorkerLostError
 from pftrack_server.store.tables import SessionRow
@@ -85,9 +86,7 @@ def test_who_waits_for_an_answer_keeps_the_place(start_server: Any) -> None:
     """A session that is on the way to where somebody sent it does not give way, though nobody watches it."""
     with start_server(max_sessions=1) as (_, client), ThreadPoolExecutor(1) as pool:
         session = begin(client, frames=20_000, parameters={"sample_count": 5000})["id"]
-        asked = pool.submit(
-            client.post, f"/api/v1/sessions/{session}/transport", json={"action": "seek", "frame": 19_999}
-        )
+        asked = pool.submit(client.post, f"/api/v1/sessions/{session}/commands", json={"kind": "seek", "frame": 19_999})
         wait_for(lambda: get(client, session)["goal"])
         error_of(client.post("/api/v1/sessions", json=session_request({"experiment": "ball"})), 503)
         steer(client, session, "pause")
@@ -109,7 +108,7 @@ def test_ended_while_it_waits_to_go_on(start_server: Any) -> None:
         gate.open()
         error_of(resumed.result(), 409)
         assert found.worker is None
-        assert found.phase == "ended"
+        assert found.phase is Phase.CLOSED
 
 
 def test_what_could_not_be_started_is_not_kept(start_server: Any, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -143,7 +142,7 @@ def test_a_command_that_hangs_does_not_stop_the_rounds(start_server: Any, monkey
         wait_for(lambda: len(looked) >= 3)
         assert found.worker is not None
         server.uvicorn.loop.call_soon_threadsafe(found._command_lock.release)
-        wait_for(lambda: found.phase == "suspended")
+        wait_for(lambda: found.phase is Phase.SUSPENDED)
 
 
 def test_probes_come_one_after_the_other(client: httpx.Client, server: Server) -> None:

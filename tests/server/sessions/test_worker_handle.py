@@ -9,7 +9,8 @@ import pytest
 from pftrack.process import ForkServer
 from pftrack_server.sessions import worker_handle
 from pftrack_server.sessions.worker_handle import WorkerHandle, WorkerLostError
-from pftrack_server.worker.protocol import Event, Heartbeat, Reply, Speed
+from pftrack_server.worker.commands import Play
+from pftrack_server.worker.protocol import Event, Heartbeat, Reply
 from tests.apart import run
 from tests.process.test_fork_server import has_ended, leave_another
 from tests.waiting import wait_for
@@ -30,7 +31,7 @@ def test_an_answer_is_as_the_command_left_the_run() -> None:
         config: Any = None
         handle = WorkerHandle(config, heard.append, lambda reason: None)
         handle._end = Deaf()  # type: ignore[assignment]
-        asking = asyncio.create_task(handle.request(Speed(1.0), lambda _: len(heard)))
+        asking = asyncio.create_task(handle.request(Play(), lambda _: len(heard)))
         await asyncio.sleep(0)
         for event in (Heartbeat(), Reply(1), Heartbeat(), Heartbeat()):
             handle._event(event)

@@ -137,7 +137,7 @@ export class TreePlot extends Plot {
     if (!able) return;
     await steering.seek(frame);
     const { shown } = this.declared;
-    if (shown !== "") await attempt(() => api.parameters(store.known.id, { [shown]: place }));
+    if (shown !== "") await attempt(() => api.command(store.known.id, { kind: "change", values: { [shown]: place } }));
   }
 
   /**
