@@ -118,14 +118,14 @@ async def open_socket(address: str, take: Take, headers: dict[str, str]) -> Bare
     """Open a websocket.
 
     Args:
-        address: As `ws://host:port/path`.
+        address: As `ws://host:port/path?query`.
         take: Called with the socket, the time (s), the beginning and the length of each message.
         headers: To send.
     """
     parts = urlsplit(address)
     key = base64.b64encode(os.urandom(16)).decode()
     lines = [
-        f"GET {parts.path} HTTP/1.1",
+        f"GET {parts.path}?{parts.query} HTTP/1.1",
         f"Host: {parts.netloc}",
         "Upgrade: websocket",
         "Connection: Upgrade",

@@ -1,8 +1,8 @@
 """A class that follows: frames a second of each follower, delay behind the lecturer, load of the server.
 
 A real server in a process of its own, a session that plays at 30 frames a second, a lecturer's page and a class of bare
-sockets, three of each as a page has them: what is followed, the session's messages, and its drawings, each of which is
-answered as painted when it has come whole. The delay is the time from a frame's arrival at the lecturer's socket to its
+sockets, two of each as a page has them: what is followed, and the session, each drawing of which is answered as painted
+when it has come whole. The delay is the time from a frame's arrival at the lecturer's socket to its
 arrival at a follower's, so the time that the sockets themselves take is in it; it is below zero where the lecturer's
 turn comes later. Beside it stands the time since the frame's first arrival anywhere. Some followers are slow: they
 answer half a second late, or read nothing at all. All of it shares the machine's cores with the server.
@@ -30,6 +30,7 @@ from _server import Server, percentile, row  # noqa: E402
 
 RATE_HZ = 30.0
 LATE_S = 0.5
+DRAWING = b"pfd"
 FRAME = re.compile(rb'"frame":(\d+)')
 
 
@@ -42,11 +43,13 @@ class Watcher:
     messages: int = 0
     carried: int = 0
 
-    def drawing(self, late_s: float, socket: BareSocket, now: float, start: bytes, length: int) -> None:
-        """Take a drawing, and say that it is painted."""
-        found = FRAME.search(start)
-        if found:
-            self.arrived.setdefault(int(found[1]), now)
+    def session(self, late_s: float, socket: BareSocket, now: float, start: bytes, length: int) -> None:
+        """Take a message of the session, and say of a drawing that it is painted."""
+        found = FRAME.search(start) if start.startswith(DRAWING) else None
+        if found is None:
+            self.message(socket, now, start, length)
+            return
+        self.arrived.setdefault(int(found[1]), now)
         self.carried += length
         if late_s:
             asyncio.get_running_loop().call_later(late_s, self._paint, socket)
@@ -75,18 +78,15 @@ async def watch(server: Server, prefix: str, session: str, headers: dict[str, st
     web = f"{server.url.replace('http', 'ws')}{prefix}/api/v1"
     if prefix:
         await open_socket(f"{web}/follow/stream", watcher.message, headers)
-    await open_socket(f"{web}/sessions/{session}/stream", watcher.message, headers)
-    await open_socket(f"{web}/sessions/{session}/drawings", partial(watcher.drawing, late_s), headers)
+    await open_socket(f"{web}/sessions/{session}/stream?paints=true", partial(watcher.session, late_s), headers)
     return watcher
 
 
 async def stall(server: Server, prefix: str, session: str, headers: dict[str, str]) -> None:
-    """Open the sockets of a page that reads nothing any more."""
-    watcher = Watcher()
-    web = f"{server.url.replace('http', 'ws')}{prefix}/api/v1"
-    for path, take in (("stream", watcher.message), ("drawings", partial(watcher.drawing, 0.0))):
-        socket = await open_socket(f"{web}/sessions/{session}/{path}", take, headers)
-        socket.transport.pause_reading()
+    """Open the socket of a page that reads nothing any more."""
+    address = f"{server.url.replace('http', 'ws')}{prefix}/api/v1/sessions/{session}/stream?paints=true"
+    socket = await open_socket(address, partial(Watcher().session, 0.0), headers)
+    socket.transport.pause_reading()
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,7 +19,7 @@ from pftrack.runs.loss import Loss, loss_words
 from pftrack.runs.manifest import manifest_of
 from pftrack.runs.many import outcomes
 from pftrack.runs.run import Run
-from pftrack_server.sessions.history import History
+from pftrack_server.sessions.state import History
 
 RUNS, FRAMES = 50, 40
 

@@ -16,7 +16,6 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaMode, models_json
 from pftrack.teaching.lessons.figure import Figure
 from pftrack_server import schemas
 from pftrack_server.sessions.session import Answer
-from pftrack_server.stream.duplex import GONE
 from pftrack_server.worker import commands
 from pftrack_server.worker.commands import Command
 
@@ -49,9 +48,7 @@ def _messages() -> str:
     """Return an interface for each of the server's models, and a union of each stream's messages."""
     models = sorted(_models(), key=lambda model: (model.__module__, model.__name__))
     texts, names = _interfaces([(model, "validation" if _is_request(model) else "serialization") for model in models])
-    return (
-        HEAD.format("the server's models") + "\n" + "\n".join([*texts, _commands(), *_unions(models, names), _gone()])
-    )
+    return HEAD.format("the server's models") + "\n" + "\n".join([*texts, _commands(), *_unions(models, names)])
 
 
 def _figures() -> str:
@@ -122,11 +119,6 @@ def _stream(message: type[BaseModel]) -> str:
     if "follows" in message.__module__:
         return "Owned" if message.__name__.startswith("Owned") else "Follow"
     return "Sweep" if "sweep" in message.__module__ else "Session"
-
-
-def _gone() -> str:
-    """Return the type of the code that a page has to know."""
-    return f"/** The code by which a socket ends when what it tells of is no more. */\nexport type Gone = {GONE};\n"
 
 
 def _interface(name: str, schema: Schema, names: dict[str, str]) -> str:

@@ -39,7 +39,6 @@ export class ClassStream extends Topics {
   constructor(signal) {
     super();
     this.#stream = new Stream(
-      "",
       {
         message: (/** @type {FollowHello|FollowNews|FigureShown} */ message) => this.#receive(message),
         // A class that is full may have room by the next try.

@@ -193,7 +193,6 @@ export class ClassControl extends Topics {
   #listen(id) {
     this.#stream?.stop();
     this.#stream = new Stream(
-      id,
       {
         message: ({ follow }) => {
           this.follow = follow;

@@ -8,7 +8,6 @@ import { api, messageOf, statusOf } from "../shared/api.js";
 import { fill } from "../shared/dom.js";
 import { isParticipant } from "../shared/participant.js";
 import { notice } from "../shared/notice.js";
-import { Stream } from "../shared/stream.js";
 import { toast } from "../shared/toast.js";
 import { bookmarkMenu } from "./bookmarks.js";
 import { branchDialog, branchLegend } from "./branches.js";
@@ -23,6 +22,7 @@ import { plots } from "./plots/plots.js";
 import { readout } from "./readout.js";
 import { Scrubber } from "./scrubber/scrubber.js";
 import { SessionStart } from "./session_start.js";
+import { SessionStream } from "./session_stream.js";
 import { Steering } from "./steering.js";
 import { Store } from "./store.js";
 import { transport } from "./transport.js";
@@ -32,7 +32,6 @@ import { markTruth } from "./truth/marking.js";
 const WAY = isParticipant ? { label: "Back to the class", href: START } : { label: "Back to the experiments", href: START };
 const KEPT = isParticipant ? "" : "Runs that you saved are in My work.";
 
-/** @import { SessionMessage } from "../shared/messages.js" */
 /** @import { NewSession } from "../shared/share_link.js" */
 
 /**
@@ -190,14 +189,13 @@ export class Mounted {
     if (this.signal.aborted) return;
     const { session, recipe } = begun;
     const on = {
-      message: (/** @type {SessionMessage} */ message) => this.store.receive(message),
       lost: () => this.store.setConnection("lost"),
       gone: (/** @type {Error} */ { message }) => {
         this.store.setConnection("gone");
         this.#fail("This session has ended", isParticipant ? message : KEPT);
       },
     };
-    new Stream(session.id, on, { signal: this.signal });
+    new SessionStream(session.id, this.store, this.scene, on, this.signal);
     if (recipe?.play) {
       await this.scene?.seen;
       this.#whenOpen(() => this.steering.toggle());

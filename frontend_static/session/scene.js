@@ -49,6 +49,7 @@ export class Scene {
   /** @type {Mounted|null} */
   #mounted = null;
   #shows = false;
+  #onView = () => {};
   #resolveSeen = () => {};
   #resolveLoaded = () => {};
 
@@ -83,6 +84,29 @@ export class Scene {
   /** The window of the scene's frame, if it has one. */
   get window() {
     return this.#view?.window ?? null;
+  }
+
+  /** The flat view, if that is what is shown. */
+  get flat() {
+    return this.#view instanceof FlatScene ? this.#view : null;
+  }
+
+  /**
+   * Resolves when a scene that says which frame it shows has come to a frame.
+   *
+   * @param {number} [frame] The one asked for last if not given.
+   */
+  async comesTo(frame) {
+    if (this.#view instanceof SpatialScene) await this.#view.comesTo(frame);
+  }
+
+  /**
+   * Call something whenever the run is seen in another way than before.
+   *
+   * @param {() => void} work
+   */
+  onView(work) {
+    this.#onView = work;
   }
 
   /**
@@ -167,10 +191,11 @@ export class Scene {
     const { signal } = this.#endView;
     const on = { seen: () => this.#seeing(), loaded: () => this.#resolveLoaded(), drawn: () => this.#drawnNow() };
     const view =
-      kind === "flat" ? new FlatScene(this.#id, this.#session, on, signal, this.#flat) : new SpatialScene(this.#id, isFresh, on, signal, this.#isBare);
+      kind === "flat" ? new FlatScene(this.#session, on, signal, this.#flat) : new SpatialScene(this.#id, isFresh, on, signal, this.#isBare);
     this.#view = view;
     this.#cover.before(view.element);
     if (this.#mounted) view.follow(this.#mounted);
+    this.#onView();
   }
 
   #remove() {

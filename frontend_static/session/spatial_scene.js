@@ -4,12 +4,15 @@ import { api } from "../shared/api.js";
 import { h } from "../shared/dom.js";
 import { beforePrinting } from "../shared/print.js";
 import { isDark, onTheme } from "../shared/theme.js";
-import { after } from "../shared/timing.js";
+import { after, later } from "../shared/timing.js";
 import { Preview } from "./preview.js";
 import { viewerReady } from "./viewer_ready.js";
 
 /** How long the scene's script, which keeps the browser busy, waits for the picture that shall be seen before it. */
 const PREVIEW_FIRST_MS = 400;
+/** How often to look which frame the scene shows, and how long to wait for one that it may never show. */
+const LOOK_EVERY_MS = 8;
+const PATIENCE_MS = 5000;
 
 export class SpatialScene {
   #id;
@@ -20,6 +23,11 @@ export class SpatialScene {
   #frame = null;
   /** @type {Preview|null} */
   #preview = null;
+  /** The frames that are waited for, in their order.
+   *
+   * @type {{frame: number, since: number, resolve: () => void}[]} */
+  #waiting = [];
+  #told = 0;
 
   element = h("div", { class: "spatial-scene" });
   /** What is printed in place of the frame, whose graphics are not there for paper. */
@@ -38,6 +46,7 @@ export class SpatialScene {
     this.#signal = signal;
     this.#isBare = isBare;
     this.element.classList.toggle("bare", isBare);
+    signal.addEventListener("abort", () => this.#release(this.#waiting.length));
     globalThis.addEventListener("message", (event) => this.#press(event), { signal });
     onTheme(() => this.window?.postMessage({ source: "pftrack", theme: theme() }, location.origin), signal);
     beforePrinting(() => this.#print(), signal);
@@ -66,6 +75,34 @@ export class SpatialScene {
       if (alive) down = false;
     });
     store.on(["position", "playing", "branch"], () => this.#preview?.refresh(store.session?.playing ?? false));
+  }
+
+  /**
+   * Resolves when the scene shows a frame, or one that was asked for later; at once while there is no scene yet.
+   *
+   * @param {number} [frame] The one asked for last if not given.
+   * @returns {Promise<void>}
+   */
+  comesTo(frame = this.#told) {
+    this.#told = frame;
+    if (this.#preview !== null || this.#signal.aborted) return Promise.resolve();
+    return new Promise((resolve) => {
+      this.#waiting.push({ frame, since: performance.now(), resolve });
+      if (this.#waiting.length === 1) this.#look();
+    });
+  }
+
+  #look() {
+    const shown = this.window?.pftrackScene?.frame();
+    const late = performance.now() - PATIENCE_MS;
+    const last = this.#waiting.findLastIndex(({ frame, since }) => frame === shown || since < late);
+    this.#release(last + 1);
+    if (this.#waiting.length > 0) later(() => this.#look(), LOOK_EVERY_MS, this.#signal);
+  }
+
+  /** @param {number} count How many need not wait any more. */
+  #release(count) {
+    for (const { resolve } of this.#waiting.splice(0, count)) resolve();
   }
 
   /**

@@ -19,9 +19,6 @@ import { History, isGone } from "./history.js";
  *   is known of it, fixed or not.
  */
 
-/** A picture that has not come for so long keeps nothing waiting; on a busy machine the first one of a run may take seconds. */
-const PICTURE_MS = 5000;
-
 /** @extends {Topics<Topic>} */
 export class Store extends Topics {
   /**
@@ -48,11 +45,6 @@ export class Store extends Topics {
   ensemble = null;
   /** @type {Set<string>} */
   #fetching = new Set();
-  /** The frame of the newest picture on the page, and when it came. */
-  #picture = { frame: -1, at: -Infinity };
-  /** Where the server has said that the run stands; what is shown waits for its picture. */
-  #told = 0;
-
   /** @param {{readOnly?: boolean}} [options] Whether whoever looks on here cannot steer it. */
   constructor({ readOnly = false } = {}) {
     super();
@@ -101,10 +93,6 @@ export class Store extends Topics {
     return [...branches].sort((a, b) => Number(b.id === active) - Number(a.id === active));
   }
 
-  get activeBranch() {
-    return this.session?.branches.find((branch) => branch.id === this.session?.branch);
-  }
-
   /** Whether there is a session that listens. */
   get isAwake() {
     return this.session !== null && ["ready", "playing", "ended"].includes(this.session.state);
@@ -131,32 +119,11 @@ export class Store extends Topics {
    */
   receive(message) {
     if (message.type === "hello") this.#greeted(message);
-    else if (this.session !== null) this.#take(this.session, message);
-  }
-
-  /**
-   * Take note that the picture of a frame is painted next. While the run plays, pictures come later than numbers, and fewer of
-   * them: what is said is said of the frame that is seen.
-   *
-   * @param {number} frame
-   */
-  show(frame) {
-    this.#picture = { frame, at: performance.now() };
-    if (this.#seePicture()) this.tell("position");
-  }
-
-  /** Whether the run plays beside pictures, which say how far it is. */
-  get #followsPicture() {
-    return this.known.playing && performance.now() - this.#picture.at < PICTURE_MS;
-  }
-
-  /** Stand at the frame of the picture, if it is known; returns whether that is another one than before. */
-  #seePicture() {
-    const { session, history } = this;
-    const { frame } = this.#picture;
-    if (session === null || !this.#followsPicture || session.position === frame || history.at(frame) === undefined) return false;
-    session.position = frame;
-    return true;
+    else if (this.session !== null && message.type === "changes") this.#merge(this.session, message);
+    else if (this.session !== null && message.type === "refused") {
+      this.refusal = message.message;
+      this.tell("refused");
+    }
   }
 
   /**
@@ -179,85 +146,26 @@ export class Store extends Topics {
   #greeted({ session, diagnostics }) {
     this.connection = "open";
     this.session = session;
-    this.#told = session.position;
     this.historyOf(session.branch).replace(diagnostics);
     for (const { id } of session.branches) if (id !== session.branch) this.#fetch(id);
     this.tell("connection", "session", "history", .../** @type {Topic[]} */ (Object.keys(session)));
   }
 
   /**
-   * @param {SessionPublic} session
-   * @param {SessionMessage} message
-   */
-  #take(session, message) {
-    switch (message.type) {
-      case "frame":
-        this.#computed(session, message.branch, [message.diagnostics]);
-        break;
-      case "frames":
-        this.#computed(session, message.branch, message.rows);
-        break;
-      case "changes":
-        this.#merge(session, message.session);
-        break;
-      case "refused":
-        this.refusal = message.message;
-        this.tell("refused");
-        break;
-      default:
-        break;
-    }
-  }
-
-  /**
-   * Take over frames that were computed; while the run plays, the last of them is the one that is shown, or that which the
-   * picture shows.
+   * Take over fields that have changed, and the frames that were computed.
    *
    * @param {SessionPublic} session
-   * @param {string} branch
-   * @param {import("../shared/messages.js").Frames["rows"]} rows
+   * @param {import("../shared/messages.js").Changes} message
    */
-  #computed(session, branch, rows) {
-    this.#rows(branch, rows);
-    const isShown = session.playing && branch === session.branch && rows.length > 0;
-    if (isShown) this.#told = session.computed = /** @type {Row} */ (rows[rows.length - 1]).frame;
-    if (isShown && !this.#followsPicture) session.position = this.#told;
-    this.#seePicture();
-    this.tell("history", ...(isShown ? /** @type {const} */ (["position", "computed"]) : []));
-  }
-
-  /**
-   * Take over fields that have changed.
-   *
-   * @param {SessionPublic} session
-   * @param {Partial<SessionSnapshot>} changes
-   */
-  #merge(session, changes) {
-    const { position } = session;
+  #merge(session, { session: changes, rows }) {
     Object.assign(session, changes);
-    this.#told = changes.position ?? this.#told;
-    // Whoever goes elsewhere, plays again or stops, stands there, whatever the picture shows still; who begins to play may be ahead.
-    const playsOn = changes.playing === undefined || (changes.playing && (changes.position ?? position) >= position);
-    const goesElsewhere = changes.branch !== undefined || changes.restarts !== undefined || !playsOn;
-    session.position = !goesElsewhere && this.#followsPicture ? position : this.#told;
     for (const { id, parent, frame } of changes.branches ?? []) {
       if (this.historyOf(id).length === 0 && parent) this.historyOf(id).share(this.historyOf(parent), frame);
     }
-    if (changes.branch !== undefined) this.#fetch(changes.branch);
-    const topics = new Set(/** @type {(keyof SessionSnapshot)[]} */ (Object.keys(changes)));
-    if (session.position !== position) topics.add("position");
-    this.tell(...topics);
-  }
-
-  /**
-   * @param {string} branch
-   * @param {Record<string, unknown>[]} rows
-   */
-  #rows(branch, rows) {
-    const history = this.historyOf(branch);
-    let isWhole = true;
-    for (const row of rows) isWhole = history.add(/** @type {Row} */ (row)) && isWhole;
-    if (!isWhole) this.#fetch(branch);
+    const added = rows.map((row) => this.history.add(/** @type {Row} */ (row)));
+    if (changes.branch !== undefined || added.includes(false)) this.#fetch(session.branch);
+    const topics = /** @type {(keyof SessionSnapshot)[]} */ (Object.keys(changes));
+    this.tell(...topics, ...(rows.length > 0 ? /** @type {const} */ (["history"]) : []));
   }
 
   /** @param {string} branch */

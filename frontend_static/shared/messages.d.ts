@@ -118,11 +118,13 @@ export interface Changed {
   branch: string;
 }
 
-/** What has changed of all that moves; the other fields of the session are as they were. */
+/** What has changed of all that moves, and the frames computed; the other fields of the session are as they were. */
 export interface Changes {
   version: 1;
   type: "changes";
   session: Partial<SessionSnapshot>;
+  /** Diagnostics of frames of the branch that is active then */
+  rows: Record<string, unknown>[];
 }
 
 /** What a lesson claims and computes. */
@@ -893,22 +895,6 @@ export interface ForkPublic {
   page: string;
 }
 
-/** A frame was computed. While the run plays it is also the one that is shown, and no `Changes` says so. */
-export interface Frame {
-  version: 1;
-  type: "frame";
-  branch: string;
-  diagnostics: Record<string, unknown>;
-}
-
-/** Several frames were computed since the last message; while the run plays, the last of them is shown. */
-export interface Frames {
-  version: 1;
-  type: "frames";
-  branch: string;
-  rows: Record<string, unknown>[];
-}
-
 /** The ancestors of the particles of the frame. */
 export interface GenealogyPublic {
   /** The oldest frame */
@@ -1319,7 +1305,7 @@ export interface OwnedNews {
   follow: FollowOwned;
 }
 
-/** The only thing that a page says where it receives drawings: how many it has painted or left out since it came. */
+/** How many drawings of a session's stream a page has painted or left out since it came. */
 export interface Painted {
   type: "painted";
   count: number;
@@ -1374,7 +1360,7 @@ export interface Pause {
 /** What a session does; `SessionState` derives it and is the one who changes it. */
 export type Phase = "starting" | "ready" | "playing" | "ended" | "suspended" | "crashed" | "closed";
 
-/** The only thing that a page says on the stream. */
+/** What a page says on any stream, to measure the delay. */
 export interface Ping {
   version?: 1;
   type: "ping";
@@ -2426,7 +2412,7 @@ export type Command = Play | Pause | Step | Seek | BeforeLoss | SetSpeed | StopA
 export type CommandAnswer = SessionPublic | Changed | InspectionPublic;
 
 /** What a session's stream says. */
-export type SessionMessage = Changes | Frame | Frames | SessionHello | Refused | Pong;
+export type SessionMessage = Changes | SessionHello | Refused | Pong;
 
 /** What a sweep's stream says. */
 export type SweepMessage = Cells | SweepHello | Progress;
@@ -2436,6 +2422,3 @@ export type FollowMessage = FigureShown | FollowHello | FollowNews;
 
 /** What a lecturer's stream says. */
 export type OwnedMessage = OwnedHello | OwnedNews;
-
-/** The code by which a socket ends when what it tells of is no more. */
-export type Gone = 4404;

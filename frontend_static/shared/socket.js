@@ -1,16 +1,7 @@
-/** Sockets of the server: where they are, why they end, and how long to wait before the next try. */
+/** Sockets of the server: where they are, and how long to wait before the next try. */
 
 import { absolute } from "./address.js";
 import { ROOT } from "./api.js";
-
-/** @import { Gone } from "./messages.js" */
-
-/**
- * The code by which the server ends a socket when what it tells of is no more.
- *
- * @type {Gone}
- */
-export const GONE = 4404;
 
 const FIRST_WAIT_MS = 250;
 const LONGEST_WAIT_MS = 4000;

@@ -1,13 +1,13 @@
 /**
- * A stream of messages, a session's or a sweep's: a websocket that comes back by itself.
+ * A stream of messages, a session's, a sweep's or a class's: a websocket that comes back by itself, after a while that grows, or at
+ * once when the browser is online or in sight again.
  *
- * The first message after every connection is `hello` with the whole state, so nothing has to be remembered here. A
- * connection counts as lost when it closes or when a ping stays unanswered (a laptop that slept, a dead tunnel).
+ * The first message after every connection has the whole state, so nothing has to be remembered here. A connection counts as
+ * lost when it closes or when a ping stays unanswered (a laptop that slept, a dead tunnel).
  */
 
-import { ApiError, api } from "./api.js";
-import { ReconnectingSocket } from "./reconnecting_socket.js";
-import { socketAddress } from "./socket.js";
+import { ApiError } from "./api.js";
+import { Backoff } from "./socket.js";
 
 const PING_EVERY_MS = 5000;
 /** Statuses that say that there is no such stream any more. */
@@ -19,6 +19,8 @@ const IS_GONE = [401, 403, 404, 410];
  * @template Message
  * @typedef {object} Listener
  * @property {(message: Message) => void} message
+ * @property {(drawing: ArrayBuffer) => void} [drawing] Called with what comes in binary form.
+ * @property {() => void} [opened] There is a new connection.
  * @property {() => void} lost
  * @property {(event: CloseEvent) => void} [closed] Called before that, where the server has ended it and said why.
  * @property {(error: ApiError) => void} gone The server answers, but there is no such stream any more.
@@ -26,76 +28,125 @@ const IS_GONE = [401, 403, 404, 410];
 
 /** @template {{type: string}} Message */
 export class Stream {
-  #look;
   #on;
-  /** @type {ReconnectingSocket<string>} */
-  #socket;
+  #address;
+  #look;
+  /** @type {WebSocket|null} */
+  #socket = null;
+  #backoff = new Backoff();
+  #timer = 0;
   #isGreeted = false;
   #pings = 0;
   #unanswered = 0;
   #end = new AbortController();
 
   /**
-   * @param {string} id The session.
    * @param {Listener<Message>} on
-   * @param {{address?: () => string, look?: () => Promise<unknown>, signal?: AbortSignal}} [what] Another stream than a session's: where it is,
-   *     and how to find out whether there still is one; `signal` stops it.
+   * @param {{address: () => string, look: () => Promise<unknown>, signal?: AbortSignal}} what Where it is, asked for before
+   *     each connection, and how to find out whether there still is one; `signal` stops it.
    */
-  constructor(id, on, { address = () => socketAddress(`sessions/${encodeURIComponent(id)}/stream`), look = () => api.session(id), signal } = {}) {
-    this.#look = look;
+  constructor(on, { address, look, signal }) {
     this.#on = on;
+    this.#address = address;
+    this.#look = look;
+    const end = this.#end.signal;
     signal?.addEventListener("abort", () => this.stop());
-    const heard = { open: () => this.#watch(), message: (/** @type {string} */ data) => this.#receive(JSON.parse(data)), closed: this.#closed.bind(this) };
-    this.#socket = new ReconnectingSocket(address, heard, this.#end.signal);
+    globalThis.addEventListener("online", () => this.#soon(0), { signal: end });
+    document.addEventListener("visibilitychange", () => !document.hidden && this.#soon(0), { signal: end });
+    this.#connect();
   }
 
+  /** End it; nothing is told after that. */
   stop() {
     this.#end.abort();
-    clearInterval(this.#pings);
-  }
-
-  #watch() {
-    this.#unanswered = 0;
-    clearInterval(this.#pings);
-    this.#pings = setInterval(() => {
-      if (this.#unanswered >= 2) {
-        this.#socket.giveUp();
-        return;
-      }
-      this.#unanswered += 1;
-      this.#socket.send({ version: 1, type: "ping", sent: Math.round(performance.now()) });
-    }, PING_EVERY_MS);
-  }
-
-  /** @param {Message} message */
-  #receive(message) {
-    if (message.type === "pong") {
-      this.#unanswered = 0;
-      return;
-    }
-    if (message.type === "hello") {
-      this.#isGreeted = true;
-      this.#socket.succeeded();
-    }
-    this.#on.message(message);
+    clearTimeout(this.#timer);
+    this.#leave()?.close();
   }
 
   /**
-   * @param {CloseEvent|null} event
-   * @returns {Promise<boolean>} Whether to try again.
+   * Say something, unless there is no connection.
+   *
+   * @param {Record<string, string|number>} words
    */
-  async #closed(event) {
+  send(words) {
+    if (this.#socket?.readyState === WebSocket.OPEN) this.#socket.send(JSON.stringify(words));
+  }
+
+  /** Connect anew at once, since the address is another one now; the old connection is told of no more. */
+  again() {
+    this.#leave()?.close();
+    this.#soon(0);
+  }
+
+  /** Hear no more of the connection that there is, and return its socket. */
+  #leave() {
+    const socket = this.#socket;
+    this.#socket = null;
     clearInterval(this.#pings);
+    return socket;
+  }
+
+  #connect() {
+    if (this.#end.signal.aborted || this.#socket !== null) return;
+    const socket = new WebSocket(this.#address());
+    this.#socket = socket;
+    socket.binaryType = "arraybuffer";
+    const isHeard = () => socket === this.#socket;
+    socket.addEventListener("open", () => isHeard() && this.#opened());
+    socket.addEventListener("message", ({ data }) => isHeard() && this.#receive(data));
+    socket.addEventListener("close", (event) => isHeard() && this.#closed(event));
+  }
+
+  #opened() {
+    this.#on.opened?.();
+    this.#unanswered = 0;
+    this.#pings = setInterval(() => this.#ping(), PING_EVERY_MS);
+  }
+
+  #ping() {
+    if (this.#unanswered < 2) {
+      this.#unanswered += 1;
+      this.send({ version: 1, type: "ping", sent: Math.round(performance.now()) });
+      return;
+    }
+    // close() alone would wait for the other side's farewell, which is just what does not come.
+    const socket = this.#socket;
+    this.#closed(null);
+    socket?.close();
+  }
+
+  /** @param {string|ArrayBuffer} data */
+  #receive(data) {
+    const message = typeof data === "string" ? JSON.parse(data) : null;
+    if (message?.type === "pong") {
+      this.#unanswered = 0;
+      return;
+    }
+    this.#isGreeted = true;
+    this.#backoff.reset();
+    if (typeof data === "string") this.#on.message(message);
+    else this.#on.drawing?.(data);
+  }
+
+  /** @param {CloseEvent|null} event Null where it was given up. */
+  async #closed(event) {
+    this.#leave();
     const wasGreeted = this.#isGreeted;
     this.#isGreeted = false;
     if (event !== null) this.#on.closed?.(event);
-    if (this.#end.signal.aborted) return false;
+    if (this.#end.signal.aborted) return;
     this.#on.lost();
-    if (wasGreeted) return true;
-    const error = await this.#look().then(() => null, (failure) => failure);
-    if (!(error instanceof ApiError && IS_GONE.includes(error.status))) return true;
-    this.stop();
-    this.#on.gone(error);
-    return false;
+    const error = wasGreeted ? null : await this.#look().then(() => null, (failure) => failure);
+    if (error instanceof ApiError && IS_GONE.includes(error.status)) {
+      this.stop();
+      this.#on.gone(error);
+    } else this.#soon(this.#backoff.next());
+  }
+
+  /** @param {number} milliseconds */
+  #soon(milliseconds) {
+    if (this.#end.signal.aborted || this.#socket !== null) return;
+    clearTimeout(this.#timer);
+    this.#timer = setTimeout(() => this.#connect(), milliseconds);
   }
 }

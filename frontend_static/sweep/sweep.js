@@ -72,7 +72,6 @@ async function begin() {
 
 function listen() {
   stream = new Stream(
-    id,
     {
       message: (message) => store.receive(message),
       lost: () => store.setConnection("lost"),

@@ -7,7 +7,7 @@ import pytest
 
 from tests.browser.conftest import Complaints
 from tests.browser.host import Server
-from tests.browser.views import PARTICLES, SessionPage, View
+from tests.browser.views import PARTICLES, SessionPage
 
 NO_WEBGL = """
 const real = HTMLCanvasElement.prototype.getContext;
@@ -51,23 +51,6 @@ FILLED = """(() => {
     const { clientWidth, clientHeight } = document.querySelector('.flat-place');
     return Math.max(width / clientWidth, height / clientHeight);
 })()"""
-TWO = """async (session) => {
-    const { mount } = await import('./static/session/flat/mount.js');
-    const main = document.querySelector('main');
-    main.innerHTML = '<div id="a" style="height: 300px"></div><div id="b" style="height: 200px"></div>';
-    window.ends = ['a', 'b'].map((id) => mount(document.getElementById(id), { session }));
-}"""
-# Keeps count of the page's sockets.
-COUNTING = """() => {
-window.sockets = new Set();
-window.WebSocket = class extends WebSocket {
-    constructor(...given) {
-        super(...given);
-        sockets.add(this);
-        this.addEventListener('close', () => sockets.delete(this));
-    }
-};
-}"""
 HIDDEN = "(it) => it.closest('.control[hidden]') !== null"
 
 
@@ -258,13 +241,12 @@ def test_what_is_pointed_at_is_named(look: Look) -> None:
     canvas = view.page.locator(".flat-canvas")
     nose = view.page.evaluate(
         """async (session) => {
-            const { receiveDrawings } = await import('./static/session/flat/stream.js');
+            const { socketAddress } = await import('./static/shared/socket.js');
             const { decode } = await import('./static/session/flat/decode.js');
-            const drawing = await new Promise((done) => {
-                const end = new AbortController();
-                const heard = (message) => (done(decode(message)), end.abort());
-                receiveDrawings(session, { drawing: heard, gone: () => {} }, end.signal);
-            });
+            const socket = new WebSocket(`${socketAddress(`sessions/${session}/stream`)}?paints=true&has_picture=true`);
+            socket.binaryType = 'arraybuffer';
+            const drawing = await new Promise((done) => (socket.onmessage = ({ data }) => done(decode(data))));
+            socket.close();
             const { point } = drawing.primitives.find(({ name }) => name === 'name nose');
             const scale = document.querySelector('.flat-canvas').offsetWidth / drawing.width;
             return { x: scale * (point[0] + 0.5) + 3, y: scale * (point[1] + 0.5) - 2 };
@@ -341,21 +323,3 @@ def test_a_killed_worker_is_reported_and_the_view_goes_on(look: Look, server: Se
     view.press("ArrowRight")
     view.paints(31)
     assert view.page.locator("#same").count() == 1
-
-
-def test_flat_views_stand_side_by_side_and_leave_nothing_behind(bare: Any, server: Server) -> None:
-    """Two of one session show the same frame; one is taken away without a trace and the other goes on."""
-    bare.evaluate(COUNTING)
-    session = server.start_session()["id"]
-    bare.evaluate(TWO, session)
-    view = View(bare)
-    frames = "[...document.querySelectorAll('.flat-canvas')].map((it) => Number(it.dataset.frame))"
-    view.until(lambda: bare.evaluate(frames) == [0, 0], "both are painted")
-    server.seek(session, 8)
-    view.until(lambda: bare.evaluate(frames) == [8, 8], "both follow")
-    assert bare.evaluate("sockets.size") == 2
-    bare.evaluate("ends[0]()")
-    view.until(lambda: bare.evaluate("sockets.size") == 1, "its socket is closed")
-    assert bare.evaluate("document.getElementById('a').childElementCount") == 0
-    server.seek(session, 3)
-    view.until(lambda: bare.evaluate(frames) == [3], "the other one goes on")

@@ -31,7 +31,7 @@ from pftrack.core.model.drawing import (
 from pftrack.core.model.palette import COLOURS
 from pftrack.vision.rendering import render
 from pftrack.vision.rendering.projection import look_at
-from pftrack_server.flat.codec import DrawingEncoder
+from pftrack_server.worker.codec import DrawingEncoder
 from tests.browser.host import Server
 
 Image: TypeAlias = NDArray[np.uint8]

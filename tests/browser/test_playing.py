@@ -1,4 +1,4 @@
-"""While a run plays: picture, caption, counter, readings and the figures of the plots are of one frame."""
+"""While a run plays, all that the page says is of the frame that is seen: picture, counter, readings, plots."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -7,27 +7,65 @@ import pytest
 
 from tests.browser.host import Server
 from tests.browser.views import SessionPage
+from tests.conftest import FEW_PIXELS
 
-# What the page says of the frame that is shown, at each frame of the display, until the run stands again.
-WATCH = """() => new Promise((resolve) => {
+MOMENTS = 500
+"""Looked at under each condition."""
+FRAMES = 5
+"""Which at least are seen in these moments, so that it plays."""
+
+# Keeps the sockets of the page, and has what comes over them wait its turn where the line is slow: so many bytes a ms.
+SOCKETS = """(() => {
+    window.sockets = new Set();
+    window.line = { bytesPerMs: Infinity };
+    let free = 0;
+    window.WebSocket = class extends WebSocket {
+        constructor(...given) {
+            super(...given);
+            sockets.add(this);
+        }
+        addEventListener(kind, listener, ...more) {
+            const late = (event) => {
+                const now = performance.now();
+                free = Math.max(free, now) + (event.data.length ?? event.data.byteLength) / line.bytesPerMs;
+                if (free > now) setTimeout(() => listener(event), free - now);
+                else listener(event);
+            };
+            super.addEventListener(kind, kind === 'message' ? late : listener, ...more);
+        }
+    };
+})()"""
+
+# What the page says at some moments: between the frames of the display, whatever else is under way.
+WATCH = """(count) => new Promise((resolve) => {
     const seen = [];
     const text = (selector) => document.querySelector(selector).textContent;
     const look = () => {
         const painted = document.querySelector('.flat-canvas').dataset.frame;
         const [caption, counter] = [text('.flat-caption'), text('.counter')].map((words) => words.split(' ')[1]);
+        const cursor = document.querySelector('.scrubber[role=slider]').getAttribute('aria-valuenow');
         const error = [...document.querySelectorAll('.readout > dl dt')].find((it) => it.textContent === 'error');
         const plotted = `${text('[data-plot=error] output')} px`;
-        seen.push([painted, caption, counter, error.nextSibling.textContent, plotted]);
-        if (text('.play') === 'Pause') requestAnimationFrame(look);
+        const moment = [painted, caption, counter, cursor, error.nextSibling.textContent, plotted];
+        if (text('.play') === 'Pause') seen.push(moment);
+        if (seen.length < count && text('.play') !== 'Play again') setTimeout(look, 1 + 10 * Math.random());
         else resolve(seen);
     };
-    requestAnimationFrame(look);
+    look();
 })"""
-
-
-MOST_AHEAD = 2
-"""Moments in which numbers may be seen before their picture: between two drawings of one frame of the display. Those
-that do not wait are ahead in ten and more; `tests/pages/store.test.js` holds each step of the waiting."""
+# Which frame the scene shows, and the counter, at each change of either.
+WATCH_SCENE = """() => new Promise((resolve) => {
+    const seen = [];
+    const look = () => {
+        const frame = document.querySelector('.scene-frame').contentWindow.pftrackScene.frame();
+        const moment = [frame, Number(document.querySelector('.counter').textContent.split(' ')[1])];
+        if (String(moment) !== String(seen.at(-1))) seen.push(moment);
+        if (document.querySelector('.play').textContent === 'Pause') setTimeout(look, 1);
+        else resolve(seen);
+    };
+    look();
+})"""
+LOSE = "() => { for (const each of sockets) each.close(); }"
 
 
 @pytest.fixture
@@ -35,33 +73,60 @@ def page(chromium: Any, server: Server) -> Iterator[Any]:
     """A page whose display goes as fast as it does for people."""
     context = chromium.new_context(viewport={"width": 1280, "height": 800}, base_url=f"{server.url}/")
     context.add_init_script("localStorage['pftrack-view'] = 'flat'")
+    context.add_init_script(SOCKETS)
     yield context.new_page()
     context.close()
     server.end_sessions()
 
 
 def test_all_that_is_said_is_of_the_frame_that_is_seen(page: Any, server: Server) -> None:
-    """Pictures come later than numbers, and fewer of them: the numbers wait for theirs, when it is replayed as well.
+    """A frame is one message: no number is ever seen beside another frame's picture, however fast it plays and comes.
 
-    Both have connections of their own. Where the machine is so busy that a picture is there first, its numbers follow.
+    It is computed, then replayed; at the speed of its source and as fast as it can; over a slow line; and again and
+    again over new connections.
     """
-    page.goto(server.start_session(frames=45)["page"])
+    page.goto(server.start_session(frames=150)["page"])
     shown = SessionPage(page, server).ready()
-    ahead = 0
-    for _ in ("computed", "replayed"):
-        shown.press("Home")
-        shown.stands_at(0)
-        shown.press(" ")
-        page.locator(".play", has_text="Pause").wait_for()
-        seen = page.evaluate(WATCH)
+    conditions = ((1, "Infinity", False), (0, "Infinity", False), (1, "150", False), (1, "Infinity", True))
+    for speed, bytes_per_ms, loses in conditions:
+        server.post(f"sessions/{shown.id}/transport", {"action": "speed", "speed": speed})
+        page.evaluate(f"line.bytesPerMs = {bytes_per_ms}")
+        seen: list[list[str]] = []
+        while len(seen) < MOMENTS:
+            seen += play(shown, MOMENTS - len(seen), loses=loses)
         errors = server.column(shown.id, "error")
-        playing = [each for each in seen[:-1] if int(each[0]) < 44]
-        assert len({each[0] for each in playing}) > 5
-        agree = 0
-        for painted, caption, counter, error, plotted in playing:
-            said = f"{errors[int(painted)]:.1f} px"
-            assert caption == painted
-            ahead += int(counter) > int(painted)
-            agree += (counter, error, plotted) == (painted, said, said)
-        assert agree > len(playing) / 2
-    assert ahead <= MOST_AHEAD
+        assert len({painted for painted, *_ in seen}) > FRAMES
+        said = [[*4 * [painted], *2 * [f"{errors[int(painted)]:.1f} px"]] for painted, *_ in seen]
+        wrong = [pair for pair in zip(seen, said, strict=True) if pair[0] != pair[1]]
+        assert not wrong, f"{len(wrong)} of {len(seen)} moments, at {speed} times, {bytes_per_ms} bytes/ms: {wrong[:3]}"
+
+
+def play(shown: SessionPage, count: int, *, loses: bool) -> list[list[str]]:
+    """Play from the beginning, and return what the page says at so many moments, or until the end of the run."""
+    shown.press("Home")
+    shown.stands_at(0)
+    shown.press(" ")
+    shown.page.locator(".play", has_text="Pause").wait_for()
+    shown.page.evaluate(f"window.losing = {int(loses)} && setInterval({LOSE}, 700)")
+    seen: list[list[str]] = shown.page.evaluate(WATCH, count)
+    shown.page.evaluate("clearInterval(losing)")
+    shown.until(lambda: shown.page.locator(".play").is_enabled(), "it is connected")
+    return seen
+
+
+def test_beside_a_scene_numbers_are_of_the_frame_that_it_shows(page: Any, server: Server) -> None:
+    """The scene has a socket of its own; what is told waits until the scene shows its frame."""
+    page.add_init_script(FEW_PIXELS)
+    session = server.start_session(frames=60)
+    server.post(f"sessions/{session['id']}/transport", {"action": "speed", "speed": 0.2})
+    page.goto(session["page"] + "?view=scene")
+    shown = SessionPage(page, server).ready()
+    page.locator(".scene-still").wait_for(state="detached")
+    shown.press(" ")
+    page.locator(".play", has_text="Pause").wait_for()
+    seen = page.evaluate(WATCH_SCENE)[:-1]
+    frames = list(dict.fromkeys(frame for frame, _ in seen))
+    assert len(frames) > FRAMES
+    for frame, counter in seen:
+        # Between two frames of the display the scene may be one picture further.
+        assert counter in frames[max(0, frames.index(frame) - 1) : frames.index(frame) + 1], seen

@@ -43,7 +43,7 @@ describe("several runs as one store", () => {
     assert.equal(joint.historyOf("0").length, 10);
     assert.equal(joint.historyOf("0").most((row) => row.error), 12);
     assert.deepEqual(joint.known.timeline, [{ frame: 5, values: {} }]);
-    late.receive({ type: "changes", session: { position: 4 } });
+    late.receive({ type: "changes", session: { position: 4 }, rows: [] });
     assert.equal(joint.known.position, 4);
   });
 
@@ -83,7 +83,7 @@ describe("runs that begin at different pictures", () => {
     const clock = new Clock();
     clock.join({ store: lead, steering, first: 0 }, signal);
     clock.join({ store: other, steering, first: 3 }, signal);
-    lead.receive({ type: "changes", session: { position: 5 } });
+    lead.receive({ type: "changes", session: { position: 5 }, rows: [] });
     assert.deepEqual(sought, [8]);
   });
 });

@@ -8,8 +8,8 @@ import { css, placed } from "../../frontend_static/session/flat/pixels.js";
 
 const HEAD = { frame: 7, width: 320, height: 240, caption: "frame 7 · σ 2 px" };
 
-/** A message as `server/pftrack_server/flat/codec.py` describes it. */
-function message(primitives, { arrays = [], pictures = [], version = 1, magic = "pfd", worlds = [] } = {}) {
+/** A message as `server/pftrack_server/worker/codec.py` describes it. */
+function message(primitives, { arrays = [], pictures = [], version = 2, magic = "pfd", worlds = [] } = {}) {
   const body = new Uint8Array(arrays.flatMap((array) => [...new Uint8Array(array.buffer)]));
   let text = JSON.stringify({ ...HEAD, arrays: body.length, primitives, worlds });
   let bytes = new TextEncoder().encode(text);
@@ -74,7 +74,7 @@ describe("a drawing's message", () => {
   });
 
   it("of another version, or none of ours, is refused in words", () => {
-    assert.throws(() => decode(message([], { version: 9 })), /version 1, the server sends version 9; reload the page/);
+    assert.throws(() => decode(message([], { version: 9 })), /version 2, the server sends version 9; reload the page/);
     assert.throws(() => decode(message([], { magic: "gif" })), /begins with pfd, got gif/);
   });
 });

@@ -6,7 +6,7 @@ import { Commands } from "../../frontend_static/session/commands.js";
 import { Steering } from "../../frontend_static/session/steering.js";
 import { Store } from "../../frontend_static/session/store.js";
 
-const changes = (session) => ({ type: "changes", session });
+const changes = (session, rows = []) => ({ type: "changes", session, rows });
 
 const hello = (more = {}) => ({
   type: "hello",
@@ -42,79 +42,14 @@ describe("the store of a session", () => {
     assert.equal(store.known.goal, null);
   });
 
-  it("stands on the frames that are computed while the run plays, and only then", () => {
+  it("knows the frames that were computed as soon as it stands on one of them", () => {
     store.receive(hello());
-    store.receive({ type: "frame", branch: "b0", diagnostics: { frame: 1 } });
-    assert.equal(store.known.position, 0);
-    store.receive(changes({ position: 1, computed: 1, playing: true }));
-    told = [];
-    store.receive({ type: "frame", branch: "b0", diagnostics: { frame: 2 } });
-    assert.deepEqual([store.known.position, store.known.computed], [2, 2]);
-    assert.deepEqual(new Set(told), new Set(["history", "position", "computed"]));
-    store.receive({ type: "frames", branch: "b0", rows: [{ frame: 3 }, { frame: 4 }] });
-    assert.deepEqual([store.known.position, store.known.computed], [4, 4]);
-    store.receive({ type: "frame", branch: "b1", diagnostics: { frame: 9 } });
-    assert.equal(store.known.position, 4);
-  });
-
-  it("stands while the run plays on the frame of the picture, as soon as its numbers are there", () => {
-    store.receive(hello());
-    store.receive(changes({ playing: true }));
-    store.show(1);
-    assert.equal(store.known.position, 0, "nothing is known of it yet");
-    store.receive({ type: "frames", branch: "b0", rows: [{ frame: 1 }, { frame: 2 }, { frame: 3 }] });
-    assert.deepEqual([store.known.position, store.known.computed], [1, 3]);
-    told = [];
-    store.show(3);
-    assert.deepEqual([store.known.position, told], [3, ["position"]]);
-    store.receive(changes({ position: 4 }));
-    assert.equal(store.known.position, 3, "the picture of it is still to come");
-    store.receive(changes({ position: 4, playing: false }));
-    assert.equal(store.known.position, 4, "where it stands the server says");
-  });
-
-  for (const [what, elsewhere] of Object.entries({
-    "another branch": { branch: "b1", position: 0 },
-    "a restart": { restarts: 1, position: 0, computed: 0 },
-    "a replay": { playing: true, position: 0 },
-  })) {
-    it(`stands at once where ${what} begins, whatever the picture shows still`, () => {
-      store.receive(hello());
-      store.receive(changes({ playing: true }));
-      store.receive({ type: "frames", branch: "b0", rows: [{ frame: 1 }, { frame: 2 }] });
-      store.show(2);
-      store.receive(changes(elsewhere));
-      assert.equal(store.known.position, 0);
-    });
-  }
-
-  it("waits for the picture as well when the news that it plays tells a frame that is ahead of it", () => {
-    store.receive(hello());
-    store.show(0);
-    store.receive(changes({ playing: true, position: 1, computed: 1 }));
-    assert.equal(store.known.position, 0);
-  });
-
-  it("stands where it was told to be when it stops, though the last picture is still to come", () => {
-    store.receive(hello());
-    store.receive(changes({ playing: true }));
-    store.receive({ type: "frames", branch: "b0", rows: [{ frame: 1 }, { frame: 2 }] });
-    store.show(1);
-    assert.equal(store.known.position, 1);
-    told = [];
-    store.receive(changes({ playing: false })); // the position has been told by the frames
-    assert.equal(store.known.position, 2);
-    assert.deepEqual(told.filter((topic) => topic === "position"), ["position"]);
-  });
-
-  it("waits for no picture that does not come", (test) => {
-    store.receive(hello());
-    store.receive(changes({ playing: true }));
-    store.show(0);
-    const now = globalThis.performance.now();
-    test.mock.method(globalThis.performance, "now", () => now + 5100);
-    store.receive({ type: "frame", branch: "b0", diagnostics: { frame: 1 } });
-    assert.equal(store.known.position, 1);
+    const known = [];
+    store.on(["position"], () => known.push(store.history.at(store.known.position)?.frame));
+    store.receive(changes({ position: 2, computed: 2 }, [{ frame: 1 }, { frame: 2 }]));
+    assert.deepEqual(known, [2]);
+    assert.deepEqual(new Set(told.slice(-3)), new Set(["position", "computed", "history"]));
+    assert.equal(store.history.length, 3);
   });
 
   it("takes everything over from a greeting", () => {
@@ -148,7 +83,7 @@ describe("the store of a session", () => {
 
   it("gives a new branch its parent's past", () => {
     store.receive(hello());
-    store.receive({ type: "frames", branch: "b0", rows: [{ frame: 1, estimate: [1] }, { frame: 2, estimate: [2] }] });
+    store.receive(changes({}, [{ frame: 1, estimate: [1] }, { frame: 2, estimate: [2] }]));
     const branches = [{ id: "b0", parent: null, frame: 0 }, { id: "b1", parent: "b0", frame: 1 }];
     store.receive(changes({ branches }));
     assert.equal(store.historyOf("b1").length, 2);

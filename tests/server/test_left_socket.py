@@ -60,7 +60,7 @@ def test_a_page_that_takes_nothing_leaves_no_traceback() -> None:
     @app.websocket("/stream")
     async def stream(websocket: WebSocket) -> None:
         await websocket.accept()
-        await converse(websocket, messages(), lambda _: None, "")
+        await converse(websocket, messages(), "")
         ended.set()
 
     async def messages() -> AsyncIterator[bytes]:

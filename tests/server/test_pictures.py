@@ -9,8 +9,8 @@ import pytest
 from pftrack.core.model.drawing import Drawing, Picture, Polyline
 from pftrack.core.model.palette import COLOURS
 from pftrack_server import pictures
-from pftrack_server.flat.codec import DrawingEncoder
 from pftrack_server.pictures import PictureEncoder
+from pftrack_server.worker.codec import DrawingEncoder
 
 
 @pytest.fixture

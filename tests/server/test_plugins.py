@@ -6,8 +6,8 @@ import httpx
 import pytest
 from websockets.sync.client import connect
 
-from pftrack_server.flat.codec import decode
 from tests.browser.host import Server
+from tests.server.drawings import decode
 from tests.waiting import wait_for
 
 
@@ -39,7 +39,7 @@ def test_its_own_session_is_refused_in_a_sentence(server: Server) -> None:
 def test_what_cannot_be_shown_does_not_end_the_session(server: Server) -> None:
     """A primitive with a number that is none is left out of the drawing, whose caption says so; the run goes on."""
     session = server.start_session(experiment="scribbling", frames=10)["id"]
-    address = f"{server.url.replace('http', 'ws', 1)}/api/v1/sessions/{session}/drawings"
+    address = f"{server.url.replace('http', 'ws', 1)}/api/v1/sessions/{session}/stream?paints=true&has_picture=true"
     with connect(address, max_size=None) as socket:
         frame, drawing, pictures = decode(socket.recv(timeout=30))
         assert "now" in drawing.primitives

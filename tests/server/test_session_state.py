@@ -11,8 +11,7 @@ from pftrack.experiments import find
 from pftrack_server.schemas.description import SessionDescription, TrackerPublic
 from pftrack_server.schemas.snapshot import AWAKE, TRANSITIONS, ChangePublic, Phase, RunSnapshot
 from pftrack_server.schemas.spec import BranchSpec, SessionSpec
-from pftrack_server.sessions.history import History
-from pftrack_server.sessions.state import SessionState
+from pftrack_server.sessions.state import History, SessionState
 from pftrack_server.worker.protocol import Ready
 
 BALL = find("ball")
@@ -35,12 +34,12 @@ class Ear:
     def __init__(self) -> None:
         spec = SessionSpec(id="s", branches={"b0": BranchSpec(title="Main", run=START)})
         self.panel = 0
-        self.state = SessionState(spec, self._count)
+        self.state = SessionState(spec, lambda: None, self._count)
         self.state.enter(Phase.STARTING)
         self.heard: list[dict[str, Any]] = []
         self.state.begin(Ready(DESCRIPTION, START, [row(0)]))
-        self.state.listeners.emit = self._hear  # type: ignore[method-assign]
-        self.state.listeners.greet = lambda: self.heard.append({"type": "hello"})  # type: ignore[method-assign]
+        self.state.stream.emit = self._hear  # type: ignore[method-assign]
+        self.state.stream.greet = lambda: self.heard.append({"type": "hello"})  # type: ignore[method-assign]
         self.panel = 0
 
     def _count(self) -> None:
@@ -56,9 +55,8 @@ class Ear:
         return self.heard
 
     def told(self, *rows: dict[str, Any], **changes: Any) -> list[Any]:
-        """Tell the state what has changed; return the types of the news, and of changes what they consist of."""
-        news = self.advance(*rows, **changes)
-        return [message["session"] if message["type"] == "changes" else message["type"] for message in news]
+        """Tell the state what has changed; return the fields that are news."""
+        return [message["session"] for message in self.advance(*rows, **changes)]
 
 
 def row(frame: int, **more: Any) -> dict[str, Any]:
@@ -74,7 +72,9 @@ def ear() -> Ear:
 @pytest.mark.parametrize("after", Phase)
 def test_only_what_the_table_has_is_made_of_a_session(before: Phase, after: Phase) -> None:
     """A phase is entered from those that lead to it; from any other the session stays what it is."""
-    state = SessionState(SessionSpec(id="s", branches={"b0": BranchSpec(title="Main", run=START)}), lambda: None)
+    state = SessionState(
+        SessionSpec(id="s", branches={"b0": BranchSpec(title="Main", run=START)}), lambda: None, lambda: None
+    )
     ways = {Phase.SUSPENDED: [], Phase.STARTING: [Phase.STARTING], **{one: [Phase.STARTING, one] for one in AWAKE}}
     for phase in ways.get(before, [Phase.STARTING, before]):
         state.enter(phase)
@@ -87,28 +87,22 @@ def test_a_worker_that_was_given_up_says_nothing_more(ear: Ear) -> None:
     """What it still reports after its session is suspended or closed neither wakes it nor moves it."""
     for phase in (Phase.SUSPENDED, Phase.CLOSED):
         ear.state.enter(phase)
-        assert ear.told(row(1), position=1, computed=1, playing=True) == []
+        assert ear.advance(row(1), position=1, computed=1, playing=True) == []
         assert (ear.state.snapshot.state, ear.state.spec.run.position) == (phase, 0)
 
 
-def test_a_frame_is_told_before_its_position(ear: Ear) -> None:
-    """No page ever stands on a frame of which it knows nothing."""
-    assert ear.told(row(1), position=1, computed=1) == ["frame", {"position": 1, "computed": 1}]
-
-
-def test_a_run_that_plays_on_is_told_by_its_frames(ear: Ear) -> None:
-    """The position is told only where the frames do not say it: when it stands, and through frames that are known."""
-    plays = {"playing": True, "state": "playing"}
-    assert ear.told(row(1), position=1, computed=1, playing=True) == [plays, "frame"]
-    assert ear.told(row(2), position=2, computed=2) == ["frame"]
-    assert ear.told(row(3), row(4), position=4, computed=4) == ["frames"]
-    assert ear.told(row(5), position=5, computed=5, speed=2.0) == [{"speed": 2.0}, "frame"]
-    assert ear.told(position=2) == [{"position": 2}]
-    assert ear.told(position=3) == [{"position": 3}]
-    stands = {"playing": False, "state": "ready"}
-    assert ear.told(row(6), position=6, computed=6, playing=False) == [stands, "frame", {"position": 6, "computed": 6}]
-    assert ear.told(row(7), position=7, computed=7) == ["frame", {"position": 7, "computed": 7}]
-    assert ear.state.snapshot.position == ear.state.view().position == 7
+def test_frames_are_told_with_all_that_moves(ear: Ear) -> None:
+    """One message has the rows and the fields of one moment: no page ever stands on a frame it knows nothing of."""
+    plays = {"position": 2, "computed": 2, "playing": True}
+    (told,) = ear.advance(row(1), row(2), **plays)
+    assert told["session"] == {**plays, "state": "playing"}
+    assert [each["frame"] for each in told["rows"]] == [1, 2]
+    (told,) = ear.advance(row(3), position=3, computed=3)
+    assert (told["session"], len(told["rows"])) == ({"position": 3, "computed": 3}, 1)
+    (told,) = ear.advance(position=2)
+    assert (told["session"], told["rows"]) == ({"position": 2}, [])
+    assert ear.state.view().position == 2
+    assert ear.state.frames_computed == 3
 
 
 def test_the_controls_to_turn_first_stay_those_of_the_beginning(ear: Ear) -> None:
@@ -178,7 +172,7 @@ def test_a_speed_reaches_the_panel(ear: Ear) -> None:
 
 def test_a_branch_shares_its_past(ear: Ear) -> None:
     """A new branch is told with title, parent and colour, and has its parent's past up to where it left."""
-    ear.state.add("b0", [row(1), row(2), row(3)])
+    ear.advance(row(1), row(2), row(3))
     ear.advance(position=2, computed=3)
     (told,) = ear.told(branch="b1", computed=2, tracker="kalman")
     assert set(told) == {"branch", "branches", "computed", "tracker"}
@@ -196,20 +190,11 @@ def test_a_branch_shares_its_past(ear: Ear) -> None:
 
 def test_a_new_beginning_forgets(ear: Ear) -> None:
     """A run begun anew forgets diagnostics and bookmarks of its branch and greets everybody."""
-    ear.state.add("b0", [row(1)])
+    ear.advance(row(1))
     ear.state.bookmark("m", "here")
     assert {"type": "hello"} in ear.advance(restarts=1)
     assert ear.state.columns("b0") == {}
     assert ear.state.spec.bookmarks == ear.state.view().bookmarks == []
-
-
-def test_one_row_or_many(ear: Ear) -> None:
-    """One new frame is a frame, several are frames."""
-    ear.heard.clear()
-    ear.state.add("b0", [row(1)])
-    ear.state.add("b0", [row(2), row(3)])
-    assert [told["type"] for told in ear.heard] == ["frame", "frames"]
-    assert ear.state.frames_computed == 3
 
 
 def test_what_is_worth_writing_down(ear: Ear) -> None:
@@ -226,7 +211,7 @@ def test_what_is_worth_writing_down(ear: Ear) -> None:
     ear.advance(row(1), position=1, computed=1, measured={"inside_share": 0.5})
     assert not is_dirty()
     assert state.moved
-    ear.advance(parameters={"n": 7, "m": 2})
+    ear.advance(parameters={"n": 7, "m": 2}, recipe=RECIPE.model_copy(update={"timeline": (Change(2, {"n": 7}),)}))
     assert is_dirty()
     ear.advance(playing=False)
     assert is_dirty()
@@ -264,7 +249,7 @@ def test_before_the_loss_leads_to_the_loss_that_is_told(ear: Ear) -> None:
     """
     rows = [row(frame, searching=15 <= frame < 18, lost=18 <= frame < 30, hidden=False) for frame in range(1, 30)]
     ear.state.begin(Ready(DESCRIPTION, START, [row(0, searching=False, lost=False, hidden=False)]))
-    ear.state.add("b0", rows)
+    ear.advance(*rows)
     ear.advance(position=29, computed=29)
     told = ear.state.columns("b0")["lost_since"]
     assert told == [None] * 18 + [18] * 12

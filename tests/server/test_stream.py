@@ -1,21 +1,24 @@
-"""The stream: hello first, then everything that happens, to everybody who listens."""
+"""The stream: hello first, then everything that happens, and what is seen of it, to everybody who listens."""
 
 import asyncio
 import json
 import time
 from collections.abc import AsyncIterator, Callable
-from typing import Any
+from typing import Any, Self
 
 import httpx
 import pytest
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
-from pftrack_server.schemas.messages import Frame
-from pftrack_server.stream import duplex, listeners
+from pftrack.core.model.drawing import Drawing, Picture, Points
+from pftrack_server.stream import duplex
 from tests.apart import run
-from tests.server.host import Server, change_values, command, steer
+from tests.server.drawings import Reader
+from tests.server.host import Server, begin, change_values, command, steer
 from tests.waiting import wait_for
+
+PAINTED = '{"type": "painted", "count": 1}'
 
 
 def hear(socket: ClientConnection, seconds: float = 60) -> dict[str, Any]:
@@ -49,11 +52,40 @@ def has_changed(**fields: Any) -> Callable[[dict[str, Any]], bool]:
 
 
 def computed(frame: int) -> Callable[[dict[str, Any]], bool]:
-    return lambda message: message["type"] == "frame" and message["diagnostics"]["frame"] >= frame
+    return lambda message: bool(message.get("rows")) and message["rows"][-1]["frame"] >= frame
 
 
 def at(frame: int) -> Callable[[dict[str, Any]], bool]:
     return has_changed(position=frame)
+
+
+class Page(Reader):
+    """A page that reads drawings, and paints them at once."""
+
+    def __init__(self, server: Server, session: str, *, has_picture: bool = False) -> None:
+        super().__init__()
+        address = f"{server.ws}/api/v1/sessions/{session}/stream?paints=true&has_picture={has_picture}"
+        self.socket: ClientConnection = connect(address, max_size=None)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.socket.close()
+
+    def read(self) -> Drawing:
+        """Return the next drawing."""
+        while (drawing := self.take(self.socket.recv(timeout=60))) is None:
+            pass
+        self.socket.send(json.dumps({"type": "painted", "count": len(self.frames)}))
+        return drawing
+
+    def until(self, frame: int) -> Drawing:
+        """Read up to a frame, and return its drawing."""
+        drawing = self.read()
+        while self.frames[-1] != frame:
+            drawing = self.read()
+        return drawing
 
 
 @pytest.fixture
@@ -79,13 +111,7 @@ def test_every_computed_frame(client: httpx.Client, session: dict[str, Any], add
         steer(client, session["id"], "play")
         heard = until(socket, has_changed(state="ended"))
         heard += until(socket, at(239)) if not any(at(239)(message) for message in heard) else []
-        rows: list[int] = []
-        for message in heard:
-            if message["type"] == "frame":
-                rows.append(message["diagnostics"]["frame"])
-            elif message["type"] == "frames":
-                rows += [row["frame"] for row in message["rows"]]
-        wait_for(lambda: rows)
+    rows = [row["frame"] for message in heard for row in message.get("rows", ())]
     whole = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]
     assert whole["frame"] == list(range(240))
     assert rows == list(range(1, rows[-1] + 1))
@@ -138,11 +164,9 @@ def test_ping(address: str) -> None:
         assert hear(socket) == {"version": 1, "type": "pong", "sent": 12.5}
 
 
-@pytest.mark.parametrize(
-    "text", ["", "play", "{}", '{"version": 2, "type": "ping", "sent": 1}', '{"type": "seek"}', b"\0"]
-)
+@pytest.mark.parametrize("text", ["", '{"version": 2, "type": "ping", "sent": 1}', '{"type": "seek"}', PAINTED, b"\0"])
 def test_commands_are_not_taken(client: httpx.Client, session: dict[str, Any], address: str, text: str | bytes) -> None:
-    """Whatever is no ping closes the connection with a reason, and nothing else happens."""
+    """What a page may not say, such as a drawing painted that was not sent, closes the connection with a reason."""
     with connect(address) as socket:
         hear(socket)
         socket.send(text)
@@ -216,41 +240,10 @@ def test_a_stream_that_fails_is_closed() -> None:
 
     async def act() -> None:
         page: Any = Page()
-        await asyncio.wait_for(duplex.converse(page, fail(), lambda text: None, "farewell"), 10)
+        await asyncio.wait_for(duplex.converse(page, fail(), "farewell"), 10)
 
     run(act())
     assert closed == [1011]
-
-
-def test_a_full_queue_is_a_new_hello() -> None:
-    """A listener that falls behind loses its queue and is greeted again; the others lose nothing."""
-    greetings: list[str] = []
-
-    def greet() -> Any:
-        greetings.append("hello")
-        return Frame(branch="b0", diagnostics={})
-
-    crowd = listeners.SessionListeners(greet)
-    with crowd.join() as slow:
-        stream = slow.__aiter__()
-        send_once(stream)
-        for _ in range(listeners.LONGEST_QUEUE):
-            crowd.emit(Frame(branch="b0", diagnostics={}))
-        assert len(slow._queue) == listeners.LONGEST_QUEUE
-        crowd.emit(Frame(branch="b0", diagnostics={}))
-        assert len(slow._queue) == 0
-        send_once(stream)
-        assert len(greetings) == 2
-
-
-def send_once(stream: Any) -> str:
-    """Take the next item of an async generator that does not have to wait."""
-    step = stream.__anext__()
-    try:
-        step.send(None)
-    except StopIteration as done:
-        return str(done.value)
-    raise AssertionError("the stream waits")
 
 
 def test_two_people_on_one_session(client: httpx.Client, session: dict[str, Any], address: str) -> None:
@@ -262,7 +255,8 @@ def test_two_people_on_one_session(client: httpx.Client, session: dict[str, Any]
             change_values(client, session["id"], {"sample_count": count})
             steer(client, session["id"], "step")
         seen = [until(socket, at(4)) for socket in (first, second)]
-        rows = [[m["diagnostics"] for m in heard if m["type"] == "frame"] for heard in seen]
+        rows = [[row for message in heard for row in message.get("rows", ())] for heard in seen]
+        assert [row["frame"] for row in rows[0]] == [1, 2, 3, 4]
         assert rows[0] == rows[1]
 
 
@@ -276,3 +270,106 @@ def test_messages_come_at_thirty_a_second_at_most(client: httpx.Client, address:
         heard = until(socket, has_changed(state="ended"))
         moves = [message for message in heard if message["type"] != "pong"]
         assert len(moves) <= 45 * (time.monotonic() - began) + 5
+
+
+# ------------------------------------------------------------ drawings
+
+
+@pytest.fixture
+def look(server: Server, session: dict[str, Any]) -> Callable[[], Page]:
+    return lambda: Page(server, session["id"])
+
+
+def test_who_comes_sees_the_frame_that_is_shown(
+    client: httpx.Client, session: dict[str, Any], look: Callable[[], Page]
+) -> None:
+    """The first drawing is the current frame, whole: picture, particles, caption."""
+    steer(client, session["id"], "seek", frame=9)
+    with look() as page:
+        drawing = page.read()
+        assert page.frames == page.positions == [9]
+        assert (drawing.width, drawing.height) == (session["width"], session["height"])
+        assert isinstance(drawing.primitives["picture"], Picture)
+        particles = drawing.primitives["particles"]
+        assert isinstance(particles, Points)
+        assert len(particles.positions) == session["parameters"]["sample_count"]
+        assert drawing.caption.startswith("frame 9 ")
+
+
+def test_every_seek_is_seen_by_everybody(
+    client: httpx.Client, session: dict[str, Any], look: Callable[[], Page]
+) -> None:
+    """Two pages see the same frames, whoever came first, and one that comes back sees where the run is now."""
+    with look() as first:
+        first.until(0)
+        steer(client, session["id"], "seek", frame=4)
+        first.until(4)
+        with look() as second:
+            second.until(4)
+            steer(client, session["id"], "seek", frame=2)
+            assert first.until(2).caption == second.until(2).caption
+    steer(client, session["id"], "seek", frame=7)
+    with look() as again:
+        again.until(7)
+
+
+def test_a_run_that_plays_is_sent_frame_by_frame(
+    client: httpx.Client, session: dict[str, Any], look: Callable[[], Page]
+) -> None:
+    """A page that keeps up with seven frames a second is sent most of them, each once and in order."""
+    steer(client, session["id"], "speed", speed=0.25)
+    with look() as page:
+        page.until(0)
+        steer(client, session["id"], "play")
+        while page.frames[-1] < 12:
+            page.read()
+        assert page.frames == sorted(set(page.frames))
+        assert len(page.frames) > 6
+        assert page.positions == page.frames
+
+
+def test_who_comes_back_is_greeted_with_a_picture(
+    client: httpx.Client, session: dict[str, Any], server: Server, look: Callable[[], Page]
+) -> None:
+    """A page that shows an old picture hears nothing that does not belong to it before it has a new one."""
+    steer(client, session["id"], "seek", frame=3)
+    with look() as before:
+        before.until(3)
+    steer(client, session["id"], "seek", frame=5)
+    with Page(server, session["id"], has_picture=True) as again:
+        again.read()
+        assert [(told["type"], told["session"]["position"]) for told in again.heard] == [("hello", 5)]
+        assert again.frames == [5]
+
+
+def test_a_scene_beside_it_changes_nothing(
+    client: httpx.Client, session: dict[str, Any], server: Server, look: Callable[[], Page]
+) -> None:
+    """Both forms of a drawing are sent where both are wanted."""
+    feed = server.manager.get(session["id"]).scene_feed
+    offered: list[int] = []
+    feed.offer = lambda _, frame: (offered.append(frame), feed._credit())
+    with look() as page:
+        page.until(0)
+        feed._loop.call_soon_threadsafe(feed._credit)
+        wait_for(lambda: offered == [0])
+        for frame in range(1, 4):
+            steer(client, session["id"], "step")
+            page.until(frame)
+        wait_for(lambda: offered[-1:] == [3])
+        assert offered == [0, 1, 2, 3]
+
+
+def test_drawings_go_on_after_a_crash(client: httpx.Client, server: Server, look: Callable[[], Page]) -> None:
+    """A page that looked on while the worker died sees the resumed run without coming anew."""
+    session = begin(client)["id"]
+    with Page(server, session) as page:
+        page.until(0)
+        steer(client, session, "seek", frame=6)
+        page.until(6)
+        server.manager.get(session).worker.kill("The test killed it.")
+        wait_for(lambda: client.get(f"/api/v1/sessions/{session}").json()["state"] == "crashed")
+        client.post(f"/api/v1/sessions/{session}/resume").raise_for_status()
+        assert isinstance(page.until(6).primitives["picture"], Picture)
+        steer(client, session, "step")
+        page.until(7)

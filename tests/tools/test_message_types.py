@@ -12,7 +12,7 @@ def test_the_types_are_those_of_the_models() -> None:
 def test_what_is_sent_is_whole_and_what_is_asked_for_need_not_be() -> None:
     """A field with a default is always there in what the server sends, and may be left out by a page."""
     text = "".join(files().values())
-    assert '  type: "frames";\n' in text
+    assert '  type: "changes";\n' in text
     assert "  bookmarks: Bookmark[];\n" in text
     assert "  note?: string;\n" in text
     assert '  kind: "strip chart";\n' in text

@@ -1,5 +1,5 @@
 /**
- * Reading a drawing as the server sends it, `server/pftrack_server/flat/codec.py` says in which form. The arrays are views of the message:
+ * Reading a drawing as the server sends it, `server/pftrack_server/worker/codec.py` says in which form. The arrays are views of the message:
  * nothing is copied.
  */
 
@@ -61,10 +61,11 @@
  * @property {Primitive[]} primitives In painting order.
  * @property {WorldDrawing[]} worlds Beside the picture.
  * @property {Map<number, Uint8Array>} files Pictures that came with it, JPEG by key.
+ * @property {import("../../shared/messages.js").SessionMessage[]} messages What the session has told up to it.
  */
 
 const MAGIC = "pfd";
-const VERSION = 1;
+const VERSION = 2;
 const START_BYTES = 8;
 const RECORD_BYTES = 8;
 const ALIGNMENT = 4;

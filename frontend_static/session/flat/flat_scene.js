@@ -3,7 +3,7 @@
 import { h } from "../../shared/dom.js";
 import { Panel } from "../panel/panel.js";
 import { Layers } from "./layers.js";
-import { mount } from "./mount.js";
+import { FlatView } from "./flat_view.js";
 
 /** @import { SessionPublic } from "../../shared/messages.js" */
 
@@ -15,36 +15,50 @@ export class FlatScene {
     { type: "button", class: "controls-opener", "aria-expanded": "false", on: { click: () => this.#toggle() } },
     "Parameters",
   );
-  #on;
   #signal;
   #hasPanel;
-  /** @type {import("../store.js").Store|null} */
-  #store = null;
-  #overlay;
   /** @type {Promise<Layers>} */
   #layers;
+  /** @type {Promise<FlatView>} */
+  #view;
+
+  /** Whether it shows a picture. */
+  hasPicture = false;
 
   element = h("div", { class: "flat-scene" }, this.#stage);
   window = null;
 
   /**
-   * @param {string} id The session.
-   * @param {Promise<SessionPublic>} session What else is known of it.
+   * @param {Promise<SessionPublic>} session What is known of it.
    * @param {import("../scene.js").Progress} on
    * @param {AbortSignal} signal
    * @param {{hasPanel: boolean, layers: readonly string[], overlay?: import("./overlay.js").Overlay}} options Names of layers to show
    *     from the beginning, beside those declared so, and what says how it is painted where several lie over each other.
    */
-  constructor(id, session, on, signal, { hasPanel, layers: named, overlay }) {
-    this.#on = on;
+  constructor(session, on, signal, { hasPanel, layers: named, overlay }) {
     this.#signal = signal;
     this.#hasPanel = hasPanel;
-    this.#overlay = overlay;
     if (hasPanel) this.element.append(this.#controls, this.#opener);
     else this.element.classList.add("bare");
     // Without knowing which layers are shown the first picture would flash all of them.
     this.#layers = session.then(({ layers }) => new Layers(layers.map((layer) => ({ ...layer, shown: layer.shown || named.includes(layer.name) }))));
-    this.#layers.then((layers) => this.#show(id, layers), () => {});
+    const onPainted = () => {
+      this.hasPicture = true;
+      on.drawn();
+    };
+    this.#view = this.#layers.then((layers) => new FlatView(this.#stage, { layers, overlay, onPainted }, signal));
+    // Why there is none is said for all of the session.
+    this.#view.catch(() => {});
+  }
+
+  /**
+   * Read a drawing and unpack its pictures.
+   *
+   * @param {ArrayBuffer} data As it has come.
+   * @param {() => void} painted Called when it was painted, or will never be.
+   */
+  async prepare(data, painted) {
+    return (await this.#view).prepare(data, painted);
   }
 
   /**
@@ -53,7 +67,6 @@ export class FlatScene {
    * @param {import("../mount.js").Mounted} view
    */
   follow({ store }) {
-    this.#store = store;
     if (!this.#hasPanel) return;
     let isMade = false;
     const make = async () => {
@@ -64,16 +77,6 @@ export class FlatScene {
     };
     store.on(["session"], make);
     make();
-  }
-
-  /**
-   * @param {string} session
-   * @param {Layers} layers
-   */
-  #show(session, layers) {
-    if (this.#signal.aborted) return;
-    const on = { onReady: (/** @type {number} */ frame) => this.#store?.show(frame), onPainted: () => this.#on.drawn() };
-    this.#signal.addEventListener("abort", mount(this.#stage, { session, layers, overlay: this.#overlay, ...on }));
   }
 
   #toggle() {

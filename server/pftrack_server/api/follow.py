@@ -6,7 +6,6 @@ from fastapi import APIRouter, WebSocket
 
 from pftrack_server.api.dependencies import AFollower, TheFollows
 from pftrack_server.schemas.follows import FollowPublic, ForkCreate, ForkPublic, VotePublic, VoteRequest
-from pftrack_server.schemas.stream import ping
 from pftrack_server.stream.duplex import converse
 
 router = APIRouter(prefix="/follow", tags=["follows"])
@@ -43,4 +42,4 @@ async def stream(websocket: WebSocket, participant: AFollower) -> None:
     """Greet a follower, then tell of all that changes."""
     await websocket.accept()
     with participant.follow.listen(participant.seat) as listener:
-        await converse(websocket, listener, lambda text: listener.answer(ping(text).sent), FAREWELL)
+        await converse(websocket, listener, FAREWELL)

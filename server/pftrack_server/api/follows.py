@@ -14,7 +14,6 @@ from pftrack_server.errors import ConflictError, NotFoundError
 from pftrack_server.follow.participant import participant_of
 from pftrack_server.schemas.follows import FollowCreate, FollowOwned, FollowUpdate, PollCreate
 from pftrack_server.schemas.lessons import ComputingPublic, FigurePublic, FigureRequest
-from pftrack_server.schemas.stream import ping
 from pftrack_server.stream.duplex import GONE, converse
 
 router = APIRouter(prefix="/follows", tags=["follows"])
@@ -117,4 +116,4 @@ async def stream(websocket: WebSocket, follow: str, services: TheServices) -> No
         await websocket.close(GONE, str(error))
         return
     with found.listen_as_lecturer() as listener:
-        await converse(websocket, listener, lambda text: listener.answer(ping(text).sent), FAREWELL)
+        await converse(websocket, listener, FAREWELL)

@@ -1,4 +1,4 @@
-"""The streams of a session: its events as they happen, and its drawings for flat views."""
+"""The stream of a session: what happens to it, and what is seen of it."""
 
 import asyncio
 import contextlib
@@ -9,9 +9,7 @@ from fastapi import APIRouter, WebSocket
 
 from pftrack_server.api.dependencies import TheServices
 from pftrack_server.errors import ApiError
-from pftrack_server.schemas.messages import parse_painted
 from pftrack_server.schemas.snapshot import Phase
-from pftrack_server.schemas.stream import ping
 from pftrack_server.services import Services
 from pftrack_server.sessions.session import Session
 from pftrack_server.stream.duplex import GONE, converse
@@ -23,34 +21,26 @@ FAREWELL = "The session was ended."
 
 
 @router.websocket("/sessions/{session}/stream")
-async def stream(websocket: WebSocket, session: str, services: TheServices) -> None:
-    """Greet a page, then tell it everything that happens until one of the two leaves."""
-    found = await _accept(websocket, session, services)
-    if found is not None:
-        async with _keep_awake(found, services):
-            with found.listeners.join() as listener:
-                await converse(websocket, listener, lambda text: listener.answer(ping(text).sent), FAREWELL)
+async def stream(
+    websocket: WebSocket, session: str, services: TheServices, *, paints: bool = False, has_picture: bool = False
+) -> None:
+    """Greet a page, then tell it everything that happens until one of the two leaves.
 
-
-@router.websocket("/sessions/{session}/drawings")
-async def drawings(websocket: WebSocket, session: str, services: TheServices) -> None:
-    """Send a page the newest drawing again and again, as fast as it says that it has painted them."""
-    found = await _accept(websocket, session, services)
-    if found is not None:
-        async with _keep_awake(found, services):
-            with found.drawing_feed.join() as watcher:
-                await converse(
-                    websocket, watcher, lambda text: watcher.acknowledge(parse_painted(text).count), FAREWELL
-                )
-
-
-async def _accept(websocket: WebSocket, name: str, services: Services) -> Session | None:
-    """Accept a page and return its session; send it away if there is none."""
-    found = services.manager.find(name)
+    Args:
+        websocket: To the page.
+        session: Its name.
+        services: Where the session is found.
+        paints: Whether the page is sent drawings, each with what was told up to it, as fast as it paints them.
+        has_picture: Whether it shows a drawing of an earlier connection, so that the greeting comes with the next one.
+    """
+    found = services.manager.find(session)
     await websocket.accept()
     if found is None:
         await websocket.close(GONE, "There is no such session; it may have been ended.")
-    return found
+        return
+    async with _keep_awake(found, services):
+        with found.stream.join(paints=paints, has_picture=has_picture) as page:
+            await converse(websocket, page, FAREWELL, page.note_painted)
 
 
 @asynccontextmanager

@@ -17,7 +17,6 @@ from pftrack.sweep.axis import MOST_RUNS, SweepError
 from pftrack_server.api.dependencies import AnExperiment, AStore, ASweep, ASweeps, Begin, SettingsNow, TheServices
 from pftrack_server.errors import ApiError, ConflictError
 from pftrack_server.schemas.messages import SessionPublic
-from pftrack_server.schemas.stream import ping
 from pftrack_server.schemas.sweeps import (
     CellsPublic,
     Correction,
@@ -254,9 +253,4 @@ async def stream(
         await websocket.close(GONE, "The files of this sweep are damaged or were removed.")
         return
     with found.join(x, y) as listener:
-        await converse(
-            websocket,
-            listener,
-            lambda text: listener.answer(ping(text).sent),
-            "The sweep was deleted, or the server was stopped.",
-        )
+        await converse(websocket, listener, "The sweep was deleted, or the server was stopped.")

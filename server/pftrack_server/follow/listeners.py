@@ -6,7 +6,6 @@ Each text is encoded once for all.
 
 from collections.abc import AsyncIterator, Callable
 
-from pftrack_server.schemas.stream import Pong, encode
 from pftrack_server.stream.listeners import Listener
 
 
@@ -22,12 +21,6 @@ class NewestListener(Listener):
         super().__init__()
         self._greeting = greeting
         self._news = news
-        self._pong: float | None = None
-
-    def answer(self, sent: float) -> None:
-        """Answer a ping with its own time."""
-        self._pong = sent
-        self.news.set()
 
     async def __aiter__(self) -> AsyncIterator[str]:
         """Yield messages as they come, the greeting first."""
@@ -36,9 +29,6 @@ class NewestListener(Listener):
         while True:
             await self.news.wait()
             self.news.clear()
-            if self._pong is not None:
-                sent, self._pong = self._pong, None
-                yield encode(Pong(sent=sent))
             for kind, text in self._news().items():
                 if told.get(kind) != text:
                     told[kind] = text

@@ -26,7 +26,6 @@ LOOKING: Final = (
     "GET /api/v1/sessions/{seen}",
     "GET /api/v1/sessions/{seen}/diagnostics",
     "WS /api/v1/sessions/{seen}/stream",
-    "WS /api/v1/sessions/{seen}/drawings",
     "GET /api/v1/lessons/{lessons}",
     "GET /api/v1/experiments/{experiment}",
     "GET /api/v1/glossary",

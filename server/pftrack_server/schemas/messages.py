@@ -6,7 +6,7 @@ listener that lost messages is simply greeted again.
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, WithJsonSchema
+from pydantic import Field, WithJsonSchema
 
 from pftrack_server.schemas.controls import ControlPublic
 from pftrack_server.schemas.description import SessionDescription
@@ -37,27 +37,12 @@ class Hello(Message):
     diagnostics: dict[str, list[Any]]
 
 
-class Frame(Message):
-    """A frame was computed. While the run plays it is also the one that is shown, and no `Changes` says so."""
-
-    type: Literal["frame"] = "frame"
-    branch: str
-    diagnostics: dict[str, Any]
-
-
-class Frames(Message):
-    """Several frames were computed since the last message; while the run plays, the last of them is shown."""
-
-    type: Literal["frames"] = "frames"
-    branch: str
-    rows: list[dict[str, Any]]
-
-
 class Changes(Message):
-    """What has changed of all that moves; the other fields of the session are as they were."""
+    """What has changed of all that moves, and the frames computed; the other fields of the session are as they were."""
 
     type: Literal["changes"] = "changes"
     session: Annotated[dict[str, Any], WithJsonSchema({"type": "object", "partial": SessionSnapshot.__name__})]
+    rows: list[dict[str, Any]] = Field([], description="Diagnostics of frames of the branch that is active then")
 
 
 class Refused(Message):
@@ -68,24 +53,3 @@ class Refused(Message):
     field: str | None = None
     bound: str | None = None
     value: Any = None
-
-
-class Painted(BaseModel):
-    """The only thing that a page says where it receives drawings: how many it has painted or left out since it came."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    type: Literal["painted"]
-    count: Annotated[int, Field(ge=0)]
-
-
-PAINTED: TypeAdapter[Painted] = TypeAdapter(Painted)
-
-
-def parse_painted(text: str) -> Painted:
-    """Read what a page said about drawings.
-
-    Raises:
-        ValueError: It is no such message.
-    """
-    return PAINTED.validate_json(text)

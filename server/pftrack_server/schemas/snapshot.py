@@ -17,9 +17,6 @@ from pftrack.core.model.recipe import Recipe
 FIRST = "b0"
 """Name of a session's first branch."""
 
-PASSING = frozenset({"behind_s", "compiling", "computed", "look", "measured", "position"})
-"""Fields of a run that change all the time while it plays: they are worth writing down now and then alone."""
-
 
 class Phase(StrEnum):
     """What a session does; `SessionState` derives it and is the one who changes it."""

@@ -23,7 +23,7 @@ class Pong(Message):
 
 
 class Ping(Message):
-    """The only thing that a page says on the stream."""
+    """What a page says on any stream, to measure the delay."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -31,7 +31,16 @@ class Ping(Message):
     sent: Annotated[float, Field(allow_inf_nan=False)]
 
 
-PING: TypeAdapter[Ping] = TypeAdapter(Ping)
+class Painted(BaseModel):
+    """How many drawings of a session's stream a page has painted or left out since it came."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    type: Literal["painted"]
+    count: Annotated[int, Field(ge=0)]
+
+
+PAGE_WORDS: TypeAdapter[Ping | Painted] = TypeAdapter(Annotated[Ping | Painted, Field(discriminator="type")])
 
 
 def encode(message: Message) -> str:
@@ -39,10 +48,10 @@ def encode(message: Message) -> str:
     return message.model_dump_json()
 
 
-def ping(text: str) -> Ping:
-    """Read what a page sent.
+def page_words(text: str) -> Ping | Painted:
+    """Read what a page says.
 
     Raises:
-        ValueError: It is no ping of this version.
+        ValueError: A page says nothing like that.
     """
-    return PING.validate_json(text)
+    return PAGE_WORDS.validate_json(text)

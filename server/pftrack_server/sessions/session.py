@@ -11,7 +11,6 @@ from contextlib import nullcontext, suppress
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from pftrack_server.errors import ConflictError, NotFoundError
-from pftrack_server.flat.feed import DrawingFeed
 from pftrack_server.schemas import messages
 from pftrack_server.schemas.description import SessionDescription
 from pftrack_server.schemas.inspection import InspectionPublic
@@ -23,7 +22,6 @@ from pftrack_server.sessions.scene_feed import SceneFeed
 from pftrack_server.sessions.state import SessionState
 from pftrack_server.sessions.worker_handle import WorkerHandle, WorkerLostError
 from pftrack_server.settings import Settings
-from pftrack_server.stream.listeners import SessionListeners
 from pftrack_server.worker import protocol
 from pftrack_server.worker.commands import (
     Changed,
@@ -51,15 +49,15 @@ class Session:
     Attributes:
         state: What is known of it.
         scene_feed: Its scene.
-        drawing_feed: Its drawings for flat views.
+        stream: Who looks on, and what they are told and shown.
         left: When the last visitor left (monotonic, s).
     """
 
     def __init__(self, spec: SessionSpec, settings: Settings, config_of: ConfigOf) -> None:
-        self.state = SessionState(spec, self._tell_panel)
+        self.state = SessionState(spec, lambda: self._credit("flat"), self._tell_panel)
+        self.stream = self.state.stream
         self._command_lock = asyncio.Lock()
         self._panel = PanelCommands(self._command_lock, self.command, self._tell_refusal)
-        self.drawing_feed = DrawingFeed(lambda: self._credit("flat"))
         self.scene_feed = SceneFeed(
             credit=lambda: self._credit("scene"),
             on_command=self._panel.ask,
@@ -90,14 +88,9 @@ class Session:
         return self.phase in LIVE
 
     @property
-    def listeners(self) -> SessionListeners:
-        """The listeners of its stream."""
-        return self.state.listeners
-
-    @property
     def visitors(self) -> int:
         """Number of connections that look at it or listen to it."""
-        return len(self.listeners) + self.scene_feed.watchers + len(self.drawing_feed)
+        return len(self.stream) + self.scene_feed.watchers
 
     @property
     def worker(self) -> WorkerHandle | None:
@@ -147,7 +140,7 @@ class Session:
             finally:
                 self._starting = None
             self.scene_feed.on_worker_started()
-            self.drawing_feed.on_worker_started()
+            self.stream.want()
 
     async def wait_until_open(self, patience_s: float) -> None:
         """Wait for the run to be where it was, but no longer than this; who wants to see it can watch it on its way.
@@ -173,8 +166,7 @@ class Session:
         await self._stop_worker()
         async with self._command_lock:
             await self._stop_worker()
-            self.listeners.close()
-            self.drawing_feed.close()
+            self.stream.close()
         self._panel.close()
         await self.scene_feed.close()
 
@@ -277,7 +269,7 @@ class Session:
     # ------------------------------------------------------------ what the scene's panel hears
 
     def _tell_refusal(self, detail: dict[str, Any]) -> None:
-        self.listeners.emit(messages.Refused(**detail))
+        self.stream.emit(messages.Refused(**detail))
         self.scene_feed.refuse(detail["message"])
 
     def _tell_panel(self) -> None:
@@ -296,6 +288,7 @@ class Session:
     def _event(self, event: protocol.Event) -> None:
         if isinstance(event, protocol.Ready):
             self._worker = self._starting
+            self.stream.change_worker(is_ahead=True)
             self.state.begin(event)
         if isinstance(event, protocol.Described):
             self.state.describe(event.description)
@@ -304,14 +297,15 @@ class Session:
             self.state.advance(event.changes, event.rows)
             if event.scene is not None:
                 self.scene_feed.offer(event.scene, self.spec.run.position)
-            if event.flat is not None:
-                self.drawing_feed.offer(event.flat)
+            self.stream.draw(event.flat, is_ahead=event.is_ahead)
 
     def _on_worker_lost(self, reason: str) -> None:
         self._worker = None
+        self.stream.change_worker(is_ahead=False)
         self.state.enter(Phase.CRASHED, reason)
 
     async def _stop_worker(self) -> None:
         worker, self._worker = self._worker or self._starting, None
+        self.stream.change_worker(is_ahead=False)
         if worker is not None:
             await worker.close()

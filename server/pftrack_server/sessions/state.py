@@ -7,15 +7,17 @@ snapshot, which is what the pages know: each change of it is told as the fields 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from pftrack.core.model.measures import judge_loss
+from pftrack.core.model.palette import BRANCHES, hexadecimal
+from pftrack.runs.loss import loss_start
 from pftrack_server.errors import ConflictError
 from pftrack_server.schemas import messages
+from pftrack_server.schemas.controls import controls_of
 from pftrack_server.schemas.description import SessionDescription
 from pftrack_server.schemas.sessions import Columns
-from pftrack_server.schemas.snapshot import PASSING, TRANSITIONS, Bookmark, Phase, RunSnapshot, SessionSnapshot
+from pftrack_server.schemas.snapshot import TRANSITIONS, Bookmark, BranchPublic, Phase, RunSnapshot, SessionSnapshot
 from pftrack_server.schemas.spec import BranchSpec, SessionSpec
-from pftrack_server.sessions.history import History
-from pftrack_server.sessions.view import branch_views, view
-from pftrack_server.stream.listeners import SessionListeners
+from pftrack_server.sessions.stream import SessionStream
 from pftrack_server.worker.protocol import Ready
 
 OF_BRANCHES = frozenset({"branch", "second", "tracker"})
@@ -25,8 +27,51 @@ OF_PANEL = frozenset({"branch_point", "parameters", "recipe", "speed", "tracker"
 LONGEST_CHANGE = 40
 """Letters of a change by which a branch is called; the text of a file says nothing there."""
 
-PLACE = frozenset({"position", "computed"})
-"""Fields that frames say by themselves while the run plays."""
+
+class History:
+    """The diagnostics of one branch, a list a column, in the order of the frames.
+
+    Attributes:
+        changes: How often it has changed.
+    """
+
+    def __init__(self) -> None:
+        self.columns: dict[str, list[Any]] = {}
+        self.changes = 0
+
+    def __len__(self) -> int:
+        return len(self.columns.get("frame", ()))
+
+    def put(self, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+        """Take over rows; a frame that is known already is replaced.
+
+        Returns:
+            The rows with what is told of the target: `lost_by`, who says whether it is lost, and `lost_since`, where
+            the loss began that goes on there.
+        """
+        self.changes += 1
+        return [self._put(row) for row in rows]
+
+    def _put(self, row: dict[str, Any]) -> dict[str, Any]:
+        index, since = row["frame"], self.columns.get("lost_since", [])
+        before = since[index - 1] if 0 < index <= len(since) else None
+        said = judge_loss(row.get("lost"), row.get("searching"))
+        row = {**row, "lost_by": said.witness, "lost_since": loss_start(index, before, lost=said.lost)}
+        if not self.columns:
+            self.columns = {name: [] for name in row}
+        if index == len(self):
+            for name, column in self.columns.items():
+                column.append(row[name])
+        elif index < len(self):
+            for name, column in self.columns.items():
+                column[index] = row[name]
+        return row
+
+    def upto(self, frame: int) -> "History":
+        """Return a copy of the frames up to and including one: what a branch shares with its parent."""
+        copy = History()
+        copy.columns = {name: column[: frame + 1] for name, column in self.columns.items()}
+        return copy
 
 
 class SessionState:
@@ -38,17 +83,22 @@ class SessionState:
         dirty: Whether something that people made has changed since the spec was last stored.
         moved: Whether the position has.
         frames_computed: Frames that its workers have computed.
-        listeners: Who hears the news.
+        stream: Who hears the news.
+
+    Args:
+        spec: Everything that is kept of the session so far.
+        credit: Lets the worker send one drawing for the stream.
+        on_values: Called when the values in force have changed.
     """
 
-    def __init__(self, spec: SessionSpec, on_values: Callable[[], None]) -> None:
-        """Begin with a spec, suspended; `on_values` is called when the values in force have changed."""
+    def __init__(self, spec: SessionSpec, credit: Callable[[], None], on_values: Callable[[], None]) -> None:
+        """Begin suspended."""
         self.spec = spec
         self.snapshot = self._initial_snapshot(Phase.SUSPENDED)
         self.dirty = True
         self.moved = False
         self.frames_computed = 0
-        self.listeners = SessionListeners(self.hello)
+        self.stream = SessionStream(self.hello, credit)
         self._on_values = on_values
         self._histories: dict[str, History] = {}
         self._columns_text: tuple[History | None, int, str] = None, 0, ""
@@ -84,8 +134,20 @@ class SessionState:
         return self.spec.description
 
     def view(self) -> messages.SessionPublic:
-        """Return the session as everybody outside sees it."""
-        return view(self.spec, self.description, self.snapshot)
+        """Return the session as everybody outside sees it: what is fixed, what moves, and where it is found."""
+        spec = self.spec
+        return messages.SessionPublic.model_construct(
+            **vars(self.description),
+            **vars(self.snapshot),
+            id=spec.id,
+            controls=controls_of(self.description.declarations, self.snapshot.parameters),
+            sweep=spec.sweep,
+            upload=spec.upload,
+            created=spec.created,
+            page=f"session/{spec.id}",
+            thumbnail=f"api/v1/sessions/{spec.id}/thumbnail.png",
+            viewer=f"viz/{spec.id}/",
+        )
 
     def hello(self) -> messages.Hello:
         """Return the complete state."""
@@ -119,7 +181,7 @@ class SessionState:
         self.snapshot = self._initial_snapshot(phase)
         self.dirty = self.moved = True
         self._on_values()
-        self.listeners.greet()
+        self.stream.greet()
 
     def describe(self, description: SessionDescription) -> None:
         """Take over what is fixed from now on, and greet all listeners again."""
@@ -129,7 +191,7 @@ class SessionState:
         self.spec.description = kept.model_copy(update={"about": about})
         self.dirty = True
         self._on_values()
-        self.listeners.greet()
+        self.stream.greet()
 
     def _with_first_preset(self, description: SessionDescription) -> SessionDescription:
         """Return a new worker's description with the preset's part as the first worker had it.
@@ -140,10 +202,7 @@ class SessionState:
         return description.model_copy(update={"about": first.about, "watch": first.watch, "subject": first.subject})
 
     def advance(self, changes: Mapping[str, Any], rows: Sequence[dict[str, Any]] = ()) -> None:
-        """Take down what has changed of the run and the diagnostics of frames just computed, and tell both.
-
-        The diagnostics of a frame are sent before the position, so that no page stands on a frame it knows nothing of.
-        """
+        """Take down and tell what has changed of the run, and the diagnostics of frames just computed."""
         run = self.spec.run.model_copy(update=changes)
         phase = run.phase(self.description.frames)
         if not (changes or rows) or not self._leads_to(phase):
@@ -151,31 +210,17 @@ class SessionState:
         branch = self.spec.branches.get(run.branch) or self._new_branch(run)
         branch.run, self.spec.branch = run, run.branch
         self.moved = True
-        # While it plays only its position changes, which is worth a look now and then.
-        self.dirty = self.dirty or not run.is_moving or not changes.keys() <= PASSING
+        # While it plays on, what moves is worth writing down now and then alone.
+        self.dirty = self.dirty or not run.is_moving or "recipe" in changes
         if "restarts" in changes:
             self._forget(run.branch)
         news = {**changes, "state": phase, "message": None}
         if changes.keys() & OF_BRANCHES:
             news["branches"] = branch_views(self.spec)
-        if rows:
-            self._tell({name: value for name, value in news.items() if name not in PLACE})
-            self.add(run.branch, list(rows))
-        self._tell(news)
+        self.frames_computed += len(rows)
+        self._tell(news, self._history(run.branch).put(rows))
         if changes.keys() & OF_PANEL:
             self._on_values()
-
-    def add(self, branch: str, rows: list[dict[str, Any]]) -> None:
-        """Take down the diagnostics of frames just computed, and tell them."""
-        self.frames_computed += len(rows)
-        rows = self._history(branch).put(rows)
-        if len(rows) == 1:
-            self.listeners.emit(messages.Frame(branch=branch, diagnostics=rows[0]))
-        else:
-            self.listeners.emit(messages.Frames(branch=branch, rows=rows))
-        if self.snapshot.playing and branch == self.snapshot.branch:
-            # So the pages understand it.
-            self.snapshot = self.snapshot.model_copy(update=dict.fromkeys(PLACE, rows[-1]["frame"]))
 
     def enter(self, phase: Phase, message: str | None = None) -> None:
         """Go to a phase in which the run does not play; where the table has no way to it, stay.
@@ -222,7 +267,7 @@ class SessionState:
         """Forget the past of a branch that was restarted."""
         self._histories[branch] = History()
         self._mark([item for item in self.spec.bookmarks if item.branch != branch])
-        self.listeners.greet()
+        self.stream.greet()
 
     # ------------------------------------------------------------ what people do to it
 
@@ -267,9 +312,26 @@ class SessionState:
         self.dirty = True
         self._tell({"bookmarks": bookmarks})
 
-    def _tell(self, fields: Mapping[str, Any]) -> None:
-        """Tell the pages which of these fields are new to them."""
+    def _tell(self, fields: Mapping[str, Any], rows: Sequence[dict[str, Any]] = ()) -> None:
+        """Tell the pages rows, and which of these fields are new to them."""
         news = {name: value for name, value in fields.items() if value != getattr(self.snapshot, name)}
-        if news:
+        if news or rows:
             self.snapshot = self.snapshot.model_copy(update=news)
-            self.listeners.emit(messages.Changes(session=news))
+            self.stream.emit(messages.Changes(session=news, rows=list(rows)))
+
+
+def branch_views(spec: SessionSpec) -> list[BranchPublic]:
+    """Return the branches as the page lists them, in the colours of the scene: active one, second run, the others."""
+    order = sorted(spec.branches, key=lambda name: (name != spec.branch, name != spec.run.second))
+    colours = {name: hexadecimal(BRANCHES[place % len(BRANCHES)]) for place, name in enumerate(order)}
+    return [
+        BranchPublic(
+            id=name,
+            title=branch.title,
+            parent=branch.parent,
+            frame=branch.frame,
+            tracker=branch.run.tracker,
+            colour=colours[name],
+        )
+        for name, branch in spec.branches.items()
+    ]

@@ -8,6 +8,7 @@ import structlog
 from fastapi import WebSocket, WebSocketDisconnect
 
 from pftrack_server.base_path import route_path
+from pftrack_server.schemas.stream import Ping, Pong, encode, page_words
 
 log = structlog.get_logger(__name__)
 
@@ -22,18 +23,22 @@ BURST = 300
 
 
 async def converse(
-    websocket: WebSocket, messages: AsyncIterable[str | bytes], hear: Callable[[str], None], farewell: str
+    websocket: WebSocket,
+    messages: AsyncIterable[str | bytes],
+    farewell: str,
+    painted: Callable[[int], None] | None = None,
 ) -> None:
-    """Tell a page everything that comes, and hear what it says, until one of the two leaves.
+    """Tell a page everything that comes, and answer its pings, until one of the two leaves.
 
     Args:
         websocket: To the page, accepted.
         messages: What to tell; it ends when there is nothing more to come.
-        hear: Called with what the page says; raises a ValueError if that is nothing for this stream.
         farewell: Why it ended.
+        painted: Called with the number of drawings that the page has painted, where it is sent any; raises a ValueError
+            if that cannot be.
     """
     directions = [
-        asyncio.ensure_future(each) for each in (_tell(websocket, messages, farewell), _listen(websocket, hear))
+        asyncio.ensure_future(each) for each in (_tell(websocket, messages, farewell), _listen(websocket, painted))
     ]
     try:
         await asyncio.wait(directions, return_when=asyncio.FIRST_COMPLETED)
@@ -67,7 +72,7 @@ async def _send(websocket: WebSocket, message: str | bytes) -> bool:
     return True
 
 
-async def _listen(websocket: WebSocket, hear: Callable[[str], None]) -> None:
+async def _listen(websocket: WebSocket, painted: Callable[[int], None] | None) -> None:
     """Hear what the page says, no faster than it may talk, until it leaves or says what it must not."""
     loop = asyncio.get_running_loop()
     # When what has come so far would be taken up at the rate that is allowed.
@@ -81,7 +86,13 @@ async def _listen(websocket: WebSocket, hear: Callable[[str], None]) -> None:
             if message["type"] == "websocket.disconnect":
                 return
             try:
-                hear(message.get("text") or "")
+                words = page_words(message.get("text") or "")
+                if isinstance(words, Ping):
+                    await _send(websocket, encode(Pong(sent=words.sent)))
+                elif painted is None:
+                    raise ValueError("no drawings were sent")  # noqa: TRY301 - refused like all that is not for it
+                else:
+                    painted(words.count)
             except ValueError:
                 await websocket.close(UNKNOWN_WORD, "The stream takes no commands; use the REST interface.")
                 return

@@ -25,7 +25,7 @@ from pftrack.sweep.recording import Recording
 from pftrack_server.errors import ConflictError
 from pftrack_server.log import RateLimitedLogger
 from pftrack_server.schemas.description import MeasurePublic
-from pftrack_server.schemas.stream import Pong, encode
+from pftrack_server.schemas.stream import encode
 from pftrack_server.schemas.sweeps import Cells, CellsPublic, Hello, MapPublic, Progress, State, SweepPublic
 from pftrack_server.settings import Settings
 from pftrack_server.stream.listeners import Listener, Listeners
@@ -80,12 +80,6 @@ class SweepListener(Listener):
         self.news.clear()  # the greeting is not waited for
         self._sweep = sweep
         self._axes = x, y
-        self._pong: float | None = None
-
-    def answer(self, sent: float) -> None:
-        """Answer a ping with its own time."""
-        self._pong = sent
-        self.news.set()
 
     async def __aiter__(self) -> AsyncIterator[str]:
         """Yield messages, the greeting first, not more often than anybody can see."""
@@ -96,9 +90,6 @@ class SweepListener(Listener):
         while not self.closed:
             await self.news.wait()
             self.news.clear()
-            if self._pong is not None:
-                sent, self._pong = self._pong, None
-                yield encode(Pong(sent=sent))
             # Changes within one interval are sent together; the end of a sweep is sent at once.
             await asyncio.sleep(max(0.0, told + EVERY_S - time.monotonic()))
             told = time.monotonic()

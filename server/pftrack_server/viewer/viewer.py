@@ -84,6 +84,8 @@ class Viewer:
             server.gui.main_panel.set_width(PANEL_WIDTH_PX)
             self._pacer = Pacer(self._wake)
             self._scene = Scene(server, description.layers)
+            # Nothing is seen of it; where it stands tells the page around which frame this is (`client/state.js`).
+            self._frame = server.scene.add_frame("/frame", show_axes=False)
             self._cameras = Cameras(server, self._draw_again, worlds.sides(description.worlds))
             requests = Requests(on_command, self._set_layer, self._look, self._wake)
             self._panel = Panel(server, description, in_force, requests)
@@ -223,6 +225,7 @@ class Viewer:
         self._cameras.set_box(self._scene.box(drawing))
         with self._server.atomic():
             self._scene.apply(shown, self._cameras.relief)
+            self._frame.position = (float(frame), 0.0, 0.0)
             self._panel.legend(self._scene.legend(drawing))
             self._panel.caption(drawing.caption or f"Frame {frame}")
             self._panel.frame(frame)

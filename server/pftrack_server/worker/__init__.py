@@ -4,7 +4,8 @@ It imports neither FastAPI nor the database nor viser; the web process speaks to
 
 - `commands`: all that can be asked of a run, and what it does; `worker`: the loop that carries it out;
 - `run_tree`: the runs of one session, a branch each; `recipes`: what their recipes speak of and may bring;
-- `description`: what is fixed of a run and what changed in it; `frame_view`: what is drawn of a frame.
+- `description`: what is fixed of a run and what changed in it; `frame_view`: what is drawn of a frame;
+- `codec`: how a drawing travels to pages.
 """
 
 __all__: list[str] = []

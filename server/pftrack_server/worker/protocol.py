@@ -9,10 +9,10 @@ the scene and for flat views, with a credit for each; both are made of one drawi
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias
 
-from pftrack_server.flat.codec import EncodedDrawing
 from pftrack_server.pictures import SceneDrawing
 from pftrack_server.schemas.description import SessionDescription
 from pftrack_server.schemas.snapshot import RunSnapshot
+from pftrack_server.worker.codec import EncodedDrawing
 from pftrack_server.worker.commands import Order
 
 Form: TypeAlias = Literal["scene", "flat"]
@@ -118,12 +118,14 @@ class Progress:
         rows: Diagnostics of the frames computed since the last event, in order.
         scene: The newest drawing for the scene, where a credit was left for it.
         flat: The newest drawing for flat views, where a credit was left for it.
+        is_ahead: Whether the run is now seen otherwise than in the newest drawing for flat views.
     """
 
     changes: dict[str, Any]
     rows: list[dict[str, Any]] = field(default_factory=list)
     scene: SceneDrawing | None = None
     flat: EncodedDrawing | None = None
+    is_ahead: bool = True
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,9 +22,9 @@ from pftrack.runs.record import RecordError
 from pftrack.runs.run import EndOfRun, PastError
 from pftrack.sources.limits import SourceError
 from pftrack.vision.rendering import png, render
-from pftrack_server.flat.codec import DrawingEncoder
 from pftrack_server.pictures import PictureEncoder
 from pftrack_server.schemas.snapshot import Goal, Problem, RunSnapshot, differences
+from pftrack_server.worker.codec import DrawingEncoder
 from pftrack_server.worker.protocol import (
     OPENING,
     Credit,
@@ -284,7 +284,8 @@ class Worker:
         """
         del name
         self._reported = self._reported.model_copy(update={"compiling": self._compiled})
-        self._pipe.send(Progress({"compiling": self._compiled}))
+        # No drawing will come for a while, so that nothing may wait for it.
+        self._pipe.send(Progress({"compiling": self._compiled}, is_ahead=False))
         self._told, self._news = time.monotonic(), True
 
     def _count_compiled(self, name: str, seconds: float) -> None:
@@ -337,7 +338,7 @@ class Worker:
             self._undrawn -= forms
         after = self._snapshot()  # which may tell that it compiles
         before, self._reported = self._reported, after
-        self._pipe.send(Progress(differences(before, after), rows, scene, flat))
+        self._pipe.send(Progress(differences(before, after), rows, scene, flat, is_ahead="flat" in self._undrawn))
         self._news = False
 
     def _reply(self, number: int, result: object = None) -> None:

@@ -55,7 +55,7 @@ def test_it_ends_when_the_lecturer_ends_it(
     with (
         follower(guarded, follow) as one,
         one.socket() as stream,
-        one.socket(f"api/v1/sessions/{session}/drawings") as seen,
+        one.socket(f"api/v1/sessions/{session}/stream?paints=true") as seen,
     ):
         hear(stream)
         fork = one.ask("POST", "follow/fork", session=session).json()

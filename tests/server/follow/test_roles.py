@@ -22,7 +22,6 @@ LOOKING = {
     "GET /api/v1/sessions/{session}",
     "GET /api/v1/sessions/{session}/diagnostics",
     "WS /api/v1/sessions/{session}/stream",
-    "WS /api/v1/sessions/{session}/drawings",
     "GET /api/v1/lessons/{lesson}",
     "GET /api/v1/experiments/{experiment}",
     "GET /api/v1/glossary",

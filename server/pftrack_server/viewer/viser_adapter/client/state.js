@@ -1,9 +1,10 @@
-// What the page around may know of the scene, without knowing how viser keeps it: `pftrackScene.drawn()`.
+// What the page around may know of the scene, without knowing how viser keeps it: `pftrackScene.drawn()`, and which frame
+// it shows, which is where a node stands that nobody sees.
 //
 // The free space that the front preset leaves around the picture (`camera.fit`), and how exactly it has to stand there.
 const MARGIN = 1.03;
 const EXACT = 0.02;
-const DRAWN_BY_NOBODY = new Set(["", "/WorldAxes"]); // viser's own nodes
+const DRAWN_BY_NOBODY = new Set(["", "/WorldAxes", "/frame"]); // viser's own nodes, and ours without content
 
 // A picture is a plane without light; it has no image while that is being unpacked. Meshes are lit.
 const planesOf = (/** @type {ViserNode} */ node) => {
@@ -38,4 +39,4 @@ const drawn = () => {
   return Math.abs(seen / wanted - 1) < EXACT && isOpaque() ? "in place" : "there";
 };
 
-window.pftrackScene = Object.freeze({ drawn });
+window.pftrackScene = Object.freeze({ drawn, frame: () => window.__viserMutable?.nodeRefFromName?.["/frame"]?.position.x ?? null });

@@ -60,6 +60,7 @@ interface ViserNode {
   /** Of a scene, just before a picture is drawn. */
   onBeforeRender?(): void;
   parent?: ViserNode | null;
+  position: ViserVector;
   visible?: boolean;
   getWorldPosition(target: ViserVector): ViserVector;
   localToWorld(place: ViserVector): ViserVector;

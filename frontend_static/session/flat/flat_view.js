@@ -9,51 +9,32 @@
 import { fill, h, setText } from "../../shared/dom.js";
 import { coalesce, later } from "../../shared/timing.js";
 import { decode } from "./decode.js";
-import { Layers } from "./layers.js";
 import { nameAt } from "./names.js";
 import { paint } from "./paint.js";
 import { Pictures } from "./pictures.js";
 import { enlargement, watchCanvasSize } from "../../shared/canvas_size.js";
-import { receiveDrawings } from "./stream.js";
 import { WorldView } from "./world_view.js";
 
 /** @import { Drawing, WorldDrawing } from "./decode.js" */
 /** @import { Overlay } from "./overlay.js" */
 /** @import { CanvasSize } from "../../shared/canvas_size.js" */
+/** @import { Layers } from "./layers.js" */
+
+/** @typedef {import("../../shared/messages.js").SessionMessage} SessionMessage */
 
 /**
  * @typedef {object} Options
- * @property {string} session Its identifier.
- * @property {Layers} [layers] Which layers are shown; all of them without it.
+ * @property {Layers} layers Which layers are shown.
  * @property {Overlay} [overlay] Says how it is painted where several lie over each other; it has no ground then.
- * @property {(frame: number) => void} [onReady] Called with the number of each frame that is painted next, so that what is said of
- *     it beside the picture is shown at the same time.
- * @property {() => void} [onPainted] Called when one was painted.
- * @property {() => void} [onGone] Called when the session has ended.
+ * @property {() => void} onPainted Called when a drawing was painted.
  */
-
-/**
- * Show a session in an element, which gives the view its size.
- *
- * @param {HTMLElement} element
- * @param {Options} options
- * @returns {() => void} Takes the view away with all that belongs to it.
- */
-export function mount(element, options) {
-  const end = new AbortController();
-  const view = new FlatView(element, options, end.signal);
-  return () => {
-    end.abort();
-    view.remove();
-  };
-}
 
 /** A run that plays comes to its next frame sooner than this. */
 const QUIET_MS = 400;
 
 /** @typedef {{drawing: Drawing, bitmaps: Map<number, ImageBitmap>, number: number, painted: () => void}} Ready */
 
-class FlatView {
+export class FlatView {
   #canvas = h("canvas", { class: "flat-canvas", role: "img", "aria-label": "The current frame is loading" });
   #caption = h("p", { class: "flat-caption" });
   #place = h("div", { class: "flat-place small-print" }, this.#canvas);
@@ -66,7 +47,6 @@ class FlatView {
   #unsettle = () => {};
   #layers;
   #overlay;
-  #onReady;
   #onPainted;
   #signal;
   #came = 0;
@@ -79,14 +59,13 @@ class FlatView {
   #soon;
 
   /**
-   * @param {HTMLElement} element
+   * @param {HTMLElement} element Gives the view its size.
    * @param {Options} options
    * @param {AbortSignal} signal
    */
-  constructor(element, { session, layers = new Layers(), overlay, onReady = () => {}, onPainted = () => {}, onGone = () => {} }, signal) {
+  constructor(element, { layers, overlay, onPainted }, signal) {
     this.#layers = layers;
     this.#overlay = overlay;
-    this.#onReady = onReady;
     this.#onPainted = onPainted;
     this.#signal = signal;
     this.#soon = coalesce(() => this.#paint(), signal);
@@ -95,13 +74,34 @@ class FlatView {
     layers.on(this.#soon, signal);
     overlay?.on(this.#soon, signal);
     this.#nameWhatIsPointedAt();
-    receiveDrawings(session, { drawing: (message, painted) => this.#receive(message, painted), gone: onGone }, signal);
+    signal.addEventListener("abort", () => this.#pictures.free(Infinity));
   }
 
-  /** Leave nothing behind; the signal has ended the rest. */
-  remove() {
-    this.#pictures.free(Infinity);
-    this.#root.remove();
+  /**
+   * Read a drawing and unpack its pictures.
+   *
+   * @param {ArrayBuffer} data As it has come.
+   * @param {() => void} painted Called when it was painted, or will never be.
+   * @returns {Promise<{messages: SessionMessage[], show: () => void}>} What was told up to it, and what has it painted with the
+   *     next frame of the display.
+   * @throws {Error} It is not a drawing that this page can read.
+   */
+  async prepare(data, painted) {
+    this.#came += 1;
+    const number = this.#came;
+    let drawing;
+    try {
+      drawing = decode(data);
+    } catch (error) {
+      setText(this.#caption, error instanceof Error ? error.message : String(error));
+      throw error;
+    }
+    const bitmaps = await this.#pictures.of(drawing, number);
+    const show = () => {
+      this.#ready = { drawing, bitmaps, number, painted };
+      this.#soon();
+    };
+    return { messages: drawing.messages, show };
   }
 
   /** @param {CanvasSize} room */
@@ -111,32 +111,16 @@ class FlatView {
     this.#paint();
   }
 
-  /**
-   * @param {ArrayBuffer} message
-   * @param {() => void} painted
-   */
-  async #receive(message, painted) {
-    this.#came += 1;
-    const number = this.#came;
-    let drawing;
-    try {
-      drawing = decode(message);
-    } catch (error) {
-      setText(this.#caption, error instanceof Error ? error.message : String(error));
-      return;
-    }
-    const bitmaps = await this.#pictures.of(drawing, number);
-    if (this.#signal.aborted || number < (this.#ready?.number ?? 0)) return;
-    this.#ready = { drawing, bitmaps, number, painted };
-    this.#soon();
-    this.#onReady(drawing.frame);
-  }
-
   #paint() {
     const ready = this.#ready;
     const context = this.#canvas.getContext("2d", { alpha: this.#overlay !== undefined });
-    if (ready === null || context === null || !this.#room.width || !this.#room.height) return;
+    if (ready === null || context === null) return;
     const { drawing, bitmaps, number, painted } = ready;
+    // Where there is no room for it, it is not waited for.
+    if (!this.#room.width || !this.#room.height) {
+      painted();
+      return;
+    }
     const scale = Math.min(this.#room.width / drawing.width, this.#room.height / drawing.height);
     const width = Math.max(1, Math.round(drawing.width * scale));
     const height = Math.max(1, Math.round(drawing.height * scale));

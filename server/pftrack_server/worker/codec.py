@@ -10,14 +10,14 @@ arrays                each begins at a multiple of 4 bytes; `arrays` in the head
 pictures, any number  uint32 key, uint32 length of the file, the file, padded to a multiple of 4 bytes
 ====================  ==================================================================================================
 
-The head is `{"frame", "width", "height", "caption", "legend", "arrays", "primitives", "worlds"}`. Each key of the
-legend is `{"layer", "colour", "meaning"}`, its colour a name in the palette. Each primitive has `name`,
-`kind` (the class of `pftrack.core.model.drawing` in lower case) and that class's fields. Each of the worlds has
-`world`, which is its declaration with the length of its `ruler`, and `primitives` in its own coordinates. An array
-stands there as `{"type", "at", "shape"}`: `f4`, `i4` or `u1`, its first byte counted from the end of the head, and its
-extents. One array may be named by several primitives. A picture stands there as `{"key", "shape"}`, its pixels in the
-picture of that key. A page keeps the pictures that the newest drawing names, and is not sent the file of a key that it
-keeps; a file that comes replaces what was kept under its key.
+The head is `{"frame", "width", "height", "caption", "legend", "arrays", "primitives", "worlds", "messages"}`. Messages
+are those of the session's stream up to this drawing. Each key of the legend is `{"layer", "colour", "meaning"}`, its
+colour a name in the palette. Each primitive has `name`, `kind` (the class of `pftrack.core.model.drawing` in lower
+case) and that class's fields. Each of the worlds has `world`, which is its declaration with the length of its `ruler`,
+and `primitives` in its own coordinates. An array stands there as `{"type", "at", "shape"}`: `f4`, `i4` or `u1`, its
+first byte counted from the end of the head, and its extents. One array may be named by several primitives. A picture
+stands there as `{"key", "shape"}`, its pixels in the picture of that key. A page keeps the pictures that the newest
+drawing names, and is not sent the file of a key that it keeps; a file that comes replaces what was kept under its key.
 
 Pictures are JPEG of quality 92 with colours at full resolution (`pftrack_server.pictures`): on the experiments' scenes
 the mean error is below two levels of 255 and an edge stays where it is, at 0.2 to 1 ms a frame; PNG takes 1 to 16 ms
@@ -27,28 +27,24 @@ for the same pictures.
 import dataclasses
 import json
 import struct
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
-from typing import Any, Final, get_args
+from typing import Any, Final
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import TypeAdapter
 
-from pftrack.core.model.drawing import Drawing, Key, Picture, Primitive, World, WorldDrawing
+from pftrack.core.model.drawing import Drawing, Picture, Primitive, WorldDrawing
 from pftrack.core.model.faults import faults
 from pftrack_server.pictures import EncodedPicture, PictureEncoder
 
-VERSION: Final = 1
+VERSION: Final = 2
 MAGIC: Final = b"pfd" + bytes([VERSION])
 START = struct.Struct("<4sI")
 RECORD = struct.Struct("<II")
 ALIGNMENT = 4
 TYPES = {"f": "f4", "i": "i4", "u": "u1", "b": "u1"}
 """How an array travels, by its NumPy kind."""
-WORLDS: TypeAdapter[World] = TypeAdapter(World)
-KINDS: dict[str, type[Primitive]] = {kind.__name__.lower(): kind for kind in get_args(Primitive)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,17 +52,26 @@ class EncodedDrawing:
     """A drawing as it travels to pages.
 
     Attributes:
-        body: The message without its pictures.
+        head: All of the head but its messages.
+        arrays: What the head names, one after the other.
         pictures: The pictures that the drawing names.
     """
 
-    body: bytes
+    head: bytes
+    arrays: bytes
     pictures: tuple[EncodedPicture, ...]
 
-    def message(self, known: Iterable[int] = ()) -> bytes:
-        """Return the message for a page that has the pictures of these keys already."""
-        held = set(known)
-        return b"".join((self.body, *(_record(picture) for picture in self.pictures if picture.key not in held)))
+    def message(self, known: Collection[int] = (), texts: Iterable[str] = ()) -> bytes:
+        """Return the message for a page.
+
+        Args:
+            known: Keys of the pictures that the page has already.
+            texts: Messages of the stream up to this drawing, as JSON.
+        """
+        head = b"".join((self.head[:-1], b',"messages":[', ",".join(texts).encode(), b"]}"))
+        head += b" " * (-len(head) % ALIGNMENT)
+        pictures = [_record(picture) for picture in self.pictures if picture.key not in known]
+        return b"".join((START.pack(MAGIC, len(head)), head, self.arrays, *pictures))
 
 
 def _record(picture: EncodedPicture) -> bytes:
@@ -121,9 +126,7 @@ class DrawingEncoder:
             "worlds": worlds,
         }
         text = json.dumps(head, separators=(",", ":"), ensure_ascii=False, allow_nan=False, default=_number).encode()
-        text += b" " * (-len(text) % ALIGNMENT)
-        start = START.pack(MAGIC, len(text))
-        return EncodedDrawing(b"".join((start, text, body)), tuple(pictures.values()))
+        return EncodedDrawing(text, body, tuple(pictures.values()))
 
 
 def _describe(name: str, item: Primitive, arrays: "_Arrays") -> dict[str, Any]:
@@ -172,70 +175,3 @@ class _Arrays:
     def bytes(self) -> bytes:
         """Return all of them."""
         return b"".join(self._parts)
-
-
-def decode(message: bytes, pictures: Mapping[int, bytes] | None = None) -> tuple[int, Drawing, dict[int, bytes]]:
-    """Read a message, as a page does.
-
-    Args:
-        message: What came.
-        pictures: Files by key, as the message before has left them.
-
-    Returns:
-        The frame; the drawing, its pictures as JPEG has left them; the files by key for reading the next message.
-
-    Raises:
-        ValueError: The message is of another version, cut short, or names a picture that never came.
-    """
-    try:
-        magic, length = START.unpack_from(message)
-        if magic != MAGIC:
-            raise ValueError(f"expected a drawing that begins with {MAGIC!r}, got {magic!r}")
-        base = START.size + length
-        head = json.loads(message[START.size : base])
-        held = dict(pictures or {}) | _records(message, base + head["arrays"])
-        shown = {item.pop("name"): _primitive(item, message, base, held) for item in head["primitives"]}
-        worlds = tuple(_world(each, message, base) for each in head["worlds"])
-        keys = {item["image_rgb"]["key"] for item in head["primitives"] if item["kind"] == "picture"}
-    except (struct.error, KeyError) as error:
-        raise ValueError(f"expected a whole drawing, got {len(message)} bytes that lack {error}") from None
-    legend = tuple((key["layer"], Key(key["colour"], key["meaning"])) for key in head["legend"])
-    result = Drawing(head["width"], head["height"], shown, head["caption"], worlds, legend)
-    return head["frame"], result, {key: held[key] for key in keys}
-
-
-def _world(head: Mapping[str, Any], message: bytes, base: int) -> WorldDrawing:
-    primitives = {item.pop("name"): _primitive(item, message, base, {}) for item in head["primitives"]}
-    return WorldDrawing(WORLDS.validate_python(head["world"]), primitives)
-
-
-def _records(message: bytes, at: int) -> dict[int, bytes]:
-    found: dict[int, bytes] = {}
-    while at < len(message):
-        key, length = RECORD.unpack_from(message, at)
-        at += RECORD.size
-        found[key] = message[at : at + length]
-        if len(found[key]) < length:
-            raise ValueError(f"expected {length} bytes of picture {key}, got {len(found[key])}")
-        at += length + -length % ALIGNMENT
-    return found
-
-
-def _primitive(head: Mapping[str, Any], message: bytes, base: int, pictures: Mapping[int, bytes]) -> Primitive:
-    values: dict[str, Any] = {}
-    for name, value in head.items():
-        match value:
-            case {"key": key}:
-                file = np.frombuffer(pictures[key], np.uint8)
-                image = cv2.imdecode(file, cv2.IMREAD_COLOR)
-                if image is None:
-                    raise ValueError(f"picture {key} is no picture")
-                values[name] = cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
-            case {"type": kind, "at": at, "shape": shape}:
-                count = int(np.prod(shape, dtype=np.int64))
-                values[name] = np.frombuffer(message, f"<{kind}", count, base + at).reshape(shape)
-            case list():
-                values[name] = tuple(value)
-            case _:
-                values[name] = value
-    return KINDS[values.pop("kind")](**values)

@@ -1,6 +1,7 @@
 """The codec of drawings: what a page reads is what an experiment drew."""
 
 import dataclasses
+import json
 import math
 from typing import Any
 
@@ -31,7 +32,8 @@ from pftrack.core.model.drawing import (
 )
 from pftrack.experiments import find
 from pftrack.runs.run import Run
-from pftrack_server.flat.codec import DrawingEncoder, DrawingError, decode
+from pftrack_server.worker.codec import DrawingEncoder, DrawingError
+from tests.server.drawings import decode, messages_of
 
 anything = st.floats(width=32)  # a lost tracker draws what is not finite
 extent = st.floats(0, 1e3)
@@ -214,26 +216,13 @@ def bytes_of(item: Primitive) -> int:
     return sum(value.nbytes for value in values if isinstance(value, np.ndarray))
 
 
-@pytest.mark.parametrize("cut", [0, 3, 7, 40, -9, -300])
-def test_what_is_cut_short_is_refused(cut: int) -> None:
-    """Half a message is an error that says so, never half a drawing."""
-    message = DrawingEncoder().encode(Drawing(80, 60, {"picture": Picture(picture(0))}), 0).message()
-    with pytest.raises(ValueError, match=r"expected|Expecting|Unterminated"):
-        decode(message[:cut])
-
-
-def test_another_version_is_refused() -> None:
-    """A page that was loaded before an update says so, and does not paint nonsense."""
-    message = DrawingEncoder().encode(Drawing(8, 6), 0).message()
-    with pytest.raises(ValueError, match="expected a drawing that begins with"):
-        decode(b"pfd\x09" + message[4:])
-
-
-def test_a_picture_that_never_came_is_missed() -> None:
-    """A page that was wrongly thought to have a picture does not go on without it."""
-    encoded = DrawingEncoder().encode(Drawing(80, 60, {"picture": Picture(picture(0))}), 0)
-    with pytest.raises(ValueError, match="lack"):
-        decode(encoded.body)
+def test_what_was_told_up_to_it_is_in_its_head() -> None:
+    """A page takes over the messages of the stream together with the picture, which they leave as it is."""
+    told = [{"type": "changes", "session": {"position": 3}}, {"type": "changes", "session": {"name": "Δ"}}]
+    encoded = DrawingEncoder().encode(Drawing(80, 60, {"picture": Picture(picture(0))}), 3)
+    alone, message = encoded.message(), encoded.message(texts=map(json.dumps, told))
+    assert (messages_of(alone), messages_of(message)) == ([], told)
+    assert decode(message)[2] == decode(alone)[2]
 
 
 @pytest.mark.parametrize("size", [math.nan, (2.0,)])

@@ -1,0 +1,220 @@
+"""The stream of a session: what happens and what is seen, for all pages that look on, each at its own pace.
+
+Everything is told in one order on one socket. A page that paints is sent the newest drawing, and in its head all that
+was told up to the frame that it shows: so whatever a page says beside a picture belongs to that picture. What changes
+nothing that is seen is told at once; what does waits for its drawing.
+
+A page says how many drawings it has painted. At most `WINDOW` are on their way to it; while they are, newer ones
+replace each other here, so a slow page sees fewer drawings, never old ones, and slows nobody. The worker is asked for
+its next drawing as soon as one page could take it, and encodes it once for all.
+"""
+
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence
+from contextlib import contextmanager
+
+from pftrack_server.schemas.messages import Hello
+from pftrack_server.schemas.stream import Message, encode
+from pftrack_server.stream.listeners import Listener, Listeners
+from pftrack_server.worker.codec import EncodedDrawing
+
+WINDOW = 2
+"""Drawings on their way to one page: one that is painted while the next one travels."""
+LONGEST_QUEUE = 256
+LONGEST_TALE = 64
+"""Messages after a greeting for which it is kept; a page then reads them faster than a new one is made."""
+
+
+class Page(Listener):
+    """One page that hears a session.
+
+    A page that falls behind is not waited for and not fed old news: its queue is dropped and it is greeted again with
+    the complete state.
+
+    Args:
+        stream: What it hears.
+        paints: Whether it is sent drawings.
+        has_picture: Whether it shows one from an earlier connection, so that its greeting waits for the next one.
+    """
+
+    def __init__(self, stream: "SessionStream", *, paints: bool, has_picture: bool) -> None:
+        super().__init__()
+        self._stream = stream
+        self._paints = paints
+        self._has_picture = has_picture
+        self._behind = True
+        self._texts: list[str] = []
+        self._drawing = None if stream.is_ahead or not paints else stream.newest
+        """The newest drawing, until it is sent."""
+        self._drawn = 0
+        """How many of the texts it shows."""
+        self._keys: frozenset[int] = frozenset()
+        self._sent = self._painted = 0
+
+    @property
+    def ready(self) -> bool:
+        """Whether it could take one more drawing."""
+        return self._paints and self._sent - self._painted < WINDOW
+
+    def note_painted(self, count: int) -> None:
+        """Take note of how many drawings the page has painted, or left out for newer ones, since it came.
+
+        Raises:
+            ValueError: It says that it has painted more than it was sent.
+        """
+        if not self._painted <= count <= self._sent:
+            raise ValueError(f"expected between {self._painted} and {self._sent} painted drawings, got {count}")
+        self._painted = count
+        self.news.set()
+        self._stream.want()
+
+    def put(self, text: str) -> None:
+        """Add a message, or give up the queue when it is full."""
+        if len(self._texts) >= LONGEST_QUEUE:
+            self.greet()
+        elif not self._behind:
+            self._texts.append(text)
+            self.news.set()
+
+    def greet(self) -> None:
+        """Drop what is queued and send everything again."""
+        self._texts.clear()
+        self._drawn, self._behind = 0, True
+        self.news.set()
+
+    def offer(self, drawing: EncodedDrawing) -> None:
+        """Take the newest drawing, which shows all that was told so far."""
+        if self._paints:
+            self._drawing, self._drawn = drawing, len(self._texts)
+            self.news.set()
+
+    def forget_drawings(self) -> None:
+        """Send no drawing of a worker that has ended; the next one gives the same keys to other pictures."""
+        self._drawing, self._drawn, self._keys = None, 0, frozenset()
+        self.news.set()
+
+    async def __aiter__(self) -> AsyncIterator[str | bytes]:
+        """Yield messages as they come, the greeting first."""
+        while True:
+            await self.news.wait()
+            message = self._next()
+            if message is not None:
+                yield message
+            elif self.closed:
+                return
+            else:
+                self.news.clear()
+
+    @property
+    def _waits(self) -> bool:
+        """Whether what is told next belongs to a drawing that is still to come."""
+        if not self._has_picture or not self._paints or self.closed:
+            return False
+        return self._stream.is_ahead or (self._drawing is not None and not self.ready)
+
+    def _next(self) -> str | bytes | None:
+        """Return the next message; None while there is none, or its drawing is still to come."""
+        if self._behind and not self._waits:
+            self._behind = False
+            self._texts = list(self._stream.greeting())
+            self._drawn = len(self._texts)
+            if self._stream.is_ahead:
+                # A drawing that was not sent shows less than the greeting tells.
+                self._drawing = None
+                self._stream.want()
+        if self._behind:
+            return None
+        if self._drawing is not None and self.ready:
+            return self._draw(self._drawing)
+        return self._texts.pop(0) if self._texts and not self._waits else None
+
+    def _draw(self, drawing: EncodedDrawing) -> bytes:
+        """Return the message of a drawing with what was told up to it."""
+        message = drawing.message(self._keys, self._texts[: self._drawn])
+        self._keys = frozenset(picture.key for picture in drawing.pictures)
+        self._texts = self._texts[self._drawn :]
+        self._drawing, self._drawn, self._has_picture = None, 0, True
+        self._sent += 1
+        self._stream.want()
+        return message
+
+
+class SessionStream(Listeners[Page]):
+    """All pages that hear one session; all methods belong to the event loop's thread.
+
+    A greeting holds the whole past of a run, so it is kept for those who come next, with what was said since: a class
+    that comes all at once is greeted by one.
+
+    Args:
+        greeting: Returns the complete state.
+        credit: Lets the worker send one drawing.
+
+    Attributes:
+        newest: The newest drawing of the present worker, None before the first.
+        is_ahead: Whether the run is seen otherwise than in the newest drawing, and another one will come.
+    """
+
+    def __init__(self, greeting: Callable[[], Hello], credit: Callable[[], None]) -> None:
+        super().__init__()
+        self._greeting = greeting
+        self._credit = credit
+        self._tale: list[str] = []
+        self._asked = False
+        self.newest: EncodedDrawing | None = None
+        self.is_ahead = False
+
+    @contextmanager
+    def join(self, *, paints: bool = False, has_picture: bool = False) -> Iterator[Page]:
+        """Add a page, as `Page` takes it, for as long as the context lasts."""
+        with self.add(Page(self, paints=paints, has_picture=has_picture)) as page:
+            self.want()
+            yield page
+
+    def emit(self, message: Message) -> None:
+        """Send a message to all, encoded once."""
+        if not self._all:
+            self._tale = []
+            return
+        text = encode(message)
+        if self._tale:
+            self._tale.append(text)
+        if len(self._tale) > LONGEST_TALE:
+            self._tale = []
+        for page in self._all:
+            page.put(text)
+
+    def greet(self) -> None:
+        """Send everything again to all."""
+        self._tale = []
+        for page in self._all:
+            page.greet()
+
+    def greeting(self) -> Sequence[str]:
+        """Return a greeting and what was said since."""
+        if not self._tale:
+            self._tale = [encode(self._greeting())]
+        return self._tale
+
+    def want(self) -> None:
+        """Ask the worker for a drawing if a page could take one and none is on its way."""
+        if not self._asked and any(page.ready for page in self._all):
+            self._asked = True
+            self._credit()
+
+    def draw(self, drawing: EncodedDrawing | None, *, is_ahead: bool) -> None:
+        """Take the drawing of all that was told so far, where there is one.
+
+        Args:
+            drawing: What the worker was asked for; None if it has sent none.
+            is_ahead: Whether the run is seen otherwise than in the newest drawing.
+        """
+        self.is_ahead = is_ahead
+        if drawing is not None:
+            self.newest, self._asked = drawing, False
+            for page in self._all:
+                page.offer(drawing)
+
+    def change_worker(self, *, is_ahead: bool) -> None:
+        """Forget the drawings of a worker that has ended; `is_ahead` if there is another one, which draws anew."""
+        self.newest, self._asked, self.is_ahead = None, False, is_ahead
+        for page in self._all:
+            page.forget_drawings()

@@ -1,0 +1,279 @@
+"""The stream of a session: one order of all that is told and drawn, for everybody, at everybody's own pace."""
+
+import asyncio
+import json
+from collections.abc import AsyncIterator
+from contextlib import ExitStack
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pftrack.core.model.drawing import Drawing, Picture
+from pftrack_server.schemas.messages import Changes
+from pftrack_server.sessions.stream import LONGEST_QUEUE, WINDOW, Page, SessionStream
+from pftrack_server.worker.codec import DrawingEncoder
+from tests.apart import run
+from tests.server.drawings import Reader
+
+
+class Worker:
+    """Counts what it is asked for, and draws when told to."""
+
+    def __init__(self) -> None:
+        self.asked = self.greeted = 0
+        self.stream = SessionStream(self._greeting, self._credit)
+        self._encoder = DrawingEncoder()
+        self.frame = -1
+        self.drawn = 0
+
+    def _greeting(self) -> Any:
+        self.greeted += 1
+        return Changes(session={"hello": True, "position": self.frame})
+
+    def _credit(self) -> None:
+        self.asked += 1
+
+    def moves(self, *, draws: bool = False) -> None:
+        """Go on by a frame and tell it; frames come in pairs that show the same picture."""
+        self.frame += 1
+        self.tells(position=self.frame)
+        drawing = None
+        if draws:
+            self.drawn += 1
+            image = np.full((12, 16, 3), 40 * (self.frame // 2 % 6), np.uint8)
+            drawing = self._encoder.encode(Drawing(16, 12, {"picture": Picture(image)}), self.frame)
+        self.stream.draw(drawing, is_ahead=not draws)
+
+    def draws(self) -> None:
+        self.moves(draws=True)
+
+    def tells(self, **fields: Any) -> None:
+        """Tell what changes nothing that is seen."""
+        self.stream.emit(Changes(session=fields))
+
+
+async def told(messages: AsyncIterator[str | bytes]) -> str | bytes | None:
+    """Return the next message, None if there is none."""
+    ahead = asyncio.ensure_future(anext(messages))
+    for _ in range(5):
+        await asyncio.sleep(0)
+    if ahead.done():
+        return ahead.result()
+    ahead.cancel()
+    await asyncio.gather(ahead, return_exceptions=True)
+    return None
+
+
+class Looker(Reader):
+    """Somebody at a page."""
+
+    def __init__(self, page: Page) -> None:
+        super().__init__()
+        self.page = page
+        self.sizes: list[int] = []
+        self.came = 0
+        """Drawings over the present connection."""
+
+    async def reads(self) -> None:
+        """Read all that is there; while there is a picture, each message leaves the page at the frame of it."""
+        while (message := await told(aiter(self.page))) is not None:
+            if self.take(message) is not None:
+                self.came += 1
+                self.sizes.append(len(message))
+            assert not self.frames or self.position == self.frames[-1]
+
+    def paints(self) -> None:
+        self.page.note_painted(self.came)
+
+    def comes_back(self, page: Page) -> None:
+        self.page, self.came = page, 0
+
+
+def test_nobody_draws_for_an_empty_room() -> None:
+    """The worker is asked for a drawing when somebody paints, and for one at a time."""
+
+    async def scenario(worker: Worker) -> None:
+        with worker.stream.join():
+            assert worker.asked == 0
+        with worker.stream.join(paints=True), worker.stream.join(paints=True):
+            assert worker.asked == 1
+        worker.draws()
+        assert worker.asked == 1
+
+    run(scenario(Worker()))
+
+
+def test_what_is_not_drawn_waits_for_the_next_drawing() -> None:
+    """Frames in between come with the next picture; what changes nothing that is seen comes at once."""
+
+    async def scenario(worker: Worker) -> None:
+        with worker.stream.join(paints=True) as page, worker.stream.join() as text:
+            looker, reader = Looker(page), Looker(text)
+            worker.draws()
+            await looker.reads()
+            worker.tells(name="new")
+            await looker.reads()
+            assert looker.heard[-1]["session"] == {"name": "new"}
+            worker.moves()
+            worker.tells(name="newer")
+            await looker.reads()
+            await reader.reads()
+            assert (looker.position, reader.position) == (0, 1)
+            worker.draws()
+            await looker.reads()
+            fields = [each["session"] for each in looker.heard[-3:]]
+            assert fields == [{"position": 1}, {"name": "newer"}, {"position": 2}]
+            assert looker.frames == [0, 2]
+
+    run(scenario(Worker()))
+
+
+def test_a_slow_page_slows_nobody_and_sees_the_newest() -> None:
+    """One that does not paint has two drawings on their way at the most; then it gets the newest alone."""
+
+    async def scenario(worker: Worker) -> None:
+        with worker.stream.join(paints=True) as first, worker.stream.join(paints=True) as second:
+            quick, slow = Looker(first), Looker(second)
+            for _ in range(10):
+                worker.draws()
+                await quick.reads()
+                await slow.reads()
+                quick.paints()
+            assert quick.frames == list(range(10))
+            assert slow.frames == list(range(WINDOW))
+            assert worker.asked == 11
+            slow.paints()
+            await slow.reads()
+            assert slow.frames == [0, 1, 9]
+            assert len(slow.heard) == 10
+
+    run(scenario(Worker()))
+
+
+@pytest.mark.parametrize("paints", [False, True])
+def test_a_full_queue_is_a_new_greeting(*, paints: bool) -> None:
+    """A page that falls behind is greeted again, once, when it can be sent something; the others lose nothing."""
+
+    async def scenario(worker: Worker) -> None:
+        with worker.stream.join(paints=paints) as page, worker.stream.join() as other:
+            slow, quick = Looker(page), Looker(other)
+            for _ in range(WINDOW):
+                worker.draws()
+                await slow.reads()
+            for _ in range(3 * LONGEST_QUEUE):
+                worker.moves(draws=paints)
+                await quick.reads()
+            assert worker.greeted == 1
+            if paints:
+                slow.paints()
+            before = len(slow.heard)
+            await slow.reads()
+            assert "hello" in slow.heard[before]["session"]
+            assert slow.position == quick.position == worker.frame
+            assert len(quick.heard) == 3 * LONGEST_QUEUE + WINDOW
+            assert worker.greeted == 2
+
+    run(scenario(Worker()))
+
+
+def test_a_picture_is_sent_to_each_page_once() -> None:
+    """A drawing with the picture of the one before carries no file, except to whoever comes only now."""
+
+    async def scenario(worker: Worker) -> None:
+        with worker.stream.join(paints=True) as first:
+            early = Looker(first)
+            worker.draws()
+            await early.reads()
+            early.paints()
+            worker.draws()
+            with worker.stream.join(paints=True) as second:
+                late = Looker(second)
+                await early.reads()
+                await late.reads()
+                assert (early.frames, late.frames) == ([0, 1], [1])
+                assert late.sizes[0] - early.sizes[1] > early.sizes[0] / 3
+
+    run(scenario(Worker()))
+
+
+def test_another_worker_is_asked_anew_and_its_pictures_are_sent() -> None:
+    """After a crash the request of before counts no more, and keys of before mean nothing."""
+
+    async def scenario(worker: Worker) -> None:
+        with worker.stream.join(paints=True) as page:
+            looker = Looker(page)
+            worker.draws()
+            await looker.reads()
+            worker.stream.change_worker(is_ahead=True)
+            worker.stream.want()
+            assert worker.asked == 3
+            await looker.reads()
+            again = DrawingEncoder().encode(Drawing(16, 12, {"picture": Picture(np.full((12, 16, 3), 9, np.uint8))}), 0)
+            worker.stream.draw(again, is_ahead=False)
+            assert await told(aiter(page)) == again.message()
+
+    run(scenario(Worker()))
+
+
+def test_where_nobody_draws_nothing_waits() -> None:
+    """What is told when the worker has ended comes without a picture; so does all before the first one."""
+
+    async def scenario(worker: Worker) -> None:
+        with worker.stream.join(paints=True) as page:
+            worker.moves()
+            assert "hello" in json.loads(await told(aiter(page)) or "")["session"]
+            worker.draws()
+            assert isinstance(await told(aiter(page)), bytes)
+            worker.moves()
+            assert await told(aiter(page)) is None
+            worker.stream.change_worker(is_ahead=False)
+            worker.tells(state="crashed")
+            heard = [json.loads(await told(aiter(page)) or "")["session"] for _ in range(2)]
+            assert heard == [{"position": 2}, {"state": "crashed"}]
+
+    run(scenario(Worker()))
+
+
+def test_a_page_cannot_have_painted_what_it_was_not_sent() -> None:
+    """A count that cannot be is refused with both bounds."""
+
+    async def scenario(worker: Worker) -> None:
+        refused = pytest.raises(ValueError, match="expected between 0 and 0 painted drawings, got 1")
+        with worker.stream.join(paints=True) as page, refused:
+            page.note_painted(1)
+
+    run(scenario(Worker()))
+
+
+@given(st.lists(st.sampled_from(["moves", "draws", "tells", "reads", "paints", "greets", "comes back"]), max_size=60))
+def test_whatever_happens_a_page_stands_at_the_frame_of_its_picture(steps: list[str]) -> None:
+    """Whatever is drawn, painted, told or lost: each message leaves the page at the frame that it shows."""
+
+    async def scenario(worker: Worker) -> None:
+        with ExitStack() as pages:
+            looker = Looker(pages.enter_context(worker.stream.join(paints=True)))
+            for step in steps:
+                match step:
+                    case "moves" | "draws":
+                        worker.moves(draws=step == "draws" and worker.asked > worker.drawn)
+                    case "tells":
+                        worker.tells(name=str(worker.frame))
+                    case "reads":
+                        await looker.reads()
+                    case "paints":
+                        looker.paints()
+                    case "greets":
+                        worker.stream.greet()
+                    case _:
+                        pages.close()
+                        again = worker.stream.join(paints=True, has_picture=bool(looker.frames))
+                        looker.comes_back(pages.enter_context(again))
+            looker.paints()
+            worker.draws()
+            await looker.reads()
+            assert looker.position == looker.frames[-1] == worker.frame
+
+    run(scenario(Worker()))
