@@ -14,15 +14,14 @@ from pftrack.experiments import find
 from pftrack.experiments.linkage.gaussians import noise
 from pftrack.experiments.linkage.linearised import predict
 from pftrack.experiments.linkage.model import (
-    link_images,
     log_image_lengths,
     observed_rows,
-    places_of,
     project,
     project_slopes,
     read_observation,
 )
 from pftrack.experiments.linkage.scene import LinkageSource, LinkMeasurements
+from pftrack.experiments.linkage.sets.space import link_images, places_of
 from pftrack.filters import kalman
 from pftrack.runs.run import Run
 from tests.making import whole_run
