@@ -17,7 +17,7 @@ import cv2  # noqa: E402
 import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
-from pftrack.core.geometry.polygons import convex_hull  # noqa: E402
+from pftrack.core.geometry import convex_hull  # noqa: E402
 from pftrack.core.model.recipe import Change  # noqa: E402
 from pftrack.experiments import find  # noqa: E402
 from pftrack.experiments.hand.candidates import palm_candidates  # noqa: E402

@@ -23,7 +23,7 @@ from pftrack.experiments.head.appearance import template_sizes  # noqa: E402
 from pftrack.experiments.head.detection import detect, find_again  # noqa: E402
 from pftrack.experiments.head.scene import HeadSource  # noqa: E402
 from pftrack.experiments.head.scene_parameters import HeadSceneParameters  # noqa: E402
-from pftrack.vision.geometry.face import FEATURES  # noqa: E402
+from pftrack.vision.face import FEATURES  # noqa: E402
 from pftrack.vision.likelihoods import template  # noqa: E402
 
 OCCLUDED = {"sunglasses": True, "hand_cover": 0.6, "pillar_width_px": 60}

@@ -20,7 +20,7 @@ import cv2  # noqa: E402
 import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
-from pftrack.core.geometry.rotation import angles  # noqa: E402
+from pftrack.core.geometry import angles  # noqa: E402
 from pftrack.core.model.parameters import revise  # noqa: E402
 from pftrack.core.model.source import (  # noqa: E402
     Frame,
@@ -31,7 +31,7 @@ from pftrack.core.numerics.random import Purpose, Stream  # noqa: E402
 from pftrack.experiments import find  # noqa: E402
 from pftrack.experiments.head.parameters import AS_PUBLISHED  # noqa: E402
 from pftrack.experiments.head.scene import HeadSource  # noqa: E402
-from pftrack.vision.geometry.face import mean_model  # noqa: E402
+from pftrack.vision.face import mean_model  # noqa: E402
 from pftrack.vision.likelihoods.template import luma  # noqa: E402
 
 HEAD = find("head")

@@ -19,7 +19,7 @@ import cv2  # noqa: E402
 import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
-from pftrack.core.geometry.rotation import angles  # noqa: E402
+from pftrack.core.geometry import angles  # noqa: E402
 from pftrack.core.numerics.elementary import wrap  # noqa: E402
 from pftrack.core.numerics.random import Purpose, Stream  # noqa: E402
 from pftrack.experiments.prism.scene import VERTICES_MM, PrismParameters, Sight, sight  # noqa: E402

@@ -22,16 +22,11 @@ from scipy.sparse import lil_matrix  # noqa: E402
 from scipy.spatial.transform import Rotation  # noqa: E402
 
 from pftrack.reproduce.structure import SimulatedTracks, head_tracks, prism_tracks  # noqa: E402
-from pftrack.vision.geometry.face import mean_model  # noqa: E402
+from pftrack.vision.face import mean_model  # noqa: E402
 from pftrack.vision.structure import growing, recursive, variational  # noqa: E402
 from pftrack.vision.structure.cameras import Sight, fit_camera  # noqa: E402
-from pftrack.vision.structure.factorization import factorize  # noqa: E402
+from pftrack.vision.structure.factorization import Tracks, check_view, factorize, shape_error  # noqa: E402
 from pftrack.vision.structure.recursive import from_window  # noqa: E402
-from pftrack.vision.structure.tracks import (  # noqa: E402
-    Tracks,
-    check_view,
-    shape_error,
-)
 
 WINDOW = 90
 HIDDEN_VARIANCE = 100.0

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.vision.rendering.film import FilmWriter
+from pftrack.vision.film import FilmWriter
 
 __all__ = ["FRAMES", "SIZE", "film", "joints"]
 

@@ -82,11 +82,11 @@ def test_the_compiler_has_no_freedom(target: str, tmp_path: Path) -> None:
     assert hashes({"COMPILE_FOR": target, "NUMBA_CACHE_DIR": str(tmp_path)}) == STORED
 
 
-COMPUTING = ["filters", "sources", "vision", "experiments", "core/geometry"]
+COMPUTING = ["filters", "sources", "vision", "experiments", "core/geometry.py"]
 COMPUTING += ["core/numerics/matrices.py", "core/numerics/random.py"]
 
-SHOWING = {"draw.py", "drawing.py", "exports.py", "experiment.py", "recording.py", "projection.py", "model_files.py"}
-SHOWING |= {"raster.py", "vector.py", "sketch.py", "quality.py", "loss_probability.py", "example_filter.py"}
+SHOWING = {"draw.py", "drawing.py", "exports.py", "experiment.py", "recording.py", "rendering.py", "model_files.py"}
+SHOWING |= {"vector.py", "sketch.py", "quality.py", "loss_probability.py", "example_filter.py"}
 """Files whose numbers are shown, or lie before a run, and are not part of a state."""
 
 BY_PROCESSOR = {
@@ -100,8 +100,8 @@ REPORTS = {
     ("experiments/shared/sampling.py", "log"): "compiled, though not by its decorator",
     ("experiments/shared/pose/methods.py", "exp"): "a share for the screen",
     ("experiments/own/extension.py", "exp"): "a filter in a person's file",
-    ("vision/geometry/face.py", "arctan2"): "angles as a person would say them, for the screen",
-    ("vision/geometry/face.py", "arcsin"): "angles as a person would say them, for the screen",
+    ("vision/face.py", "arctan2"): "angles as a person would say them, for the screen",
+    ("vision/face.py", "arcsin"): "angles as a person would say them, for the screen",
 }
 """Where that is no part of a state, and why."""
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from pftrack.experiments import find
 from pftrack.runs.run import Run
-from pftrack.sources.tracks.table import write
+from pftrack.sources.tracks import write
 
 
 @cache

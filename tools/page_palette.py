@@ -7,7 +7,7 @@ maps. A test fails when the files are older than the palette.
 import json
 from pathlib import Path
 
-from pftrack.core.model.palette import COLOURS, DIVERGING, VERDICTS, VIRIDIS, Themed, hexadecimal
+from pftrack.core.model.drawing import COLOURS, DIVERGING, VERDICTS, VIRIDIS, Themed, hexadecimal
 
 __all__ = ["files"]
 

@@ -26,7 +26,7 @@ from pftrack.experiments.experiment import Experiment
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import evaluated_run, extent_series
 from pftrack.sources.limits import SourceError
-from pftrack.sources.results.numbers import rectangle
+from pftrack.sources.results.table import rectangle
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.truth import TruthTable
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from pftrack.analysis.diagnosis.course import COLUMNS, Course, Sign, middle
 from pftrack.analysis.diagnosis.diagnosis import Diagnosis, course_of_run, diagnose_course
-from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.preset import ORDER, Failure
 from pftrack.core.model.recipe import Recipe
+from pftrack.core.model.tracker import Diagnostics
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.loss import loss_words
 from pftrack.runs.run import Run

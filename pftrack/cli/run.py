@@ -254,8 +254,8 @@ def compute_run(run: "Run", video_out: Path | None, *, frames: int) -> dict[str,
     from pftrack.core.model.faults import without_faults
     from pftrack.runs.loss_probability import measure_loss_probability
     from pftrack.runs.scoring import reductions
+    from pftrack.vision.film import FilmWriter
     from pftrack.vision.rendering import render_beside
-    from pftrack.vision.rendering.film import FilmWriter
 
     with ExitStack() as stack:
         film = stack.enter_context(FilmWriter(video_out, run.source.frame_rate_hz)) if video_out else None
@@ -384,7 +384,7 @@ def _record(
     first_pixel: int | None,
 ) -> None:
     from pftrack.sources.results.parts import record_results
-    from pftrack.sources.results.reading import read_results_file
+    from pftrack.sources.results.writing import read_results_file
 
     try:
         known = None if truth is None else read_results_file(truth)

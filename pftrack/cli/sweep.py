@@ -46,8 +46,7 @@ if TYPE_CHECKING:
     from pftrack.core.model.parameters import Value
     from pftrack.core.model.source import Kind
     from pftrack.experiments.experiment import Experiment
-    from pftrack.filters.learning.diffusion import Learned
-    from pftrack.filters.learning.guidance import Guidance
+    from pftrack.filters.learning.diffusion import Guidance, Learned
     from pftrack.sweep import Plan, Progress, Result
     from pftrack.sweep.recording import Recording
 

@@ -3,6 +3,6 @@
 - `model`: the declarations;
 - `numerics`: arithmetic whose bits are the same on every processor, and cameras;
 - `geometry`: rotations and polygons;
-- `arrays`: names of the types of arrays; `files`: files that appear whole; `texts`: texts in YAML with their lines;
-  `entry_points`: what other packages provide; `version`.
+- `arrays`: names of the types of arrays, and checks of their shapes; `files`: files that appear whole; `texts`: texts
+  in YAML with their lines; `entry_points`: what other packages provide; `version`.
 """

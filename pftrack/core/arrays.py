@@ -1,6 +1,6 @@
 """Names of the arrays that are passed around; their shapes stand in the docstrings."""
 
-from typing import TypeAlias
+from typing import Any, Literal, NoReturn, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,3 +8,74 @@ from numpy.typing import NDArray
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 Bools: TypeAlias = NDArray[np.bool_]
+
+# Checks at the doors of the library: what reaches compiled code has the shape for which it was written.
+#
+# Compiled loops look at no bounds, so an array of another shape would be read beyond its end. Every public function
+# that the interpreter calls says what it expects as sides, "N d", and gets a sentence with both sides if they do not
+# agree. Functions of compiled loops, which cannot format numbers, compare sizes themselves.
+
+Given: TypeAlias = tuple[Any, str] | tuple[Any, str, Literal["whole"]]
+
+
+def check(*, missing: bool = False, **arrays: Given) -> dict[str, int]:
+    """Refuse arrays whose sides do not agree, and return the sizes of the sides.
+
+    Args:
+        missing: Whether numbers may be NaN or infinite.
+        arrays: By name, each with its sides: letters, which must agree between arrays, or numbers, as in "F 3"; and
+            with "whole" if it holds whole numbers.
+
+    Raises:
+        TypeError: One is not an array of real or whole numbers.
+        ValueError: One has other sides, is empty, or holds NaN or infinity.
+    """
+    sizes: dict[str, int] = {}
+    for name, (array, sides, *whole) in arrays.items():
+        axes = sides.split()
+        if not isinstance(array, np.ndarray) or array.dtype.kind not in ("iu" if whole else "fiu"):
+            got = f"an array of {array.dtype}" if isinstance(array, np.ndarray) else type(array).__name__
+            kind = "whole" if whole else "real"
+            raise TypeError(f"{name} must be an array ({', '.join(axes)}) of {kind} numbers, got {got}")
+        if array.ndim != len(axes) or any(
+            size != (int(axis) if axis.isdecimal() else sizes.setdefault(axis, size))
+            for axis, size in zip(axes, array.shape, strict=True)
+        ):
+            _refuse_shape(name, array, axes, sizes)
+        if not array.size:
+            raise ValueError(f"{name} must not be empty, got shape {array.shape}")
+        if not (missing or np.isfinite(array).all()):
+            raise ValueError(f"{name} must be finite, got NaN or infinity")
+    return sizes
+
+
+def check_picture(picture: object, sides: str = "height width 3") -> None:
+    """Refuse what is not a picture of bytes.
+
+    Raises:
+        TypeError: It is not an array of bytes.
+        ValueError: It has other sides.
+    """
+    if not isinstance(picture, np.ndarray) or picture.dtype != np.uint8:
+        got = f"an array of {picture.dtype}" if isinstance(picture, np.ndarray) else type(picture).__name__
+        raise TypeError(f"the picture must be an array ({', '.join(sides.split())}) of uint8, got {got}")
+    check(picture=(picture, sides))
+
+
+def check_count(name: str, count: object, least: int = 1) -> None:
+    """Refuse what is not a whole number from `least` on.
+
+    Raises:
+        TypeError: It is not a whole number.
+        ValueError: It is below.
+    """
+    if not isinstance(count, int | np.integer) or isinstance(count, bool):
+        raise TypeError(f"{name} must be a whole number, got {type(count).__name__}")
+    if count < least:
+        raise ValueError(f"{name} must be at least {least}, got {count}")
+
+
+def _refuse_shape(name: str, array: NDArray[Any], axes: list[str], sizes: dict[str, int]) -> NoReturn:
+    known = " and ".join(f"{axis} = {sizes[axis]}" for axis in dict.fromkeys(axes) if axis in sizes)
+    where = f" with {known}" if known and array.ndim == len(axes) else ""
+    raise ValueError(f"{name} must be ({', '.join(axes)}){where}, got {array.shape}")

@@ -24,11 +24,11 @@ from functools import cached_property
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 
-from pftrack.core.model.diagnostics import Step
-from pftrack.core.model.plot import Plot, Reading
 from pftrack.core.model.preset import Preset
+from pftrack.core.model.series import Plot, Reading
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Kind
+from pftrack.core.model.tracker import Step
 from pftrack.experiments.experiment import INTERFACE, Experiment
 
 __all__ = [

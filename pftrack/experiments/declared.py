@@ -17,7 +17,6 @@ from typing import Any, NamedTuple, NotRequired, TypeVar
 from pydantic import TypeAdapter, ValidationError, with_config
 from typing_extensions import TypedDict
 
-from pftrack.core.model import plot
 from pftrack.core.model.band import (
     STANDARD_CALIBRATION,
     Calibration,
@@ -29,9 +28,8 @@ from pftrack.core.model.band import (
 )
 from pftrack.core.model.drawing import Key, Layer, Viewpoint, World
 from pftrack.core.model.glossary import Citation, Term, cite
-from pftrack.core.model.plot import Plot, Reading
 from pftrack.core.model.preset import ExampleSweep, Failure, Preset, Tour, read_failures, read_presets
-from pftrack.core.model.series import Reduction, Series
+from pftrack.core.model.series import STANDARD_PLOTS, STANDARD_READINGS, Plot, Reading, Reduction, Series
 from pftrack.core.model.setup import BESIDE
 from pftrack.core.model.tracker import Tracker
 from pftrack.core.texts import CLOSED, read_texts, refusal
@@ -58,8 +56,8 @@ KINDS: Mapping[str, tuple[TypeAdapter[Any], str]] = {
 
 STANDARD: Mapping[str, Mapping[str, object]] = {
     "layers": {layer.name: layer for layer in POINT_LAYERS},
-    "plots": {one.id: one for one in plot.STANDARD_PLOTS},
-    "readings": {one.title: one for one in plot.STANDARD_READINGS},
+    "plots": {one.id: one for one in STANDARD_PLOTS},
+    "readings": {one.title: one for one in STANDARD_READINGS},
     "series": {BESIDE.name: BESIDE},
 }
 """What has no more than a name."""

@@ -9,22 +9,20 @@ from typing import Any
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.band import DIRECTIONS, STANDARD_CALIBRATION, Calibration, Direction
-from pftrack.core.model.diagnostics import Diagnostics, Draw
 from pftrack.core.model.drawing import Layer, World
 from pftrack.core.model.glossary import Citation, Section, Term
 from pftrack.core.model.measures import HIT_RATE, MEAN_LOSS_PROBABILITY, Measure, own_account
 from pftrack.core.model.model import Model
 from pftrack.core.model.parameters import Declaration, ParameterError, Parameters, Value, declarations
-from pftrack.core.model.plot import STANDARD_PLOTS, STANDARD_READINGS, Plot, Reading
 from pftrack.core.model.preset import ExampleSweep, Failure, Preset
 from pftrack.core.model.recipe import NO_PARAMETERS, Footage, Recipe, check_tracker
-from pftrack.core.model.series import Series, SeriesValue, join
+from pftrack.core.model.series import STANDARD_PLOTS, STANDARD_READINGS, Plot, Reading, Series, SeriesValue, join
 from pftrack.core.model.setup import Export, Setup
 from pftrack.core.model.source import Frame, Kind, Target
-from pftrack.core.model.tracker import Tracker, with_readers
+from pftrack.core.model.tracker import Diagnostics, Draw, Tracker, with_readers
 from pftrack.experiments.shared.loss_probability import NOTHING_DECLARED, LossDeclaration
 from pftrack.experiments.video import NO_VIDEO, PICTURES, Video
-from pftrack.filters.learning.guidance import Guidance
+from pftrack.filters.learning.diffusion import Guidance
 from pftrack.sources.results.table import Box
 
 INTERFACE = 4

@@ -8,12 +8,14 @@ The members differ in how they represent the posterior and where they put their 
 - `auxiliary`: parents chosen with regard to the new observation, for all particles or for some, as rules say that look
   at how uncertain the last posterior was;
 - `unscented_particle`: every particle proposed from its own unscented Kalman update;
-- `fixed_lag`: the state a few frames ago, given what has been seen since, for Gaussians and for particles;
+- `dynamics`: how states move; and the state a few frames ago, given what has been seen since, for Gaussians and for
+  particles;
 - `disturbances`: how large the noises of a linear model were, given all frames.
 
-An object with several features is tracked in two layers (`layers`):
+An object with several features is tracked in two layers:
 
-- `adaptive`: below, particles of each feature, drawn in a given ratio from the upper prediction and from their own;
+- `adaptive`: what a layer is; below, particles of each feature, drawn in a given ratio from the upper prediction and
+  from their own;
 - `affine`, `perspective`: above, the camera's entries and the pose from them, or the pose itself;
 - `sequential`: the small Kalman filters of both, for compiled loops;
 - `agreement`: features that are elsewhere, or less exact than they say;

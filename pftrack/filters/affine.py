@@ -23,13 +23,12 @@ from typing import Literal
 
 import numpy as np
 
-from pftrack.core.arrays import Floats
-from pftrack.core.geometry.rotation import derivatives, rotation
-from pftrack.core.numerics.checks import check, check_count
+from pftrack.core.arrays import Floats, check, check_count
+from pftrack.core.geometry import derivatives, rotation
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import cholesky, contiguous_copy, multiply, product
 from pftrack.core.numerics.random import Gaussian, Generator
-from pftrack.filters.layers import Projection
+from pftrack.filters.adaptive import Projection
 from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.filters.resampling import systematic
 from pftrack.filters.sequential import condition, decorrelate, predict_second_order

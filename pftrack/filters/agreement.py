@@ -6,8 +6,7 @@
 
 import numpy as np
 
-from pftrack.core.arrays import Floats
-from pftrack.core.numerics.checks import check
+from pftrack.core.arrays import Floats, check
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import multiply, solve
 

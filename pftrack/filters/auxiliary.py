@@ -20,8 +20,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from pftrack.core.arrays import Floats
-from pftrack.core.numerics.checks import check_count
+from pftrack.core.arrays import Floats, check_count
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials, logarithms
 from pftrack.core.numerics.random import Generator

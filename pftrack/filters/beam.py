@@ -10,8 +10,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from pftrack.core.arrays import Floats, Ints
-from pftrack.core.numerics.checks import check
+from pftrack.core.arrays import Floats, Ints, check
 from pftrack.core.numerics.elementary import exponentials
 from pftrack.filters.particles import normalise
 

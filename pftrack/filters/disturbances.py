@@ -15,9 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pftrack.core.arrays import Bools, Floats
+from pftrack.core.arrays import Bools, Floats, check
 from pftrack.core.model.model import LinearChain
-from pftrack.core.numerics.checks import check
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import contiguous_copy, multiply, solve
 from pftrack.core.numerics.random import log_densities

@@ -2,8 +2,7 @@
 
 from collections.abc import Callable
 
-from pftrack.core.arrays import Floats
-from pftrack.core.numerics.checks import check
+from pftrack.core.arrays import Floats, check
 from pftrack.core.numerics.matrices import product
 from pftrack.core.numerics.random import Gaussian, symmetrise
 from pftrack.filters.kalman import condition

@@ -10,9 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pftrack.core.arrays import Floats
+from pftrack.core.arrays import Floats, check
 from pftrack.core.model.model import LinearTransition
-from pftrack.core.numerics.checks import check
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import contiguous_copy, multiply, product, solve, solve_system
 from pftrack.core.numerics.random import Gaussian, log_densities

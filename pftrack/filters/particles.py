@@ -13,8 +13,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from pftrack.core.arrays import Floats, Ints
-from pftrack.core.numerics.checks import check
+from pftrack.core.arrays import Floats, Ints, check
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials
 from pftrack.core.numerics.matrices import inner_product, total

@@ -11,13 +11,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pftrack.core.arrays import Floats
-from pftrack.core.geometry.rotation import derivatives, rotation, turn
-from pftrack.core.numerics.checks import check
+from pftrack.core.arrays import Floats, check
+from pftrack.core.geometry import derivatives, rotation, turn
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import contiguous_copy, multiply, pinhole, pinhole_jacobian
 from pftrack.core.numerics.random import Gaussian, Generator
-from pftrack.filters.layers import Projection
+from pftrack.filters.adaptive import Projection
 from pftrack.filters.sequential import condition, predict_second_order
 
 POSE_NOISE = (*(float(np.deg2rad(1.0)),) * 3, 1.0, 1.0, 1.0)

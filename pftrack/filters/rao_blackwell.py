@@ -15,8 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pftrack.core.arrays import Floats, Ints
-from pftrack.core.numerics.checks import check, check_count
+from pftrack.core.arrays import Floats, Ints, check, check_count
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials
 from pftrack.core.numerics.matrices import factorise, multiply, substitute

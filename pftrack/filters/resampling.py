@@ -20,8 +20,7 @@ from typing import TypeAlias
 import numpy as np
 from numba import TypingError
 
-from pftrack.core.arrays import Floats, Ints
-from pftrack.core.numerics.checks import check, check_count
+from pftrack.core.arrays import Floats, Ints, check, check_count
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials
 from pftrack.core.numerics.matrices import total

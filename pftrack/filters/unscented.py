@@ -13,8 +13,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from pftrack.core.arrays import Floats
-from pftrack.core.numerics.checks import check
+from pftrack.core.arrays import Floats, check
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import contiguous_copy, factorise, multiply, solve
 from pftrack.core.numerics.random import Gaussian, log_density, symmetrise

@@ -17,8 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pftrack.core.arrays import Floats
-from pftrack.core.numerics.checks import check
+from pftrack.core.arrays import Floats, check
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import factorise, multiply
 from pftrack.core.numerics.random import Generator, log_density

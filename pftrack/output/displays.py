@@ -18,20 +18,27 @@ from pftrack.analysis.counterfactuals.report import CAVEAT
 from pftrack.analysis.diagnosis.diagnosis import diagnose
 from pftrack.core.arrays import Floats
 from pftrack.core.model.band import DIRECTIONS
-from pftrack.core.model.diagnostics import Diagnostics
-from pftrack.core.model.drawing import Arrows, Drawing, Ellipse, Links, Picture, Polyline, Primitive
+from pftrack.core.model.drawing import (
+    COLOURS,
+    Arrows,
+    Drawing,
+    Ellipse,
+    Links,
+    Picture,
+    Polyline,
+    Primitive,
+    hexadecimal,
+)
 from pftrack.core.model.faults import without_faults
 from pftrack.core.model.likelihood import LikelihoodMap
-from pftrack.core.model.palette import COLOURS, hexadecimal
 from pftrack.core.model.parameters import declarations
-from pftrack.core.model.plot import Reading, ReadingKind
-from pftrack.core.model.series import Interval, SeriesRole
+from pftrack.core.model.series import Interval, Reading, ReadingKind, SeriesRole
+from pftrack.core.model.tracker import Diagnostics
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.loss import loss_words
 from pftrack.runs.manifest import extent_of, title_of
 from pftrack.runs.run import Run
-from pftrack.vision.rendering import render_beside
-from pftrack.vision.rendering.projection import over
+from pftrack.vision.rendering import over, render_beside
 
 if TYPE_CHECKING:
     from pftrack.analysis.explanation import Explanation
@@ -47,7 +54,7 @@ def _macros() -> Any:  # noqa: ANN401 - jinja's
     return made.get_template("displays.jinja").module
 
 
-# An experiment declares its readings (`pftrack.core.model.plot`); a run has those that its tracker measures. A number
+# An experiment declares its readings (`pftrack.core.model.series`); a run has those that its tracker measures. A number
 # that is not known is a dash. Signals and shares are written to a thousandth, other quantities to a tenth.
 
 MISSING = "–"

@@ -11,8 +11,8 @@ from functools import partial
 import numpy as np
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.parameters import Value
+from pftrack.core.model.tracker import Diagnostics
 from pftrack.experiments import find
 from pftrack.experiments.ball.scene import BallSource
 from pftrack.filters.learning import online_em

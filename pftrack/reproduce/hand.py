@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
-from pftrack.core.geometry.polygons import fill
+from pftrack.core.geometry import fill
 from pftrack.core.model.parameters import Value
 from pftrack.experiments import find
 from pftrack.experiments.hand.candidates import chain_rate

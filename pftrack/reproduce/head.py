@@ -48,7 +48,7 @@ from pftrack.reproduce.head_turns import turns
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.many import KeptFrames, side_by_side
 from pftrack.runs.run import Run
-from pftrack.vision.geometry.face import FEATURES, TITLES, fit_similarity, mean_model, person
+from pftrack.vision.face import FEATURES, TITLES, fit_similarity, mean_model, person
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

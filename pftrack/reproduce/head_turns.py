@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from pftrack.core.arrays import Floats
-from pftrack.core.geometry.rotation import rotation
+from pftrack.core.geometry import rotation
 from pftrack.core.model.parameters import Value, revise
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.source import FrameIndex, FrameSequence
@@ -31,7 +31,7 @@ from pftrack.experiments.head.scene_parameters import HeadSceneParameters
 from pftrack.reproduce.finding import Finding, References
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.run import Run
-from pftrack.vision.geometry.face import theta_of
+from pftrack.vision.face import theta_of
 
 REFERENCES = References(__file__)
 PEOPLE = range(320, 326)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats, Ints
-from pftrack.core.geometry.rotation import matrix, right_jacobian
+from pftrack.core.geometry import matrix, right_jacobian
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.source import Frame, History, Measurements, Target
 from pftrack.core.numerics.matrices import solve_system

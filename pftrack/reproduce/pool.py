@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Any, Self, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.model.source import Source
+from pftrack.core.model.tracker import Diagnostics
 from pftrack.experiments import find
 from pftrack.output.figures.picture import save
 from pftrack.runs.run import Run

@@ -21,7 +21,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from pftrack.core.arrays import Bools, Floats
-from pftrack.core.geometry.rotation import rotation
+from pftrack.core.geometry import rotation
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.source import Frame

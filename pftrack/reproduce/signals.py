@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from pftrack.core.arrays import Floats
-from pftrack.core.geometry.polygons import paint_disc
+from pftrack.core.geometry import paint_disc
 from pftrack.core.model.parameters import Value
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.filters import auxiliary, bootstrap

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 import numpy as np
 
 from pftrack.core.arrays import Bools, Floats
-from pftrack.core.geometry.rotation import angles, rotation
+from pftrack.core.geometry import angles, rotation
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import History
 from pftrack.core.numerics.elementary import exponential, wrap
@@ -38,13 +38,12 @@ from pftrack.output.figures.style import (
 )
 from pftrack.reproduce.finding import Finding, Ground, References, three_errors
 from pftrack.reproduce.pool import Pool
-from pftrack.vision.geometry.face import FEATURES, mean_model
+from pftrack.vision.face import FEATURES, mean_model
 from pftrack.vision.likelihoods import template
 from pftrack.vision.structure import growing, recursive, variational
 from pftrack.vision.structure.cameras import Sight, fit_camera, frontal
-from pftrack.vision.structure.factorization import factorize
+from pftrack.vision.structure.factorization import Tracks, align, check_view, factorize, residuals, shape_error
 from pftrack.vision.structure.recursive import from_window
-from pftrack.vision.structure.tracks import Tracks, align, check_view, residuals, shape_error
 from pftrack.vision.structure.variational import Forgetting
 
 if TYPE_CHECKING:

@@ -17,8 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from pftrack.core.files import part_of
-from pftrack.core.model.diagnostics import Diagnostics
-from pftrack.core.model.tracker import TrackState
+from pftrack.core.model.tracker import Diagnostics, TrackState
 from pftrack.core.version import __version__
 
 HEAD = f"pftrack checkpoint 1, pftrack {__version__}\n".encode()

@@ -14,11 +14,11 @@ import numpy as np
 
 from pftrack.core.arrays import Floats
 from pftrack.core.entry_points import PRESENTERS, load
-from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.drawing import BRANCHES, hexadecimal
 from pftrack.core.model.measures import Measure
-from pftrack.core.model.palette import BRANCHES, hexadecimal
 from pftrack.core.model.parameters import Declaration, Value, declarations
 from pftrack.core.model.series import Known, as_json
+from pftrack.core.model.tracker import Diagnostics
 from pftrack.core.numerics.statistics import dependent_mean_interval
 from pftrack.runs.loss import Loss
 from pftrack.runs.run import Run

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from pftrack.core.arrays import Floats, Ints
-from pftrack.core.model.diagnostics import Step
 from pftrack.core.model.likelihood import (
     Cloud,
     Component,
@@ -27,7 +26,7 @@ from pftrack.core.model.likelihood import (
 from pftrack.core.model.model import Model, State
 from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.series import Known
-from pftrack.core.model.tracker import Tracker
+from pftrack.core.model.tracker import Step, Tracker
 from pftrack.runs.run import Run
 
 # Each cloud knows the places of its particles' parents in the cloud before. A frame without particles, or with those of

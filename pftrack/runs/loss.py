@@ -22,10 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Bools, Floats
-from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.measures import END_FRAMES, Witness, is_inside, judge_loss
 from pftrack.core.model.source import Target
-from pftrack.core.model.tracker import TrackState
+from pftrack.core.model.tracker import Diagnostics, TrackState
 from pftrack.experiments.experiment import Experiment
 
 LASTING_FRAMES = 5

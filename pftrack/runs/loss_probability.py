@@ -13,8 +13,8 @@ import numpy as np
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model import series
-from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.measures import MEAN_LOSS_PROBABILITY, evaluate
+from pftrack.core.model.tracker import Diagnostics
 from pftrack.experiments.shared.loss_probability import LOSS_PROBABILITY, Past
 from pftrack.runs.scoring import evaluated_run
 

@@ -19,13 +19,12 @@ import numpy as np
 
 from pftrack.core.entry_points import PRESENTERS, load
 from pftrack.core.model.band import Direction
-from pftrack.core.model.diagnostics import Diagnostics, Step, diagnose
 from pftrack.core.model.measures import evaluate
 from pftrack.core.model.parameters import ParameterError, flat, with_role
 from pftrack.core.model.recipe import LONGEST_RUN, Change, Recipe, Timeline
 from pftrack.core.model.setup import Exported, Setup
 from pftrack.core.model.source import Frame
-from pftrack.core.model.tracker import TrackState
+from pftrack.core.model.tracker import Diagnostics, Step, TrackState, diagnose
 from pftrack.core.numerics.random import LARGEST_KEY, LARGEST_SEED, Purpose, Stream
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.checkpoint import Checkpoint, Keyframes

@@ -14,14 +14,13 @@ import numpy as np
 from pftrack.core.arrays import Floats
 from pftrack.core.files import warn_once
 from pftrack.core.model.band import DIRECTIONS, Direction
-from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.measures import HIT_RATE, EvaluatedRun, Measure, evaluate, is_success
 from pftrack.core.model.parameters import Parameters, Value, flat, with_role
 from pftrack.core.model.recipe import Change, Timeline
 from pftrack.core.model.series import Series, SeriesValue, check_value, columns, reduce
 from pftrack.core.model.setup import BESIDE, Setup
 from pftrack.core.model.source import Frame
-from pftrack.core.model.tracker import Tracker, TrackState
+from pftrack.core.model.tracker import Diagnostics, Tracker, TrackState
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.loss import Loss
 

@@ -12,8 +12,7 @@ from typing import Literal
 
 from pftrack.sources.cells import BOX_NAMES, COLUMN_NAMES, decode, find_columns, places_of, read_table
 from pftrack.sources.limits import HEAD_BYTES, SourceError
-from pftrack.sources.results.numbers import form_of
-from pftrack.sources.results.table import WAYS
+from pftrack.sources.results.table import WAYS, form_of
 
 ALLOWED = (
     "an MP4, MOV, MKV, WebM, AVI, OGG, MPEG or MPEG-TS video, an animated GIF, "
@@ -22,7 +21,7 @@ ALLOWED = (
     "results of a tracker (MOTChallenge, OTB or VOT text, CVAT's video XML, COCO's video JSON, or a table of boxes)"
 )
 TRACKS_COLUMNS = ("frame", "point", "x_px", "y_px", "var_x", "var_y")
-"""What a table of tracks has; see `pftrack.sources.tracks.table` for other forms."""
+"""What a table of tracks has; see `pftrack.sources.tracks` for other forms."""
 
 RECORDING_ENTRY = "recording.json"
 """Name of the first entry of a recording of beliefs."""

@@ -60,7 +60,7 @@ def open_sequence(
         if index is not None and (index.sha256, index.kind) != (sha256, found.kind):
             index = None  # of another content: survey it again
         if found.kind == "tracks":
-            from pftrack.sources.tracks.sequence import TrackSequence  # noqa: PLC0415
+            from pftrack.sources.tracks import TrackSequence  # noqa: PLC0415
 
             return TrackSequence(file, name=path.name, sha256=sha256, limits=limits)
         if found.kind == "beliefs":
@@ -81,7 +81,7 @@ def open_sequence(
 def _recorded(file: BinaryIO) -> BinaryIO:
     """Return a tracker's results as a recording of beliefs; the file is closed."""
     from pftrack.sources.results.parts import record_results  # noqa: PLC0415
-    from pftrack.sources.results.reading import LARGEST_FILE_BYTES, read_results  # noqa: PLC0415
+    from pftrack.sources.results.writing import LARGEST_FILE_BYTES, read_results  # noqa: PLC0415
 
     with file:
         file.seek(0)

@@ -25,8 +25,8 @@ from pftrack.core.model.source import Target, Truth
 from pftrack.sources.cells import Table, decode, frame_in, number_in
 from pftrack.sources.cells import read_table as read_cells
 from pftrack.sources.limits import SourceError
-from pftrack.sources.results.numbers import form_of
-from pftrack.sources.results.reading import read_results
+from pftrack.sources.results.table import form_of
+from pftrack.sources.results.writing import read_results
 
 # A target may leave the picture, partly or for some frames entirely, and its true box with it. Where most boxes lie
 # wholly outside, they were drawn on a clip of another size, or hold other numbers than their columns say.

@@ -9,9 +9,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.diagnostics import Step
 from pftrack.core.model.drawing import Drawing
 from pftrack.core.model.recipe import Change
+from pftrack.core.model.tracker import Step
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.run import Run
 

@@ -8,9 +8,8 @@ from typing import Any
 from pftrack.core.model.drawing import Drawing, legend
 from pftrack.core.model.marks import Editor, Mark
 from pftrack.core.model.parameters import Declaration, ParameterError, Parameters, declarations, revise, with_role
-from pftrack.core.model.plot import Plot
 from pftrack.core.model.recipe import Change
-from pftrack.core.model.series import SeriesShape
+from pftrack.core.model.series import Plot, SeriesShape
 from pftrack.experiments import NAME, find
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.run import Run

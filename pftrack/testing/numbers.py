@@ -11,12 +11,11 @@ import numpy as np
 from pftrack.analysis.diagnosis.course import course_of
 from pftrack.analysis.diagnosis.diagnosis import diagnose_course
 from pftrack.core.arrays import Floats
-from pftrack.core.model.diagnostics import Step
 from pftrack.core.model.likelihood import Cloud, Contributions, Histograms
 from pftrack.core.model.model import LinearChain, Model
 from pftrack.core.model.parameters import Value, flat, revise
 from pftrack.core.model.series import check_value, columns
-from pftrack.core.model.tracker import Tracker
+from pftrack.core.model.tracker import Step, Tracker
 from pftrack.experiments.experiment import Experiment
 from pftrack.filters.disturbances import smooth_disturbances
 from pftrack.filters.particles import normalise

@@ -16,12 +16,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.diagnostics import Step
 from pftrack.core.model.drawing import Picture
 from pftrack.core.model.faults import faults
 from pftrack.core.model.marks import Mark
 from pftrack.core.model.setup import Setup, Suitability
 from pftrack.core.model.source import FrameSequence, Target
+from pftrack.core.model.tracker import Step
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.video import PICTURES
 from pftrack.runs.opening import load
@@ -29,11 +29,11 @@ from pftrack.runs.record import RecordError, save
 from pftrack.runs.run import Run
 from pftrack.sources.beliefs.recorder import Recorder
 from pftrack.sources.sequence import open_sequence
-from pftrack.sources.tracks.table import write
+from pftrack.sources.tracks import write
 from pftrack.testing.check import FRAMES, SEED, CheckError, demand, straight, whole
 from pftrack.testing.declarations import at_first
 from pftrack.testing.repeatability import FEW, demand_equal
-from pftrack.vision.rendering.film import FilmWriter
+from pftrack.vision.film import FilmWriter
 
 LENGTH = 2 * FRAMES // 3
 """Of the film: a run on it does in all of its frames what one on the scene does, and the scene's are longer."""

@@ -16,8 +16,7 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.arrays import Floats, Ints
-from pftrack.core.numerics.checks import check_picture
+from pftrack.core.arrays import Floats, Ints, check_picture
 from pftrack.core.numerics.compiled import compiled, read_only
 
 Cost: TypeAlias = Literal["difference", "correlation"]

@@ -11,7 +11,7 @@ import numpy as np
 import pftrack.runs.record
 import pftrack.sources.beliefs.sequence
 import pftrack.sources.images
-import pftrack.sources.tracks.sequence
+import pftrack.sources.tracks
 import pftrack.sources.video
 import pftrack_server.jobs.run_functions
 import pftrack_server.lessons.functions

@@ -10,11 +10,11 @@ import pftrack
 from pftrack.analysis.diagnosis.course import Course, course_of
 from pftrack.analysis.diagnosis.diagnosis import Diagnosis, diagnose, diagnose_course
 from pftrack.analysis.diagnosis.rules import wrong_find
-from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.preset import CAUSES, CauseId
 from pftrack.core.model.recipe import Recipe
 from pftrack.core.model.series import Series
+from pftrack.core.model.tracker import Diagnostics
 from pftrack.experiments import find
 from pftrack.reproduce.diagnosis import conditions, without_truth
 from pftrack.runs.loss import Loss

@@ -10,15 +10,24 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Layer, Polyline
 from pftrack.core.model.glossary import Citation, Reference
 from pftrack.core.model.parameters import parameter
-from pftrack.core.model.plot import SAMPLE_SIZE, SAMPLERS, SIGMA, STEP_TIME, Plot, Reading
-from pftrack.core.model.series import Hypotheses, Interval, Series, SeriesValue
+from pftrack.core.model.series import (
+    SAMPLE_SIZE,
+    SAMPLERS,
+    SIGMA,
+    STEP_TIME,
+    Hypotheses,
+    Interval,
+    Plot,
+    Reading,
+    Series,
+    SeriesValue,
+)
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, Target
-from pftrack.core.model.tracker import Tracker
+from pftrack.core.model.tracker import Diagnostics, Step, Tracker
 from pftrack.core.numerics.random import Generator
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.sine.model import SignalParameters, SignalSource

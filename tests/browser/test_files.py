@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pftrack.experiments.head.experiment import front
-from pftrack.vision.geometry.face import FEATURES, mean_model, person
+from pftrack.vision.face import FEATURES, mean_model, person
 from pftrack.vision.model_files import as_json
 from tests.browser.conftest import Complaints
 from tests.browser.host import Server, until

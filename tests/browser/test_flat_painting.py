@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.model.drawing import (
+    COLOURS,
     Arrows,
     Axes,
     Drawing,
@@ -28,9 +29,7 @@ from pftrack.core.model.drawing import (
     World,
     WorldDrawing,
 )
-from pftrack.core.model.palette import COLOURS
-from pftrack.vision.rendering import render
-from pftrack.vision.rendering.projection import look_at
+from pftrack.vision.rendering import look_at, render
 from pftrack_server.worker.codec import DrawingEncoder
 from tests.browser.host import Server
 

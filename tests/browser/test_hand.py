@@ -9,7 +9,7 @@ import pytest
 from pftrack.core.model.source import History
 from pftrack.experiments.hand.recording import HandTips
 from pftrack.experiments.hand.scene import HandSceneParameters, HandSource
-from pftrack.vision.rendering.film import FilmWriter
+from pftrack.vision.film import FilmWriter
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
 from tests.making import encoded

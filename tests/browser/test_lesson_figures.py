@@ -6,7 +6,7 @@ from typing import Any, get_args
 
 import pytest
 
-from pftrack.core.model.palette import COLOURS, VIRIDIS
+from pftrack.core.model.drawing import COLOURS, VIRIDIS
 from pftrack.teaching.lessons.figure import Figure, Panel, Trace
 from tests.browser.accessible import check
 from tests.browser.host import Server

@@ -7,7 +7,7 @@ import av
 import numpy as np
 import pytest
 
-from pftrack.vision.rendering.film import FilmWriter
+from pftrack.vision.film import FilmWriter
 from tests.arm import FRAMES, film, joints
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage

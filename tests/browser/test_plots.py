@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.experiments import find
-from pftrack.vision.geometry.face import FEATURES
+from pftrack.vision.face import FEATURES
 from tests.browser.host import Server
 from tests.browser.views import SessionPage
 from tests.experiments.head.heads import empty, pictures, simulated

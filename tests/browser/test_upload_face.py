@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.vision.geometry.face import gaze
+from pftrack.vision.face import gaze
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage, View
 from tests.experiments.head.heads import empty, film, marked, pictures, simulated

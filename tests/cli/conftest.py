@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pftrack.cli.app import main
-from pftrack.vision.rendering.film import FilmWriter
+from pftrack.vision.film import FilmWriter
 from tests.cli.commands import FRAMES, Call
 
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.core.geometry.rotation import rotation
-from pftrack.vision.geometry.face import FEATURES
-from pftrack.vision.rendering.film import FilmWriter
+from pftrack.core.geometry import rotation
+from pftrack.vision.face import FEATURES
+from pftrack.vision.film import FilmWriter
 from tests.cli.commands import Call, refused
 from tests.experiments.head.heads import empty, pictures, simulated
 

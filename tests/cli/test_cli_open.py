@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import pftrack
-from pftrack.sources.results.reading import read_results_file
+from pftrack.sources.results.writing import read_results_file
 from pftrack.sources.sequence import open_sequence
-from pftrack.vision.rendering.film import FilmWriter
+from pftrack.vision.film import FilmWriter
 from tests.cli.commands import Call, refused
 
 FRAMES = 8

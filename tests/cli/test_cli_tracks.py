@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pftrack.sources.tracks.table import write
+from pftrack.sources.tracks import write
 from tests.arm import FRAMES, joints
 from tests.cli.commands import Call, refused
 from tests.tracks import table

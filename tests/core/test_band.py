@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from pftrack.core.model.band import ALL, HALF, MOST, Band, DeviationBand, EstimateBand, FlagBand, IntervalBand
-from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.series import Interval
+from pftrack.core.model.tracker import Diagnostics
 
 
 def row(truth: tuple[float, ...] | None = None, **series: Any) -> Diagnostics:

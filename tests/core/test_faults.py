@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.drawing import (
+    COLOURS,
     Drawing,
     Ellipse,
     Mesh,
@@ -19,7 +20,6 @@ from pftrack.core.model.drawing import (
     WorldDrawing,
 )
 from pftrack.core.model.faults import faults, without_faults
-from pftrack.core.model.palette import COLOURS
 
 PICTURE = Picture(np.zeros((6, 8, 3), np.uint8))
 CLOUD = Points(np.zeros((5, 3), np.float32), np.zeros((5, 3), np.uint8), 2.0)

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from pftrack.core.model.drawing import Drawing, Key, Layer, Points, Polyline, drawn_keys
-from pftrack.core.model.palette import COLOURS
+from pftrack.core.model.drawing import COLOURS, Drawing, Key, Layer, Points, Polyline, drawn_keys
 
 PREDICTED, OBSERVED = Key("prediction", "predicted"), Key("observation", "observed")
 LAYERS = (Layer("particles", legend=(PREDICTED, OBSERVED)), Layer("trail", legend=(Key("estimate", "estimate"),)))

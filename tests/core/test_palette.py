@@ -7,17 +7,8 @@ import numpy as np
 import pytest
 from matplotlib import colormaps
 
-from pftrack.core.model import palette
-from pftrack.core.model.palette import (
-    BRANCHES,
-    COLOURS,
-    CURVES,
-    DIVERGING,
-    OKABE_ITO,
-    VIRIDIS,
-    Palette,
-    hexadecimal,
-)
+from pftrack.core.model import drawing
+from pftrack.core.model.drawing import BRANCHES, COLOURS, CURVES, DIVERGING, OKABE_ITO, VIRIDIS, Palette, hexadecimal
 from pftrack.core.texts import read_whole
 
 ROOT = Path(__file__).parents[2]
@@ -31,7 +22,7 @@ def test_hexadecimal() -> None:
 
 def test_a_wrong_colour_is_refused_with_its_line(tmp_path: Path) -> None:
     """A channel beyond 255 and a list that nobody knows are named with file and line."""
-    known = Path(palette.__file__).with_name("palette.yaml").read_text(encoding="utf-8")
+    known = Path(drawing.__file__).with_name("palette.yaml").read_text(encoding="utf-8")
     path = tmp_path / "palette.yaml"
     wrong = {
         known.replace("black [0, 0, 0]", "black [0, 0, 256]"): r"line 5: the file has a wrong 'okabe_ito.black.2'",

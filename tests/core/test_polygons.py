@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pftrack.core.geometry.polygons import (
+from pftrack.core.geometry import (
     convex_hull,
     distance_to_polygon,
     distance_to_segment,

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.core.geometry.rotation import angles, derivatives, rotation
+from pftrack.core.geometry import angles, derivatives, rotation
 from pftrack.core.numerics.elementary import wrap
 
 ANGLE = st.floats(-np.pi, np.pi)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.core.geometry.rotation import (
+from pftrack.core.geometry import (
     compose,
     cross_matrix,
     matrix,

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import pftrack.experiments
-from pftrack.core.model.plot import ERROR, Reading
+from pftrack.core.model.series import ERROR, Reading
 from pftrack.experiments import find
 from pftrack.experiments.declared import read_quality, read_words
 

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from pftrack.core.model.drawing import Ellipse, Links, Picture, Points, Polyline
-from pftrack.core.model.palette import COLOURS
+from pftrack.core.model.drawing import COLOURS, Ellipse, Links, Picture, Points, Polyline
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.runs.run import Run

@@ -2,8 +2,8 @@
 
 import pytest
 
-from pftrack.core.model.diagnostics import Diagnostics
-from pftrack.core.model.plot import STANDARD_PLOTS
+from pftrack.core.model.series import STANDARD_PLOTS
+from pftrack.core.model.tracker import Diagnostics
 from pftrack.experiments import EXPERIMENTS, Experiment, find
 from pftrack.runs.run import Run
 

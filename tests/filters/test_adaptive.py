@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.filters import adaptive, kalman
+from pftrack.filters.adaptive import Projection
 from pftrack.filters.dynamics import autoregression
-from pftrack.filters.layers import Projection
 from pftrack.filters.particles import ParticleSet
 
 PLACES = np.array([[10.0, 20.0], [-30.0, 5.0], [100.0, -100.0]])

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pftrack.core.geometry.rotation import rotation
+from pftrack.core.geometry import rotation
 from pftrack.core.numerics.matrices import affine_projection
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.filters import kalman

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pftrack.core.geometry.rotation import rotation
+from pftrack.core.geometry import rotation
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.filters import affine, extended
 

@@ -23,9 +23,7 @@ from pftrack.filters import (
     disturbances,
     dynamics,
     extended,
-    fixed_lag,
     kalman,
-    layers,
     particles,
     perspective,
     rao_blackwell,
@@ -110,7 +108,7 @@ CHAIN = {
 
 
 def _draw(means: np.ndarray, covariances: np.ndarray, ratios: np.ndarray) -> object:
-    projection = layers.Projection(means, covariances)
+    projection = adaptive.Projection(means, covariances)
     return adaptive.draw(FEATURES, projection, ratios, 1.0, 6, rng())
 
 
@@ -200,9 +198,9 @@ DOORS: dict[str, Door] = {
         lambda m, c, z, r: SEEN_BY(m, c, z, lambda x: x[..., :3], r),
         {"m": "n d", "c": "n d d", "z": "m", "r": "m m"},
     ),
-    "fixed_lag.augment": (lambda mean, covariance: fixed_lag.augment(Gaussian(mean, covariance), 2), PRIOR),
-    "fixed_lag.smooth": (
-        lambda paths: fixed_lag.smooth(fixed_lag.Lineage(paths), cloud(np.zeros((6, 4))), 0),
+    "dynamics.augment": (lambda mean, covariance: dynamics.augment(Gaussian(mean, covariance), 2), PRIOR),
+    "dynamics.smooth": (
+        lambda paths: dynamics.smooth(dynamics.Lineage(paths), cloud(np.zeros((6, 4))), 0),
         {"paths": "T N d"},
     ),
     "disturbances.smooth_disturbances": (
@@ -367,7 +365,7 @@ WITHOUT_ARRAYS = {
     *("kalman.steady_lag", "dynamics.random_walk", "dynamics.constant_velocity", "particles.normalise"),
     "particles.evaluate",
     *("auxiliary.correction", "auxiliary.exceeds", "auxiliary.hard", "auxiliary.soft", "rao_blackwell.begin"),
-    *("fixed_lag.augment_dynamics", "fixed_lag.block", "fixed_lag.begin_lineage", "fixed_lag.extend_lineage"),
+    *("dynamics.augment_dynamics", "dynamics.block", "dynamics.begin_lineage", "dynamics.extend_lineage"),
     *("adaptive.hold", "adaptive.orphan", "adaptive.propagate", "adaptive.surviving"),
     *("beam.backtrack", "agreement.middle", "truncation.mills_ratio", "gaussian.logs_mode", "whole.track_error"),
     *("gaussian.nothing", "gaussian.without", "gaussian.select", "gaussian.smooth", "whole.beginnings"),

@@ -5,12 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.setup import ExportError
+from pftrack.core.model.tracker import Diagnostics
 from pftrack.filters.learning.charts import Chart
-from pftrack.filters.learning.diffusion import LearnedError, learn
-from pftrack.filters.learning.guidance import Guidance
+from pftrack.filters.learning.diffusion import Guidance, LearnedError, learn
 
 FISH = Chart(place=("a", "b"), heading="theta", angles=("phi",))
 TRACK = np.cumsum(np.random.default_rng(0).normal(size=(40, 4)), axis=0)

@@ -3,7 +3,7 @@ import pytest
 
 from pftrack.core.numerics.random import Purpose, Stream, log_density
 from pftrack.filters import adaptive
-from pftrack.filters.layers import Projection
+from pftrack.filters.adaptive import Projection
 from pftrack.filters.learning import mixture_em
 from pftrack.filters.learning.mixture_em import Mixture, Settings
 

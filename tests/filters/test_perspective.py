@@ -1,6 +1,6 @@
 import numpy as np
 
-from pftrack.core.geometry.rotation import derivatives, rotation
+from pftrack.core.geometry import derivatives, rotation
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.filters import extended
 from pftrack.filters.perspective import PerspectiveLayer, features

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from pftrack.core.model.plot import PlotKind
 from pftrack.core.model.recipe import Change
+from pftrack.core.model.series import PlotKind
 from pftrack.core.model.setup import ExportError
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.output.figures import sheet

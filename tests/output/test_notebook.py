@@ -14,7 +14,7 @@ from pftrack.output.exports.formats import exports_of
 from pftrack.output.exports.notebook import run_cells, run_notebook
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
-from pftrack.vision.rendering.film import FilmWriter
+from pftrack.vision.film import FilmWriter
 from tests.notebooks import executed_here
 
 SAME = "The same estimates as in the run that was exported.\n"

@@ -5,9 +5,8 @@ from dataclasses import replace
 
 import pytest
 
-from pftrack.core.model.diagnostics import Diagnostics
-from pftrack.core.model.plot import Reading, ReadingKind
-from pftrack.core.model.series import Hypotheses, Interval
+from pftrack.core.model.series import Hypotheses, Interval, Reading, ReadingKind
+from pftrack.core.model.tracker import Diagnostics
 from pftrack.experiments import EXPERIMENTS
 from pftrack.output.displays import MISSING, format_reading, quantity, readings_of
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from pftrack.reproduce.structure import CENTRES, head_tracks, prism_tracks
-from pftrack.vision.structure.factorization import factorize
-from pftrack.vision.structure.tracks import shape_error
+from pftrack.vision.structure.factorization import factorize, shape_error
 from pftrack.vision.structure.variational import fit
 
 

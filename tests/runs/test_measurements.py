@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from pftrack.core import files
-from pftrack.core.model.diagnostics import diagnose
 from pftrack.core.model.measures import Measure
 from pftrack.core.model.series import Series
+from pftrack.core.model.tracker import diagnose
 from pftrack.experiments import find
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.run import Run

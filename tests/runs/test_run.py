@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pftrack.core.model.diagnostics import Step
 from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.recipe import Change
+from pftrack.core.model.tracker import Step
 from pftrack.experiments import find
 from pftrack.runs.checkpoint import Keyframes
 from pftrack.runs.run import EndOfRun, PastError, Run

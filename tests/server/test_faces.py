@@ -11,7 +11,7 @@ import pytest
 
 from pftrack.runs.opening import load
 from pftrack.sources.sequence import open_sequence
-from pftrack.vision.geometry.face import FEATURES, LINKS, TITLES, gaze
+from pftrack.vision.face import FEATURES, LINKS, TITLES, gaze
 from tests.experiments.head.heads import Picture, empty, film, marked, pictures, simulated
 from tests.experiments.head.test_head_start import turning
 from tests.server.host import Server, begin, error_of, steer

@@ -6,8 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from pftrack.core.model.drawing import Drawing, Picture, Polyline
-from pftrack.core.model.palette import COLOURS
+from pftrack.core.model.drawing import COLOURS, Drawing, Picture, Polyline
 from pftrack_server import pictures
 from pftrack_server.pictures import PictureEncoder
 from pftrack_server.worker.codec import DrawingEncoder

@@ -13,7 +13,7 @@ from pftrack.sources.beliefs import content
 from pftrack.sources.beliefs.content import header_of
 from pftrack.sources.limits import SourceError
 from pftrack.sources.sequence import open_sequence
-from pftrack.vision.rendering.film import FilmWriter
+from pftrack.vision.film import FilmWriter
 
 FRAMES, COUNT = 6, 50
 

@@ -9,7 +9,7 @@ from pftrack.sources.formats import sniff
 from pftrack.sources.limits import HEAD_BYTES, SourceError
 from pftrack.sources.results.parts import part_names
 from pftrack.sources.sequence import open_sequence
-from pftrack.vision.rendering.film import FilmWriter
+from pftrack.vision.film import FilmWriter
 
 MOT = b"1,1,10,20,30,40,1,-1,-1,-1\n2,1,11,20,30,40,1,-1,-1,-1\n"
 MP4, PNG = b"\x00\x00\x00\x18ftypmp42", b"\x89PNG\r\n\x1a\n"

@@ -10,10 +10,8 @@ import pytest
 
 import pftrack
 from pftrack.sources.limits import SourceError
-from pftrack.sources.results.numbers import form_of
-from pftrack.sources.results.reading import read_results
-from pftrack.sources.results.table import FORMS, Box, columns_in, preview, rename
-from pftrack.sources.results.writing import write_results
+from pftrack.sources.results.table import FORMS, Box, columns_in, form_of, preview, rename
+from pftrack.sources.results.writing import read_results, write_results
 from pftrack.sources.sequence import open_sequence
 
 # Lines of MOT16's own example of a result, and of its ground truth (motchallenge.net/instructions).

@@ -11,9 +11,8 @@ from pftrack.core.model.source import History
 from pftrack.experiments.structure.scene import named_body, named_shape, normalise
 from pftrack.sources.limits import Limits, SourceError
 from pftrack.sources.sequence import open_sequence
-from pftrack.sources.tracks.sequence import RecordedTracks, TrackSequence
-from pftrack.sources.tracks.table import MOST_POINTS, TrackTable, read_tracks, write
-from pftrack.vision.geometry.face import FEATURES, LINKS, mean_model
+from pftrack.sources.tracks import MOST_POINTS, RecordedTracks, TrackSequence, TrackTable, read_tracks, write
+from pftrack.vision.face import FEATURES, LINKS, mean_model
 
 SQUARE = {"a": (10.0, 10.0), "b": (300.0, 12.0), "c": (305.5, 200.0), "d": (11.0, 210.25)}
 LONG = "frame,point,x_px,y_px,var_x,var_y\n" + "".join(

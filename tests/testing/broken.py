@@ -10,7 +10,6 @@ import numpy as np
 from pydantic import field_validator
 
 from pftrack.core.model.band import ALL, Calibration, FlagBand
-from pftrack.core.model.diagnostics import Step
 from pftrack.core.model.drawing import Points, Primitive, World, WorldDrawing
 from pftrack.core.model.marks import Editor, Handle, Mark
 from pftrack.core.model.measures import PICTURE_MEASURES
@@ -19,6 +18,7 @@ from pftrack.core.model.parameters import parameter
 from pftrack.core.model.preset import Cure, ExampleSweep, Preset
 from pftrack.core.model.series import Series
 from pftrack.core.model.source import Frame
+from pftrack.core.model.tracker import Step
 from pftrack.experiments import find
 from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.experiments.shared.loss_probability import Logistic, LossDeclaration, LossModel

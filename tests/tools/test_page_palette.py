@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from pftrack.core.model.palette import COLOURS, OKABE_ITO, hexadecimal
+from pftrack.core.model.drawing import COLOURS, OKABE_ITO, hexadecimal
 from tools.page_palette import files
 
 PAGES = Path(__file__).parents[2] / "frontend_static"

@@ -16,8 +16,7 @@ from fastapi import FastAPI, Response, WebSocket
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
-from pftrack.core.model.drawing import Drawing, Ellipse, Key, Layer, Picture, Points, Polyline, Text, World
-from pftrack.core.model.palette import COLOURS
+from pftrack.core.model.drawing import COLOURS, Drawing, Ellipse, Key, Layer, Picture, Points, Polyline, Text, World
 from pftrack.core.model.parameters import Declaration, Value
 from pftrack_server.pictures import PictureEncoder
 from pftrack_server.schemas.panel import PanelDescription, PanelValues

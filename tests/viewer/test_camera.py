@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pftrack.core.model.drawing import Drawing, Frustum
-from pftrack.core.model.palette import COLOURS
+from pftrack.core.model.drawing import COLOURS, Drawing, Frustum
 from pftrack_server.viewer.camera import PRESETS, Box, View, fit
 from tests.viewer.host import Peer, Session, drawing
 from tests.waiting import wait_for

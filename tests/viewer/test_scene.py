@@ -8,8 +8,19 @@ import cv2
 import numpy as np
 import pytest
 
-from pftrack.core.model.drawing import Axes, Drawing, Frustum, Links, Mesh, Picture, Points, Polyline, Primitive, Text
-from pftrack.core.model.palette import COLOURS
+from pftrack.core.model.drawing import (
+    COLOURS,
+    Axes,
+    Drawing,
+    Frustum,
+    Links,
+    Mesh,
+    Picture,
+    Points,
+    Polyline,
+    Primitive,
+    Text,
+)
 from pftrack_server.log import RateLimitedLogger
 from pftrack_server.pictures import PictureEncoder, SceneDrawing
 from pftrack_server.viewer.scene import Scene

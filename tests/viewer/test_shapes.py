@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from pftrack.core.model.drawing import Axes, Ellipse, Frustum, Links, Mesh, Picture, Points, Polyline, Text
-from pftrack.core.model.palette import COLOURS
+from pftrack.core.model.drawing import COLOURS, Axes, Ellipse, Frustum, Links, Mesh, Picture, Points, Polyline, Text
 from pftrack_server.viewer import shapes
 from pftrack_server.viewer.shapes import Stance
 

@@ -7,8 +7,18 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.model.drawing import Arrows, Drawing, Ellipsoids, Links, Points, Text, Viewpoint, World, WorldDrawing
-from pftrack.core.model.palette import COLOURS
+from pftrack.core.model.drawing import (
+    COLOURS,
+    Arrows,
+    Drawing,
+    Ellipsoids,
+    Links,
+    Points,
+    Text,
+    Viewpoint,
+    World,
+    WorldDrawing,
+)
 from pftrack_server.viewer import bodies, worlds
 from pftrack_server.viewer.camera import Box
 from pftrack_server.viewer.shapes import FREE, Stance

@@ -3,17 +3,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.core.geometry.rotation import rotation
-from pftrack.vision.geometry.face import (
-    FEATURES,
-    FaceModel,
-    Similarity,
-    average,
-    fit_similarity,
-    mean_model,
-    person,
-    place,
-)
+from pftrack.core.geometry import rotation
+from pftrack.vision.face import FEATURES, FaceModel, Similarity, average, fit_similarity, mean_model, person, place
 
 ANGLES = st.lists(st.floats(-1.4, 1.4), min_size=3, max_size=3)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.vision.rendering.film import FilmWriter
+from pftrack.vision.film import FilmWriter
 
 
 def grey(level: int, width: int = 64, height: int = 48) -> NDArray[np.uint8]:

@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.core.geometry.rotation import rotation
-from pftrack.vision.geometry.face import gaze, theta_of
+from pftrack.core.geometry import rotation
+from pftrack.vision.face import gaze, theta_of
 
 right_angles = st.floats(-1.5, 1.5)
 

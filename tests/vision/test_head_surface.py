@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pftrack.vision.geometry.face import ANCHORS_MM, HeadSurface, egg_depth, head_mesh, mean_model, person
+from pftrack.vision.face import ANCHORS_MM, HeadSurface, egg_depth, head_mesh, mean_model, person
 
 
 @pytest.mark.parametrize("seed", [99, 101, 102])

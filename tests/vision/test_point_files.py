@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.vision.geometry.face import FEATURES, mean_model
+from pftrack.vision.face import FEATURES, mean_model
 from pftrack.vision.model_files import LONGEST_CHARACTERS, as_json, read_points
 
 GOOD = as_json(FEATURES, mean_model().points_mm, frames=3)

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from pftrack.core.model.drawing import (
+    COLOURS,
     Arrows,
     Axes,
     Drawing,
@@ -22,9 +23,7 @@ from pftrack.core.model.drawing import (
     World,
     WorldDrawing,
 )
-from pftrack.core.model.palette import COLOURS
-from pftrack.vision.rendering import render, render_beside
-from pftrack.vision.rendering.projection import Projection, look_at
+from pftrack.vision.rendering import Projection, look_at, render, render_beside
 
 BLUE = COLOURS["estimate"]
 WORLD = World("w", "World", "mm", 50.0, middle=(10.0, 20.0, 30.0))

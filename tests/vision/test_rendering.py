@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.model.drawing import (
+    COLOURS,
     Arrows,
     Axes,
     Drawing,
@@ -24,7 +25,6 @@ from pftrack.core.model.drawing import (
     Primitive,
     Text,
 )
-from pftrack.core.model.palette import COLOURS
 from pftrack.vision.rendering import png, render
 
 BLUE = COLOURS["estimate"]

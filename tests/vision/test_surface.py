@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pftrack.experiments.head.experiment import front
-from pftrack.vision.geometry.face import mean_model, person
+from pftrack.vision.face import mean_model, person
 from pftrack.vision.model_files import Surface, as_obj, upright
 
 

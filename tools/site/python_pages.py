@@ -44,7 +44,7 @@ ROOMS = (
     "pftrack.vision.likelihoods",
     "pftrack.filters.learning",
     "pftrack.sources",
-    "pftrack.vision.geometry",
+    "pftrack.vision.face",
     "pftrack.vision.rendering",
     "pftrack.core.numerics",
     "pftrack.vision.structure",

@@ -5,16 +5,15 @@ import numpy as np
 from scipy.ndimage import map_coordinates
 
 from pftrack.core.arrays import Floats
-from pftrack.core.geometry.polygons import paint_disc
+from pftrack.core.geometry import paint_disc
 from pftrack.core.model.band import Calibration, Miscalibration
 from pftrack.core.model.glossary import cite
 from pftrack.core.model.likelihood import Component
 from pftrack.core.model.marks import Box
 from pftrack.core.model.model import State
 from pftrack.core.model.parameters import parameter, revise
-from pftrack.core.model.plot import STANDARD_PLOTS, Plot
 from pftrack.core.model.preset import ExampleSweep, Preset
-from pftrack.core.model.series import Interval, Series, SeriesValue
+from pftrack.core.model.series import STANDARD_PLOTS, Interval, Plot, Series, SeriesValue
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, FrameSequence, History, Target, Truth
 from pftrack.core.numerics.random import Gaussian, Generator, Purpose, Stream

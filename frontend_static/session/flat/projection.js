@@ -1,5 +1,5 @@
 /**
- * Looking at a world: its primitives as those of a square picture, as `pftrack/vision/rendering/projection.py` has them, and from any side
+ * Looking at a world: its primitives as those of a square picture, as `pftrack/vision/rendering.py` has them, and from any side
  * while somebody turns it. There is no perspective, so each primitive stays one of its kind.
  */
 

@@ -17,9 +17,9 @@ import numpy as np
 from pydantic import with_config
 
 from pftrack.core.arrays import Bools, Floats
-from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.preset import CauseId
 from pftrack.core.model.series import Series, SeriesRole
+from pftrack.core.model.tracker import Diagnostics
 from pftrack.core.texts import CLOSED, read_as
 from pftrack.runs.loss import LASTING_FRAMES, Loss
 

@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pftrack.core.arrays import Bools
-from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.parameters import Value
+from pftrack.core.model.tracker import Diagnostics
 
 HALF, MOST, ALL = 0.5, 0.95, 1.0
 """Shares of the reports in which bands say that they hold the truth."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pydantic import Field, PlainSerializer
 
 from pftrack.core.arrays import Floats, Ints
-from pftrack.core.model.palette import hexadecimal
+from pftrack.core.model.drawing import hexadecimal
 from pftrack.core.model.series import Known
 
 # A likelihood compares what it expects with what it finds; each kind of comparison is a kind of part, which a page or a

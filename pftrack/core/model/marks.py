@@ -20,8 +20,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.drawing import Ellipse, Links, Points, Polyline, Primitive
-from pftrack.core.model.palette import COLOURS
+from pftrack.core.model.drawing import COLOURS, Ellipse, Links, Points, Polyline, Primitive
 from pftrack.core.model.parameters import NOT_BOOLEAN, ParameterError, first_problem
 from pftrack.core.model.source import Target
 

@@ -17,13 +17,13 @@ from typing import Any, Literal, Protocol, TypeAlias, TypeVar
 import numpy as np
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.marks import Mark
 from pftrack.core.model.measures import HIT_RATE
 from pftrack.core.model.parameters import Parameters
 from pftrack.core.model.recipe import Footage
 from pftrack.core.model.series import Series
 from pftrack.core.model.source import Frame, FrameSequence, Source
+from pftrack.core.model.tracker import Diagnostics
 
 # An experiment that takes recordings may declare how it looks at a target that was marked or found
 # (`Experiment.suits`). The answer is a number from 0 to 1, the words that go with it, and what would help.

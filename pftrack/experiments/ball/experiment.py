@@ -11,14 +11,13 @@ from pathlib import Path
 
 import numpy as np
 
-from pftrack.core.model.diagnostics import Diagnostics, Step
-from pftrack.core.model.drawing import Drawing, Polyline
+from pftrack.core.model.drawing import COLOURS, Drawing, Polyline
 from pftrack.core.model.marks import Box
 from pftrack.core.model.measures import PICTURE_MEASURES
-from pftrack.core.model.palette import COLOURS
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import FrameSequence, Truth
+from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.experiments.ball.model import COLOURED, TRACKERS
 from pftrack.experiments.ball.parameters import GUIDANCE, GUIDED, BallTrackerParameters, ScoringParameters
 from pftrack.experiments.ball.recording import look_beside, suits
@@ -39,7 +38,7 @@ from pftrack.experiments.shared.sketch import (
 )
 from pftrack.experiments.video import Video
 from pftrack.filters import kalman
-from pftrack.filters.fixed_lag import smooth
+from pftrack.filters.dynamics import smooth
 from pftrack.vision.likelihoods import chromaticity
 
 FOLDER = Path(__file__).parent

@@ -36,10 +36,10 @@ from pftrack.experiments.shared.sampling import (
     crop,
     size_of,
 )
-from pftrack.filters import fixed_lag, unscented_particle
-from pftrack.filters.dynamics import LinearDynamics, autoregression
+from pftrack.filters import unscented_particle
+from pftrack.filters.dynamics import Lineage, LinearDynamics, augment, autoregression, begin_lineage, extend_lineage
 from pftrack.filters.learning import online_em
-from pftrack.filters.learning.guidance import GuidedDynamics
+from pftrack.filters.learning.diffusion import GuidedDynamics
 from pftrack.filters.particles import ParticleSet
 from pftrack.vision.likelihoods import chromaticity
 from pftrack.vision.likelihoods.chromaticity import ColourModel, log_kernel
@@ -104,7 +104,7 @@ class Coloured(LoopModel):
     @override
     def prior(self, target: Target, parameters: LoopParameters) -> Gaussian:
         """Return the known position, at rest."""
-        return fixed_lag.augment(Gaussian(target.position, parameters.initial_sd_px**2 * np.eye(TRACKED)), 1)
+        return augment(Gaussian(target.position, parameters.initial_sd_px**2 * np.eye(TRACKED)), 1)
 
     @override
     def prepare(self, state: PointState, frame: Frame, parameters: LoopParameters) -> PointState:
@@ -211,7 +211,7 @@ def with_learner(state: PointState, size: tuple[int, int], parameters: LoopParam
     return replace(state, learner=online_em.begin(initial, state.estimate, float(state.sigma.max()), size))
 
 
-def lineage_of(state: PointState, particles: ParticleSet, parameters: LoopParameters) -> fixed_lag.Lineage | None:
+def lineage_of(state: PointState, particles: ParticleSet, parameters: LoopParameters) -> Lineage | None:
     """Return the particles' pasts, extended by a frame; None if the path is not smoothed.
 
     Args:
@@ -221,8 +221,8 @@ def lineage_of(state: PointState, particles: ParticleSet, parameters: LoopParame
     """
     if parameters.smoothing_lag_frames == 0 or state.particles is None:
         return None
-    lineage = state.lineage or fixed_lag.begin_lineage(state.particles, TRACKED)
-    return fixed_lag.extend_lineage(lineage, particles, parameters.smoothing_lag_frames)
+    lineage = state.lineage or begin_lineage(state.particles, TRACKED)
+    return extend_lineage(lineage, particles, parameters.smoothing_lag_frames)
 
 
 class Guided(Coloured):

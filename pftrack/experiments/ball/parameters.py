@@ -26,7 +26,7 @@ from pftrack.experiments.shared.reports import (
     velocity_retention,
 )
 from pftrack.filters.learning.charts import Chart
-from pftrack.filters.learning.guidance import Guidance
+from pftrack.filters.learning.diffusion import Guidance
 
 # `learned.json` was learned from ten runs of the scene without a pillar, `pftrack learn ball` with the options
 #

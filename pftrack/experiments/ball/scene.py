@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
-from pftrack.core.geometry.polygons import paint_disc
+from pftrack.core.geometry import paint_disc
 from pftrack.core.model.parameters import parameter
 from pftrack.core.model.source import Frame, History, Target
 from pftrack.core.numerics.random import Purpose, Stream

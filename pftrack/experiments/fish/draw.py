@@ -13,9 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.drawing import (
+    COLOURS,
+    VIRIDIS,
     Arrows,
+    Colour,
     Ellipse,
     Ellipsoids,
     Links,
@@ -26,8 +28,8 @@ from pftrack.core.model.drawing import (
     Text,
     WorldDrawing,
 )
-from pftrack.core.model.palette import COLOURS, VIRIDIS, Colour
 from pftrack.core.model.source import Target
+from pftrack.core.model.tracker import Diagnostics
 from pftrack.experiments.declared import read_worlds
 from pftrack.experiments.fish.model import (
     CAP_PX,

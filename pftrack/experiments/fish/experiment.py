@@ -9,13 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
-from pftrack.core.model.diagnostics import Diagnostics, Step
-from pftrack.core.model.drawing import Drawing, Picture, Primitive
+from pftrack.core.model.drawing import COLOURS, Drawing, Picture, Primitive
 from pftrack.core.model.measures import PICTURE_MEASURES
-from pftrack.core.model.palette import COLOURS
 from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, Target
+from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.experiments.declared import read_quality, read_words
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.fish.draw import (

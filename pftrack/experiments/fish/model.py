@@ -26,13 +26,12 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
-from pftrack.core.arrays import Floats
+from pftrack.core.arrays import Floats, check_picture
 from pftrack.core.files import PictureKey
 from pftrack.core.model.likelihood import Amount, Component, Part
 from pftrack.core.model.model import Model, State, Values
 from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.source import Frame
-from pftrack.core.numerics.checks import check_picture
 from pftrack.core.numerics.compiled import compiled, read_only
 from pftrack.core.numerics.elementary import sines_cosines
 from pftrack.experiments.declared import read_reported

@@ -14,7 +14,7 @@ from pftrack.experiments.shared.reports import (
     particle_count,
 )
 from pftrack.filters.learning.charts import Chart
-from pftrack.filters.learning.guidance import Guidance
+from pftrack.filters.learning.diffusion import Guidance
 
 # `learned.json` is written by `pftrack reproduce fish-offline --full --figures FOLDER` from the twenty tracks of clips
 # 100 to 109 that the ordinary filter followed with 3,000 particles and wide noise. It holds the estimates' noise along

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Bools, Floats, Ints
-from pftrack.core.geometry.polygons import convex_hull, fill, spans
+from pftrack.core.geometry import convex_hull, fill, spans
 from pftrack.core.numerics.compiled import compiled
 from pftrack.experiments.hand.candidates import (
     HIDDEN,

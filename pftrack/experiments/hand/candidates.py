@@ -9,7 +9,7 @@ which points at the camera's side, steps are large; where it shows much they are
 import numpy as np
 
 from pftrack.core.arrays import Floats, Ints
-from pftrack.core.geometry.polygons import convex_hull
+from pftrack.core.geometry import convex_hull
 from pftrack.core.numerics.compiled import compiled
 from pftrack.experiments.hand.model import SPREAD_SD, Task
 from pftrack.experiments.hand.shape import HIGH, LOW, HandShape, joints, palm_points

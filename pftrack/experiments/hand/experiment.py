@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Bools, Floats, Ints
-from pftrack.core.geometry.polygons import fill
-from pftrack.core.model.diagnostics import Diagnostics, Step
+from pftrack.core.geometry import fill
 from pftrack.core.model.drawing import (
+    COLOURS,
+    Colour,
     Drawing,
     Links,
     Mesh,
@@ -26,10 +27,10 @@ from pftrack.core.model.drawing import (
     Primitive,
     WorldDrawing,
 )
-from pftrack.core.model.palette import COLOURS, Colour
 from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, Target
+from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.experiments.declared import read_quality, read_words
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.hand import recording

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pftrack.core.arrays import Bools, Floats
-from pftrack.core.geometry.polygons import fill
+from pftrack.core.geometry import fill
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponential, logarithm, sines_cosines
 from pftrack.experiments.hand.fingers import HandFeatures, Protrusion

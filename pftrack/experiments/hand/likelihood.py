@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Bools, Floats, Ints
-from pftrack.core.geometry.polygons import convex_hull, distance_to_polygon, fill, row_sums, spans, sum_within
+from pftrack.core.geometry import convex_hull, distance_to_polygon, fill, row_sums, spans, sum_within
 from pftrack.core.numerics.compiled import compiled, read_only
 from pftrack.core.numerics.elementary import sines_cosines
 from pftrack.experiments.hand.candidates import HIGHEST, LOWEST, MOST_PROTRUSIONS, half_steps

@@ -19,13 +19,13 @@ import cv2
 import numpy as np
 
 from pftrack.core.arrays import Bools, Floats
-from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.marks import FeaturePoints
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.recipe import Footage
 from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.setup import Finder, Setup, Sighting, Suitability, grade
 from pftrack.core.model.source import Frame, FrameSequence, Target, Truth
+from pftrack.core.model.tracker import Diagnostics
 from pftrack.experiments.hand.fingers import HandFeatures, features_of
 from pftrack.experiments.hand.first_pose import (
     FlatHand,

@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pftrack.core.arrays import Bools, Floats, Ints
-from pftrack.core.geometry.polygons import convex_hull, fill
+from pftrack.core.geometry import convex_hull, fill
 from pftrack.core.numerics.compiled import compiled, read_only
 from pftrack.core.numerics.elementary import sines_cosines
 

@@ -18,7 +18,7 @@ import numpy as np
 from typing_extensions import override
 
 from pftrack.core.arrays import Floats, Ints
-from pftrack.core.geometry.polygons import convex_hull, fill
+from pftrack.core.geometry import convex_hull, fill
 from pftrack.core.model.likelihood import Cloud, Contributions, Part
 from pftrack.core.model.model import Model, Values
 from pftrack.core.model.series import Series

@@ -20,7 +20,7 @@ from pftrack.experiments.head.detection import Box, eye_distance
 from pftrack.experiments.shared.pose.methods import slopes_at
 from pftrack.experiments.shared.pose.state import Solid
 from pftrack.filters.agreement import middle
-from pftrack.vision.geometry.face import FEATURES, FaceModel, HeadSurface
+from pftrack.vision.face import FEATURES, FaceModel, HeadSurface
 from pftrack.vision.likelihoods import separation, template
 from pftrack.vision.likelihoods.separation import Part, Reliefs, Views
 from pftrack.vision.likelihoods.template import Templates, scaled_sizes

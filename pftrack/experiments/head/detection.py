@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Bools, Floats
-from pftrack.vision.geometry.face import FEATURES, FaceModel, Similarity, fit_similarity, mean_model, place
+from pftrack.vision.face import FEATURES, FaceModel, Similarity, fit_similarity, mean_model, place
 
 # The cascades are those of Viola and Jones (Bando 2007, ch. 4 section 4; OpenCV's stock files). A face is looked for in
 # a picture made small, an eye in a face brought to one size, so that the time taken does not depend on the size of the
@@ -325,7 +325,7 @@ class DetectedFace:
     """A face found in a picture.
 
     Attributes:
-        points_px: (11, 2) the features, in the order of `pftrack.vision.geometry.face.FEATURES`.
+        points_px: (11, 2) the features, in the order of `pftrack.vision.face.FEATURES`.
         box: Of the whole face, px.
         eyes_seen: How many of the two eyes the cascades saw; the others are placed by proportion.
         warnings: What a person should look at, one sentence each.

@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats, Ints
-from pftrack.core.geometry.rotation import rotation
-from pftrack.core.model.diagnostics import Diagnostics, Step
+from pftrack.core.geometry import rotation
 from pftrack.core.model.drawing import (
+    COLOURS,
     Arrows,
     Axes,
+    Colour,
     Drawing,
     Ellipsoids,
     Links,
@@ -30,10 +31,10 @@ from pftrack.core.model.drawing import (
     WorldDrawing,
 )
 from pftrack.core.model.measures import POSE_MEASURES
-from pftrack.core.model.palette import COLOURS, Colour
 from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.setup import Export, Setup
 from pftrack.core.model.source import Frame, Target
+from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.core.numerics.elementary import wrap
 from pftrack.experiments.declared import read_quality, read_words
 from pftrack.experiments.experiment import Experiment
@@ -72,21 +73,12 @@ from pftrack.experiments.shared.pose.drawing import (
 from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.experiments.shared.sketch import caption, colours, dots, error_words
 from pftrack.experiments.video import Video
-from pftrack.sources.tracks.table import write
-from pftrack.vision.geometry.face import (
-    CORRECTION_SD_MM,
-    FEATURES,
-    LINKS,
-    TITLES,
-    FaceModel,
-    gaze,
-    grid_triangles,
-    head_mesh,
-)
+from pftrack.sources.tracks import write
+from pftrack.vision.face import CORRECTION_SD_MM, FEATURES, LINKS, TITLES, FaceModel, gaze, grid_triangles, head_mesh
 from pftrack.vision.model_files import Surface, as_json, as_obj, upright
-from pftrack.vision.rendering.projection import viridis
+from pftrack.vision.rendering import viridis
+from pftrack.vision.structure.factorization import residuals
 from pftrack.vision.structure.growing import Growing
-from pftrack.vision.structure.tracks import residuals
 
 FOLDER = Path(__file__).parent
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
-from pftrack.core.geometry.rotation import rotation
+from pftrack.core.geometry import rotation
 from pftrack.core.numerics.elementary import exponentials
 from pftrack.core.numerics.matrices import (
     affine_fit,
@@ -34,7 +34,7 @@ from pftrack.experiments.shared.pose import methods as pose
 from pftrack.experiments.shared.pose.calibrated import pin
 from pftrack.experiments.shared.pose.state import STUDENT_4, STUDENT_8, Solid, Widths
 from pftrack.filters.perspective import PerspectiveLayer
-from pftrack.vision.geometry.face import FEATURES, FaceModel, fit_similarity, mean_model
+from pftrack.vision.face import FEATURES, FaceModel, fit_similarity, mean_model
 from pftrack.vision.likelihoods import template
 from pftrack.vision.likelihoods.separation import Reliefs
 from pftrack.vision.structure.growing import Growing

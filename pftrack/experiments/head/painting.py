@@ -17,7 +17,7 @@ from pftrack.core.arrays import Bools, Floats
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponential, power
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.vision.geometry.face import FaceModel, HeadMesh, vertex_normals
+from pftrack.vision.face import FaceModel, HeadMesh, vertex_normals
 
 
 @compiled

@@ -26,8 +26,8 @@ from pftrack.experiments.shared.pose.parameters import (
     pose_guidance,
 )
 from pftrack.experiments.shared.pose.state import PoseState
-from pftrack.vision.geometry.face import FEATURES, FaceModel, fit_similarity, mean_model, spread_mm2
-from pftrack.vision.geometry.face import FEATURES as FEATURE_NAMES
+from pftrack.vision.face import FEATURES, FaceModel, fit_similarity, mean_model, spread_mm2
+from pftrack.vision.face import FEATURES as FEATURE_NAMES
 from pftrack.vision.model_files import as_json, read_points
 from pftrack.vision.structure import growing
 from pftrack.vision.structure.growing import Growing

@@ -38,7 +38,7 @@ from pftrack.experiments.head.first_sight import camera_of
 from pftrack.experiments.head.parameters import HeadTrackerParameters
 from pftrack.experiments.shared.recording import RecordingParameters, RecordingSource, frames_to_search
 from pftrack.sources.truth import Form, TruthKind, read_table
-from pftrack.vision.geometry.face import FEATURES, LINKS, TITLES, FaceModel, fit_similarity, mean_model, place, theta_of
+from pftrack.vision.face import FEATURES, LINKS, TITLES, FaceModel, fit_similarity, mean_model, place, theta_of
 from pftrack.vision.likelihoods.template import luma
 
 
@@ -160,7 +160,7 @@ def _handles(names: Sequence[str]) -> tuple[str, ...]:
 FINDER = Finder(to_search, search, better, FacePoints, within, hints=(FaceBox,))
 
 # The truth is a table of poses, one a frame, with the columns `frame, yaw_deg, pitch_deg, roll_deg` and the signs of
-# `pftrack.vision.geometry.face.gaze`.
+# `pftrack.vision.face.gaze`.
 
 POSE_FORM = Form(("frame", "yaw_deg", "pitch_deg", "roll_deg"), "pose", "poses", 360.0, "degrees")
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Bools, Floats
-from pftrack.core.geometry.rotation import rotation
+from pftrack.core.geometry import rotation
 from pftrack.core.model.source import Frame, History, Landmarks, Target
 from pftrack.core.numerics.matrices import product
 from pftrack.core.numerics.random import Purpose, Stream
@@ -35,7 +35,7 @@ from pftrack.experiments.head.painting import (
     with_sunglasses,
 )
 from pftrack.experiments.head.scene_parameters import HeadSceneParameters
-from pftrack.vision.geometry.face import FEATURES, FaceModel, HeadMesh, head_mesh, mean_model, person
+from pftrack.vision.face import FEATURES, FaceModel, HeadMesh, head_mesh, mean_model, person
 
 # The script is rest, two turns to either side, rest, two nods, rest, two rolls, rest, with a small wobble on all axes
 # throughout. At speed 1 it takes 900 frames, 330 of them with an axis beyond 20 degrees; then it repeats without a

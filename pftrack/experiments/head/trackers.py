@@ -44,7 +44,7 @@ from pftrack.experiments.shared.pose.calibrated import pose_and_band
 from pftrack.experiments.shared.pose.layered import FeatureLikelihood
 from pftrack.experiments.shared.pose.methods import METHODS, Method, measurement, report
 from pftrack.experiments.shared.pose.state import PoseModel, PoseState, Solid
-from pftrack.vision.geometry.face import FEATURES, FaceModel, fit_similarity
+from pftrack.vision.face import FEATURES, FaceModel, fit_similarity
 from pftrack.vision.likelihoods import separation, template
 from pftrack.vision.likelihoods.template import Templates
 from pftrack.vision.structure.growing import Growing

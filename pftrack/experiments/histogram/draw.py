@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats, Ints
-from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import (
+    COLOURS,
     Drawing,
     Links,
     Mesh,
@@ -24,7 +24,7 @@ from pftrack.core.model.drawing import (
     Text,
     WorldDrawing,
 )
-from pftrack.core.model.palette import COLOURS
+from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.experiments.declared import read_worlds
 from pftrack.experiments.histogram.model import HistogramState
 from pftrack.experiments.shared.sketch import (
@@ -38,9 +38,9 @@ from pftrack.experiments.shared.sketch import (
     success_region,
     uncertainty,
 )
+from pftrack.vision import rendering
 from pftrack.vision.likelihoods.counting import BINS, STEPS, Space, bin_table
 from pftrack.vision.likelihoods.histogram import rho_map, shares
-from pftrack.vision.rendering import projection
 
 HEIGHT = 6.0
 """Of a bin that has all pixels, in bins."""
@@ -165,4 +165,4 @@ def _likeness(image_rgb: NDArray[np.uint8], state: HistogramState) -> Mesh:
     rows, columns = found.shape
     across, down = np.meshgrid(np.linspace(0.0, width - 1.0, columns), np.linspace(0.0, height - 1.0, rows))
     vertices = at_height(np.column_stack([across.ravel(), down.ravel()]), 0.5)
-    return Mesh(vertices, grid_faces(rows, columns), projection.viridis(found.ravel()), MAP_OPACITY, "likeness")
+    return Mesh(vertices, grid_faces(rows, columns), rendering.viridis(found.ravel()), MAP_OPACITY, "likeness")

@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 
 from pftrack.core.arrays import Bools, Floats
 from pftrack.core.model.drawing import (
+    COLOURS,
     Arrows,
+    Colour,
     Ellipsoids,
     Links,
     Mesh,
@@ -24,7 +26,6 @@ from pftrack.core.model.drawing import (
     Text,
     WorldDrawing,
 )
-from pftrack.core.model.palette import COLOURS, Colour
 from pftrack.core.model.source import Frame
 from pftrack.experiments.declared import read_worlds
 from pftrack.experiments.linkage.model import (

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Picture, Primitive
 from pftrack.core.model.measures import EvaluatedRun, Measure
 from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, Target
+from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.core.numerics.elementary import wrap
 from pftrack.experiments.declared import read_quality, read_words
 from pftrack.experiments.experiment import Experiment

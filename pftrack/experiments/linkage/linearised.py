@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pftrack.core.arrays import Floats, Ints
-from pftrack.core.geometry.rotation import compose, matrix_quaternion, quaternion, quaternion_matrix, vector
+from pftrack.core.geometry import compose, matrix_quaternion, quaternion, quaternion_matrix, vector
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import factorise, multiply, substitute
 from pftrack.experiments.linkage.model import (

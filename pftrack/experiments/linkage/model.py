@@ -20,14 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pftrack.core.arrays import Floats, Ints
-from pftrack.core.geometry.rotation import (
-    compose,
-    matrix_quaternion,
-    quaternion,
-    quaternion_matrix,
-    right_jacobian,
-    vector,
-)
+from pftrack.core.geometry import compose, matrix_quaternion, quaternion, quaternion_matrix, right_jacobian, vector
 from pftrack.core.model.source import Frame
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import multiply, solve

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from pftrack.core.arrays import Bools, Floats, Ints
-from pftrack.core.geometry.rotation import compose, quaternion, vector
+from pftrack.core.geometry import compose, quaternion, vector
 from pftrack.core.model.source import Frame
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials

@@ -31,7 +31,7 @@ from pftrack.core.numerics.matrices import product
 from pftrack.experiments.linkage.parameters import LinkageParameters
 from pftrack.experiments.linkage.scene import NAMES, LinkageTarget, in_degrees, measure_points
 from pftrack.experiments.shared.recording import OccluderParameters, RecordedFrames, paint_strip, strip
-from pftrack.sources.tracks.sequence import TrackSequence
+from pftrack.sources.tracks import TrackSequence
 from pftrack.vision.matching import LARGEST_TEMPLATE_PX, cut, match
 
 LAST_FRAMES = 6

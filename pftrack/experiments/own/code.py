@@ -39,7 +39,7 @@ from pftrack.core.model.parameters import LONGEST_FILE
 from pftrack.core.model.recipe import FILTER_HASH, Recipe
 from pftrack.core.texts import CLOSED, read_as
 from pftrack.experiments.own.sliders import CLASS, Field, FilterFileError, fields_of
-from pftrack.filters.answers import named_arguments
+from pftrack.filters.alone import named_arguments
 
 # A recipe, a saved run and a link hold the text of a filter, and may come from anybody. So nothing of that is executed
 # in a process until the owner of this machine has said there that this very text is trusted. Where texts are trusted

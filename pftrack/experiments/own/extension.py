@@ -34,7 +34,7 @@ from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.own.code import FilterCode, FilterFile
 from pftrack.experiments.own.sliders import Field, FilterFileError
 from pftrack.experiments.shared.filtered import Update, resample_below
-from pftrack.filters.answers import LARGEST_EXCESS, Answers
+from pftrack.filters.alone import LARGEST_EXCESS, Answers
 from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.filters.resampling import systematic
 

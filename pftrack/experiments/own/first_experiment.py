@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.ndimage import map_coordinates
 
-from pftrack.core.geometry.polygons import paint_disc
+from pftrack.core.geometry import paint_disc
 from pftrack.core.model.band import Calibration, Miscalibration
 from pftrack.core.model.glossary import cite
 from pftrack.core.model.likelihood import Component

@@ -11,12 +11,11 @@ from typing import TypeAlias
 import numpy as np
 
 from pftrack.core.arrays import Bools, Floats
-from pftrack.core.geometry.rotation import rotation
-from pftrack.core.model.diagnostics import Diagnostics, Step
-from pftrack.core.model.drawing import Drawing, Links, Picture, Primitive
+from pftrack.core.geometry import rotation
+from pftrack.core.model.drawing import COLOURS, Colour, Drawing, Links, Picture, Primitive
 from pftrack.core.model.measures import POSE_MEASURES
-from pftrack.core.model.palette import COLOURS, Colour
 from pftrack.core.model.setup import Setup
+from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.core.numerics.matrices import pinhole
 from pftrack.experiments.declared import read_quality, read_words
 from pftrack.experiments.experiment import Experiment

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pftrack.core.arrays import Bools, Floats
-from pftrack.core.geometry.rotation import rotation
+from pftrack.core.geometry import rotation
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.source import Frame, History, Landmarks, Measurements, Target
 from pftrack.core.numerics.matrices import pinhole, product

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
-from pftrack.core.geometry.polygons import paint_disc
+from pftrack.core.geometry import paint_disc
 from pftrack.core.model.likelihood import Cloud
 from pftrack.core.model.model import Model
 from pftrack.core.model.parameters import ParameterError, Parameters, parameter

@@ -17,10 +17,9 @@ from typing import Any
 import numpy as np
 
 from pftrack.core.arrays import Bools, Floats
-from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.series import Series
-from pftrack.core.model.tracker import Tracker
+from pftrack.core.model.tracker import Diagnostics, Tracker
 from pftrack.core.numerics.elementary import exponential
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.shared.signals import read_signals

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.geometry.polygons import paint_disc
+from pftrack.core.geometry import paint_disc
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.source import Frame, FrameSequence, History, Target
 from pftrack.core.numerics.compiled import compiled

@@ -15,7 +15,7 @@ from pftrack.core.model.parameters import ParameterError, Parameters, parameter
 from pftrack.core.model.series import Reduction, Series, SeriesValue
 from pftrack.core.numerics.random import Gaussian
 from pftrack.filters.auxiliary import WeightRule
-from pftrack.filters.fixed_lag import Lineage
+from pftrack.filters.dynamics import Lineage
 from pftrack.filters.kalman import NormalisedInnovation
 from pftrack.filters.learning.online_em import Learner
 from pftrack.filters.particles import ParticleSet

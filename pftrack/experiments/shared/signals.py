@@ -24,8 +24,8 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.series import Hypotheses, Series, SeriesRole, SeriesValue
+from pftrack.core.model.tracker import Diagnostics
 from pftrack.core.numerics.elementary import logarithm
 
 LEAST = 1e-9

@@ -8,11 +8,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.diagnostics import Diagnostics, Step
-from pftrack.core.model.drawing import Drawing, Ellipse, Key, Layer, Links, Picture, Points, Polyline, Primitive
-from pftrack.core.model.palette import COLOURS, Colour
+from pftrack.core.model.drawing import (
+    COLOURS,
+    Colour,
+    Drawing,
+    Ellipse,
+    Key,
+    Layer,
+    Links,
+    Picture,
+    Points,
+    Polyline,
+    Primitive,
+)
 from pftrack.core.model.setup import WELL, Suitability
 from pftrack.core.model.source import FrameSequence, Target
+from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.filters.particles import ParticleSet
 from pftrack.vision.likelihoods.separation import Separation
 

@@ -14,10 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.diagnostics import Diagnostics, Step
-from pftrack.core.model.drawing import Drawing, Picture, Points, Polyline, Primitive
-from pftrack.core.model.palette import COLOURS
+from pftrack.core.model.drawing import COLOURS, Drawing, Picture, Points, Polyline, Primitive
 from pftrack.core.model.setup import Setup
+from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.experiments.declared import read_quality, read_words
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.shared.sketch import at_height, caption, circle, particle_clouds

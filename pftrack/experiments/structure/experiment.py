@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Bools, Floats, Ints
-from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import (
+    COLOURS,
     Arrows,
+    Colour,
     Drawing,
     Ellipse,
     Ellipsoids,
@@ -27,11 +28,11 @@ from pftrack.core.model.drawing import (
     WorldDrawing,
 )
 from pftrack.core.model.measures import EvaluatedRun, Measure
-from pftrack.core.model.palette import COLOURS, Colour
 from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, FrameSequence, Target, Truth
+from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.core.numerics.matrices import pinhole
 from pftrack.experiments.declared import read_quality, read_words
 from pftrack.experiments.experiment import Experiment
@@ -41,9 +42,9 @@ from pftrack.experiments.structure.methods import StructureTrackerParameters
 from pftrack.experiments.structure.scene import BodyTarget, TracksSceneParameters, TracksSource, named_body
 from pftrack.experiments.structure.trackers import MIRROR, TRACKERS, StructureState
 from pftrack.experiments.video import Video
-from pftrack.sources.tracks.sequence import RecordedTracks, TrackSequence
-from pftrack.vision.geometry.face import fit_similarity
-from pftrack.vision.structure.tracks import FEWEST_POINTS
+from pftrack.sources.tracks import RecordedTracks, TrackSequence
+from pftrack.vision.face import fit_similarity
+from pftrack.vision.structure.factorization import FEWEST_POINTS
 
 FOLDER = Path(__file__).parent
 

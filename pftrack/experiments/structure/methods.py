@@ -16,7 +16,7 @@ from pftrack.core.numerics.matrices import cholesky, eigenvalues, product, singu
 from pftrack.experiments.structure.scene import Shape
 from pftrack.vision.structure import growing, recursive, variational
 from pftrack.vision.structure.cameras import Sight, residuals_and_slopes
-from pftrack.vision.structure.factorization import metric_transform
+from pftrack.vision.structure.factorization import FEWEST_VIEWS, Tracks, metric_transform
 from pftrack.vision.structure.growing import Growing, fit_despite_outliers
 from pftrack.vision.structure.recursive import (
     Accumulated,
@@ -27,7 +27,6 @@ from pftrack.vision.structure.recursive import (
     pinhole_of,
     principal_shape,
 )
-from pftrack.vision.structure.tracks import FEWEST_VIEWS, Tracks
 from pftrack.vision.structure.variational import Forgetting, Online, strengths_of, transform_covariances
 
 LONGEST = 180

@@ -15,15 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Bools, Floats, Ints
-from pftrack.core.geometry.rotation import rotation
+from pftrack.core.geometry import rotation
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.source import Frame, History, Landmarks, Measurements, Target
 from pftrack.core.numerics.elementary import exponential
 from pftrack.core.numerics.matrices import pinhole, product
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.prism.scene import EDGES, FACES, NAMES, NORMALS, OFFSETS, TOUCHING, VERTICES_MM
-from pftrack.sources.tracks.sequence import TrackSequence
-from pftrack.vision.geometry.face import FEATURES, LINKS, mean_model, person
+from pftrack.sources.tracks import TrackSequence
+from pftrack.vision.face import FEATURES, LINKS, mean_model, person
 
 FRAMES = 360
 SIZE_PX = (640, 480)

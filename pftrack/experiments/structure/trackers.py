@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
-from pftrack.core.geometry.rotation import angles, nearest_rotation
+from pftrack.core.geometry import angles, nearest_rotation
 from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Tracker
@@ -36,10 +36,10 @@ from pftrack.experiments.structure.methods import (
     windowed,
 )
 from pftrack.experiments.structure.scene import BodyTarget, Shape, normalise_size
-from pftrack.vision.geometry.face import gaze
+from pftrack.vision.face import gaze
 from pftrack.vision.structure.cameras import Sight, evidence, fit_camera, frontal
+from pftrack.vision.structure.factorization import check_view
 from pftrack.vision.structure.growing import Growing, find_right
-from pftrack.vision.structure.tracks import check_view
 from pftrack.vision.structure.variational import transform_covariances
 
 ROUNDS = 20

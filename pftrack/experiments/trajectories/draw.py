@@ -22,10 +22,20 @@ from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats, Ints
 from pftrack.core.files import csv_text
-from pftrack.core.model.diagnostics import Diagnostics
-from pftrack.core.model.drawing import Arrows, Links, Mesh, Points, Primitive, Text, WorldDrawing
-from pftrack.core.model.palette import COLOURS, VIRIDIS, Colour
+from pftrack.core.model.drawing import (
+    COLOURS,
+    VIRIDIS,
+    Arrows,
+    Colour,
+    Links,
+    Mesh,
+    Points,
+    Primitive,
+    Text,
+    WorldDrawing,
+)
 from pftrack.core.model.setup import Export
+from pftrack.core.model.tracker import Diagnostics
 from pftrack.experiments.declared import read_worlds
 from pftrack.experiments.shared.sketch import at_height, circle, colours, dots, grid_faces, lines
 from pftrack.experiments.trajectories.corners import CornerParameters, Corners
@@ -33,9 +43,9 @@ from pftrack.experiments.trajectories.model import TrajectoriesState, Trajectori
 from pftrack.experiments.trajectories.scene import TrajectoriesTarget
 from pftrack.filters.trajectories.cloud import Cloud
 from pftrack.filters.trajectories.gaussian import log_likelihoods
+from pftrack.vision import rendering
 from pftrack.vision.likelihoods.template import luma
 from pftrack.vision.matching import APART_PX, cost_map, cut
-from pftrack.vision.rendering import projection
 
 
 def true_positions(target: object, state: TrajectoriesState, index: int) -> Floats | None:
@@ -306,7 +316,7 @@ def _surface(heights: Floats, reach: int) -> Mesh:
     steps = np.arange(-reach, reach + 1, dtype=np.float64)
     across, down = np.meshgrid(steps, -steps)
     vertices = np.stack([across, down, heights], axis=-1).reshape(-1, 3).astype(np.float32)
-    colours = projection.viridis((heights.ravel() - FLOOR) / HEIGHT)
+    colours = rendering.viridis((heights.ravel() - FLOOR) / HEIGHT)
     return Mesh(vertices, grid_faces(side, side), colours, 1.0, "search")
 
 

@@ -14,13 +14,13 @@ from typing import Any, Literal
 import numpy as np
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Picture, Primitive
 from pftrack.core.model.measures import EvaluatedRun, Measure
 from pftrack.core.model.parameters import parameter, revise
 from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, FrameSequence, Source, Truth
+from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.experiments.declared import read_quality, read_words
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.shared.sketch import (
@@ -50,7 +50,7 @@ from pftrack.experiments.trajectories.scene import (
 )
 from pftrack.experiments.trajectories.trackers import MODEL, TRACKERS
 from pftrack.experiments.video import PICTURES, Video
-from pftrack.sources.tracks.sequence import TrackSequence
+from pftrack.sources.tracks import TrackSequence
 
 FOLDER = Path(__file__).parent
 

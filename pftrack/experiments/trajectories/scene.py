@@ -18,7 +18,7 @@ from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.source import Frame, FrameSequence, History, Measurements, Target
 from pftrack.core.numerics.random import Purpose, standard_normals
 from pftrack.experiments.shared.recording import RecordedFrames
-from pftrack.sources.tracks.sequence import RecordedTracks, TrackSequence
+from pftrack.sources.tracks import RecordedTracks, TrackSequence
 
 # One simulated track in numbers (`reference_track.csv`), so that every implementation works on the same: x and y by
 # frame, px. It is a draw of the model below, chosen among many since its likelihood over sigma^2 and tau^2 and the

@@ -9,6 +9,6 @@ While tracking goes on:
 From recorded tracks, for later runs:
 
 - `charts`: what the numbers of a recorded state are, and its changes in the body's own frame;
-- `diffusion`: the covariance of these changes, from which particles are moved on;
-- `guidance`: how an experiment declares that it can be learned from, and the dynamics that follow what was learned.
+- `diffusion`: the covariance of these changes, from which particles are moved on; how an
+  experiment declares that it can be learned from, and the dynamics that follow what was learned.
 """

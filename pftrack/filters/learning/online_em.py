@@ -31,8 +31,7 @@ from pftrack.core.numerics.matrices import product, solve_system
 from pftrack.core.numerics.random import Gaussian
 from pftrack.filters import kalman
 from pftrack.filters.disturbances import Disturbances, smooth_disturbances
-from pftrack.filters.dynamics import LinearDynamics, autoregression
-from pftrack.filters.fixed_lag import augment, augment_dynamics, block
+from pftrack.filters.dynamics import LinearDynamics, augment, augment_dynamics, autoregression, block
 
 LAG = 5
 """Frames from the newest measurement to the oldest of the smoothed triple."""

@@ -17,8 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.arrays import Bools, Floats, Ints
-from pftrack.core.numerics.checks import check, check_count
+from pftrack.core.arrays import Bools, Floats, Ints, check, check_count
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials, logarithms
 from pftrack.core.numerics.matrices import inner_product, total

@@ -12,8 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.arrays import Bools, Floats, Ints
-from pftrack.core.numerics.checks import check
+from pftrack.core.arrays import Bools, Floats, Ints, check
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import logarithms
 

@@ -9,8 +9,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from pftrack.core.arrays import Floats, Ints
-from pftrack.core.numerics.checks import check
+from pftrack.core.arrays import Floats, Ints, check
 from pftrack.core.numerics.random import Purpose
 from pftrack.filters.trajectories import cloud, gaussian
 

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.faults import without_faults
 from pftrack.core.model.setup import ExportError
+from pftrack.core.model.tracker import Diagnostics
 from pftrack.runs.manifest import embed, extent_of, title_of
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import extent_series
@@ -155,7 +155,7 @@ SAMPLED = 6
 
 def mp4_of(run: Run, path: Path) -> Steps:
     """Write a film of a run, whose manifest is the file's comment."""
-    from pftrack.vision.rendering.film import FilmWriter  # noqa: PLC0415 - it loads codecs
+    from pftrack.vision.film import FilmWriter  # noqa: PLC0415 - it loads codecs
 
     total = run.computed + 1
     words = {"title": f"{title_of(run)}; {extent_of(run)}", "comment": embed(run)}
@@ -167,7 +167,7 @@ def mp4_of(run: Run, path: Path) -> Steps:
 
 def gif_of(run: Run, path: Path) -> Steps:
     """Write a GIF of a run that plays for ever, whose manifest is the file's comment."""
-    from pftrack.vision.rendering.film import common_colours, write_gif  # noqa: PLC0415 - it loads codecs
+    from pftrack.vision.film import common_colours, write_gif  # noqa: PLC0415 - it loads codecs
 
     total, rate_hz = run.computed + 1, run.source.frame_rate_hz
     stride = max(math.ceil(rate_hz / GIF_RATE_HZ), math.ceil(total / GIF_PICTURES), 1)

@@ -13,9 +13,8 @@ from pprint import pformat
 from textwrap import indent
 from typing import TYPE_CHECKING, Any, Literal
 
-from pftrack.core.model.plot import Plot, PlotKind
 from pftrack.core.model.recipe import Recipe
-from pftrack.core.model.series import SeriesRole
+from pftrack.core.model.series import Plot, PlotKind, SeriesRole
 from pftrack.core.version import __version__
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.loss_probability import PREFIX

@@ -17,8 +17,7 @@ from matplotlib.patches import Patch
 from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.model import series
 from pftrack.core.model.parameters import Declaration
-from pftrack.core.model.plot import Plot, PlotKind
-from pftrack.core.model.series import Hypotheses, Series, SeriesRole
+from pftrack.core.model.series import Hypotheses, Plot, PlotKind, Series, SeriesRole
 from pftrack.core.model.setup import ExportError
 from pftrack.output.figures.picture import PictureForm, encode
 from pftrack.output.figures.style import CURVE_COLOURS, INK, LETTERS_PT, TWO_COLUMNS_IN, bare

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pftrack.core.model.palette import COLOURS, CURVES, DIVERGING, NEUTRALS, hexadecimal
+from pftrack.core.model.drawing import COLOURS, CURVES, DIVERGING, NEUTRALS, hexadecimal
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

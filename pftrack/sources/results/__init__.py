@@ -11,8 +11,8 @@
 
 Numbers are told apart by commas, semicolons, tabs or spaces. Inside, frames and pixels count from 0.
 
-- `table`: what a file says, and CSV; `numbers`: which form a file has, and MOTChallenge, OTB and VOT;
-- `reading`: the boxes of a file; `writing`: the same forms back, and CVAT and COCO;
+- `table`: what a file says, which form it has, CSV, MOTChallenge, OTB and VOT;
+- `writing`: the boxes of a file, the same forms back, and CVAT and COCO;
 - `parts`: results with their clip and their truth as a recording of beliefs.
 """
 

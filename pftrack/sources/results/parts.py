@@ -17,8 +17,8 @@ from pftrack.sources.beliefs.recorder import Recorder
 from pftrack.sources.beliefs.sequence import BeliefSequence
 from pftrack.sources.formats import Format, sniff
 from pftrack.sources.limits import HEAD_BYTES, Limits, SourceError, check_bytes
-from pftrack.sources.results.reading import read_results_file
 from pftrack.sources.results.table import ResultTable
+from pftrack.sources.results.writing import read_results_file
 
 Part: TypeAlias = Literal["clip", "results", "truth"]
 

@@ -19,7 +19,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.palette import VERDICTS, hexadecimal
+from pftrack.core.model.drawing import VERDICTS, hexadecimal
 from pftrack.core.model.parameters import with_role
 from pftrack.output.figures.layout import (
     Part,

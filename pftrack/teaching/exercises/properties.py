@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from pftrack.core.arrays import Floats, Ints
-from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.tracker import Diagnostics
 from pftrack.core.texts import CLOSED, read_as
 from pftrack.experiments.own.sliders import FilterFileError
 from pftrack.filters.particles import normalise

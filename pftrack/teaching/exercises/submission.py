@@ -17,11 +17,11 @@ from pydantic import Field
 from scipy import stats
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.model import Model
 from pftrack.core.model.parameters import flat, revise
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, History
+from pftrack.core.model.tracker import Diagnostics
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.own.code import FUNCTIONS, FilterCode, FilterFile

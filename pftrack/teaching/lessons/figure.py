@@ -71,7 +71,7 @@ Shades: TypeAlias = Annotated[
 """An array (rows, columns) of what is shown as colours."""
 
 Ink: TypeAlias = Literal["estimate", "truth", "prediction", "observation", "lost", "second", "hidden"]
-"""A colour by its meaning, as `pftrack.core.model.palette.COLOURS` has it: what is computed of samples is the
+"""A colour by its meaning, as `pftrack.core.model.drawing.COLOURS` has it: what is computed of samples is the
 "estimate", what is exact the "truth", a prior or proposal the "prediction", a likelihood or measurement the
 "observation"."""
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.palette import COLOURS, hexadecimal
+from pftrack.core.model.drawing import COLOURS, hexadecimal
 from pftrack.output.figures.picture import encode_as
 from pftrack.output.figures.style import HEADING_PT, INK, TEXT_PT, bare
 from pftrack.teaching.lessons.figure import (

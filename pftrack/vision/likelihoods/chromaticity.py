@@ -17,8 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.arrays import Floats
-from pftrack.core.numerics.checks import check, check_picture
+from pftrack.core.arrays import Floats, check, check_picture
 from pftrack.core.numerics.compiled import compiled, read_only
 from pftrack.core.numerics.elementary import exponential, exponentials, logarithms
 

@@ -11,8 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.arrays import Floats
-from pftrack.core.numerics.checks import check, check_picture
+from pftrack.core.arrays import Floats, check, check_picture
 
 CANNY = (60, 120)
 """Gradients at which an edge goes on, and from which one begins."""

@@ -36,8 +36,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.arrays import Floats, Ints
-from pftrack.core.numerics.checks import check, check_count, check_picture
+from pftrack.core.arrays import Floats, Ints, check, check_count, check_picture
 from pftrack.core.numerics.compiled import compiled, read_only
 from pftrack.vision.likelihoods.counting import (
     BINS,

@@ -17,8 +17,7 @@ wherever its particles are, each as likely as the others. A mixture of the two h
 
 import numpy as np
 
-from pftrack.core.arrays import Floats
-from pftrack.core.numerics.checks import check
+from pftrack.core.arrays import Floats, check
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponential, logarithm
 

@@ -20,8 +20,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.arrays import Bools, Floats, Ints
-from pftrack.core.numerics.checks import check, check_picture
+from pftrack.core.arrays import Bools, Floats, Ints, check, check_picture
 from pftrack.core.numerics.compiled import compiled
 
 Box = tuple[float, float, float, float]

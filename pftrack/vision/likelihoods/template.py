@@ -24,8 +24,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pftrack.core.arrays import Floats, Ints
-from pftrack.core.numerics.checks import check, check_picture
+from pftrack.core.arrays import Floats, Ints, check, check_picture
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import inner_product
 

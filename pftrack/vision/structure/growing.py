@@ -25,12 +25,11 @@ from pftrack.core.arrays import Bools, Floats
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials, logarithms
 from pftrack.core.numerics.matrices import product, solve_system
-from pftrack.vision.geometry.face import Similarity, fit_similarity
+from pftrack.vision.face import Similarity, fit_similarity
 from pftrack.vision.structure import recursive, variational
 from pftrack.vision.structure.cameras import Sight, evidence, fit_camera, frontal, residuals_and_slopes
-from pftrack.vision.structure.factorization import invert
+from pftrack.vision.structure.factorization import Tracks, check_view, invert
 from pftrack.vision.structure.recursive import Recursive
-from pftrack.vision.structure.tracks import Tracks, check_view
 from pftrack.vision.structure.variational import Variational
 
 CAMERA_ROUNDS = 30

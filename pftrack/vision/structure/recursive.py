@@ -28,7 +28,7 @@ from functools import cached_property
 import numpy as np
 
 from pftrack.core.arrays import Bools, Floats
-from pftrack.core.geometry.rotation import nearest_rotation
+from pftrack.core.geometry import nearest_rotation
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import eigenvalues, inner_product, product
 from pftrack.vision.structure import variational
@@ -42,8 +42,14 @@ from pftrack.vision.structure.cameras import (
     steady_camera,
     turn_between,
 )
-from pftrack.vision.structure.factorization import cholesky_log_det, cholesky_solve, invert
-from pftrack.vision.structure.tracks import FEWEST_POINTS, Tracks, check_view
+from pftrack.vision.structure.factorization import (
+    FEWEST_POINTS,
+    Tracks,
+    check_view,
+    cholesky_log_det,
+    cholesky_solve,
+    invert,
+)
 from pftrack.vision.structure.variational import Variational
 
 TURN_SD_RAD = 0.1

@@ -26,12 +26,11 @@ from pftrack.core.model.source import FrameIndex, FrameSequence
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.runs.run import Run
 from pftrack.sources.limits import Limits, SourceError
-from pftrack.sources.results.reading import LARGEST_FILE_BYTES
 from pftrack.sources.results.table import rename
+from pftrack.sources.results.writing import LARGEST_FILE_BYTES
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.truth import TruthError
-from pftrack.vision.rendering import png, render
-from pftrack.vision.rendering.projection import over
+from pftrack.vision.rendering import over, png, render
 
 # So long one answer looks through a recording; whoever asked asks again, or does not want to know any more.
 SEARCH_S = 1.5

@@ -12,8 +12,7 @@ from pftrack.core.model.drawing import Layer, World
 from pftrack.core.model.marks import Editor
 from pftrack.core.model.measures import How
 from pftrack.core.model.parameters import Declaration
-from pftrack.core.model.series import Series
-from pftrack.experiments import Plot, Reading
+from pftrack.core.model.series import Plot, Reading, Series
 from pftrack.output.exports.formats import Group
 
 

@@ -21,7 +21,7 @@ from pftrack.core.model.source import FrameIndex
 from pftrack.process import MEBIBYTE, Budget, Ending, Fault, Refusal, Reply
 from pftrack.sources.limits import DEFAULT_LIMITS, HEAD_BYTES, Limits, SourceError, natural_order
 from pftrack.sources.results.parts import part_names
-from pftrack.sources.results.reading import LARGEST_FILE_BYTES
+from pftrack.sources.results.writing import LARGEST_FILE_BYTES
 from pftrack_server.errors import ConflictError, DiskFullError
 from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.jobs.functions import index_frames

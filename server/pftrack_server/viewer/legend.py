@@ -3,8 +3,7 @@
 from collections.abc import Iterable
 from html import escape
 
-from pftrack.core.model.drawing import Key, sort_keys
-from pftrack.core.model.palette import COLOURS
+from pftrack.core.model.drawing import COLOURS, Key, sort_keys
 
 
 def legend_html(keys: Iterable[Key]) -> str:

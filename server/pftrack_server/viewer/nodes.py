@@ -13,6 +13,7 @@ import viser
 from pftrack.core.model.drawing import (
     Arrows,
     Axes,
+    Colour,
     Ellipse,
     Ellipsoids,
     Frustum,
@@ -23,7 +24,6 @@ from pftrack.core.model.drawing import (
     Primitive,
     Text,
 )
-from pftrack.core.model.palette import Colour
 from pftrack_server.pictures import EncodedPicture
 from pftrack_server.viewer import bodies, shapes, viser_adapter
 from pftrack_server.viewer.shapes import Stance

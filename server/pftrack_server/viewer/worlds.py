@@ -1,6 +1,6 @@
 """Worlds in the scene: each stands far to the right of the picture, in a ball as high as that.
 
-A world is placed as if it were a drawing seen from the front (`pftrack.vision.rendering.projection`), and its
+A world is placed as if it were a drawing seen from the front (`pftrack.vision.rendering`), and its
 primitives are then shown like those of any drawing, but free in space: nothing of them is pressed into the picture's
 plane. It is so far away that neither is in the way of whoever looks at the other, from any side. So the picture and its
 cameras are as they would be without worlds.
@@ -12,9 +12,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.drawing import Drawing, Links, Primitive, Text, Viewpoint, World
-from pftrack.core.model.palette import COLOURS
-from pftrack.vision.rendering.projection import Projection
+from pftrack.core.model.drawing import COLOURS, Drawing, Links, Primitive, Text, Viewpoint, World
+from pftrack.vision.rendering import Projection
 from pftrack_server.viewer.camera import Box, Side, View
 
 GAP = 4.0

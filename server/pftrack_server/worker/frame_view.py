@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.diagnostics import Diagnostics, Step
-from pftrack.core.model.drawing import Drawing, Key, drawn_keys
+from pftrack.core.model.drawing import COLOURS, Drawing, Key, drawn_keys
 from pftrack.core.model.faults import without_faults
 from pftrack.core.model.likelihood import Contributions, Genealogy, LikelihoodMap, Part, Patches
-from pftrack.core.model.palette import COLOURS
 from pftrack.core.model.parameters import with_role
+from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.output.displays import draw_arrows, draw_likelihood, draw_place
 from pftrack.runs.inspection import Finding, Inspection
 from pftrack.runs.run import Run

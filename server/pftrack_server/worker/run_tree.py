@@ -12,11 +12,11 @@ from typing import Any
 from pftrack.analysis.explanation import explain
 from pftrack.core.files import free_bytes
 from pftrack.core.model.band import DIRECTIONS
-from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.drawing import Drawing
 from pftrack.core.model.parameters import ParameterError, declarations, flat, with_role
 from pftrack.core.model.recipe import Change, Recipe, Timeline, check_timeline, parameter_values
 from pftrack.core.model.setup import BESIDE, Setup, describe_course
+from pftrack.core.model.tracker import Diagnostics
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.own.code import digest_of, trust, with_digests
 from pftrack.experiments.own.extension import extend, new_defaults, widen

@@ -13,7 +13,7 @@ from pftrack.core.model.marks import FeaturePoints
 from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.source import Landmarks, Target
 from pftrack.experiments.head.recording import FaceBox, FacePoints
-from pftrack.vision.geometry.face import FEATURES, mean_model
+from pftrack.vision.face import FEATURES, mean_model
 
 MARKS = {"nose": (203.5, 148.0), "leye": (230.0, 120.0)}
 

@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.stats import norm
 
-from pftrack.core.geometry.polygons import paint_disc
+from pftrack.core.geometry import paint_disc
 from pftrack.core.model.parameters import Value, revise
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Purpose, Stream

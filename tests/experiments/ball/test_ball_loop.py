@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pftrack.core.geometry.polygons import paint_disc
+from pftrack.core.geometry import paint_disc
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Purpose, Stream

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.geometry.polygons import paint_disc
+from pftrack.core.geometry import paint_disc
 from pftrack.core.model.parameters import ParameterError, Value, revise
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
@@ -14,7 +14,7 @@ from pftrack.experiments.ball import model as motion
 from pftrack.experiments.ball.model import COLOURED, TRACKERS, colour_model
 from pftrack.experiments.ball.parameters import MODELLED, BallTrackerParameters, LoopParameters
 from pftrack.experiments.shared.reports import PointState
-from pftrack.filters import fixed_lag, kalman
+from pftrack.filters import dynamics, kalman
 from pftrack.filters.learning import online_em
 from pftrack.filters.particles import normalise
 from pftrack.filters.resampling import RESAMPLERS
@@ -340,7 +340,7 @@ def test_a_filter_without_particles_has_no_paths() -> None:
     state = stepped("condensation", state, 3, given)
     assert state.lineage is not None
     assert len(state.lineage.paths) == 2
-    assert fixed_lag.smooth(state.lineage, state.particles, 0) == pytest.approx(state.estimate)  # type: ignore[arg-type]
+    assert dynamics.smooth(state.lineage, state.particles, 0) == pytest.approx(state.estimate)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("tracker", ["condensation", "upf", "pc-pf"])

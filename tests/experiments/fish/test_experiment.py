@@ -26,7 +26,7 @@ from pftrack.runs.loss import judge_state
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.truth import TruthTable
-from pftrack.vision.rendering.film import FilmWriter
+from pftrack.vision.film import FilmWriter
 
 FISH = find("fish")
 SHAPE = FishShape(24.0, 10.0, 28.0)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pftrack.core.geometry.polygons import convex_hull, fill
+from pftrack.core.geometry import convex_hull, fill
 from pftrack.experiments.hand.candidates import (
     chain_rate,
     contour_rate,

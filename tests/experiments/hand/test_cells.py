@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.geometry.polygons import convex_hull
+from pftrack.core.geometry import convex_hull
 from pftrack.experiments.hand.candidates import half_steps
 from pftrack.experiments.hand.likelihood import (
     NODES,

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.series import Hypotheses
 from pftrack.core.model.source import Target
+from pftrack.core.model.tracker import Diagnostics
 from pftrack.experiments import find
 from pftrack.experiments.hand.experiment import capsules, plate, ribbon
 from pftrack.experiments.hand.recording import Errors, is_mirrored, report

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from pftrack.core.geometry.polygons import fill
+from pftrack.core.geometry import fill
 from pftrack.experiments.hand.shape import (
     HIGH,
     LOW,

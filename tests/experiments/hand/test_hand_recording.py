@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from pftrack.core.model.palette import COLOURS
+from pftrack.core.model.drawing import COLOURS
 from pftrack.core.model.setup import Setup, Sighting
 from pftrack.core.model.source import FrameSequence, History
 from pftrack.experiments import find
@@ -17,7 +17,7 @@ from pftrack.experiments.hand.scene import HandSceneParameters, HandSource
 from pftrack.runs.run import Run
 from pftrack.sources.limits import SourceError
 from pftrack.sources.sequence import open_sequence
-from pftrack.vision.rendering.film import FilmWriter
+from pftrack.vision.film import FilmWriter
 
 HAND = find("hand")
 FRAMES = 5

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pftrack.core.geometry.polygons import convex_hull, fill, row_sums
+from pftrack.core.geometry import convex_hull, fill, row_sums
 from pftrack.experiments.hand.beams import differences, improve, log_score
 from pftrack.experiments.hand.candidates import HIDDEN
 from pftrack.experiments.hand.likelihood import PictureTables, contour_of, finger_fit, tables_of, x_p

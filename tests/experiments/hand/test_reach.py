@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pftrack.core.geometry.polygons import convex_hull, distance_to_polygon
+from pftrack.core.geometry import convex_hull, distance_to_polygon
 from pftrack.experiments.hand.beams import search
 from pftrack.experiments.hand.likelihood import MARGIN, PictureTables, postures, reaches, tables_of
 from pftrack.experiments.hand.model import HandTrackerParameters, Predictions, Task, settings

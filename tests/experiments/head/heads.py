@@ -10,7 +10,7 @@ from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import Frame, FrameIndex, FrameSequence, History
 from pftrack.experiments.head.scene import HeadSource
 from pftrack.experiments.head.scene_parameters import HeadSceneParameters
-from pftrack.vision.geometry.face import FEATURES
+from pftrack.vision.face import FEATURES
 from tests.making import encoded
 
 Picture = NDArray[np.uint8]

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.geometry.rotation import rotation
+from pftrack.core.geometry import rotation
 from pftrack.core.model.parameters import Value, revise
 from pftrack.core.model.source import Frame, Landmarks, Target
 from pftrack.core.numerics.random import Purpose, Stream
@@ -17,7 +17,7 @@ from pftrack.experiments.head.appearance import HeadMemory
 from pftrack.experiments.head.parameters import AS_PUBLISHED, HeadTrackerParameters
 from pftrack.experiments.shared.pose.methods import Method
 from pftrack.experiments.shared.pose.state import PoseState
-from pftrack.vision.geometry.face import FEATURES, fit_similarity, mean_model
+from pftrack.vision.face import FEATURES, fit_similarity, mean_model
 
 WIDTH, HEIGHT = 240, 200
 NOTHING = np.full((HEIGHT, WIDTH), 128, np.uint8)

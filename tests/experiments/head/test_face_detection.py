@@ -7,7 +7,7 @@ import pytest
 
 from pftrack.experiments.head import detection as cascades
 from pftrack.experiments.head.detection import FaceError, detect, eye_distance, find_again
-from pftrack.vision.geometry.face import FEATURES, FaceModel, mean_model, place
+from pftrack.vision.face import FEATURES, FaceModel, mean_model, place
 
 CLIP = Path(__file__).parents[3] / ".." / "shared" / "data" / "face_turning"
 LEFT, RIGHT = FEATURES.index("leye"), FEATURES.index("reye")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.geometry.rotation import rotation
+from pftrack.core.geometry import rotation
 from pftrack.core.model.parameters import ParameterError, Value, revise
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.source import Target
@@ -17,10 +17,10 @@ from pftrack.experiments.head.appearance import HeadMemory
 from pftrack.experiments.head.parameters import AS_PUBLISHED, starting_model
 from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.runs.run import Run
-from pftrack.vision.geometry.face import FEATURES, fit_similarity, mean_model, person, spread_mm2
+from pftrack.vision.face import FEATURES, fit_similarity, mean_model, person, spread_mm2
 from pftrack.vision.model_files import as_json
+from pftrack.vision.structure.factorization import residuals
 from pftrack.vision.structure.growing import Growing
-from pftrack.vision.structure.tracks import residuals
 from tests.experiments.head.heads import simulated
 from tests.making import whole_run
 

@@ -12,7 +12,7 @@ from pftrack.experiments import find
 from pftrack.experiments.head import experiment as head
 from pftrack.experiments.head.experiment import MEAN_FACE, UNCERTAINTY, front, points_of, surface_of
 from pftrack.runs.run import Run
-from pftrack.vision.geometry.face import FEATURES, TITLES, mean_model
+from pftrack.vision.face import FEATURES, TITLES, mean_model
 from tests.making import whole_run
 
 HEAD = find("head")

@@ -15,7 +15,7 @@ from pftrack.experiments.head.recording import FaceBox, FacePoints, PoseTable, r
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.truth import TruthTable
-from pftrack.vision.geometry.face import FEATURES, gaze
+from pftrack.vision.face import FEATURES, gaze
 from tests.experiments.head.heads import Picture, Pictures, empty, pictures, simulated
 
 HEAD = find("head")

@@ -10,7 +10,7 @@ from pftrack.experiments.head.detection import FaceError
 from pftrack.experiments.head.recording import FINDER, MOST_SEARCHED, FaceBox, first_face, to_search
 from pftrack.experiments.head.scene import HeadSource
 from pftrack.experiments.head.scene_parameters import HeadSceneParameters
-from pftrack.vision.geometry.face import FEATURES, LINKS, TITLES
+from pftrack.vision.face import FEATURES, LINKS, TITLES
 from tests.experiments.head.heads import Picture, Pictures, empty, marked, pictures
 
 

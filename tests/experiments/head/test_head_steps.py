@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from pftrack.core.geometry.rotation import rotation
+from pftrack.core.geometry import rotation
 from pftrack.core.model.parameters import revise
 from pftrack.core.numerics.matrices import pinhole
 from pftrack.core.numerics.random import Purpose, Stream
@@ -17,7 +17,7 @@ from pftrack.experiments.head.detection import eye_distance
 from pftrack.experiments.head.first_sight import fit_pose, solid_of
 from pftrack.experiments.shared.pose import methods as pose
 from pftrack.experiments.shared.pose.methods import METHODS, Method
-from pftrack.vision.geometry.face import FEATURES, FaceModel, mean_model
+from pftrack.vision.face import FEATURES, FaceModel, mean_model
 from pftrack.vision.likelihoods import template
 from tests.experiments.head.moving_face import (
     HEIGHT,

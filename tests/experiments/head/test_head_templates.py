@@ -3,7 +3,7 @@
 import numpy as np
 
 from pftrack.experiments.head.appearance import SIZES_PX, template_sizes
-from pftrack.vision.geometry.face import FEATURES
+from pftrack.vision.face import FEATURES
 
 
 def test_sizes_are_those_of_the_table_and_scale_with_the_face() -> None:

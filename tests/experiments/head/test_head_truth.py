@@ -8,7 +8,7 @@ import pytest
 
 from pftrack.experiments.head.recording import read_poses
 from pftrack.sources.truth import TruthError
-from pftrack.vision.geometry.face import gaze
+from pftrack.vision.face import gaze
 
 
 def write(folder: Path, text: str) -> Path:

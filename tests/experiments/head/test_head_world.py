@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pftrack.core.geometry.rotation import rotation
-from pftrack.core.model.drawing import Arrows, Ellipsoids, Mesh, Points, Primitive
-from pftrack.core.model.palette import COLOURS
+from pftrack.core.geometry import rotation
+from pftrack.core.model.drawing import COLOURS, Arrows, Ellipsoids, Mesh, Points, Primitive
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.experiments.head.experiment import HEAD_WORLD, head_world

@@ -2,13 +2,13 @@ import cv2
 import numpy as np
 import pytest
 
-from pftrack.core.geometry.rotation import rotation
+from pftrack.core.geometry import rotation
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import Frame, History
 from pftrack.experiments.head.painting import blur
 from pftrack.experiments.head.scene import HeadSource
 from pftrack.experiments.head.scene_parameters import HeadSceneParameters
-from pftrack.vision.geometry.face import FEATURES, mean_model, person
+from pftrack.vision.face import FEATURES, mean_model, person
 
 LEFT, RIGHT = FEATURES.index("leye"), FEATURES.index("reye")
 TURNED_LEFT, TURNED_RIGHT = 75, 135

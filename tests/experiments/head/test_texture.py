@@ -1,7 +1,7 @@
 import numpy as np
 
 from pftrack.experiments.head.painting import LEFT_MM, STEP_MM, TOP_MM, albedo
-from pftrack.vision.geometry.face import FaceModel, person
+from pftrack.vision.face import FaceModel, person
 
 
 def at(texture: np.ndarray, x: float, y: float) -> float:

@@ -8,11 +8,11 @@ import pytest
 from typer.testing import CliRunner
 
 from pftrack.cli.app import app
-from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.drawing import Points
 from pftrack.core.model.parameters import ParameterError, Value, revise
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.setup import Setup
+from pftrack.core.model.tracker import Diagnostics
 from pftrack.experiments import find
 from pftrack.experiments.linkage.experiment import direction_error
 from pftrack.runs.run import Run

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.geometry.rotation import quaternion, quaternion_matrix
+from pftrack.core.geometry import quaternion, quaternion_matrix
 from pftrack.core.model.parameters import ParameterError, revise
 from pftrack.core.model.source import Frame, Measurements
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pftrack.core.geometry.rotation import quaternion
+from pftrack.core.geometry import quaternion
 from pftrack.core.model.parameters import Value, revise
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.source import Frame

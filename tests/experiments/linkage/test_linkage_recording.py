@@ -15,7 +15,7 @@ from pftrack.experiments.linkage.recording import LinkagePoints, RecordedLinkage
 from pftrack.experiments.linkage.scene import NAMES, places
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
-from pftrack.sources.tracks.table import write
+from pftrack.sources.tracks import write
 from tests.arm import FRAMES, film, joints
 
 LINKAGE = find("linkage")

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.core.geometry.rotation import matrix, quaternion
+from pftrack.core.geometry import matrix, quaternion
 from pftrack.experiments.linkage.model import (
     UPRIGHT,
     Bounds,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.geometry.rotation import rotation
+from pftrack.core.geometry import rotation
 from pftrack.core.model.parameters import ParameterError, Value, revise
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.source import Frame, History, Measurements

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.geometry.rotation import rotation
+from pftrack.core.geometry import rotation
 from pftrack.core.model.parameters import revise
 from pftrack.core.numerics.matrices import pinhole
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats
 
-from pftrack.core.geometry.rotation import rotation
+from pftrack.core.geometry import rotation
 from pftrack.core.model.parameters import Value, revise
 from pftrack.core.model.recipe import Change
 from pftrack.core.numerics.matrices import pinhole

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.series import Hypotheses, Series
+from pftrack.core.model.tracker import Diagnostics
 from pftrack.experiments.shared.loss_probability import KINDS, Memory, Scenes, feature_names, remember
 from pftrack.experiments.shared.signals import read_signals, signal_names
 

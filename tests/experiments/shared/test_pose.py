@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pftrack.core.geometry.rotation import rotation
+from pftrack.core.geometry import rotation
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import Frame, History, Landmarks, Target
 from pftrack.core.numerics.matrices import pinhole
@@ -19,7 +19,7 @@ from pftrack.experiments.shared.pose.layered import Layered
 from pftrack.experiments.shared.pose.parameters import AS_PUBLISHED, PoseTrackerParameters
 from pftrack.experiments.shared.pose.state import PoseState, Solid
 from pftrack.filters.rao_blackwell import RaoBlackwell
-from pftrack.vision.geometry.face import FEATURES, mean_model
+from pftrack.vision.face import FEATURES, mean_model
 
 FOCAL, PRINCIPAL = 800.0, np.array([320.0, 240.0])
 PLACE = np.array([20.0, -10.0, 700.0])

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.geometry.rotation import rotation
-from pftrack.core.model.drawing import Axes, Drawing, Frustum, Links, Mesh, Text
-from pftrack.core.model.palette import COLOURS
+from pftrack.core.geometry import rotation
+from pftrack.core.model.drawing import COLOURS, Axes, Drawing, Frustum, Links, Mesh, Text
 from pftrack.core.model.recipe import Change
 from pftrack.core.numerics.matrices import pinhole
 from pftrack.experiments import find
@@ -17,7 +16,7 @@ from pftrack.experiments.head.parameters import AS_PUBLISHED
 from pftrack.experiments.prism.scene import NAMES, VERTICES_MM
 from pftrack.experiments.shared.pose.drawing import beside, dashes, heights, place_points
 from pftrack.runs.run import Run
-from pftrack.vision.geometry.face import FEATURES, TITLES, FaceModel, mean_model
+from pftrack.vision.face import FEATURES, TITLES, FaceModel, mean_model
 from tests.experiments.head.heads import Pictures, empty, pictures
 
 BOTH = pytest.mark.parametrize("name", ["prism", "head"])

@@ -21,8 +21,8 @@ from pftrack.experiments.shared.pose.layered import Layered
 from pftrack.experiments.shared.pose.methods import measurement, report
 from pftrack.experiments.shared.pose.parameters import AS_PUBLISHED, PoseTrackerParameters
 from pftrack.experiments.shared.pose.state import PoseState, Solid
+from pftrack.filters.adaptive import Projection
 from pftrack.filters.affine import ENTRY_NOISE, AffineBelief, AffineLayer
-from pftrack.filters.layers import Projection
 from pftrack.filters.learning import mixture_em
 from pftrack.filters.perspective import POSE_NOISE, PerspectiveLayer
 from pftrack.filters.rao_blackwell import SCATTER_PX, RaoBlackwell

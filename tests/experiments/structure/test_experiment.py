@@ -14,9 +14,9 @@ from pftrack.experiments import find
 from pftrack.experiments.structure.experiment import shape_errors, shape_world
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
-from pftrack.sources.tracks.table import read_tracks
-from pftrack.vision.geometry.face import FEATURES, fit_similarity, mean_model, person
-from pftrack.vision.structure.tracks import shape_error
+from pftrack.sources.tracks import read_tracks
+from pftrack.vision.face import FEATURES, fit_similarity, mean_model, person
+from pftrack.vision.structure.factorization import shape_error
 from tests.making import whole_run
 
 EXPERIMENT = find("structure")

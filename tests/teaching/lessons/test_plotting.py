@@ -11,7 +11,7 @@ from matplotlib.collections import PathCollection
 from matplotlib.colors import to_hex
 from PIL import Image
 
-from pftrack.core.model.palette import COLOURS, hexadecimal
+from pftrack.core.model.drawing import COLOURS, hexadecimal
 from pftrack.teaching.lessons import LESSONS, Figure
 from pftrack.teaching.lessons import figure as parts
 from pftrack.teaching.lessons.figure import (

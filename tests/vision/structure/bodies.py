@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.geometry.rotation import rotation
-from pftrack.vision.structure.tracks import Tracks
+from pftrack.core.geometry import rotation
+from pftrack.vision.structure.factorization import Tracks
 
 
 def body(points: int = 9, seed: int = 0) -> NDArray[np.float64]:

@@ -1,9 +1,8 @@
 import numpy as np
 
 from pftrack.reproduce.structure import prism_tracks
-from pftrack.vision.structure.factorization import factorize
+from pftrack.vision.structure.factorization import factorize, shape_error
 from pftrack.vision.structure.recursive import accumulate, empty, principal_shape
-from pftrack.vision.structure.tracks import shape_error
 
 
 def test_it_is_the_factorization_of_all_frames() -> None:

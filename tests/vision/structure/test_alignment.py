@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from pftrack.core.geometry.rotation import rotation
-from pftrack.vision.structure.tracks import align, residuals, shape_error
+from pftrack.core.geometry import rotation
+from pftrack.vision.structure.factorization import align, residuals, shape_error
 
 TRUTH = np.random.default_rng(0).normal(size=(8, 3)) * 20.0 + [100.0, 0.0, 700.0]
 

@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 
 from pftrack.core.numerics.matrices import product
-from pftrack.vision.structure.factorization import Factorization, factorize, metric_transform
-from pftrack.vision.structure.tracks import shape_error
+from pftrack.vision.structure.factorization import Factorization, factorize, metric_transform, shape_error
 from tests.vision.structure.bodies import body, cameras, seen
 
 BODY = body()

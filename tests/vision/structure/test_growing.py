@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from pftrack.vision.structure import growing
+from pftrack.vision.structure.factorization import shape_error
 from pftrack.vision.structure.growing import Growing, Settings
-from pftrack.vision.structure.tracks import shape_error
 from tests.vision.structure.views import FOCAL_PX, covariance, own, usual, views
 
 SETTINGS = Settings(FOCAL_PX)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pftrack.vision.structure import variational
-from pftrack.vision.structure.tracks import Tracks, shape_error
+from pftrack.vision.structure.factorization import Tracks, shape_error
 from pftrack.vision.structure.variational import Settings
 from tests.vision.structure.bodies import body, cameras, seen
 

@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.geometry.rotation import rotation
+from pftrack.core.geometry import rotation
 from pftrack.core.model.parameters import Value
 from pftrack.experiments import find
 from pftrack.vision.structure import variational
 from pftrack.vision.structure.cameras import Sight
-from pftrack.vision.structure.factorization import metric_transform
+from pftrack.vision.structure.factorization import Tracks, metric_transform
 from pftrack.vision.structure.growing import find_right, fit_despite_outliers
-from pftrack.vision.structure.tracks import Tracks
 from tests.making import whole_run
 
 POINTS = np.random.default_rng(7).standard_normal((12, 3))

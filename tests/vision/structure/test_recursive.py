@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
-from pftrack.core.geometry.rotation import rotation
+from pftrack.core.geometry import rotation
 from pftrack.vision.structure import recursive
 from pftrack.vision.structure.cameras import Sight, fit_camera, frontal, residuals_and_slopes, steady_camera
+from pftrack.vision.structure.factorization import Tracks, shape_error
 from pftrack.vision.structure.recursive import Recursive, Settings, from_window
-from pftrack.vision.structure.tracks import Tracks, shape_error
 from tests.vision.structure.views import FOCAL_PX, angles, covariance, own, usual, views
 
 SETTINGS = Settings(FOCAL_PX)

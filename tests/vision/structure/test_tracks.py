@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pftrack.vision.structure.tracks import Tracks, check_view
+from pftrack.vision.structure.factorization import Tracks, check_view
 
 ONE = np.ones((3, 5, 2))
 

@@ -7,10 +7,23 @@ import pytest
 
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.vision.structure import variational
-from pftrack.vision.structure.factorization import cholesky_log_det, cholesky_solve, factorize, invert
-from pftrack.vision.structure.passes import free_energy, moments, posterior_points, posterior_rows
-from pftrack.vision.structure.tracks import Tracks, shape_error
-from pftrack.vision.structure.variational import GAMMA, Initial, Variational
+from pftrack.vision.structure.factorization import (
+    Tracks,
+    cholesky_log_det,
+    cholesky_solve,
+    factorize,
+    invert,
+    shape_error,
+)
+from pftrack.vision.structure.variational import (
+    GAMMA,
+    Initial,
+    Variational,
+    free_energy,
+    moments,
+    posterior_points,
+    posterior_rows,
+)
 from tests.vision.structure.bodies import body, cameras, seen
 
 BODY = body()

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.geometry.rotation import rotation
+from pftrack.core.geometry import rotation
 
 FOCAL_PX = 1000.0
 SPREAD_MM = 3.0

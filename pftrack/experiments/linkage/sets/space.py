@@ -16,7 +16,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from pftrack.core.arrays import Floats, Ints
-from pftrack.core.geometry.rotation import matrix, right_jacobian
+from pftrack.core.geometry import matrix, right_jacobian
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import factorise, multiply, substitute
 from pftrack.experiments.linkage.model import LINKS, POINT_ROWS

@@ -32,7 +32,7 @@ freedom (`Solid.widths`). Its 95 % lie within 1.96 standard deviations, like a G
 import numpy as np
 
 from pftrack.core.arrays import Floats
-from pftrack.core.geometry.rotation import derivatives, rotation, turn
+from pftrack.core.geometry import derivatives, rotation, turn
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials
 from pftrack.core.numerics.matrices import contiguous_copy, multiply, product

@@ -2,7 +2,7 @@
 
 A drawing has the picture stand behind the solid, clear of it, and the camera a focal length before the picture: so a px
 in the plane of the picture is a fixed number of mm there, and everything else has its true proportions. The pose is
-given as yaw, pitch and roll of the face (`pftrack.vision.geometry.face.gaze`), in degrees, each with its standard
+given as yaw, pitch and roll of the face (`pftrack.vision.face.gaze`), in degrees, each with its standard
 deviation and, where it is known, the truth.
 """
 
@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Bools, Floats
-from pftrack.core.geometry.rotation import rotation
-from pftrack.core.model.drawing import Axes, Frustum, Links, Points, Primitive, Text
-from pftrack.core.model.palette import COLOURS, Colour
+from pftrack.core.geometry import rotation
+from pftrack.core.model.drawing import COLOURS, Axes, Colour, Frustum, Links, Points, Primitive, Text
 from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.source import Frame, Landmarks
 from pftrack.core.numerics.elementary import wrap
@@ -24,7 +23,7 @@ from pftrack.core.numerics.matrices import NEAREST_MM
 from pftrack.experiments.shared.pose.parameters import PoseTrackerParameters
 from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.experiments.shared.sketch import at_height, lines, uncertainty
-from pftrack.vision.geometry.face import gaze
+from pftrack.vision.face import gaze
 
 CLEAR_RADII = 1.5
 """How far behind a solid's origin its picture is drawn, in radii of its points: a head is larger than its features."""

@@ -20,9 +20,8 @@ from pftrack.core.arrays import Floats
 from pftrack.core.numerics.elementary import exponential
 from pftrack.core.numerics.random import Gaussian, Generator
 from pftrack.filters import adaptive
-from pftrack.filters.adaptive import Draw, Features
+from pftrack.filters.adaptive import Draw, Features, Projection, UpperLayer
 from pftrack.filters.agreement import ROUNDS, agreeing, middle
-from pftrack.filters.layers import Projection, UpperLayer
 from pftrack.filters.learning import mixture_em
 from pftrack.filters.learning.mixture_em import Mixture
 from pftrack.vision.likelihoods.points import compare, log_fits, mix_hidden

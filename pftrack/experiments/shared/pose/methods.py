@@ -13,7 +13,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from pftrack.core.arrays import Floats
-from pftrack.core.geometry.rotation import rotation
+from pftrack.core.geometry import rotation
 from pftrack.core.model.series import Reduction, Series, SeriesValue
 from pftrack.core.numerics.matrices import least_squares, pinhole_jacobian, product
 from pftrack.core.numerics.random import Gaussian, Generator
@@ -22,8 +22,8 @@ from pftrack.experiments.shared.pose.layered import FeatureLikelihood, Layered
 from pftrack.experiments.shared.pose.parameters import PoseTrackerParameters
 from pftrack.experiments.shared.pose.state import Belief, PoseState, Solid
 from pftrack.filters import adaptive, rao_blackwell
+from pftrack.filters.adaptive import UpperLayer
 from pftrack.filters.affine import ENTRY_NOISE, AffineBelief, AffineLayer
-from pftrack.filters.layers import UpperLayer
 from pftrack.filters.learning import mixture_em
 from pftrack.filters.particles import ParticleSet
 from pftrack.filters.perspective import POSE_NOISE, PerspectiveLayer

@@ -9,7 +9,7 @@ from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, Value, parameter
 from pftrack.experiments.shared.reports import loss_share
 from pftrack.filters.learning.charts import Chart
-from pftrack.filters.learning.guidance import Guidance
+from pftrack.filters.learning.diffusion import Guidance
 
 FEATURES, MIXTURE, UPPER, SCORING = "Features", "Which prediction to trust", "Pose", "Scoring"
 LAYERED = ("pf-asd", "alpha-1", "alpha-0")

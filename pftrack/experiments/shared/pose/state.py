@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from pftrack.core.arrays import Bools, Floats, Ints
-from pftrack.core.geometry.rotation import rotation
+from pftrack.core.geometry import rotation
 from pftrack.core.model.likelihood import Cloud, Component, Contributions, Part
 from pftrack.core.model.model import Model, Values
 from pftrack.core.model.source import Frame

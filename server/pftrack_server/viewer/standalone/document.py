@@ -8,7 +8,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from pftrack.core.model.plot import Reading
+from pftrack.core.model.series import Reading
 from pftrack.core.version import __version__
 from pftrack.output.displays import explanation_html, format_reading, readings_of, summary_lines, track
 from pftrack.runs.loss import Loss

@@ -13,9 +13,8 @@ from typing import Any, TypeAlias
 import numpy as np
 import viser
 
-from pftrack.core.model.drawing import Drawing, Key, Points, drawn_keys, sort_keys
+from pftrack.core.model.drawing import COLOURS, Drawing, Key, Points, drawn_keys, hexadecimal, sort_keys
 from pftrack.core.model.faults import without_faults
-from pftrack.core.model.palette import COLOURS, hexadecimal
 from pftrack.runs.run import Run
 from pftrack_server.pictures import PictureEncoder
 from pftrack_server.viewer import viser_adapter, worlds

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pftrack.core.geometry.rotation import matrix
+from pftrack.core.geometry import matrix
 from pftrack.experiments.linkage.sets.ellipsoids import OUTER
 from pftrack.experiments.linkage.sets.regions import CENTRE, SHAPE, Ways, region_of
 from pftrack.experiments.linkage.sets.space import Link, image, observe_in_space, rotate, space_cells

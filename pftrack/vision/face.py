@@ -1,16 +1,8 @@
-"""The face as eleven named points, their mean and spread over people; the surface of a head; and gaze.
+"""Geometry: the shape of a face and a head.
 
-A face model is rigid: points, the eleven features or others, in the head's own frame, in mm, with the origin midway
-between the corneas, x to the right of the picture (the person's left), y down and z away from the camera (Bando 2007,
-ch. 4 section 4). Names begin with `l` for the person's left, which is the right of the picture.
-
-No one's own face is known when a video begins. So a tracker uses the mean of thirteen measured people, the driver not
-among them; here people are drawn from published means and standard deviations of adult faces. What varies is mostly
-symmetric: both sides share one draw, mirrored; 0.5 mm a coordinate is each point's own, and 3 % is the size of the
-whole. `person(seed)` uses NumPy's `default_rng`, as the reference implementation does, and draws in this order: eleven
-triples, the left points' for both sides, eleven triples of asymmetry, and the size. Drivers 99, 101 and 102 are then
-2.2, 3.8 and 3.7 mm (root mean square over the points) from the mean model; the reference implementation, whose order of
-draws is not known, has 2.2, 3.9 and 3.6.
+`face` has eleven named points with their mean and their spread over people, a smooth surface through these points as a
+mesh, and yaw, pitch and roll as people say them. Rotations are in `pftrack.core.geometry`, cameras in
+`pftrack.core.numerics.matrices`.
 """
 
 from collections.abc import Mapping
@@ -23,10 +15,24 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict
 
 from pftrack.core.arrays import Floats
-from pftrack.core.geometry.rotation import nearest_rotation
+from pftrack.core.geometry import nearest_rotation
 from pftrack.core.numerics.elementary import exponential, power
 from pftrack.core.numerics.matrices import product, solve_system
 from pftrack.core.texts import read_whole
+
+# The face as eleven named points, their mean and spread over people; the surface of a head; and gaze.
+#
+# A face model is rigid: points, the eleven features or others, in the head's own frame, in mm, with the origin midway
+# between the corneas, x to the right of the picture (the person's left), y down and z away from the camera (Bando 2007,
+# ch. 4 section 4). Names begin with `l` for the person's left, which is the right of the picture.
+#
+# No one's own face is known when a video begins. So a tracker uses the mean of thirteen measured people, the driver not
+# among them; here people are drawn from published means and standard deviations of adult faces. What varies is mostly
+# symmetric: both sides share one draw, mirrored; 0.5 mm a coordinate is each point's own, and 3 % is the size of the
+# whole. `person(seed)` uses NumPy's `default_rng`, as the reference implementation does, and draws in this order:
+# eleven triples, the left points' for both sides, eleven triples of asymmetry, and the size. Drivers 99, 101 and 102
+# are then 2.2, 3.8 and 3.7 mm (root mean square over the points) from the mean model; the reference implementation,
+# whose order of draws is not known, has 2.2, 3.9 and 3.6.
 
 
 class Feature(BaseModel):

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from pftrack.core.files import part_of, settle
-from pftrack.core.model.palette import COLOURS, OKABE_ITO
+from pftrack.core.model.drawing import COLOURS, OKABE_ITO
 
 GIF_COLOURS = 256
 
