@@ -21,8 +21,7 @@ from pftrack.core.model.parameters import revise  # noqa: E402
 from pftrack.core.model.source import History  # noqa: E402
 from pftrack.experiments.head.appearance import template_sizes  # noqa: E402
 from pftrack.experiments.head.detection import detect, find_again  # noqa: E402
-from pftrack.experiments.head.scene import HeadSource  # noqa: E402
-from pftrack.experiments.head.scene_parameters import HeadSceneParameters  # noqa: E402
+from pftrack.experiments.head.scene import HeadSceneParameters, HeadSource  # noqa: E402
 from pftrack.vision.face import FEATURES  # noqa: E402
 from pftrack.vision.likelihoods import template  # noqa: E402
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from pftrack.core.model.recipe import Recipe
     from pftrack.core.numerics.compiled import compiled
     from pftrack.experiments.experiment import Experiment
-    from pftrack.experiments.own.sliders import slider
+    from pftrack.experiments.own.code import slider
     from pftrack.filters.alone import filter  # noqa: A004 - as users call it
     from pftrack.output.exports.formats import show
     from pftrack.runs.comparison import Comparison
@@ -64,7 +64,7 @@ _HOMES = {
     "record": "pftrack.api",
     "run": "pftrack.api",
     "show": "pftrack.output.exports.formats",
-    "slider": "pftrack.experiments.own.sliders",
+    "slider": "pftrack.experiments.own.code",
 }
 """Where each name that is offered here comes from."""
 

@@ -87,7 +87,9 @@ COMPUTING += ["core/numerics/matrices.py", "core/numerics/random.py"]
 
 SHOWING = {"draw.py", "drawing.py", "exports.py", "experiment.py", "recording.py", "rendering.py", "model_files.py"}
 SHOWING |= {"vector.py", "sketch.py", "quality.py", "loss_probability.py", "example_filter.py"}
-"""Files whose numbers are shown, or lie before a run, and are not part of a state."""
+WITH_TRACKERS = {f"experiments/{family}/experiment.py" for family in ("histogram", "prism", "sine")}
+"""Files whose numbers are shown, or lie before a run, and are not part of a state; and those of them that hold
+trackers, too."""
 
 BY_PROCESSOR = {
     *("exp", "exp2", "expm1", "log", "log2", "log10", "log1p", "logaddexp", "power", "float_power", "cbrt"),
@@ -100,17 +102,23 @@ REPORTS = {
     ("experiments/shared/sampling.py", "log"): "compiled, though not by its decorator",
     ("experiments/shared/pose/methods.py", "exp"): "a share for the screen",
     ("experiments/own/extension.py", "exp"): "a filter in a person's file",
+    ("experiments/histogram/experiment.py", "@"): "colours of what is drawn",
+    ("experiments/prism/experiment.py", "@"): "a drawing",
     ("vision/face.py", "arctan2"): "angles as a person would say them, for the screen",
     ("vision/face.py", "arcsin"): "angles as a person would say them, for the screen",
 }
 """Where that is no part of a state, and why."""
 
 
+def name_of(path: Path) -> str:
+    return str(path.relative_to(ROOT / "pftrack"))
+
+
 def computing() -> Iterator[Path]:
     for room in COMPUTING:
         place = ROOT / "pftrack" / room
         files = sorted(place.rglob("*.py")) if place.is_dir() else [place]
-        yield from (path for path in files if path.name not in SHOWING)
+        yield from (path for path in files if path.name not in SHOWING or name_of(path) in WITH_TRACKERS)
 
 
 def interpreted(tree: ast.AST) -> Iterator[ast.AST]:
@@ -130,10 +138,10 @@ def test_states_use_nothing_that_differs_by_processor() -> None:
 
 def differing(path: Path) -> Iterator[tuple[int, str]]:
     """Yield each line of a file that may come to other bits on another processor, with what does so there."""
-    text, name = path.read_text(encoding="utf-8"), str(path.relative_to(ROOT / "pftrack"))
+    text, name = path.read_text(encoding="utf-8"), name_of(path)
     tree, lines = ast.parse(text), text.splitlines()
     for node in ast.walk(tree):
-        if isinstance(getattr(node, "op", None), ast.MatMult):
+        if isinstance(getattr(node, "op", None), ast.MatMult) and (name, "@") not in REPORTS:
             yield node.lineno, "has @; use pftrack.core.numerics.matrices.product"  # type: ignore[attr-defined]
     for node in interpreted(tree):
         if isinstance(node, ast.Attribute) and is_name(node.value, "np") and node.attr in BY_PROCESSOR:

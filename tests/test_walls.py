@@ -13,7 +13,7 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.ball.experiment import RecordedBallParameters
 from pftrack.experiments.head.recording import RecordedHeadParameters
 from pftrack.experiments.histogram.experiment import RecordedHistogramParameters
-from pftrack.experiments.linkage.recording import RecordedLinkageParameters
+from pftrack.experiments.linkage.experiment import RecordedLinkageParameters
 
 ROOT = Path(__file__).parents[1]
 

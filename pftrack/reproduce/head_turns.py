@@ -26,8 +26,7 @@ from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments import find
 from pftrack.experiments.head.painting import expose
 from pftrack.experiments.head.parameters import AS_PUBLISHED
-from pftrack.experiments.head.scene import HeadSource, focal_px
-from pftrack.experiments.head.scene_parameters import HeadSceneParameters
+from pftrack.experiments.head.scene import HeadSceneParameters, HeadSource, focal_px
 from pftrack.reproduce.finding import Finding, References
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.run import Run

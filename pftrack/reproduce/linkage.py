@@ -20,7 +20,6 @@ from pftrack.core.model.source import Frame, History, Measurements, Target
 from pftrack.core.numerics.matrices import solve_system
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments import find
-from pftrack.experiments.linkage.parameters import TABLE_4_1
 from pftrack.experiments.linkage.scene import (
     FRAME_RATE_HZ,
     PLANE_SIZE_PX,
@@ -28,6 +27,7 @@ from pftrack.experiments.linkage.scene import (
     LinkageTarget,
     in_degrees,
 )
+from pftrack.experiments.linkage.state import TABLE_4_1
 from pftrack.filters.truncation import truncate
 from pftrack.output.figures.style import CURVE_COLOURS, new_figure
 from pftrack.reproduce.finding import Finding, References

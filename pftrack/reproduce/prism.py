@@ -28,11 +28,11 @@ from pftrack.core.model.source import Frame
 from pftrack.core.numerics.elementary import wrap
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments import find
+from pftrack.experiments.prism.experiment import TrackedPrismParameters, measured_of
 from pftrack.experiments.prism.scene import FRAMES, REAR, VERTICES_MM, PrismParameters, PrismTarget, sight
-from pftrack.experiments.prism.trackers import TrackedPrismParameters, measured_of
 from pftrack.experiments.shared.pose import methods
+from pftrack.experiments.shared.pose.calibrated import AS_PUBLISHED
 from pftrack.experiments.shared.pose.methods import Method
-from pftrack.experiments.shared.pose.parameters import AS_PUBLISHED
 from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.filters import affine
 from pftrack.reproduce.finding import Finding, References

@@ -24,8 +24,7 @@ from pftrack.core.numerics.elementary import exponential, wrap
 from pftrack.core.numerics.matrices import pinhole, product
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.head.appearance import EYE_DISTANCE_PX, template_sizes
-from pftrack.experiments.head.scene import HeadSource, HeadTarget
-from pftrack.experiments.head.scene_parameters import HeadSceneParameters
+from pftrack.experiments.head.scene import HeadSceneParameters, HeadSource, HeadTarget
 from pftrack.experiments.prism.scene import FACES, NAMES, VERTICES_MM, visible_faces
 from pftrack.output.figures.style import (
     CURVE_COLOURS,

@@ -9,8 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats, Ints
-from pftrack.experiments.trajectories.corner_scene import FRAMES, CornerSource
-from pftrack.experiments.trajectories.scene import REFERENCE_PX, TRUE_PATH, TracksSceneParameters, simulate
+from pftrack.experiments.trajectories.scene import CORNERS_FRAMES as FRAMES
+from pftrack.experiments.trajectories.scene import (
+    REFERENCE_PX,
+    TRUE_PATH,
+    CornerSource,
+    TracksSceneParameters,
+    simulate,
+)
 from pftrack.filters.trajectories.cloud import Cloud
 from pftrack.filters.trajectories.gaussian import logs_mode
 from pftrack.filters.trajectories.whole import GRID, Method, Settings, Smoothed, follow, likelihood_surface, track_error

@@ -8,8 +8,8 @@ from pftrack.core.model.recipe import Footage, Recipe
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import FrameSequence, Truth
 from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.own.code import FilterFileError
 from pftrack.experiments.own.extension import experiment_of
-from pftrack.experiments.own.sliders import FilterFileError
 from pftrack.runs.record import RecordError, read
 from pftrack.runs.run import Run
 from pftrack.sources.truth import TruthKind

@@ -24,7 +24,7 @@ from pftrack.core.model.parameters import (
     parse,
 )
 from pftrack.core.model.source import Kind
-from pftrack.experiments import Experiment
+from pftrack.experiments.experiment import Experiment
 
 
 class SweepError(Exception):

@@ -23,9 +23,9 @@ from pftrack.core.model.recipe import LONGEST_RUN, Change, Footage, Recipe
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Kind
 from pftrack.core.numerics.random import LARGEST_SEED
-from pftrack.experiments import Experiment
+from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.own.code import FilterFileError
 from pftrack.experiments.own.extension import extend, outline
-from pftrack.experiments.own.sliders import FilterFileError
 from pftrack.runs.opening import OpenSequence, wire
 from pftrack.runs.run import Run
 from pftrack.sweep.axis import MOST_RUNS, TRACKER, Axis, SweepError, check, find_declaration, value_of

@@ -22,8 +22,7 @@ from pftrack.core.model.marks import Mark
 from pftrack.core.model.setup import Setup, Suitability
 from pftrack.core.model.source import FrameSequence, Target
 from pftrack.core.model.tracker import Step
-from pftrack.experiments.experiment import Experiment
-from pftrack.experiments.video import PICTURES
+from pftrack.experiments.experiment import PICTURES, Experiment
 from pftrack.runs.opening import load
 from pftrack.runs.record import RecordError, save
 from pftrack.runs.run import Run

@@ -30,7 +30,7 @@ from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Diagnostics, Step, Tracker
 from pftrack.core.numerics.random import Generator
 from pftrack.experiments.experiment import Experiment
-from pftrack.experiments.sine.model import SignalParameters, SignalSource
+from pftrack.experiments.sine.experiment import SignalParameters, SignalSource
 
 GAIN = 0.4
 

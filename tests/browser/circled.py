@@ -9,7 +9,7 @@ from pftrack_turning import wire
 
 from pftrack.core.model.drawing import Primitive
 from pftrack.core.model.marks import Box, Editor, Handle, Mark, MarkNumber
-from pftrack.experiments.video import Video
+from pftrack.experiments.experiment import Video
 
 
 class Circle(Mark):

@@ -4,7 +4,8 @@ import pytest
 
 from pftrack.core.model.series import STANDARD_PLOTS
 from pftrack.core.model.tracker import Diagnostics
-from pftrack.experiments import EXPERIMENTS, Experiment, find
+from pftrack.experiments import EXPERIMENTS, find
+from pftrack.experiments.experiment import Experiment
 from pftrack.runs.run import Run
 
 

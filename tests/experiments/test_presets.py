@@ -3,7 +3,8 @@ import pytest
 from pftrack.core.model.parameters import declarations, flat
 from pftrack.core.model.preset import Preset
 from pftrack.core.model.recipe import Change
-from pftrack.experiments import EXPERIMENTS, Experiment, find
+from pftrack.experiments import EXPERIMENTS, find
+from pftrack.experiments.experiment import Experiment
 from tests.making import whole_run
 
 BALL = find("ball")

@@ -8,7 +8,7 @@ from pftrack.core.model.marks import Box, LongBody, Mark
 from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.setup import Setup
 from pftrack.experiments import EXPERIMENTS, find
-from pftrack.experiments.video import NO_VIDEO, Video
+from pftrack.experiments.experiment import NO_VIDEO, Video
 from tests.experiments.head.heads import Pictures, pictures
 
 BALL = find("ball").simulate()

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
+from pftrack.experiments.trajectories.scene import CORNERS_FRAMES as FRAMES
 from pftrack.experiments.trajectories.scene import REFERENCE_PX
 from pftrack.filters.trajectories.whole import Method, Settings, follow, likelihood_surface
 from pftrack.reproduce import trajectories
 from pftrack.reproduce.pool import begin, recipe
-from pftrack.reproduce.trajectories import FRAMES, likelihood_figure, track_figure
+from pftrack.reproduce.trajectories import likelihood_figure, track_figure
 
 
 def test_the_table_within_the_tolerances_for_few_runs() -> None:

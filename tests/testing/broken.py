@@ -20,11 +20,9 @@ from pftrack.core.model.series import Series
 from pftrack.core.model.source import Frame
 from pftrack.core.model.tracker import Step
 from pftrack.experiments import find
-from pftrack.experiments.experiment import Experiment, Quality
+from pftrack.experiments.experiment import NO_VIDEO, Experiment, Quality
 from pftrack.experiments.shared.loss_probability import Logistic, LossDeclaration, LossModel
-from pftrack.experiments.sine.experiment import SineParameters
-from pftrack.experiments.sine.model import SignalSource
-from pftrack.experiments.video import NO_VIDEO
+from pftrack.experiments.sine.experiment import SignalSource, SineParameters
 
 TRACKERS = find("sine").trackers
 KALMAN = TRACKERS["kalman"]

@@ -17,12 +17,11 @@ from pftrack.core.model.series import STANDARD_PLOTS, Interval, Plot, Series, Se
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, FrameSequence, History, Target, Truth
 from pftrack.core.numerics.random import Gaussian, Generator, Purpose, Stream
-from pftrack.experiments.experiment import Experiment, Quality
+from pftrack.experiments.experiment import Experiment, Quality, Video
 from pftrack.experiments.shared.filtered import Bootstrap, PointModel, filtered
 from pftrack.experiments.shared.recording import RecordingParameters, RecordingSource, paint
 from pftrack.experiments.shared.reports import particle_count
 from pftrack.experiments.shared.sketch import POINT_LAYERS, distance, draw_point_frame
-from pftrack.experiments.video import Video
 
 
 class Parameters(RecordingParameters, group="Disc"):

@@ -18,12 +18,17 @@ from pftrack.core.model.parameters import revise
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import FrameSequence, Truth
 from pftrack.core.model.tracker import Diagnostics, Step
-from pftrack.experiments.ball.model import COLOURED, TRACKERS
-from pftrack.experiments.ball.parameters import GUIDANCE, GUIDED, BallTrackerParameters, ScoringParameters
-from pftrack.experiments.ball.recording import look_beside, suits
-from pftrack.experiments.ball.scene import BallSceneParameters, BallSource
+from pftrack.experiments.ball.model import (
+    COLOURED,
+    GUIDANCE,
+    GUIDED_TRACKERS,
+    TRACKERS,
+    BallTrackerParameters,
+    ScoringParameters,
+)
+from pftrack.experiments.ball.scene import BallSceneParameters, BallSource, look_beside, suits
 from pftrack.experiments.declared import read_quality, read_words
-from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.experiment import Experiment, Video
 from pftrack.experiments.shared.recording import RecordingParameters, RecordingSource
 from pftrack.experiments.shared.reports import JudgedByBox
 from pftrack.experiments.shared.sketch import (
@@ -36,7 +41,6 @@ from pftrack.experiments.shared.sketch import (
     paths,
     success_region,
 )
-from pftrack.experiments.video import Video
 from pftrack.filters import kalman
 from pftrack.filters.dynamics import smooth
 from pftrack.vision.likelihoods import chromaticity
@@ -137,7 +141,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
 
 def _caption(step: Step) -> str:
     row = step.diagnostics
-    learned = step.tracker in GUIDED and f"learned from {GUIDANCE.parse(step.parameters.learned).origin}"
+    learned = step.tracker in GUIDED_TRACKERS and f"learned from {GUIDANCE.parse(step.parameters.learned).origin}"
     samples = row.vector("samples")
     drawn = "{:g} by prediction, {:g} by observation".format(*samples) if samples is not None else ""
     return caption(row, step.tracker_title, learned or "", drawn, error_words(row, " px"))

@@ -9,30 +9,273 @@ from pathlib import Path
 
 import numpy as np
 
-from pftrack.core.model.drawing import COLOURS, Drawing, Picture, Primitive
+from pftrack.core.arrays import Floats
+from pftrack.core.model.drawing import (
+    COLOURS,
+    VIRIDIS,
+    Arrows,
+    Colour,
+    Drawing,
+    Ellipse,
+    Ellipsoids,
+    Links,
+    Picture,
+    Points,
+    Polyline,
+    Primitive,
+    Text,
+    WorldDrawing,
+)
 from pftrack.core.model.measures import PICTURE_MEASURES
 from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Diagnostics, Step
-from pftrack.experiments.declared import read_quality, read_words
-from pftrack.experiments.experiment import Experiment
-from pftrack.experiments.fish.draw import (
-    changes_world,
-    draw_edges,
-    draw_particles,
-    draw_path,
-    draw_truth,
-    fish,
-    modes_world,
+from pftrack.experiments.declared import read_quality, read_words, read_worlds
+from pftrack.experiments.experiment import Experiment, Video
+from pftrack.experiments.fish.model import (
+    CAP_PX,
+    GOLDFISH,
+    QUARTERS,
+    Edges,
+    FishShape,
+    FishState,
+    body_points,
+    find_edges,
+    shape,
+    tail_line,
 )
-from pftrack.experiments.fish.model import FishState, find_edges, shape
-from pftrack.experiments.fish.parameters import GUIDANCE, FishTrackerParameters
-from pftrack.experiments.fish.recording import FishBody, RecordedFishParameters, suits, wire
-from pftrack.experiments.fish.scene import FishSceneParameters, FishSource, FishTarget
+from pftrack.experiments.fish.parameters import FISH, GUIDANCE, FishTrackerParameters
+from pftrack.experiments.fish.scene import (
+    FishBody,
+    FishSceneParameters,
+    FishSource,
+    FishTarget,
+    RecordedFishParameters,
+    suits,
+    wire,
+)
 from pftrack.experiments.fish.trackers import TRACKERS
-from pftrack.experiments.shared.sketch import caption, distance, error_words
-from pftrack.experiments.video import Video
+from pftrack.experiments.shared.sketch import (
+    at_height,
+    caption,
+    circle,
+    colours,
+    distance,
+    dots,
+    error_words,
+    lines,
+    particle_clouds,
+)
+from pftrack.filters.learning.charts import changes
+from pftrack.filters.learning.diffusion import Diffusion
+
+# What is drawn of a frame, and two worlds of what was learned.
+#
+# The picture shows its edges, some particles as whole fish, the estimate, the truth and the path. The first world shows
+# a fish at rest, head upwards, and as a ghost how it moves and bends within a frame along one of the modes, the
+# eigenvectors of the learned covariance (Mitsugami et al. 2009, eq. 15). The second is the scatter of turn against bend
+# of all particles since the frame before, in units of the learned standard deviations, with the learned covariance as
+# an ellipsoid at two of them, and the changes of the estimate. Its third axis is the acceleration across the body.
+
+FEW, MANY = 10, 200
+"""How many particles are drawn as whole fish: as in the paper's figures 8 and 9, or nearly all."""
+
+OUTLINE_POINTS = 24
+TRAIL_FRAMES = 45
+LINES_IN_LENGTH, LINE_WIDTHS_PX = 13.0, (0.7, 3.0)
+"""Widths of lines in the half length of a fish, and bounds of their width."""
+
+
+def fish(
+    pose: Floats, shape: FishShape, colour: Colour, layer: str, name: str, *, dashed: bool = False
+) -> dict[str, Primitive]:
+    """Draw a pose (4,) as an ellipse with a tail, and a stroke to the head."""
+    ahead = np.array([np.cos(pose[2]), np.sin(pose[2])])
+    axes = np.stack([shape.half_length * ahead, shape.half_width * np.array([-ahead[1], ahead[0]])])
+    centre = at_height(pose[:2], 2.0)
+    width = float(np.clip(shape.half_length / LINES_IN_LENGTH, *LINE_WIDTHS_PX))
+    head = pose[:2] + shape.half_length * ahead
+    stroke = at_height(np.vstack([head - 0.3 * shape.half_length * ahead, head]), 2.0)
+    return {
+        f"{name} body": Ellipse(centre, axes.astype(np.float32), colour, width, layer, dashed),
+        f"{name} tail": Polyline(at_height(tail_line(pose, shape), 2.0), colour, width, layer),
+        f"{name} head": Polyline(stroke, colour, width, layer),
+    }
+
+
+def draw_particles(state: FishState, shape: FishShape, width: int) -> dict[str, Primitive]:
+    """Draw all particles as points at their centres, and some of them as whole fish."""
+    states = state.particles.states
+    poses = states[:, [0, 1, 4, 5]]
+    clouds = particle_clouds(poses[:, :2], state.particles, 0, width / 200.0)
+    return {
+        "many": outlines(_some(poses, MANY), shape, COLOURS["prediction"], 0.5, "many particles"),
+        "few": outlines(_some(poses, FEW), shape, COLOURS["prediction"], 1.0, "ten particles"),
+        "centres": clouds["weights"],
+    }
+
+
+def outlines(poses: Floats, shape: FishShape, colour: Colour, width: float, layer: str) -> Links:
+    """Draw poses (n, 4) as outlines with tails, all of them one primitive."""
+    around = body_points(poses, shape, OUTLINE_POINTS)
+    segments = np.concatenate(
+        [np.stack([around, np.roll(around, -1, axis=1)], axis=2), tail_line(poses, shape)[:, None]], axis=1
+    )
+    return lines(segments.reshape(-1, 2, 2), colour, width, layer, height=1.0)
+
+
+def draw_edges(edges: Edges) -> dict[str, Primitive]:
+    """Draw the distance image, dark near the edges, and the edges themselves."""
+    rows, columns = np.nonzero(edges.edges)
+    return {
+        "distances": Picture(_TABLE[edges.distances[1:-1, 1:-1]], "distance image"),
+        "edges": dots(np.column_stack([columns, rows]), COLOURS["lost"], 1.5, "edges", height=1.0),
+    }
+
+
+def draw_truth(target: Target | None) -> dict[str, Primitive]:
+    """Draw the true fish, or a circle where only its place is known."""
+    if isinstance(target, FishTarget):
+        return fish(target.pose, target.shape, COLOURS["truth"], "truth", "true")
+    if target is not None:
+        return {"true place": circle(target.position, target.size / 2.0, COLOURS["truth"], "truth")}
+    return {}
+
+
+def draw_path(past: Sequence[Diagnostics], frame: int) -> dict[str, Primitive]:
+    """Draw where the estimate was in the last three seconds."""
+    rows = past[max(frame - TRAIL_FRAMES, 0) : frame + 1]
+    places = np.array([row.estimate for row in rows]).reshape(-1, 2)
+    return {"path": Polyline(at_height(places, 1.0), COLOURS["estimate"], 2.0, "path")}
+
+
+def _some(poses: Floats, count: int) -> Floats:
+    """Return an even choice of particles, which lie in the order of their parents."""
+    if len(poses) <= count:
+        return poses
+    return poses[np.linspace(0, len(poses) - 1, count).astype(np.int64)]
+
+
+_TABLE = np.array(VIRIDIS, np.uint8)[np.minimum(np.arange(256) * len(VIRIDIS) // (QUARTERS * CAP_PX), len(VIRIDIS) - 1)]
+"""Colour of each distance."""
+
+MODES_WORLD, CHANGES_WORLD = read_worlds(Path(__file__).parent)
+
+
+UP = -0.5 * np.pi
+SWAY_FRAMES = 30.0
+FAN = (-2.0, -1.0, 1.0, 2.0)
+LABEL_AT, SAID_FROM = -80.0, 0.3
+"""Where the label of a mode stands, px, and from which share on it says a component."""
+ARROW = 6.0
+"""Lengths of the arrow of an acceleration, frames^2."""
+SEEN = 4.8
+"""Changes farther than this from 0 are not drawn, sd."""
+MOST_PARTICLES, REMEMBERED = 600, 45
+AXIS_SD = 4.4
+NAMES = (("turn", (1.0, 0.0, 0.0)), ("bend", (0.0, 1.0, 0.0)), ("across", (0.0, 0.0, 1.0)))
+
+
+def modes_world(parameters: FishTrackerParameters, frame: int) -> WorldDrawing:
+    """Draw the mode that is chosen: the fish at rest, a fan along the mode, and the ghost."""
+    diffusion = _learned_diffusion(parameters)
+    sway = np.cos(2.0 * np.pi * frame / SWAY_FRAMES) if parameters.mode_sways else 1.0
+    along = float(parameters.along_mode * sway)
+    change = _change(diffusion, parameters.shown_mode, along)
+    rest = np.array([0.0, 0.0, UP, 0.0])
+    fan = np.array([_move(rest, _change(diffusion, parameters.shown_mode, share)) for share in FAN])
+    ghost = _move(rest, change)
+    drawn: dict[str, Primitive] = {
+        "fan": outlines(fan, GOLDFISH, COLOURS["hidden"], 1.0, "learned motion"),
+        "rest": outlines(rest[None], GOLDFISH, COLOURS["truth"], 1.5, "learned motion"),
+        **_ghost(ghost, COLOURS["prediction"]),
+    }
+    push = ARROW * (ghost[:2] - rest[:2])
+    ends = np.array([[[0.0, 0.0, 0.0], [*push, 0.0]]], np.float32)
+    drawn["push"] = Arrows(ends if np.hypot(*push) > 1.0 else ends[:0], COLOURS["prediction"], 2.0, "learned motion")
+    said = (
+        f"{round(change[0]):+d} px ahead",
+        f"{round(change[1]):+d} px aside",
+        f"turn {round(np.rad2deg(change[2])):+d}°",
+        f"bend {round(np.rad2deg(change[3])):+d}°",
+    )
+    weight = np.abs(diffusion.modes[:, parameters.shown_mode - 1])
+    label = ", ".join(said[i] for i in range(4) if weight[i] > SAID_FROM)
+    place = np.array([0.0, LABEL_AT, 0.0], np.float32)
+    drawn["label"] = Text(place, label, COLOURS["camera"], "learned motion", anchor="middle")
+    return WorldDrawing(MODES_WORLD, drawn)
+
+
+def changes_world(
+    state: FishState, parameters: FishTrackerParameters, past: Sequence[Diagnostics], frame: int
+) -> WorldDrawing:
+    """Draw the changes of all particles and of the estimate beside what was learned."""
+    diffusion = _learned_diffusion(parameters)
+    length = shape(parameters).half_length / GOLDFISH.half_length
+    sd = diffusion.sd[[2, 3, 1]] * np.array([1.0, 1.0, length])
+    drawn: dict[str, Primitive] = {"axes": _axes()}
+    for name, way in NAMES[:2]:  # the third one's would stand in the middle of the view from the front
+        place = (0.85 * AXIS_SD * np.array(way)).astype(np.float32)
+        drawn[f"name {name}"] = Text(place, name, COLOURS["camera"], "axes", anchor="middle")
+    covariance = diffusion.correlation[np.ix_([2, 3, 1], [2, 3, 1])] * parameters.diffusion_scale**2
+    drawn["learned"] = Ellipsoids(
+        np.zeros((1, 3), np.float32),
+        np.asarray(covariance[None], np.float32),
+        colours(1, COLOURS["observation"]),
+        0.25,
+        "learned motion",
+    )
+    cloud = state.changes[:, [1, 2, 0]] / sd
+    step = max(1, len(cloud) // MOST_PARTICLES)
+    drawn["particles"] = _points(cloud[::step], "prediction", 0.09, "drawn changes")
+    bodies = [row.vector("body") for row in past[max(frame - REMEMBERED, 0) : frame + 1]]
+    known = np.array([body for body in bodies if body is not None]).reshape(-1, 4)
+    made = changes(known, FISH, parameters.motion_reading)[:, [2, 3, 1]] / sd if len(known) > 2 else np.zeros((0, 3))
+    drawn["path"] = _points(made[:-1], "estimate", 0.12, "path")
+    drawn["estimate"] = _points(made[-1:], "estimate", 0.3, "estimate")
+    return WorldDrawing(CHANGES_WORLD, drawn)
+
+
+def _learned_diffusion(parameters: FishTrackerParameters) -> Diffusion:
+    learned = GUIDANCE.parse(parameters.learned)
+    return learned.diffusion(parameters.motion_reading, correlated=parameters.correlated_changes)
+
+
+def _change(diffusion: Diffusion, mode: int, along: float) -> Floats:
+    """Return the changes (4,) at so many standard deviations along a mode, counted from 1."""
+    change: Floats = along * np.sqrt(diffusion.eigenvalues[mode - 1]) * diffusion.modes[:, mode - 1]
+    return change
+
+
+def _move(pose: Floats, change: Floats) -> Floats:
+    """Return a pose at rest (4,) after a frame with these changes: turned, bent, and moved in its new direction."""
+    theta = pose[2] + change[2]
+    cosine, sine = np.cos(theta), np.sin(theta)
+    x, y = pose[0] + cosine * change[0] - sine * change[1], pose[1] + sine * change[0] + cosine * change[1]
+    return np.array([x, y, theta, pose[3] + change[3]])
+
+
+def _ghost(pose: Floats, colour: Colour) -> dict[str, Primitive]:
+    around = body_points(pose, GOLDFISH, OUTLINE_POINTS)
+    body = np.zeros((OUTLINE_POINTS + 1, 3), np.float32)
+    body[:, :2] = np.vstack([around, around[:1]])
+    tail = np.zeros((2, 3), np.float32)
+    tail[:, :2] = tail_line(pose, GOLDFISH)
+    return {
+        "ghost body": Polyline(body, colour, 3.0, "learned motion"),
+        "ghost tail": Polyline(tail, colour, 3.0, "learned motion"),
+    }
+
+
+def _points(places: Floats, colour: str, size: float, layer: str) -> Points:
+    return dots(places[np.square(places).sum(axis=1) < SEEN**2], COLOURS[colour], size, layer)
+
+
+def _axes() -> Links:
+    ends = [[[-AXIS_SD * way for way in ways], [AXIS_SD * way for way in ways]] for _, ways in NAMES]
+    return Links(np.array(ends, np.float32), COLOURS["hidden"], 1.0, "axes")
+
 
 FOLDER = Path(__file__).parent
 

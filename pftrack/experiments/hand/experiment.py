@@ -32,7 +32,7 @@ from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.experiments.declared import read_quality, read_words
-from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.experiment import Experiment, Video
 from pftrack.experiments.hand import recording
 from pftrack.experiments.hand.fingers import HandFeatures
 from pftrack.experiments.hand.model import HandState, HandTrackerParameters
@@ -42,7 +42,6 @@ from pftrack.experiments.hand.shape import HandShape, joints, palm_axes, parts
 from pftrack.experiments.hand.trackers import TRACKERS, features
 from pftrack.experiments.shared.pose.drawing import draw_with_rim
 from pftrack.experiments.shared.sketch import at_height, caption, dots, lines
-from pftrack.experiments.video import Video
 
 FOLDER = Path(__file__).parent
 

@@ -37,7 +37,7 @@ from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.core.numerics.elementary import wrap
 from pftrack.experiments.declared import read_quality, read_words
-from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.experiment import Experiment, Video
 from pftrack.experiments.head.appearance import HeadMemory
 from pftrack.experiments.head.parameters import HeadTrackerParameters
 from pftrack.experiments.head.recording import (
@@ -49,8 +49,7 @@ from pftrack.experiments.head.recording import (
     suits,
     wire,
 )
-from pftrack.experiments.head.scene import HeadSource
-from pftrack.experiments.head.scene_parameters import HeadSceneParameters
+from pftrack.experiments.head.scene import HeadSceneParameters, HeadSource
 from pftrack.experiments.head.trackers import TRACKERS
 from pftrack.experiments.shared.pose import SHOWN_OF_POSES
 from pftrack.experiments.shared.pose.drawing import (
@@ -72,7 +71,6 @@ from pftrack.experiments.shared.pose.drawing import (
 )
 from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.experiments.shared.sketch import caption, colours, dots, error_words
-from pftrack.experiments.video import Video
 from pftrack.sources.tracks import write
 from pftrack.vision.face import CORRECTION_SD_MM, FEATURES, LINKS, TITLES, FaceModel, gaze, grid_triangles, head_mesh
 from pftrack.vision.model_files import Surface, as_json, as_obj, upright

@@ -15,15 +15,15 @@ from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import ParameterError, Parameters, Value, parameter
 from pftrack.core.numerics.elementary import exponential
 from pftrack.experiments.head.appearance import EYE_DISTANCE_PX
-from pftrack.experiments.shared.pose import parameters as pose
-from pftrack.experiments.shared.pose.calibrated import seen_moments
-from pftrack.experiments.shared.pose.parameters import (
+from pftrack.experiments.shared.pose import calibrated as pose
+from pftrack.experiments.shared.pose.calibrated import (
     LAYERED,
     UPPER,
     PoseTrackerParameters,
     joint_particles,
     particles_per_feature,
     pose_guidance,
+    seen_moments,
 )
 from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.vision.face import FEATURES, FaceModel, fit_similarity, mean_model, spread_mm2

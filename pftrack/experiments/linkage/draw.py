@@ -36,11 +36,10 @@ from pftrack.experiments.linkage.model import (
     pose_size,
     reference_attitude,
 )
-from pftrack.experiments.linkage.parameters import LinkageTrackerParameters
 from pftrack.experiments.linkage.scene import LinkageTarget, LinkMeasurements, attitude, places
 from pftrack.experiments.linkage.sets.regions import CENTRE
 from pftrack.experiments.linkage.sets.space import Strip, intersect
-from pftrack.experiments.linkage.state import LinkageState
+from pftrack.experiments.linkage.state import LinkageState, LinkageTrackerParameters
 from pftrack.experiments.linkage.trackers import Region
 from pftrack.experiments.shared.sketch import at_height, circle, dots, grid_faces, lines
 from pftrack.filters.beam import Beam

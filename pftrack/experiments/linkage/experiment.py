@@ -7,22 +7,28 @@ possible.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, TypeAlias
 
+import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.drawing import Drawing, Picture, Primitive
-from pftrack.core.model.measures import EvaluatedRun, Measure
+from pftrack.core.model.marks import FeaturePoints
+from pftrack.core.model.measures import EvaluatedRun, Measure, held_at_end
+from pftrack.core.model.parameters import ParameterError, Value, parameter, revise
 from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.setup import Setup
-from pftrack.core.model.source import Frame, Target
+from pftrack.core.model.source import Frame, FrameSequence, History, Target, Truth
 from pftrack.core.model.tracker import Diagnostics, Step
-from pftrack.core.numerics.elementary import wrap
+from pftrack.core.numerics.elementary import direction, wrap
+from pftrack.core.numerics.matrices import product
 from pftrack.experiments.declared import read_quality, read_words
-from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.experiment import PICTURES, Experiment, Video
 from pftrack.experiments.linkage.draw import (
     depth_world,
     draw_belief,
@@ -32,21 +38,332 @@ from pftrack.experiments.linkage.draw import (
     truth,
 )
 from pftrack.experiments.linkage.model import LINKS
-from pftrack.experiments.linkage.parameters import SimulatedLinkageParameters
-from pftrack.experiments.linkage.recording import (
-    HELD_AT_END,
-    LAST_FRAMES,
-    WANTED,
-    LinkagePoints,
-    RecordedLinkageParameters,
-    wire,
+from pftrack.experiments.linkage.scene import (
+    NAMES,
+    LinkageSource,
+    LinkageTarget,
+    LinkMeasurements,
+    in_degrees,
+    in_radians,
+    measure_points,
 )
-from pftrack.experiments.linkage.scene import NAMES, LinkageSource, LinkageTarget, LinkMeasurements, in_radians
-from pftrack.experiments.linkage.state import LinkageState
+from pftrack.experiments.linkage.state import LinkageParameters, LinkageState, SimulatedLinkageParameters
 from pftrack.experiments.linkage.trackers import TRACKERS, Region, contains
+from pftrack.experiments.shared.recording import OccluderParameters, RecordedFrames, paint_strip, strip
 from pftrack.experiments.shared.sketch import caption, error_words
-from pftrack.experiments.video import PICTURES, Video
 from pftrack.filters.beam import Beam
+from pftrack.sources.tracks import TrackSequence
+from pftrack.vision.matching import LARGEST_TEMPLATE_PX, cut, match
+
+# A recording of a chain: a person marks root, joints and tip, and is told its lengths and depth from then on.
+#
+# All lengths are in px of the picture, as an orthographic camera has no other unit. Nothing is known beforehand of what
+# is filmed but the mark: a link is at least as long as it looks there, and its length is looked for up to twice that;
+# the joints may bend either way. A person who knows more sets the bounds, live. Where the truth is known, the errors of
+# directions are measured, and whether the truth was ever excluded.
+#
+# Four points of a chain on a recording: followed from where a person has marked them, or the tracks of a table.
+#
+# Each point has a template, cut anew wherever it was found, since what is around a joint turns as the chain moves; so
+# that it does not drift away, the first template has the last word where it still fits nearby. A point whose best match
+# fits badly, or that touches the edge, has none in that picture, and is looked for again around where it was last seen.
+
+LAST_FRAMES = 6
+"""Over which Shimada's success of a crossing is judged."""
+
+HELD_AT_END = held_at_end(LAST_FRAMES)
+"""Whether a chain came through: in between a wrong hypothesis may be ahead."""
+
+MATCHING = "Following"
+POINTS = 4
+NEARBY_PX = 3
+"""How far from a match the first template is looked for."""
+
+FOLLOWED_SD_PX = 1.0
+TILT = 0.5
+"""Slope of the plane in which a chain is taken to lie at first, along the way from root to tip."""
+
+Points: TypeAlias = tuple[Floats, Floats]
+"""(4, 2) positions in the picture, px, NaN where they are not known, and (4, 2) standard deviations."""
+
+
+class FollowingParameters(OccluderParameters, group=MATCHING):
+    """How marked points are followed, and what is laid over the recording."""
+
+    # fmt: off
+    template_px: int = parameter(
+        15, "Template", "Side of the square about a point that is looked for in later pictures.",
+        unit="px", within=(5, LARGEST_TEMPLATE_PX, 2), live=False)
+    search_reach_px: int = parameter(
+        16, "Search to", "How far from its last match a point is looked for, to all four sides.",
+        unit="px", within=(2, 40, 1), live=False)
+    largest_cost: float = parameter(
+        0.5, "Largest cost", "One minus the correlation beyond which a match is none; 2 takes all.",
+        within=(0, 2, 0.05), live=False)
+    # fmt: on
+
+
+class Followed:
+    """Marked points through a recording, each picture looked at once, in order."""
+
+    def __init__(self, sequence: FrameSequence, first: int, points: Floats, parameters: FollowingParameters) -> None:
+        """Take up points (4, 2) in the picture `first`."""
+        self._sequence, self._first, self._parameters = sequence, first, parameters
+        self._size = parameters.template_px // 2 * 2 + 1
+        self._places = np.rint(points).astype(np.int64)
+        self._original = self._templates = cut(self._grey(0), self._places, self._size)
+        # What was marked between pixels stays so.
+        self._within = points - self._places
+        self._found = [points]
+
+    def at(self, index: int) -> Points:
+        """Return the points in the picture `first + index`; the same index gives the same, in whatever order."""
+        while len(self._found) <= index:
+            self._found.append(self._next(self._grey(len(self._found))))
+        return self._found[index], np.full((POINTS, 2), FOLLOWED_SD_PX)
+
+    def _grey(self, index: int) -> NDArray[np.uint8]:
+        return np.asarray(cv2.cvtColor(self._sequence.picture(self._first + index), cv2.COLOR_RGB2GRAY), np.uint8)
+
+    def _next(self, grey: NDArray[np.uint8]) -> Floats:
+        most, half = self._parameters.largest_cost, self._size // 2
+        found = match(grey, self._templates, self._places, self._parameters.search_reach_px, "correlation")
+        again = match(grey, self._original, found.places, NEARBY_PX, "correlation")
+        original = again.costs <= np.minimum(found.costs + most / 2.0, most)
+        places = np.where(original[:, None], again.places, found.places)
+        offsets = np.where(original[:, None], again.offsets, found.offsets)
+        inside = ((places > half) & (places < np.array(grey.shape[::-1]) - 1 - half)).all(axis=1)
+        good = inside & (np.minimum(found.costs, again.costs) <= most)
+        self._places = np.where(good[:, None], places, self._places)
+        self._templates = np.where(good[:, None, None], cut(grey, self._places, self._size), self._templates)
+        return np.where(good[:, None], places + offsets + self._within, np.nan)
+
+
+def track_points(sequence: TrackSequence, columns: list[int], first: int) -> Callable[[int], Points]:
+    """Return four of the tracks of a table, by number of the frame from the frame `first` on."""
+
+    def at(index: int) -> Points:
+        number = first + index
+        return sequence.positions[number][columns], np.sqrt(sequence.variances[number][columns])
+
+    return at
+
+
+class RecordedLinkage(RecordedFrames):
+    """The frames of a recording with four points of a chain in each; `start` is guessed from those of the first."""
+
+    def __init__(self, sequence: FrameSequence, first: int, start: LinkageTarget, at: Callable[[int], Points]) -> None:
+        """Wire a recording up from the picture `first` on.
+
+        Args:
+            sequence: The pictures.
+            first: Number of the first picture used.
+            start: What is guessed of the chain there.
+            at: Number of the frame -> the points.
+        """
+        super().__init__(sequence, first, start)
+        self._at = at
+
+    def frame(self, index: int, history: History[FollowingParameters]) -> Frame:
+        """Return a picture and the points in it; the same arguments give the same frame, to the bit."""
+        parameters = history.at(index)
+        image = self._sequence.picture(self._first + index)
+        if parameters.occlusion_width_px > 0:
+            image = image.copy()
+            paint_strip(image, parameters)
+            image.flags.writeable = False
+        points, sd = self._at(index)
+        left, right = strip(parameters, self.size[0])
+        seen = np.isfinite(points).all(axis=1) & ~((left <= points[:, 0]) & (points[:, 0] < right))
+        measured = measure_points(points, sd, seen)
+        return Frame(index, float(self._times_s[index]), image_rgb=image, measurements=measured)
+
+
+def guess(points: Floats) -> LinkageTarget:
+    """Return a chain in space that is seen at four points (4, 2), px.
+
+    Any plane that is not seen edge-on holds such a chain. The one that is taken slopes away from the camera from root
+    to tip: parallel to the image it would not matter, to first order, how it is turned.
+    """
+    across = points - points[0]
+    chord = across[-1] if np.square(across[-1]).sum() > 0.0 else across[1]
+    chord = chord / np.sqrt(np.square(chord).sum())
+    places = np.column_stack([across, TILT * (across * chord).sum(axis=1)])
+    links = np.diff(places, axis=0)
+    lengths = np.sqrt(np.square(links).sum(axis=1))
+    normal = np.cross(np.append(chord, TILT), np.array([-chord[1], chord[0], 0.0]))
+    normal = normal / np.sqrt(np.square(normal).sum())
+    along = links[0] / lengths[0]
+    reference = np.column_stack([along, np.cross(normal, along), normal])
+    flat = product(links, reference)
+    directions = np.array([direction(x, y) for x, y in flat[:, :2].tolist()])
+    theta = np.diff(np.append(0.0, directions))
+    theta = theta - 2.0 * np.pi * np.round(theta / (2.0 * np.pi))
+    theta[0] = 0.0
+    position = np.concatenate([np.zeros(5), theta, lengths])
+    return LinkageTarget(
+        in_degrees(position),
+        size=float(np.ptp(points, axis=0).max()),
+        hidden=None,
+        theta=theta,
+        r=lengths,
+        omega=np.zeros(3),
+        t=np.zeros(2),
+        reference=reference,
+        origin_px=points[0],
+    )
+
+
+SHORTEST_PX = 4.0
+"""A link that looks shorter in the marked picture says nothing of its length."""
+
+LEAST_SHARE, MOST_SHARE = 0.85, 2.0
+"""Of the length that a link seems to have where it is marked, between which its true one is looked for."""
+
+LONGEST_PX = 2000.0
+"""Greatest bound of a length that can be set."""
+
+NEAR_PX = 12.0
+"""How far from a mark a track of a table may be."""
+
+
+class LinkagePoints(FeaturePoints):
+    """Root, joints and tip of a chain of three links."""
+
+    title: ClassVar[str] = "Joints"
+    instruction: ClassVar[str] = (
+        "Drag the points to the root, which is the first joint, the other two joints and the tip."
+    )
+    features: ClassVar[Mapping[str, str]] = {name: name[:1].upper() + name[1:] for name in NAMES}
+    joined: ClassVar[tuple[tuple[str, str], ...]] = tuple(pairwise(NAMES))
+    offered: ClassVar[Mapping[str, tuple[float, float]]] = {
+        name: (x, 0.5) for name, x in zip(NAMES, np.linspace(0.3, 0.7, len(NAMES)).tolist(), strict=True)
+    }
+
+    def check(self, size: tuple[int, int]) -> None:
+        """Refuse points outside the picture, a point that is not marked, and a link without length."""
+        super().check(size)
+        for name in NAMES:
+            if name not in self.points:
+                raise ParameterError(f"mark.points.{name}", None, "marked: root, both joints and the tip are needed")
+        apart = np.sqrt(np.square(np.diff(self.places, axis=0)).sum(axis=1))
+        for name, length in zip(NAMES[1:], apart.tolist(), strict=True):
+            if length < SHORTEST_PX:
+                bound = f"at least {SHORTEST_PX:g} px from the point before it, so that the link is seen"
+                raise ParameterError(f"mark.points.{name}", self.points[name], bound)
+
+    @property
+    def places(self) -> Floats:
+        """(4, 2) of the points in their order, px."""
+        return np.array([self.points[name] for name in NAMES])
+
+    @classmethod
+    def of_target(cls, target: Target) -> "LinkagePoints | None":
+        """Return the points of a chain that is known, if all its links can be seen."""
+        mark = super().of_target(target)
+        if mark is None or len(mark.points) < len(NAMES):
+            return None
+        apart = np.square(np.diff(mark.places, axis=0)).sum(axis=1)
+        return mark if bool((apart >= SHORTEST_PX**2).all()) else None
+
+
+class RecordedLinkageParameters(LinkageParameters, FollowingParameters):
+    """A recording of a chain, and its trackers."""
+
+
+WANTED = "points: root, both joints and tip"
+
+
+def wire(sequence: FrameSequence, mark: LinkagePoints | None, start: int, truth: Truth | None) -> Setup:
+    """Wire a recording of a chain.
+
+    Args:
+        sequence: Pictures in which the points are followed, or a table of tracks of which four are taken.
+        mark: The points in the picture `start`. A table of the four points alone, in their order, needs none.
+        start: Number of the picture to start at.
+        truth: Not used; no truth of a chain can be brought in.
+
+    Raises:
+        ParameterError: No track is at a mark, or a table of other points has none.
+    """
+    del truth
+    if isinstance(sequence, TrackSequence):
+        columns = _columns(sequence, mark, start)
+        points = sequence.positions[start][columns]
+        source = RecordedLinkage(sequence, start, guess(points), track_points(sequence, columns, start))
+        defaults = revise(RecordedLinkageParameters(), _bounds(points))
+        return Setup(lambda _seed, _parameters: source, defaults, success=HELD_AT_END.name)
+    if mark is None:
+        raise ParameterError("mark", None, WANTED)
+    places = mark.places
+
+    def open_source(_seed: int, parameters: RecordedLinkageParameters) -> RecordedLinkage:
+        followed = Followed(sequence, start, places, parameters)
+        return RecordedLinkage(sequence, start, guess(places), followed.at)
+
+    return Setup(open_source, revise(RecordedLinkageParameters(), _bounds(places)), success=HELD_AT_END.name)
+
+
+def _columns(sequence: TrackSequence, mark: LinkagePoints | None, start: int) -> list[int]:
+    """Return which tracks of a table are root, joints and tip.
+
+    Raises:
+        ParameterError: There is no track at a mark, or it is no mark of a chain, or there is none and not just four
+            tracks that are all seen.
+    """
+    there = sequence.positions[start]
+    if mark is None:
+        if len(sequence.names) != len(NAMES):
+            bound = f"tracks of {len(NAMES)} points, or marks at root, joints and tip that say which are meant"
+            raise ParameterError("footage", len(sequence.names), bound)
+        if not np.isfinite(there).all():
+            raise ParameterError("start", start, "a frame in which all four points are seen")
+        return list(range(len(NAMES)))
+    columns: dict[str, int] = {}
+    for name, place in mark.points.items():
+        apart = np.hypot(*(there - np.array(place)).T)
+        apart[list(columns.values())] = np.nan
+        nearest = int(np.nanargmin(apart)) if np.isfinite(apart).any() else -1
+        if nearest < 0 or apart[nearest] > NEAR_PX:
+            bound = f"within {NEAR_PX:g} px of a track that is seen in frame {start}, one for each point"
+            if nearest >= 0:
+                x, y = there[nearest].tolist()
+                bound += f"; the nearest, {sequence.names[nearest]!r}, is at ({x:.1f}, {y:.1f})"
+            if sequence.scale != 1.0:
+                width, height = sequence.size
+                bound += f" in px of the picture of {width} x {height} px, for which the table was scaled"
+            raise ParameterError(f"mark.points.{name}", place, bound)
+        columns[name] = nearest
+    mark.check(sequence.size)
+    return [columns[name] for name in NAMES]
+
+
+def _bounds(points: Floats) -> dict[str, Value]:
+    """Return the parameters that follow from how long the links look where they are marked."""
+    seen = np.sqrt(np.square(np.diff(points, axis=0)).sum(axis=1))
+    low, high = np.clip(np.rint(np.outer((LEAST_SHARE, MOST_SHARE), seen)), 1.0, LONGEST_PX)
+    values: dict[str, Value] = {}
+    for link in range(len(seen)):
+        values |= {f"length_{link + 1}_low_px": float(low[link]), f"length_{link + 1}_high_px": float(high[link])}
+    spread = float(seen.mean())
+    return {
+        **values,
+        "length_difference_12_px": LONGEST_PX,
+        "length_difference_23_px": LONGEST_PX,
+        "joint_low_deg": -360,
+        "joint_high_deg": 360,
+        "joint_difference_23_deg": 360,
+        "start_angle_variance_rad2": 0.05,
+        "start_length_variance_px2": max((0.3 * spread) ** 2, 1.0),
+        "observation_variance_px2": 4,
+        "root_acceleration_px": 3,
+        "start_angle_bound_rad": 0.7,
+        "start_length_bound_px": LONGEST_PX,
+        "motion_bound_rad": 0.15,
+        "error_bound_px": 4,
+        "root_motion_bound_px": 16,
+    }
+
 
 IN_SPACE = 11
 """Numbers of an estimate in space: omega, t, theta and r."""

@@ -34,9 +34,8 @@ from pftrack.experiments.linkage.model import (
     recentre,
     reference_attitude,
 )
-from pftrack.experiments.linkage.parameters import LinkageTrackerParameters
 from pftrack.experiments.linkage.scene import LinkageTarget
-from pftrack.experiments.linkage.state import NOTHING, Events, LinkageState
+from pftrack.experiments.linkage.state import NOTHING, Events, LinkageState, LinkageTrackerParameters
 from pftrack.filters import unscented
 from pftrack.filters.beam import Beam, select_best
 from pftrack.filters.kalman import NormalisedInnovation

@@ -41,8 +41,7 @@ from pftrack.experiments.linkage.model import (
     recentre,
     reference_attitude,
 )
-from pftrack.experiments.linkage.parameters import LinkageTrackerParameters
-from pftrack.experiments.linkage.state import Events, LinkageState
+from pftrack.experiments.linkage.state import Events, LinkageState, LinkageTrackerParameters
 from pftrack.filters.beam import Beam
 from pftrack.filters.kalman import condition_on_innovation
 from pftrack.filters.particles import ParticleSet, moments, normalise

@@ -2,25 +2,28 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import model_validator
 from typing_extensions import override
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.likelihood import Amount, Cloud, Contributions, Part
 from pftrack.core.model.model import Model, Values
+from pftrack.core.model.parameters import ParameterError, Parameters, parameter
 from pftrack.core.model.series import Hypotheses, Interval, Series, SeriesValue
 from pftrack.core.model.source import Frame
 from pftrack.core.numerics.elementary import wrap
 from pftrack.experiments.declared import read_reported
-from pftrack.experiments.linkage.model import LINKS
-from pftrack.experiments.linkage.scene import in_degrees
+from pftrack.experiments.linkage.model import LINKS, Bounds
+from pftrack.experiments.linkage.scene import LinkageSceneParameters, in_degrees
 from pftrack.experiments.shared import reports
 from pftrack.experiments.shared.filtered import NIS, measure_innovation
-from pftrack.experiments.shared.reports import hypotheses_cloud
+from pftrack.experiments.shared.reports import hypotheses_cloud, loss_share, particle_count
 from pftrack.filters.beam import Beam
 from pftrack.filters.kalman import NormalisedInnovation
 from pftrack.filters.particles import ParticleSet
@@ -247,3 +250,276 @@ class SeenParticles(Seen):
 
 def _widths(state: LinkageState) -> Floats:
     return np.asarray(in_degrees(state.high) - in_degrees(state.low))
+
+
+# All that can be set on the trackers of a chain.
+
+FREE_DEG = 360.0
+"""A bound of an angle that is none."""
+
+GAUSSIANS = ("ekf", "ekf-truncated", "ekf-mirrors", "ukf")
+SAMPLED = (*GAUSSIANS, "particles")
+JOINTS, LENGTHS, NOISE, START = "Joints", "Lengths", "Motion and noise", "What is known at first"
+ELLIPSOIDS = ("ellipsoids", "ellipsoids-literal")
+REGIONS = (*ELLIPSOIDS, "box-guides")
+MIRRORS, PARTICLES, SETS = "Mirrored hypotheses", "Particles", "Regions"
+
+TABLE_4_1: Mapping[str, float] = {
+    "first_joint_low_deg": 0,
+    "first_joint_high_deg": 135,
+    "joint_difference_12_deg": 45,
+    "length_1_low_px": 30,
+    "length_1_high_px": 90,
+    "length_2_low_px": 25,
+    "length_2_high_px": 70,
+    "length_3_low_px": 25,
+    "length_3_high_px": 70,
+    "length_difference_12_px": 40,
+    "length_difference_23_px": 10,
+}
+"""Bounds of Shimada 1997, table 4.1, that differ from the defaults, which are those of table 5.1."""
+
+
+class _Joints(Parameters, group=JOINTS):
+    """Angles that joints may have."""
+
+    # fmt: off
+    first_joint_low_deg: float = parameter(
+        -360, "First joint from", "Least angle of the first link, 0 parallel to the image; -360 is no bound.",
+        unit="°", within=(-360, 360, 5))
+    first_joint_high_deg: float = parameter(
+        360, "First joint to", "Greatest angle of the first link; 360 is no bound.",
+        unit="°", within=(-360, 360, 5))
+    joint_low_deg: float = parameter(
+        0, "Other joints from", "Least angle by which the second and the third joint bend.",
+        unit="°", within=(-360, 360, 5))
+    joint_high_deg: float = parameter(
+        90, "Other joints to", "Greatest angle by which the second and the third joint bend.",
+        unit="°", within=(-360, 360, 5))
+    joint_difference_12_deg: float = parameter(
+        360, "Joints 1 and 2", "By how much the angles of the first two joints may differ; 360 is no bound.",
+        unit="°", within=(0, 360, 5))
+    joint_difference_23_deg: float = parameter(
+        30, "Joints 2 and 3", "By how much the angles of the last two joints may differ; 360 is no bound.",
+        unit="°", within=(0, 360, 5))
+    # fmt: on
+
+
+class _Lengths(Parameters, group=LENGTHS):
+    """Lengths that links may have."""
+
+    # fmt: off
+    length_1_low_px: float = parameter(
+        60, "Link 1 from", "Least length of the first link.", unit="px", within=(1, 2000, 1), useful=(10, 150))
+    length_1_high_px: float = parameter(
+        80, "Link 1 to", "Greatest length of the first link.", unit="px", within=(1, 2000, 1), useful=(10, 150))
+    length_2_low_px: float = parameter(
+        50, "Link 2 from", "Least length of the second link.", unit="px", within=(1, 2000, 1), useful=(10, 150))
+    length_2_high_px: float = parameter(
+        70, "Link 2 to", "Greatest length of the second link.", unit="px", within=(1, 2000, 1), useful=(10, 150))
+    length_3_low_px: float = parameter(
+        40, "Link 3 from", "Least length of the third link.", unit="px", within=(1, 2000, 1), useful=(10, 150))
+    length_3_high_px: float = parameter(
+        60, "Link 3 to", "Greatest length of the third link.", unit="px", within=(1, 2000, 1), useful=(10, 150))
+    length_difference_12_px: float = parameter(
+        15, "Links 1 and 2", "By how much the lengths of the first two links may differ.",
+        unit="px", within=(0, 2000, 1), useful=(0, 100))
+    length_difference_23_px: float = parameter(
+        15, "Links 2 and 3", "By how much the lengths of the last two links may differ.",
+        unit="px", within=(0, 2000, 1), useful=(0, 100))
+    # fmt: on
+
+
+class _Noise(Parameters, group=NOISE, trackers=SAMPLED):
+    """How the chain moves and is seen."""
+
+    # fmt: off
+    acceleration_rad: float = parameter(
+        0.03, "Acceleration", "Standard deviation of the angular acceleration, with the velocity constant otherwise.",
+        unit="rad/frame²", within=(0.0001, 1, 0.005), useful=(0.005, 0.2), role="noise")
+    root_acceleration_px: float = parameter(
+        0.1, "Acceleration of the root", "Standard deviation of the root's acceleration in space, along each axis.",
+        unit="px/frame²", within=(0.0001, 50, 0.05), useful=(0.05, 2), role="noise")
+    observation_variance_px2: float = parameter(
+        5, "Observation variance", "Variance of each observed coordinate, as the trackers assume it.",
+        unit="px²", within=(0.0001, 1000, 0.5), useful=(0.01, 50), role="noise")
+    outlier_limit_sd: float = parameter(
+        20, "Outlier limit", "A frame whose observation lies farther than this from every prediction is left out.",
+        unit="sd", within=(2, 1000, 1), useful=(2, 60))
+    linearisations: int = parameter(
+        1, "Linearisations",
+        "How often an observation is linearised: once at the prediction, and then where the round before came to. In "
+        "space, and if noise is small, more than one keep the filter from being sure too soon; in the plane they lose "
+        "mirror images.",
+        within=(1, 10, 1), trackers=("ekf", "ekf-truncated", "ekf-mirrors"))
+    # fmt: on
+
+
+class _Start(Parameters, group=START, trackers=SAMPLED):
+    """What is known in the first frame."""
+
+    # fmt: off
+    start_angle_variance_rad2: float = parameter(
+        0.2, "Variance of angles", "Of each angle in the first frame.",
+        unit="rad²", within=(1e-6, 10, 0.01), useful=(0.01, 1), live=False)
+    start_rate_variance_rad2: float = parameter(
+        0.01, "Variance of turning", "Of the change of each angle in a frame, in the first frame.",
+        unit="rad²", within=(1e-8, 1, 0.001), useful=(0.0001, 0.1), live=False)
+    start_length_variance_px2: float = parameter(
+        400, "Variance of lengths", "Of each length in the first frame.",
+        unit="px²", within=(1e-4, 1e5, 10), useful=(10, 1000), live=False)
+    start_root_variance_px2: float = parameter(
+        9, "Variance of the root", "Of each coordinate of the root in space, in the first frame.",
+        unit="px²", within=(1e-4, 1e5, 1), useful=(1, 100), live=False)
+    # fmt: on
+
+
+class _Mirrors(Parameters, group=MIRRORS, trackers=("ekf-mirrors",), constants={"score_memory": 0.7}):
+    """Hypotheses on both sides of the picture plane."""
+
+    # fmt: off
+    beam_width: int = parameter(
+        4, "Beam", "How many hypotheses are kept from frame to frame.",
+        within=(1, 16, 1))
+    mirror_tau: float = parameter(
+        0.35, "Almost parallel",
+        "A link whose direction has a sine below this is taken on both sides, as it is and mirrored in depth.",
+        within=(0, 1, 0.05))
+    rejection_sd: float = parameter(
+        3, "Far outside", "A hypothesis that lies so far beyond a bound is refuted.",
+        unit="sd", within=(0.1, 100, 0.5), useful=(0.5, 10))
+    # fmt: on
+
+
+class _Particles(Parameters, group=PARTICLES, trackers=("particles",)):
+    """Particles, and whether their noises are known."""
+
+    # fmt: off
+    sample_count: int = particle_count(200)
+    noise_unknown: bool = parameter(
+        True, "Unknown noises",
+        "Whether acceleration of each joint and observation variance are estimated, up to twice what is given.")
+    # fmt: on
+
+
+class _Sets(
+    Parameters,
+    group=SETS,
+    trackers=REGIONS,
+    constants={
+        "region_passes": 2,
+        "direction_cells": 128,
+        "attitude_cells": 7,
+        "least_ellipsoid": "trace",
+        "tightened": True,
+    },
+):
+    """Regions that hold the truth, and how exactly they are computed."""
+
+    # fmt: off
+    motion_bound_rad: float = parameter(
+        0.06, "Motion bound",
+        "Most that the directions of all links, and in space the attitude, move in a frame, as one vector; the regions "
+        "hold the truth only if that is so. 0 for a chain that is known to stand still.",
+        unit="rad/frame", within=(0, 1, 0.01), useful=(0, 0.3), role="noise")
+    root_motion_bound_px: float = parameter(
+        1, "Motion bound of the root",
+        "Most that the root moves in a frame along each axis of the picture, in space, while no point is seen.",
+        unit="px/frame", within=(0, 200, 0.5), useful=(0, 20), role="noise")
+    error_bound_px: float = parameter(
+        3, "Error bound", "Greatest error of an observed coordinate; the regions hold the truth only if that is so.",
+        unit="px", within=(0, 200, 0.5), useful=(0, 15), role="noise")
+    start_angle_bound_rad: float = parameter(
+        0.1, "Angles within", "How far each angle may be off in the first frame, to either side.",
+        unit="rad", within=(0, 3, 0.01), useful=(0, 1), live=False)
+    start_length_bound_px: float = parameter(
+        20, "Lengths within", "How far each length may be off in the first frame, to either side.",
+        unit="px", within=(0, 2000, 1), useful=(0, 60), live=False)
+    start_root_bound_px: float = parameter(
+        3, "Root within", "How far the root may be off in the first frame, along each axis of the picture, in space.",
+        unit="px", within=(0, 2000, 0.5), useful=(0, 30), live=False)
+    split_regions: bool = parameter(
+        True, "Splitting", "Whether a region is split where a link may lean towards the camera or away from it.")
+    angle_scale_px: float = parameter(
+        55, "Scale of angles", "By how many px a rad counts in the trace, which adds squares of angles and lengths.",
+        unit="px/rad", within=(1, 1000, 5), useful=(5, 200), trackers=ELLIPSOIDS)
+    predicted_ellipsoid: Literal["outer", "lengthened", "printed"] = parameter(
+        "outer", "Prediction",
+        "How an ellipsoid grows by a motion: by an outer bound; by making every semi-axis longer, as Shimada says "
+        "in words; or by P + du I with du in px, as it prints. The last two lose a part of what is possible.",
+        trackers=("ellipsoids-literal",))
+    first_ellipsoid: Literal["circumscribed", "inscribed"] = parameter(
+        "circumscribed", "First ellipsoid",
+        "Whether the first ellipsoid is around the box of what is possible, or within it, which loses its corners.",
+        live=False, trackers=("ellipsoids-literal",))
+    # fmt: on
+
+
+class LinkageTrackerParameters(_Sets, _Particles, _Mirrors, _Start, _Noise, _Lengths, _Joints):
+    """What joints and lengths may be, how the chain moves and is seen, and how each tracker goes about it."""
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        """Refuse bounds that nothing fulfils, naming one of those that contradict each other."""
+        for name, other in (
+            ("first_joint_low_deg", "first_joint_high_deg"),
+            ("joint_low_deg", "joint_high_deg"),
+            *((f"length_{i}_low_px", f"length_{i}_high_px") for i in (1, 2, 3)),
+        ):
+            least, most = getattr(self, name), getattr(self, other)
+            if least > most:
+                raise ParameterError(name, least, f"at most {other}, {most:g}")
+        joints = (
+            (self.first_joint_low_deg, self.first_joint_high_deg),
+            *2 * ((self.joint_low_deg, self.joint_high_deg),),
+        )
+        lengths = tuple((getattr(self, f"length_{i}_low_px"), getattr(self, f"length_{i}_high_px")) for i in (1, 2, 3))
+        for ranges, what, unit in ((joints, "joint", "deg"), (lengths, "length", "px")):
+            low, high = ranges[0]
+            for i, (least, most) in enumerate(ranges[1:], 1):
+                field = f"{what}_difference_{i}{i + 1}_{unit}"
+                widest = getattr(self, field)
+                if least > high + widest or most < low - widest:
+                    needed = max(least - high, low - most)
+                    raise ParameterError(field, widest, f"at least {needed:g} with these ranges of both")
+                low, high = max(least, low - widest), min(most, high + widest)
+        return self
+
+    @cached_property
+    def bounds(self) -> Bounds:
+        """What joints and lengths may be, rad and px."""
+        low = np.deg2rad([self.first_joint_low_deg, self.joint_low_deg, self.joint_low_deg])
+        high = np.deg2rad([self.first_joint_high_deg, self.joint_high_deg, self.joint_high_deg])
+        difference = np.deg2rad([self.joint_difference_12_deg, self.joint_difference_23_deg])
+        free = np.deg2rad(FREE_DEG)
+        low[low <= -free], high[high >= free], difference[difference >= free] = -np.inf, np.inf, np.inf
+        return Bounds(
+            tuple(low.tolist()),
+            tuple(high.tolist()),
+            tuple(difference.tolist()),
+            (self.length_1_low_px, self.length_2_low_px, self.length_3_low_px),
+            (self.length_1_high_px, self.length_2_high_px, self.length_3_high_px),
+            (self.length_difference_12_px, self.length_difference_23_px),
+        )
+
+
+SCORING, DRAWING = "Scoring", "Drawing"
+
+
+class LinkageParameters(LinkageTrackerParameters, group=SCORING):
+    """The trackers, what counts as lost, and what is drawn."""
+
+    # fmt: off
+    lost_deg: float = parameter(
+        11.5, "Limit of success",
+        "The chain counts as lost when the direction of a link is further off than this, or when regions exclude it.",
+        unit="°", within=(0.5, 180, 0.5), useful=(0.5, 45))
+    lost_share: float = loss_share(0.1)
+    shown_hypothesis: int = parameter(
+        1, "Shown hypothesis", "Which of a frame's hypotheses is drawn in the picture beside the estimate.",
+        within=(1, 100, 1), useful=(1, 16), group=DRAWING, role="drawing")
+    # fmt: on
+
+
+class SimulatedLinkageParameters(LinkageParameters, LinkageSceneParameters):
+    """The simulated chain and its trackers."""

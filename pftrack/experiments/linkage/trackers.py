@@ -23,7 +23,6 @@ from pftrack.core.numerics.matrices import product
 from pftrack.core.numerics.random import Stream
 from pftrack.experiments.linkage import gaussians, particles
 from pftrack.experiments.linkage.model import LINKS, Bounds, read_observation
-from pftrack.experiments.linkage.parameters import REGIONS, LinkageTrackerParameters
 from pftrack.experiments.linkage.scene import LinkageTarget
 from pftrack.experiments.linkage.sets.cells import DIRECTION_CELLS, observe_in_plane
 from pftrack.experiments.linkage.sets.ellipsoids import LENGTHENED, OUTER, PRINTED, SLACK
@@ -45,9 +44,11 @@ from pftrack.experiments.linkage.state import (
     GAUSSIAN_SERIES,
     NOTHING,
     PARTICLE_SERIES,
+    REGIONS,
     SERIES,
     Events,
     LinkageState,
+    LinkageTrackerParameters,
     Seen,
     SeenParticles,
     measure,

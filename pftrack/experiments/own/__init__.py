@@ -1,7 +1,7 @@
 """Filters in files: a person's own filter, a Python file of some functions, as a tracker of an experiment.
 
-- `code`: what a file offers, which texts may be executed, and calling one, with mistakes told by its lines;
-- `sliders`: the parameters of a file, from a dataclass with defaults;
+- `code`: what a file offers, which texts may be executed, and calling one, with mistakes told by its lines; and
+  the parameters of a file, from a dataclass with defaults;
 - `extension`: the tracker that a file makes, with what stands in for what it leaves out; an experiment with such
   trackers, the experiment of a recipe, and its outline, which executes nothing.
 
@@ -10,7 +10,16 @@ that was in force is a version, and which one computes a frame is a parameter li
 middle of a run, and makes a branch in its past.
 """
 
-from pftrack.experiments.own.code import digest_of, is_trusted, trust, trust_filters, with_digests, with_texts
+from pftrack.experiments.own.code import (
+    FilterFileError,
+    digest_of,
+    is_trusted,
+    slider,
+    trust,
+    trust_filters,
+    with_digests,
+    with_texts,
+)
 from pftrack.experiments.own.extension import (
     experiment_of,
     extend,
@@ -21,7 +30,6 @@ from pftrack.experiments.own.extension import (
     version_parameter,
     widen,
 )
-from pftrack.experiments.own.sliders import FilterFileError, slider
 
 __all__ = [
     "FilterFileError",

@@ -31,8 +31,7 @@ from pftrack.core.model.tracker import Tracker, TrackState
 from pftrack.core.numerics.random import Purpose, Stream, numpy_generator
 from pftrack.experiments import find
 from pftrack.experiments.experiment import Experiment
-from pftrack.experiments.own.code import FilterCode, FilterFile
-from pftrack.experiments.own.sliders import Field, FilterFileError
+from pftrack.experiments.own.code import Field, FilterCode, FilterFile, FilterFileError
 from pftrack.experiments.shared.filtered import Update, resample_below
 from pftrack.filters.alone import LARGEST_EXCESS, Answers
 from pftrack.filters.particles import ParticleSet, normalise

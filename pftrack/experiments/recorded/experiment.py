@@ -22,7 +22,7 @@ from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Belief, Frame, FrameSequence, Plane, Target, Truth
 from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.experiments.declared import read_words
-from pftrack.experiments.experiment import Experiment, Quality
+from pftrack.experiments.experiment import Experiment, Quality, Video
 from pftrack.experiments.recorded.scene import (
     TRACKERS,
     UNITS,
@@ -45,7 +45,6 @@ from pftrack.experiments.shared.sketch import (
     rectangle,
     uncertainty,
 )
-from pftrack.experiments.video import Video
 from pftrack.sources.beliefs.content import SelectionParameters
 from pftrack.sources.beliefs.sequence import BeliefSequence
 from pftrack.sources.results.table import Box

@@ -4,24 +4,221 @@ The model is linear and the noise Gaussian, so the exact answer is known, and wh
 can be seen: with few particles, and with more dimensions than they can fill.
 """
 
+import math
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, Literal
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.drawing import COLOURS, Drawing, Picture, Points, Polyline, Primitive
+from pftrack.core.model.likelihood import Component, Part, Residual
+from pftrack.core.model.model import LinearStep, NoiseScale, State, Values
+from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.setup import Setup
+from pftrack.core.model.source import Frame, History, Target
 from pftrack.core.model.tracker import Diagnostics, Step
+from pftrack.core.numerics.random import Gaussian, Generator, Purpose, Stream
 from pftrack.experiments.declared import read_quality, read_words
 from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.shared.filtered import Bootstrap, Kalman, PointModel, filtered
+from pftrack.experiments.shared.reports import particle_count, resampling_threshold
 from pftrack.experiments.shared.sketch import at_height, caption, circle, particle_clouds
-from pftrack.experiments.sine.model import MODEL, TRACKERS, SignalParameters, SignalSource, SignalTrackerParameters
 from pftrack.filters import kalman
+from pftrack.filters.dynamics import LinearDynamics, autoregression
+
+# A signal in noise, the belief in it, and its trackers: Bando 2007, ch. 2 sections 2 and 3.
+#
+# The truth turns once in 360 frames; what is seen is the truth plus white noise. Several dimensions are independent
+# copies of the same signal with noise of their own, which is how Bando shows what dimension costs a particle
+# filter.
+#
+# The model is of second order, X_t = (x_t, x_{t-1}), X_t = [[2, -1], [1, 0]] X_{t-1} + (b u, 0), z_t = x_t + noise. In
+# D dimensions the state is D copies: all newest values first, then all previous ones. The particle filter carries the
+# exact Kalman answer beside its own, since for this model it is known. A sample that is not finite is a missing one.
+
+SIGNAL = "Signal"
+
+
+class SignalParameters(Parameters, group=SIGNAL):
+    """The signal and its noise."""
+
+    waveform: Literal["sine", "cosine"] = parameter("cosine", "Waveform", "The true signal.", live=False)
+    dimension: int = parameter(
+        1, "Dimension", "How many independent copies of the signal are tracked together.", within=(1, 10, 1), live=False
+    )
+    observation_noise_sd: float = parameter(
+        0.1,
+        "Observation noise",
+        "Standard deviation of the noise on what is seen.",
+        within=(0.001, 10, 0.01),
+        useful=(0.01, 1),
+        role="world",
+    )
+
+
+class SignalSource:
+    """Endless samples of the signal.
+
+    Attributes:
+        size: Width and height that a drawing of the signal takes, px.
+        frame_rate_hz: Frames a second.
+        frame_count: None; the signal never ends.
+        start: The true value at frame 0.
+    """
+
+    frame_rate_hz = 60.0
+    period_frames = 360
+
+    def __init__(self, seed: int, parameters: SignalParameters) -> None:
+        """Set the signal up; the seed is that of the observation noise."""
+        self._seed = seed
+        self.size = (720, 400)
+        self.frame_count: int | None = None
+        self.start = self._target(0, parameters)
+        self.noisy = True
+
+    def frame(self, index: int, history: History[SignalParameters]) -> Frame:
+        """Return what is seen at an instant; the same arguments give the same frame, to the bit."""
+        parameters = history.at(index)
+        target = self._target(index, parameters)
+        noise = Stream(self._seed, index, Purpose.SCENE).standard_normal(parameters.dimension)
+        return Frame(
+            index,
+            index / self.frame_rate_hz,
+            signal=target.position + parameters.observation_noise_sd * noise,
+            target=target,
+        )
+
+    def _target(self, index: int, parameters: SignalParameters) -> Target:
+        angle = 2 * np.pi * index / self.period_frames
+        value = np.sin(angle) if parameters.waveform == "sine" else np.cos(angle)
+        return Target(np.full(parameters.dimension, value), hidden=None)
+
+
+GROUP = "Filter"
+
+
+class SignalTrackerParameters(Parameters, group=GROUP):
+    """Everything that can be turned on the trackers of a signal."""
+
+    sample_count: int = particle_count(100, trackers=("condensation",))
+    process_noise_sd: float = parameter(
+        0.001,
+        "Process noise",
+        "Standard deviation of what the motion model leaves out, each frame.",
+        within=(1e-6, 1, 0.0005),
+        useful=(0.0005, 0.05),
+        role="noise",
+    )
+    assumed_noise_sd: float = parameter(
+        0.1,
+        "Assumed observation noise",
+        "Standard deviation of the noise as the filter takes it to be.",
+        within=(0.001, 10, 0.01),
+        useful=(0.01, 1),
+        role="noise",
+    )
+    initial_sd: float = parameter(
+        0,
+        "Initial spread",
+        "Standard deviation of both newest values around the true start.",
+        within=(0, 10, 0.1),
+        useful=(0, 2),
+        live=False,
+    )
+    resampling_threshold: float = resampling_threshold(trackers=("condensation",))
+
+
+class Signal(PointModel):
+    """A value that keeps its velocity, measured with noise (Bando 2007, ch. 2, eqs. 2.8 and 2.9)."""
+
+    title = "measured value"
+    evidence = "normalised"
+    scales: ClassVar = {
+        "process_noise_sd": NoiseScale("process"),
+        "assumed_noise_sd": NoiseScale("observation"),
+    }
+    axes = None
+    observed = "frame.signal is what was measured, (d,); a value that is not finite is missing"
+    example = "pftrack.experiments.sine.example_filter"
+    reads = "condensation"
+
+    @override
+    def components(self, parameters: Values) -> tuple[Component, ...]:
+        """Return the newest values and those before."""
+        axes = range(1, parameters.dimension + 1)
+        return tuple(Component(f"x{axis}{when}") for when in ("", " before") for axis in axes)
+
+    @override
+    def prior(self, target: Target, parameters: SignalTrackerParameters) -> Gaussian:
+        """Return the true start, at rest, with the initial spread."""
+        mean = np.tile(target.position, 2)
+        return Gaussian(mean, parameters.initial_sd**2 * np.eye(len(mean)))
+
+    @override
+    def propagate(
+        self, states: Floats, frame: Frame, parameters: SignalTrackerParameters, rng: Generator, known: State
+    ) -> Floats:
+        """Keep the velocity, but for the process noise."""
+        dynamics = _dynamics(states.shape[1] // 2, parameters.process_noise_sd)
+        return dynamics.diffuse(rng, dynamics.predict(states), np.arange(len(states)))
+
+    @override
+    def log_likelihood(self, states: Floats, frame: Frame, parameters: SignalTrackerParameters, known: State) -> Floats:
+        """Return log N(signal | newest values, assumed noise), (N,); 0 where the sample is missing."""
+        signal, noise_sd = signal_of(frame), parameters.assumed_noise_sd
+        if not np.isfinite(signal).all():
+            return np.zeros(len(states))
+        constant = -len(signal) * math.log(noise_sd * math.sqrt(2.0 * math.pi))
+        off = ((signal - states[:, : len(signal)]) ** 2).sum(axis=1)
+        return np.asarray(constant - 0.5 / noise_sd**2 * off)
+
+    @override
+    def linear(self, frame: Frame, parameters: SignalTrackerParameters, known: State) -> LinearStep:
+        """Return the same model as matrices."""
+        signal = signal_of(frame)
+        dimension = len(signal)
+        return LinearStep(
+            _dynamics(dimension, parameters.process_noise_sd),
+            signal if np.isfinite(signal).all() else None,
+            np.eye(dimension, 2 * dimension),
+            parameters.assumed_noise_sd**2 * np.eye(dimension),
+        )
+
+    @override
+    def parts(self, one: Floats, frame: Frame, parameters: SignalTrackerParameters, known: State) -> tuple[Part, ...]:
+        """Return each measured value beside that of a state."""
+        pairs = zip(self.components(parameters), signal_of(frame).tolist(), one.tolist(), strict=False)
+        return tuple(Residual(it.name, found, expected, parameters.assumed_noise_sd) for it, found, expected in pairs)
+
+
+@lru_cache(maxsize=64)
+def _dynamics(dimension: int, process_noise_sd: float) -> LinearDynamics:
+    one = np.eye(dimension)
+    return autoregression(2 * one, -one, np.zeros(dimension), process_noise_sd * one)
+
+
+def signal_of(frame: Frame) -> Floats:
+    """Return what was measured, (d,).
+
+    Raises:
+        ValueError: The frame has a picture in place of a signal.
+    """
+    if frame.signal is None:
+        raise ValueError("a tracker of signals needs a signal, got a picture")
+    return frame.signal
+
+
+MODEL = Signal()
+
+TRACKERS = filtered(MODEL, Bootstrap("condensation"), Kalman("kalman"))
+"""The trackers of a signal, by name, in the order in which they are shown."""
 
 FOLDER = Path(__file__).parent
 

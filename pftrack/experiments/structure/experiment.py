@@ -35,13 +35,12 @@ from pftrack.core.model.source import Frame, FrameSequence, Target, Truth
 from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.core.numerics.matrices import pinhole
 from pftrack.experiments.declared import read_quality, read_words
-from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.experiment import Experiment, Video
 from pftrack.experiments.shared.pose.drawing import dashes
 from pftrack.experiments.shared.sketch import at_height, caption, circle, colours, dots, lines, paper
 from pftrack.experiments.structure.methods import StructureTrackerParameters
 from pftrack.experiments.structure.scene import BodyTarget, TracksSceneParameters, TracksSource, named_body
 from pftrack.experiments.structure.trackers import MIRROR, TRACKERS, StructureState
-from pftrack.experiments.video import Video
 from pftrack.sources.tracks import RecordedTracks, TrackSequence
 from pftrack.vision.face import fit_similarity
 from pftrack.vision.structure.factorization import FEWEST_POINTS

@@ -22,7 +22,7 @@ from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, FrameSequence, Source, Truth
 from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.experiments.declared import read_quality, read_words
-from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.experiment import PICTURES, Experiment, Video
 from pftrack.experiments.shared.sketch import (
     caption,
     distance,
@@ -30,7 +30,6 @@ from pftrack.experiments.shared.sketch import (
     paper,
 )
 from pftrack.experiments.trajectories import draw as sketch
-from pftrack.experiments.trajectories.corner_scene import CornerSceneParameters, CornerSource
 from pftrack.experiments.trajectories.corners import CornerParameters, begin
 from pftrack.experiments.trajectories.draw import (
     EXPORTS,
@@ -43,13 +42,14 @@ from pftrack.experiments.trajectories.draw import (
 )
 from pftrack.experiments.trajectories.model import TrajectoriesState, TrajectoriesTrackerParameters
 from pftrack.experiments.trajectories.scene import (
+    CornerSceneParameters,
+    CornerSource,
     RecordedPictures,
     TracksSceneParameters,
     TracksSource,
     tracks_from,
 )
 from pftrack.experiments.trajectories.trackers import MODEL, TRACKERS
-from pftrack.experiments.video import PICTURES, Video
 from pftrack.sources.tracks import TrackSequence
 
 FOLDER = Path(__file__).parent

@@ -13,9 +13,8 @@ from pathlib import Path
 from time import monotonic
 from typing import Any, Final
 
-from pftrack.experiments.own.code import trust
+from pftrack.experiments.own.code import FilterFileError, trust
 from pftrack.experiments.own.extension import name_of
-from pftrack.experiments.own.sliders import FilterFileError
 from pftrack.process import (
     MEBIBYTE,
     BackgroundLoop,

@@ -17,7 +17,7 @@ import numpy as np
 from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.tracker import Diagnostics
 from pftrack.core.texts import CLOSED, read_as
-from pftrack.experiments.own.sliders import FilterFileError
+from pftrack.experiments.own.code import FilterFileError
 from pftrack.filters.particles import normalise
 from pftrack.teaching.exercises import exact
 from pftrack.teaching.exercises.submission import (

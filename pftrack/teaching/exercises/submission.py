@@ -24,9 +24,8 @@ from pftrack.core.model.source import Frame, History
 from pftrack.core.model.tracker import Diagnostics
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.experiment import Experiment
-from pftrack.experiments.own.code import FUNCTIONS, FilterCode, FilterFile
+from pftrack.experiments.own.code import FUNCTIONS, FilterCode, FilterFile, FilterFileError
 from pftrack.experiments.own.extension import extend
-from pftrack.experiments.own.sliders import FilterFileError
 from pftrack.filters.particles import normalise
 from pftrack.runs.run import Run
 from pftrack.teaching.lessons.lesson import Line, Name, Part, Scalar, Words

@@ -20,7 +20,7 @@ from pftrack.analysis.fitting.found import FitError
 from pftrack.analysis.other_seeds import ReplayError
 from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.setup import ExportError
-from pftrack.experiments.own.sliders import FilterFileError
+from pftrack.experiments.own.code import FilterFileError
 from pftrack.process import Budget, Ending, Fault, Outcome, Refusal, Reply, run_task
 from pftrack.runs.comparison import ComparisonError
 from pftrack.runs.record import RecordError

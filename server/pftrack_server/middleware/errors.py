@@ -15,7 +15,7 @@ from uvicorn.protocols.utils import ClientDisconnected
 
 from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.setup import ExportError
-from pftrack.experiments.own.sliders import FilterFileError
+from pftrack.experiments.own.code import FilterFileError
 from pftrack.runs.record import RecordError
 from pftrack.runs.run import EndOfRun, PastError
 from pftrack.sources.limits import SourceError

@@ -12,7 +12,7 @@ import structlog
 from pydantic import ValidationError
 
 from pftrack.core.model.parameters import ParameterError
-from pftrack.experiments.own.sliders import FilterFileError
+from pftrack.experiments.own.code import FilterFileError
 from pftrack.runs.record import RecordError
 from pftrack.runs.run import EndOfRun, PastError
 from pftrack.sources.limits import SourceError

@@ -10,8 +10,7 @@ from pftrack.core.model.parameters import ParameterError
 from pftrack.doctor.compiling import cases, run_case
 from pftrack.doctor.memory import cache_folder
 from pftrack.experiments import EXPERIMENTS
-from pftrack.experiments.own.code import trust
-from pftrack.experiments.own.sliders import FilterFileError
+from pftrack.experiments.own.code import FilterFileError, trust
 from pftrack.process import BlockingEnd, confine, end_with_parent, give_way, leave_interrupts_to_parent
 from pftrack.runs.record import RecordError
 from pftrack.sources.limits import SourceError

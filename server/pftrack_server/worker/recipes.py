@@ -14,8 +14,8 @@ from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import FrameIndex, FrameSequence
 from pftrack.experiments import find
 from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.own.code import FilterFileError
 from pftrack.experiments.own.extension import extend
-from pftrack.experiments.own.sliders import FilterFileError
 from pftrack.runs import opening
 from pftrack.runs.run import Run
 from pftrack.sources.limits import DEFAULT_LIMITS

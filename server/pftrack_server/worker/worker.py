@@ -16,7 +16,7 @@ from pftrack.core.model.drawing import Drawing
 from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.setup import ExportError
 from pftrack.doctor.compiling import watch
-from pftrack.experiments.own.sliders import FilterFileError
+from pftrack.experiments.own.code import FilterFileError
 from pftrack.process import BlockingEnd
 from pftrack.runs.record import RecordError
 from pftrack.runs.run import EndOfRun, PastError

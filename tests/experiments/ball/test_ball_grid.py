@@ -17,8 +17,7 @@ from pftrack.core.geometry import paint_disc
 from pftrack.core.model.parameters import Value, revise
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.experiments.ball.model import TRACKERS, colour_model
-from pftrack.experiments.ball.parameters import BallTrackerParameters
+from pftrack.experiments.ball.model import TRACKERS, BallTrackerParameters, colour_model
 from pftrack.experiments.shared.reports import PointState
 from pftrack.vision.likelihoods import chromaticity
 

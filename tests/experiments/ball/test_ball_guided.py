@@ -7,8 +7,7 @@ from pftrack.core.model.recipe import Change
 from pftrack.core.model.source import Frame
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments import find
-from pftrack.experiments.ball.model import TRACKERS
-from pftrack.experiments.ball.parameters import GUIDANCE, BallTrackerParameters
+from pftrack.experiments.ball.model import GUIDANCE, TRACKERS, BallTrackerParameters
 from pftrack.experiments.shared.reports import PointState
 from pftrack.filters.learning.diffusion import learn
 from pftrack.filters.particles import ParticleSet

@@ -10,8 +10,7 @@ from scipy.linalg import solve_discrete_are
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.experiments.ball.model import TRACKERS
-from pftrack.experiments.ball.parameters import BallTrackerParameters
+from pftrack.experiments.ball.model import TRACKERS, BallTrackerParameters
 from pftrack.experiments.shared.reports import PointState
 
 WIDTH, HEIGHT, RADIUS = 200, 160, 8

@@ -13,9 +13,8 @@ from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.experiments.ball.model import Coloured
+from pftrack.experiments.ball.model import Coloured, LoopParameters
 from pftrack.experiments.ball.model import dynamics_of as dynamics
-from pftrack.experiments.ball.parameters import LoopParameters
 from pftrack.experiments.shared.filtered import filtered
 from pftrack.experiments.shared.sampling import AUXILIARY, CONDENSATION, HARD
 from pftrack.filters import auxiliary, bootstrap

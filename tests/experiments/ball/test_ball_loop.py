@@ -5,9 +5,8 @@ from pftrack.core.geometry import paint_disc
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.experiments.ball.model import COLOURED, TRACKERS, colour_model
+from pftrack.experiments.ball.model import COLOURED, TRACKERS, BallTrackerParameters, colour_model
 from pftrack.experiments.ball.model import dynamics_of as model_of
-from pftrack.experiments.ball.parameters import BallTrackerParameters
 from pftrack.experiments.shared.reports import PointState
 from pftrack.filters import auxiliary, bootstrap
 from pftrack.filters.particles import ParticleSet, Posterior

@@ -11,8 +11,14 @@ from pftrack.core.model.parameters import ParameterError, Value, revise
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments.ball import model as motion
-from pftrack.experiments.ball.model import COLOURED, TRACKERS, colour_model
-from pftrack.experiments.ball.parameters import MODELLED, BallTrackerParameters, LoopParameters
+from pftrack.experiments.ball.model import (
+    COLOURED,
+    MODELLED,
+    TRACKERS,
+    BallTrackerParameters,
+    LoopParameters,
+    colour_model,
+)
 from pftrack.experiments.shared.reports import PointState
 from pftrack.filters import dynamics, kalman
 from pftrack.filters.learning import online_em

@@ -7,7 +7,7 @@ import pytest
 
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
-from pftrack.experiments.ball.parameters import MODELLED
+from pftrack.experiments.ball.model import MODELLED
 from pftrack.runs.run import Run
 
 BALL = find("ball")

@@ -19,8 +19,7 @@ from pftrack.core.model.source import Frame, FrameSequence, Target
 from pftrack.experiments import find
 from pftrack.experiments.fish.model import FishShape, body_points, tail_corners, tail_line
 from pftrack.experiments.fish.parameters import GUIDANCE
-from pftrack.experiments.fish.recording import FishBody, RecordedFishParameters, _appearance
-from pftrack.experiments.fish.scene import FishTarget
+from pftrack.experiments.fish.scene import FishBody, FishTarget, RecordedFishParameters, _appearance
 from pftrack.experiments.fish.trackers import begin_at
 from pftrack.runs.loss import judge_state
 from pftrack.runs.run import Run

@@ -3,8 +3,7 @@ import pytest
 
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import History
-from pftrack.experiments.head.scene import HeadSource
-from pftrack.experiments.head.scene_parameters import HeadSceneParameters
+from pftrack.experiments.head.scene import HeadSceneParameters, HeadSource
 
 
 def picture(index: int = 0, **values: object) -> tuple[np.ndarray, np.ndarray]:

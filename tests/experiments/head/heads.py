@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import Frame, FrameIndex, FrameSequence, History
-from pftrack.experiments.head.scene import HeadSource
-from pftrack.experiments.head.scene_parameters import HeadSceneParameters
+from pftrack.experiments.head.scene import HeadSceneParameters, HeadSource
 from pftrack.vision.face import FEATURES
 from tests.making import encoded
 

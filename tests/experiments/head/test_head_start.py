@@ -8,8 +8,7 @@ from pftrack.core.model.source import History
 from pftrack.experiments import find
 from pftrack.experiments.head.detection import FaceError
 from pftrack.experiments.head.recording import FINDER, MOST_SEARCHED, FaceBox, first_face, to_search
-from pftrack.experiments.head.scene import HeadSource
-from pftrack.experiments.head.scene_parameters import HeadSceneParameters
+from pftrack.experiments.head.scene import HeadSceneParameters, HeadSource
 from pftrack.vision.face import FEATURES, LINKS, TITLES
 from tests.experiments.head.heads import Picture, Pictures, empty, marked, pictures
 

@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.parameters import revise
-from pftrack.experiments.head.scene import SCRIPT_FRAMES, angles_rad, eased_amplitude, script_time
-from pftrack.experiments.head.scene_parameters import HeadSceneParameters
+from pftrack.experiments.head.scene import SCRIPT_FRAMES, HeadSceneParameters, angles_rad, eased_amplitude, script_time
 
 
 def script_deg(frames: int = SCRIPT_FRAMES) -> np.ndarray:

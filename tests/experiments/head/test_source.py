@@ -6,8 +6,7 @@ from pftrack.core.geometry import rotation
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import Frame, History
 from pftrack.experiments.head.painting import blur
-from pftrack.experiments.head.scene import HeadSource
-from pftrack.experiments.head.scene_parameters import HeadSceneParameters
+from pftrack.experiments.head.scene import HeadSceneParameters, HeadSource
 from pftrack.vision.face import FEATURES, mean_model, person
 
 LEFT, RIGHT = FEATURES.index("leye"), FEATURES.index("reye")

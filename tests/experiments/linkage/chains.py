@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.source import Frame, Measurements
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.experiments.linkage.parameters import LinkageTrackerParameters
 from pftrack.experiments.linkage.scene import LENGTH, LinkageSceneParameters, LinkageSource, LinkageTarget, PathName
-from pftrack.experiments.linkage.state import LinkageState
+from pftrack.experiments.linkage.state import LinkageState, LinkageTrackerParameters
 from pftrack.experiments.linkage.trackers import TRACKERS, contains
 
 Array = NDArray[np.float64]

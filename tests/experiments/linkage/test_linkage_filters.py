@@ -14,9 +14,8 @@ from pftrack.experiments import find
 from pftrack.experiments.linkage.gaussians import box, constraints, from_moments, noise
 from pftrack.experiments.linkage.linearised import linearisation_points, predict
 from pftrack.experiments.linkage.model import UPRIGHT, Chain, describe, observe, read_observation, slopes
-from pftrack.experiments.linkage.parameters import TABLE_4_1
 from pftrack.experiments.linkage.scene import REFERENCE_RAD, LinkageTarget
-from pftrack.experiments.linkage.state import LinkageState
+from pftrack.experiments.linkage.state import TABLE_4_1, LinkageState
 from pftrack.filters import kalman
 from pftrack.reproduce.linkage import measure, scene
 from pftrack.reproduce.pool import begin, recipe

@@ -11,7 +11,7 @@ from pftrack.core.model.recipe import Change
 from pftrack.core.model.source import FrameSequence, Measurements
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments import find
-from pftrack.experiments.linkage.recording import LinkagePoints, RecordedLinkageParameters, guess
+from pftrack.experiments.linkage.experiment import LinkagePoints, RecordedLinkageParameters, guess
 from pftrack.experiments.linkage.scene import NAMES, places
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence

@@ -5,10 +5,9 @@ import pytest
 
 from pftrack.core.model.source import Measurements, Target
 from pftrack.experiments.linkage.model import directions
-from pftrack.experiments.linkage.parameters import LinkageTrackerParameters
 from pftrack.experiments.linkage.sets.regions import HIGH, LOW, SHAPE
 from pftrack.experiments.linkage.sets.regions import contains as in_region
-from pftrack.experiments.linkage.state import LinkageState
+from pftrack.experiments.linkage.state import LinkageState, LinkageTrackerParameters
 from pftrack.experiments.linkage.trackers import ROOT, Region, begin, box_of, contains, known_bounds, union
 from tests.experiments.linkage.chains import RUNS, frame_of, frames, lengths_of, step, told, tracked
 

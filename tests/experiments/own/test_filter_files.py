@@ -12,9 +12,8 @@ import pytest
 import pftrack
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.experiments import EXPERIMENTS, find
-from pftrack.experiments.own.code import trust
+from pftrack.experiments.own.code import FilterFileError, fields_of, slider, trust
 from pftrack.experiments.own.extension import example_of, extend
-from pftrack.experiments.own.sliders import FilterFileError, fields_of, slider
 from pftrack.runs import many
 from pftrack.runs.opening import make
 from pftrack.runs.run import Run

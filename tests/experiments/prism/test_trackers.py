@@ -13,11 +13,11 @@ from pftrack.core.model.source import Frame, History, Measurements
 from pftrack.core.numerics.matrices import pinhole
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments import find
-from pftrack.experiments.prism import trackers as prism
+from pftrack.experiments.prism import experiment as prism
+from pftrack.experiments.prism.experiment import TRACKERS, TrackedPrismParameters
 from pftrack.experiments.prism.scene import NAMES, PRINCIPAL_PX, VERTICES_MM, PrismSource
-from pftrack.experiments.prism.trackers import TRACKERS, TrackedPrismParameters
+from pftrack.experiments.shared.pose.calibrated import AS_PUBLISHED
 from pftrack.experiments.shared.pose.methods import METHODS, Method
-from pftrack.experiments.shared.pose.parameters import AS_PUBLISHED
 from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.runs.run import Run
 from tests.making import whole_run

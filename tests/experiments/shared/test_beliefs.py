@@ -13,9 +13,9 @@ from pftrack.core.numerics.matrices import pinhole
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments.prism.scene import NAMES, VERTICES_MM
 from pftrack.experiments.shared.pose import methods as pose
+from pftrack.experiments.shared.pose.calibrated import PoseTrackerParameters
 from pftrack.experiments.shared.pose.layered import Layered
 from pftrack.experiments.shared.pose.methods import measurement, report
-from pftrack.experiments.shared.pose.parameters import PoseTrackerParameters
 from pftrack.experiments.shared.pose.state import PoseState, Solid
 from pftrack.filters.rao_blackwell import RaoBlackwell
 from tests.experiments.shared.always import always

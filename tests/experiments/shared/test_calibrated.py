@@ -16,13 +16,13 @@ from pftrack.experiments import find
 from pftrack.experiments.prism.scene import VERTICES_MM
 from pftrack.experiments.shared.pose import layered
 from pftrack.experiments.shared.pose.calibrated import (
+    PoseTrackerParameters,
     depth_slopes,
     nearness,
     pin,
     pose_and_band,
     seen_moments,
 )
-from pftrack.experiments.shared.pose.parameters import PoseTrackerParameters
 from pftrack.experiments.shared.pose.state import GAUSSIAN, STUDENT_4, STUDENT_8, Belief, Solid
 from pftrack.filters.affine import AffineLayer
 from pftrack.runs.run import Run

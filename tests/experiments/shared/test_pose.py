@@ -10,13 +10,13 @@ from pftrack.core.numerics.matrices import pinhole
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments.head import trackers as head
 from pftrack.experiments.head.parameters import HeadTrackerParameters
-from pftrack.experiments.prism import trackers as prism
+from pftrack.experiments.prism import experiment as prism
+from pftrack.experiments.prism.experiment import TrackedPrismParameters
 from pftrack.experiments.prism.scene import VERTICES_MM, PrismSource
-from pftrack.experiments.prism.trackers import TrackedPrismParameters
 from pftrack.experiments.shared.pose import methods as pose
+from pftrack.experiments.shared.pose.calibrated import AS_PUBLISHED, PoseTrackerParameters
 from pftrack.experiments.shared.pose.drawing import place_points
 from pftrack.experiments.shared.pose.layered import Layered
-from pftrack.experiments.shared.pose.parameters import AS_PUBLISHED, PoseTrackerParameters
 from pftrack.experiments.shared.pose.state import PoseState, Solid
 from pftrack.filters.rao_blackwell import RaoBlackwell
 from pftrack.vision.face import FEATURES, mean_model

@@ -17,9 +17,9 @@ from pftrack.core.model.parameters import Value, revise
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments.prism.scene import NAMES, VERTICES_MM
 from pftrack.experiments.shared.pose import methods as pose
+from pftrack.experiments.shared.pose.calibrated import AS_PUBLISHED, PoseTrackerParameters
 from pftrack.experiments.shared.pose.layered import Layered
 from pftrack.experiments.shared.pose.methods import measurement, report
-from pftrack.experiments.shared.pose.parameters import AS_PUBLISHED, PoseTrackerParameters
 from pftrack.experiments.shared.pose.state import PoseState, Solid
 from pftrack.filters.adaptive import Projection
 from pftrack.filters.affine import ENTRY_NOISE, AffineBelief, AffineLayer

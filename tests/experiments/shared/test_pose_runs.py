@@ -9,7 +9,7 @@ import pytest
 from pftrack.core.model.parameters import Value, declarations
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
-from pftrack.experiments.shared.pose.parameters import AS_PUBLISHED
+from pftrack.experiments.shared.pose.calibrated import AS_PUBLISHED
 from pftrack.runs.run import Run
 from tests.making import whole_run
 

@@ -3,8 +3,7 @@ import pytest
 
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import History
-from pftrack.experiments.sine.experiment import SineParameters
-from pftrack.experiments.sine.model import SignalSource
+from pftrack.experiments.sine.experiment import SignalSource, SineParameters
 
 
 @pytest.mark.parametrize(("waveform", "function"), [("sine", np.sin), ("cosine", np.cos)])

@@ -11,7 +11,7 @@ from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.shared.reports import PointState
-from pftrack.experiments.sine.model import TRACKERS, SignalTrackerParameters
+from pftrack.experiments.sine.experiment import TRACKERS, SignalTrackerParameters
 
 START = 0.7
 SPREAD, STEP, NOISE = 0.3, 0.05, 0.2

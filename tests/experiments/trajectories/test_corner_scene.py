@@ -4,14 +4,13 @@ from numpy.typing import NDArray
 
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import History
-from pftrack.experiments.trajectories.corner_scene import (
+from pftrack.experiments.trajectories.scene import CORNERS_FRAMES as FRAMES
+from pftrack.experiments.trajectories.scene import (
     CORNERS_PX,
-    FRAMES,
     LINE,
     ON_BOOK,
     ON_BOX,
     ON_WALL,
-    SIZE_PX,
     CornerSceneParameters,
     CornerSource,
     SceneMotion,
@@ -19,6 +18,7 @@ from pftrack.experiments.trajectories.corner_scene import (
     shifts_px,
     wall,
 )
+from pftrack.experiments.trajectories.scene import CORNERS_SIZE_PX as SIZE_PX
 from pftrack.vision.matching import cut, match
 
 PLAIN = CornerSceneParameters()

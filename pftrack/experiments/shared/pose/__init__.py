@@ -3,7 +3,7 @@
 - `methods`: the ways of tracking, and what they report; `layered`: features in two layers with an adapting sampling
   distribution, and two such filters beside each other;
 - `state`: the solid, what is believed of it in one frame, what poses are worth, and what each point contributes;
-- `calibrated`: a band of the pose that holds the truth; `parameters`: all that can be set;
+- `calibrated`: all that can be set, and a band of the pose that holds the truth;
 - `drawing`: pieces of drawings, and what is measured and plotted of a pose.
 """
 

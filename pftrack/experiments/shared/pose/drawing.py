@@ -20,7 +20,7 @@ from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.source import Frame, Landmarks
 from pftrack.core.numerics.elementary import wrap
 from pftrack.core.numerics.matrices import NEAREST_MM
-from pftrack.experiments.shared.pose.parameters import PoseTrackerParameters
+from pftrack.experiments.shared.pose.calibrated import PoseTrackerParameters
 from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.experiments.shared.sketch import at_height, lines, uncertainty
 from pftrack.vision.face import gaze

@@ -18,8 +18,8 @@ from pftrack.core.model.series import Reduction, Series, SeriesValue
 from pftrack.core.numerics.matrices import least_squares, pinhole_jacobian, product
 from pftrack.core.numerics.random import Gaussian, Generator
 from pftrack.experiments.shared.pose import layered
+from pftrack.experiments.shared.pose.calibrated import PoseTrackerParameters
 from pftrack.experiments.shared.pose.layered import FeatureLikelihood, Layered
-from pftrack.experiments.shared.pose.parameters import PoseTrackerParameters
 from pftrack.experiments.shared.pose.state import Belief, PoseState, Solid
 from pftrack.filters import adaptive, rao_blackwell
 from pftrack.filters.adaptive import UpperLayer
