@@ -7,8 +7,8 @@ snapshot, which is what the pages know: each change of it is told as the fields 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from pftrack.core.model.drawing import BRANCHES, hexadecimal
 from pftrack.core.model.measures import judge_loss
-from pftrack.core.model.palette import BRANCHES, hexadecimal
 from pftrack.runs.loss import loss_start
 from pftrack_server.errors import ConflictError
 from pftrack_server.schemas import messages
