@@ -11,7 +11,7 @@ import numba
 import pytest
 
 from pftrack.process import AsyncEnd, BlockingEnd, pair
-from pftrack_server.worker.commands import ChangeValues, Export, Pause, Play, SetSpeed
+from pftrack_server.worker.commands import ChangeValues, Pause, Play, Save, SetSpeed
 from pftrack_server.worker.protocol import Credit, Event, Progress, Reply, Request
 from pftrack_server.worker.run_tree import RunTree
 from pftrack_server.worker.worker import Worker
@@ -184,7 +184,7 @@ def test_a_run_that_has_to_compile_says_so(monkeypatch: pytest.MonkeyPatch) -> N
     assert told == [0, 1, None]
 
 
-@pytest.mark.parametrize("place", ["measures", "export"])
+@pytest.mark.parametrize("place", ["measures", "save"])
 def test_what_compiles_beside_a_step_is_over_as_well(monkeypatch: pytest.MonkeyPatch, place: str) -> None:
     """Measures and a command that is refused compile outside a step, and the end of that is told all the same."""
     function = numba.njit(lambda x: x - 1)
@@ -193,7 +193,7 @@ def test_what_compiles_beside_a_step_is_over_as_well(monkeypatch: pytest.MonkeyP
 
     def compiling(tree: RunTree, *arguments: Any) -> Any:
         function(1.5)
-        if place == "export":
+        if place == "save":
             raise OSError("no room")
         return original(tree, *arguments)
 
@@ -210,7 +210,7 @@ def test_what_compiles_beside_a_step_is_over_as_well(monkeypatch: pytest.MonkeyP
 
         async with working(hear) as web:
             monkeypatch.setattr(RunTree, place, compiling)
-            web.send(Request(1, Play()) if place == "measures" else Request(1, Export("csv", "x.csv")))
+            web.send(Request(1, Play()) if place == "measures" else Request(1, Save("x.pftrack")))
             await asyncio.wait_for(over.wait(), 10)
 
     run(work())
