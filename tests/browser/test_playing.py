@@ -89,7 +89,7 @@ def test_all_that_is_said_is_of_the_frame_that_is_seen(page: Any, server: Server
     shown = SessionPage(page, server).ready()
     conditions = ((1, "Infinity", False), (0, "Infinity", False), (1, "150", False), (1, "Infinity", True))
     for speed, bytes_per_ms, loses in conditions:
-        server.post(f"sessions/{shown.id}/transport", {"action": "speed", "speed": speed})
+        server.post(f"sessions/{shown.id}/commands", {"kind": "speed", "speed": speed})
         page.evaluate(f"line.bytesPerMs = {bytes_per_ms}")
         seen: list[list[str]] = []
         while len(seen) < MOMENTS:
@@ -118,7 +118,7 @@ def test_beside_a_scene_numbers_are_of_the_frame_that_it_shows(page: Any, server
     """The scene has a socket of its own; what is told waits until the scene shows its frame."""
     page.add_init_script(FEW_PIXELS)
     session = server.start_session(frames=60)
-    server.post(f"sessions/{session['id']}/transport", {"action": "speed", "speed": 0.2})
+    server.post(f"sessions/{session['id']}/commands", {"kind": "speed", "speed": 0.2})
     page.goto(session["page"] + "?view=scene")
     shown = SessionPage(page, server).ready()
     page.locator(".scene-still").wait_for(state="detached")
