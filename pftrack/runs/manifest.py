@@ -7,9 +7,6 @@ manifest. A format that can carry it does; beside the others it is a file of its
 
 import hashlib
 import json
-import math
-from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
 from typing import Any
 
 from pftrack.core.model.band import DIRECTIONS
@@ -89,19 +86,3 @@ def bibtex_of(run: Run) -> str:
 
 def _list_citations(references: tuple[Citation, ...]) -> list[str]:
     return [f"- {one.text}" for one in references]
-
-
-def fields_of(value: Any, *names: str) -> dict[str, Any]:  # noqa: ANN401 - a dataclass
-    """Return the fields of an object, or the attributes that are named, as JSON has them."""
-    return {name: plain(getattr(value, name)) for name in names or (field.name for field in fields(value))}
-
-
-def plain(value: object) -> Any:  # noqa: ANN401 - JSON
-    """Return a value as JSON has it; numbers that are not finite become None."""
-    if is_dataclass(value):
-        return fields_of(value)
-    if isinstance(value, Mapping):
-        return {name: plain(one) for name, one in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(one) for one in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -10,7 +10,7 @@ from pftrack.analysis.diagnosis.course import COLUMNS, Course, Moment, Rule, Sig
 from pftrack.analysis.diagnosis.rules import RULES
 from pftrack.core.model.measures import Witness
 from pftrack.core.model.preset import CAUSES, CauseId
-from pftrack.runs.manifest import fields_of, plain
+from pftrack.core.model.series import Known, as_json, to_json
 from pftrack.runs.run import Run
 
 # A rule measures one mechanism around a moment and returns a `Sign` if it is at work: since when, how strongly, and the
@@ -39,14 +39,14 @@ class Evidence:
         title: What it is, a few words.
         unit: Of its numbers; empty for pure ones.
         first: Frame of the first number.
-        values: A number a frame, None where there is none.
+        values: A number a frame, NaN where there is none.
     """
 
     name: str
     title: str
     unit: str
     first: int
-    values: tuple[float | None, ...]
+    values: tuple[Known, ...]
 
 
 @dataclass(frozen=True)
@@ -91,14 +91,27 @@ class Diagnosis:
 
     def as_dict(self) -> dict[str, Any]:
         """Return all of it as JSON values."""
-        told = fields_of(self, "frame", "lost", "first_lost_frame", "witness", "cause", "sentence")
-        return {**told, "signs": [*map(_tell, self.signs, self.evidence)]}
+        return {
+            "frame": self.frame,
+            "lost": self.lost,
+            "first_lost_frame": self.first_lost_frame,
+            "witness": self.witness,
+            "cause": self.cause,
+            "sentence": self.sentence,
+            "signs": [*map(_tell, self.signs, self.evidence)],
+        }
 
 
 def _tell(sign: Sign, shown: tuple[Evidence, ...]) -> dict[str, Any]:
-    numbers = {name: float(number) for name, number in sign.numbers.items()}
-    told = {"title": CAUSES[sign.cause], "strength": round(sign.strength, 3), "numbers": numbers, "evidence": shown}
-    return {**fields_of(sign, "cause", "since", "words"), **plain(told)}
+    return {
+        "cause": sign.cause,
+        "since": sign.since,
+        "words": sign.words,
+        "title": CAUSES[sign.cause],
+        "strength": to_json(round(sign.strength, 3)),
+        "numbers": {name: to_json(float(number)) for name, number in sign.numbers.items()},
+        "evidence": [as_json(one) for one in shown],
+    }
 
 
 NEVER = "The target is not lost in any frame computed so far."
@@ -171,10 +184,5 @@ def _evidence(course: Course, sign: Sign, at: int) -> tuple[Evidence, ...]:
     for name in sign.evidence:
         values = getattr(course, name)[first:behind]
         if np.isfinite(values).any():
-            column, numbers = COLUMNS[name], tuple(_finite(value) for value in values.tolist())
-            shown.append(Evidence(name, column.title, course.unit_of(name), first, numbers))
+            shown.append(Evidence(name, COLUMNS[name].title, course.unit_of(name), first, tuple(values.tolist())))
     return tuple(shown)
-
-
-def _finite(number: float) -> float | None:
-    return float(number) if np.isfinite(number) else None

@@ -24,6 +24,7 @@ d of a vector, may vary from frame to frame; columns are then as wide as the wid
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, TypeAlias
 
@@ -224,8 +225,13 @@ Known: TypeAlias = Annotated[
 
 def as_json(value: object) -> dict[str, Any]:
     """Return a dataclass or a pydantic model as JSON values; a `Known` number that is not finite becomes None."""
-    values: dict[str, Any] = TypeAdapter(type(value)).dump_python(value, mode="json", by_alias=True)
+    values: dict[str, Any] = _adapter_of(type(value)).dump_python(value, mode="json", by_alias=True)
     return values
+
+
+@cache
+def _adapter_of(kind: type) -> TypeAdapter[Any]:
+    return TypeAdapter(kind)
 
 
 def columns(series: Series, values: Sequence[SeriesValue | None]) -> dict[str, Floats]:
