@@ -79,7 +79,7 @@ def with_filterpy(start: LinkageTarget, seen: Array) -> Array:
 
 def scene(seed: int) -> tuple[Run, list[Frame]]:
     """Return a run of the preset, for its parameters, and its frames."""
-    preset = next(one for one in LINKAGE.presets if one.name == "cross")
+    preset = LINKAGE.preset_named("cross")
     setup = LINKAGE.simulate()
     run = Run(LINKAGE, Setup(setup.open_source, revise(setup.parameters, preset.parameters)), tracker="ekf", seed=seed)
     return run, [step.frame for step in run]

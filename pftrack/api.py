@@ -15,11 +15,9 @@ from pathlib import Path
 from typing import Any, Literal
 
 from pftrack.core.model.parameters import ParameterError, Value
-from pftrack.core.model.preset import Preset
 from pftrack.core.model.recipe import Change, Footage, Recipe
 from pftrack.core.model.source import FrameSequence
 from pftrack.experiments import find, find_for
-from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.own.code import trust_filters
 from pftrack.experiments.own.extension import experiment_of, name_of
 from pftrack.output.exports.formats import Watcher
@@ -76,7 +74,7 @@ def run(
     if tracker is not None and str(tracker).endswith(".py"):
         tracker, recipe = _with_filter(recipe, Path(tracker))
     wiring = experiment_of(recipe)
-    chosen = _preset(wiring, preset) if preset is not None else None
+    chosen = wiring.preset_named(preset) if preset is not None else None
     values = {**(chosen.parameters if chosen else {}), **parameters}
     said = {
         "tracker": (str(tracker) if tracker is not None else None) or (chosen.tracker if chosen else None),
@@ -224,14 +222,6 @@ def _recipe(said: str | Recipe | Mapping[str, Any]) -> Recipe:
     if isinstance(said, Recipe):
         return said
     return Recipe(experiment=find(said).id) if isinstance(said, str) else Recipe.read(dict(said))
-
-
-def _preset(experiment: Experiment, name: str) -> Preset:
-    found = next((each for each in experiment.presets if each.name == name), None)
-    if found is None:
-        known = ", ".join(each.name for each in experiment.presets)
-        raise LookupError(f"{experiment.id} has no preset {name!r}; there are {known}")
-    return found
 
 
 def _footage(recording: PathOrName | None, mark: Mapping[str, Any] | None, start: int) -> Footage | None:

@@ -54,12 +54,8 @@ def find_experiment(name: str) -> "Experiment":
 
 def find_preset(experiment: "Experiment", name: str | None) -> "Preset | None":
     """Return a preset of an experiment by its name, if one is named; an unknown one is wrong use."""
-    if name is None:
-        return None
-    presets = {preset.name: preset for preset in experiment.presets}
-    if name not in presets:
-        raise wrong_use(f"the preset of {experiment.id} must be one of {', '.join(presets)}, got {name!r}")
-    return presets[name]
+    with refusing(LookupError):
+        return None if name is None else experiment.preset_named(name)
 
 
 def find_tracker(experiment: "Experiment", name: str) -> str:

@@ -414,6 +414,18 @@ class Experiment:
             return self.video.clip_about
         return tuple(dict.fromkeys(name for each in self.presets for name in each.parameters if name not in each.scene))
 
+    def preset_named(self, name: str) -> Preset:
+        """Return a preset.
+
+        Raises:
+            LookupError: There is none of that name; the sentence lists those that there are.
+        """
+        for preset in self.presets:
+            if preset.name == name:
+                return preset
+        known = ", ".join(preset.name for preset in self.presets)
+        raise LookupError(f"the preset of {self.id} must be one of {known}, got {name!r}")
+
     def measure_named(self, name: str) -> Measure:
         """Return a measure.
 

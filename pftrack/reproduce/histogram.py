@@ -66,7 +66,7 @@ class Outcome:
 
 def lecture() -> Mapping[str, Value]:
     """Return the lecture's settings, which are those of the preset of that name."""
-    return next(preset.parameters for preset in find("histogram").presets if preset.name == "lecture")
+    return find("histogram").preset_named("lecture").parameters
 
 
 def runs(case: Case) -> Outcome:

@@ -226,7 +226,7 @@ def seeded(recipe: Recipe, seeds: Iterable[int]) -> list[Recipe]:
 
 def preset_recipe(experiment: str, preset: str, tracker: str = "", **values: Value) -> Recipe:
     """Return the recipe of a preset, with another tracker or other values if they are given."""
-    chosen = next(one for one in find(experiment).presets if one.name == preset)
+    chosen = find(experiment).preset_named(preset)
     return recipe(experiment, tracker or chosen.tracker, {**chosen.parameters, **values}, seed=chosen.seed)
 
 

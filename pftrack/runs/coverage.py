@@ -47,7 +47,7 @@ def measured_parameters(experiment: Experiment, preset: str, seed: int) -> Any: 
 
 
 def _chosen(experiment: Experiment, preset: str, seed: int, defaults: Parameters) -> dict[str, Value]:
-    chosen = dict(next(one.parameters for one in experiment.presets if one.name == preset)) if preset else {}
+    chosen = dict(experiment.preset_named(preset).parameters) if preset else {}
     scene = experiment.quality.calibration.scene
     if scene:
         chosen[scene] = int(chosen.get(scene, getattr(defaults, scene))) + seed

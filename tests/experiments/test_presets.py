@@ -92,8 +92,7 @@ _known: dict[tuple[str, str], tuple[float, bool]] = {}
 
 def finished(experiment: Experiment, name: str) -> tuple[float, bool]:
     if (experiment.id, name) not in _known:
-        preset = next(preset for preset in experiment.presets if preset.name == name)
-        _known[experiment.id, name] = outcome(experiment, preset)
+        _known[experiment.id, name] = outcome(experiment, experiment.preset_named(name))
     return _known[experiment.id, name]
 
 

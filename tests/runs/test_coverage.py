@@ -18,7 +18,7 @@ def test_every_frame_after_the_first_counts() -> None:
 def test_a_setting_has_the_values_of_its_preset_and_another_scene_for_each_seed() -> None:
     """Where scenes have a number, the seed is added to it."""
     fish = find("fish")
-    preset = next(one for one in fish.presets if one.name == "rudder")
+    preset = fish.preset_named("rudder")
     parameters = measured_run(fish, "guided", "rudder", 3, 2).parameters_at(0)
     assert parameters.tank == preset.parameters["tank"]
     assert parameters.tank_number == fish.simulate().parameters.tank_number + 3

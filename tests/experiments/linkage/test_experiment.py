@@ -26,7 +26,7 @@ FRAMES = {"cross": 51, "cross-one": 51, "mirror3": 91, "mirror2": 81}
 @cache
 def rows(preset: str, tracker: str = "", seed: int = -1) -> tuple[Diagnostics, ...]:
     """Return the frames of a preset, with another tracker or another seed than its own if that is asked for."""
-    chosen = next(one for one in LINKAGE.presets if one.name == preset)
+    chosen = LINKAGE.preset_named(preset)
     setup = LINKAGE.simulate()
     setup = Setup(setup.open_source, revise(setup.parameters, chosen.parameters), success=setup.success)
     run = Run(LINKAGE, setup, tracker=tracker or chosen.tracker, seed=chosen.seed if seed < 0 else seed)
@@ -189,7 +189,7 @@ def test_errors_of_directions_are_those_of_vectors() -> None:
 @pytest.mark.parametrize("preset", ["cross", "3d"])
 def test_particles_are_drawn_around_the_estimate(preset: str) -> None:
     """Both worlds show a cloud, of joints in depth and of lengths, where the estimate is."""
-    chosen = next(one for one in LINKAGE.presets if one.name == preset)
+    chosen = LINKAGE.preset_named(preset)
     setup = LINKAGE.simulate()
     setup = Setup(setup.open_source, revise(setup.parameters, {**chosen.parameters, "sample_count": 60}))
     run = Run(LINKAGE, setup, tracker="particles", seed=1, frames=2)

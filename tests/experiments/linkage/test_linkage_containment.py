@@ -75,6 +75,6 @@ def test_what_contradicts_a_bound_is_not_known_exactly(tracker: str) -> None:
 @pytest.mark.parametrize("tracker", TRACKERS)
 def test_a_root_that_nobody_sees_is_contained(tracker: str) -> None:
     """In space the root moves on while the whole chain is hidden."""
-    scene = next(one for one in LINKAGE.presets if one.name == "3d").parameters
+    scene = LINKAGE.preset_named("3d").parameters
     hidden, seen = Change(4, {"occlusion_width_px": 640}), Change(14, {"occlusion_width_px": 0})
     assert contained(tracker, scene, hidden, seen, frames=18) == {1.0}

@@ -28,7 +28,7 @@ from tests.making import whole_run
 
 LINKAGE = find("linkage")
 SCENE: dict[str, Value] = {
-    **next(one for one in LINKAGE.presets if one.name == "3d").parameters,
+    **LINKAGE.preset_named("3d").parameters,
     "links_seen_as": "lines-and-ends",
 }
 R = np.array([68.0, 58.0, 48.0])
