@@ -12,10 +12,8 @@ from pftrack.analysis.diagnosis.diagnosis import Diagnosis, diagnose, diagnose_c
 from pftrack.analysis.diagnosis.rules import wrong_find
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.preset import CAUSES, CauseId
-from pftrack.core.model.recipe import Recipe
 from pftrack.core.model.series import Series
 from pftrack.core.model.tracker import Diagnostics
-from pftrack.experiments import find
 from pftrack.reproduce.diagnosis import conditions, without_truth
 from pftrack.runs.loss import Loss
 from pftrack.runs.run import Run
@@ -27,14 +25,6 @@ CALM: dict[str, Value] = {"occlusion_width_px": 0, "distracter_radius_px": 0, "p
 def ball(tracker: str, seed: int = 0, **values: Value) -> Run:
     """Return sixty frames of the ball, with nothing in its way but what is said."""
     return pftrack.run("ball", tracker=tracker, seed=seed, frames=60, **{**CALM, **values})
-
-
-def finished(recipe: Recipe) -> Run:
-    """Return the whole run of a recipe."""
-    experiment = find(recipe.experiment)
-    run = Run.from_recipe(recipe, experiment, experiment.simulate())
-    run.finish()
-    return run
 
 
 @pytest.mark.parametrize(
@@ -98,7 +88,7 @@ def unaided(run: Run) -> Diagnosis:
 def test_a_filter_of_a_target_that_stands_still_is_told_by_what_it_measures() -> None:
     """Measurements that are white around one place, and an estimate that leaves it, are told without the truth."""
     flawed, _ = LINKAGE["the same picture again"].draw(14)
-    found = unaided(finished(flawed))
+    found = unaided(pftrack.run(flawed))
     assert found.cause == "shrinking-covariance"
     assert "stands still but for its noise" in found.signs[0].words
     assert found.signs[0].numbers["way"] > 1.5
@@ -107,7 +97,7 @@ def test_a_filter_of_a_target_that_stands_still_is_told_by_what_it_measures() ->
 def test_a_pose_near_its_mirror_image_is_told_as_one_of_both() -> None:
     """Without the truth it is said when the camera showed both alike, and that no number tells which of them it is."""
     flawed, _ = LINKAGE["one side only"].draw(8)
-    found = unaided(finished(flawed))
+    found = unaided(pftrack.run(flawed))
     assert found.cause == "mirror-pose"
     assert found.signs[0].numbers["gap"] < 1
     assert found.evidence[0][0].name == "mirror_gap"
@@ -221,7 +211,7 @@ def test_a_cloud_that_grows_to_what_is_usual_follows_nothing_else() -> None:
 def test_an_estimate_comes_to_the_edge_a_little_later_than_the_target() -> None:
     """Without the truth, what is no longer seen just before the estimate leaves the picture has left it as well."""
     (edge,) = (one for one in conditions() if one.name == "beyond the edge")
-    found = unaided(finished(edge.draw(7)[0]))
+    found = unaided(pftrack.run(edge.draw(7)[0]))
     assert [sign.cause for sign in found.signs][:1] == ["target-not-in-the-picture"]
     assert found.signs[0].since == 35
 

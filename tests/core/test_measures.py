@@ -16,11 +16,10 @@ from pftrack.core.model.measures import (
     evaluate,
     is_success,
 )
-from pftrack.core.model.recipe import Change
 from pftrack.experiments import EXPERIMENTS
 from pftrack.runs.many import outcomes
-from pftrack.runs.run import Run
 from pftrack.sources.truth import TruthTable
+from tests.making import whole_run
 
 NAN = np.nan
 
@@ -136,8 +135,7 @@ def test_every_measure_is_declared_whole() -> None:
 def test_a_signal_has_none() -> None:
     """An experiment without box, pose and limit has no measure, and reports none."""
     experiment = EXPERIMENTS["sine"]
-    run = Run(experiment, experiment.simulate(), frames=5)
-    run.finish()
+    run = whole_run(experiment, frames=5)
     assert run.summary().measures == {}
 
 
@@ -148,8 +146,7 @@ def test_a_batch_comes_to_the_measures_of_a_live_run(name: str) -> None:
     trackers = list(experiment.trackers)[:3]
     (row,) = outcomes(experiment, experiment.simulate(), values={}, trackers=trackers, seeds=[3], frames=25)
     for tracker, outcome in zip(trackers, row, strict=True):
-        run = Run(experiment, experiment.simulate(), tracker=tracker, seed=3, frames=25)
-        run.finish()
+        run = whole_run(experiment, tracker=tracker, seed=3, frames=25)
         assert outcome.measures == run.summary().measures
         assert {"hit_rate", "frames_to_failure"} < outcome.measures.keys()
 
@@ -157,8 +154,7 @@ def test_a_batch_comes_to_the_measures_of_a_live_run(name: str) -> None:
 def test_a_branch_keeps_the_truth_of_its_past() -> None:
     """A branch that changes nothing comes to the measures of the run that it left."""
     experiment = EXPERIMENTS["ball"]
-    run = Run(experiment, experiment.simulate(), frames=30)
-    run.finish()
+    run = whole_run(experiment, frames=30)
     branch = run.branch(12)
     branch.finish()
     assert branch.summary().measures == run.summary().measures
@@ -167,8 +163,7 @@ def test_a_branch_keeps_the_truth_of_its_past() -> None:
 def test_the_measure_that_decides_is_named() -> None:
     """A simulated scene is judged by Bando's limit; a summary says so."""
     experiment = EXPERIMENTS["ball"]
-    run = Run(experiment, experiment.simulate(), frames=3, timeline=(Change(0, {"lost_share": 0.0}),))
-    run.finish()
+    run = whole_run(experiment, frames=3, values={"lost_share": 0.0})
     assert run.summary().as_dict()["success_measure"] == "hit_rate"
     with pytest.raises(ValueError, match=r"ball has no measure 'iou', only hit_rate, inside_share"):
         experiment.measure_named("iou")

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from pftrack.core.model.tracker import Tracker
 from pftrack.experiments import find
-from pftrack.runs.run import Run
+from tests.making import whole_run
 
 BALL = find("ball")
 MODEL = type(BALL.simulate().parameters)
@@ -39,6 +39,5 @@ def test_it_runs_and_is_drawn() -> None:
     """An experiment made of another one and a tracker more is drawn with the title of that tracker."""
     own = replace(BALL.trackers["condensation"], id="own", title="My own")
     joined = replace(BALL.with_trackers(own, like="condensation"), id="joined")
-    run = Run(joined, joined.simulate(), tracker="own", frames=3)
-    run.finish()
+    run = whole_run(joined, tracker="own", frames=3)
     assert "My own" in joined.draw(run.current, run.diagnostics).caption

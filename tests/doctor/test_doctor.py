@@ -120,8 +120,7 @@ assert len(before) > 50, before
 for experiment in EXPERIMENTS.values():
     for preset in experiment.presets:
         timeline = (Change(0, preset.parameters),)
-        run = Run(experiment, experiment.simulate(), tracker=preset.tracker, frames=6, timeline=timeline)
-        run.finish()
+        run = whole_run(experiment, tracker=preset.tracker, frames=6, timeline=timeline)
 for name, value in (("apf_weights", "corrected"), ("upper_layer", "perspective"), ("pose_estimator", "particle")):
     for experiment in EXPERIMENTS.values():
         setup = experiment.simulate()

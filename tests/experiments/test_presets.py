@@ -2,7 +2,6 @@ import pytest
 
 from pftrack.core.model.parameters import declarations, flat
 from pftrack.core.model.preset import Preset
-from pftrack.core.model.recipe import Change
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.experiments.experiment import Experiment
 from tests.making import whole_run
@@ -13,8 +12,7 @@ BALL = find("ball")
 @pytest.mark.parametrize("preset", BALL.presets, ids=lambda preset: preset.name)
 def test_presets_of_the_ball_do_what_they_say(preset: Preset) -> None:
     """A preset that is said to work succeeds, one that is said to break fails."""
-    timeline = (Change(0, preset.parameters),)
-    run = whole_run(BALL, tracker=preset.tracker, seed=preset.seed, timeline=timeline)
+    run = whole_run(BALL, values=preset.parameters, tracker=preset.tracker, seed=preset.seed)
     assert run.summary().verdict.success == preset.title.startswith("works")
 
 
@@ -97,8 +95,7 @@ def finished(experiment: Experiment, name: str) -> tuple[float, bool]:
 
 
 def outcome(experiment: Experiment, preset: Preset) -> tuple[float, bool]:
-    timeline = (Change(0, preset.parameters),) if preset.parameters else ()
-    run = whole_run(experiment, tracker=preset.tracker, seed=preset.seed, timeline=timeline)
+    run = whole_run(experiment, values=preset.parameters, tracker=preset.tracker, seed=preset.seed)
     summary = run.summary().as_dict()
     return summary["mean_error"], summary["success"]
 

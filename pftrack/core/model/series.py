@@ -225,12 +225,13 @@ Known: TypeAlias = Annotated[
 
 def as_json(value: object) -> dict[str, Any]:
     """Return a dataclass or a pydantic model as JSON values; a `Known` number that is not finite becomes None."""
-    values: dict[str, Any] = _adapter_of(type(value)).dump_python(value, mode="json", by_alias=True)
+    kind: type[Any] = type(value)
+    values: dict[str, Any] = _adapter_of(kind).dump_python(value, mode="json", by_alias=True)
     return values
 
 
 @cache
-def _adapter_of(kind: type) -> TypeAdapter[Any]:
+def _adapter_of(kind: type[Any]) -> TypeAdapter[Any]:
     return TypeAdapter(kind)
 
 

@@ -3,7 +3,6 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.model.parameters import ParameterError, Value, revise
-from pftrack.core.model.recipe import Change
 from pftrack.core.model.source import Frame
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments import find
@@ -11,7 +10,7 @@ from pftrack.experiments.ball.model import GUIDANCE, TRACKERS, BallTrackerParame
 from pftrack.experiments.shared.reports import PointState
 from pftrack.filters.learning.diffusion import learn
 from pftrack.filters.particles import ParticleSet
-from pftrack.runs.run import Run
+from tests.making import whole_run
 
 BALL = find("ball")
 COVARIANCE = np.array([[9.0, 1.5], [1.5, 1.0]])
@@ -74,8 +73,7 @@ def test_few_guided_particles_follow_where_many_others_do_not() -> None:
 
     def lost(tracker: str, count: int) -> int:
         values = {"occlusion_width_px": 0, "sample_count": count}
-        run = Run(BALL, BALL.simulate(), tracker=tracker, frames=90, timeline=(Change(0, values),))
-        run.finish()
+        run = whole_run(BALL, tracker=tracker, frames=90, values=values)
         return sum(bool(row.lost) for row in run.diagnostics)
 
     assert lost("guided", 300) < 5

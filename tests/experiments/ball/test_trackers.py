@@ -9,13 +9,13 @@ from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.experiments.ball.model import MODELLED
 from pftrack.runs.run import Run
+from tests.making import whole_run
 
 BALL = find("ball")
 
 
 def sha(tracker: str, **parameters: object) -> str:
-    run = Run(BALL, BALL.simulate(), tracker=tracker, seed=5, frames=60, timeline=(Change(0, parameters),))
-    run.finish()
+    run = whole_run(BALL, tracker=tracker, seed=5, frames=60, values=parameters)
     return run.estimates_sha256
 
 
@@ -48,8 +48,7 @@ def test_start_is_the_truth() -> None:
 
 def test_switch_follows_the_last_sigma() -> None:
     """h-SPF draws by observation exactly in the frames after one whose sigma exceeds gamma on any axis."""
-    run = Run(BALL, BALL.simulate(), tracker="h-spf", seed=5, frames=60)
-    run.finish()
+    run = whole_run(BALL, tracker="h-spf", seed=5, frames=60)
     rows = run.diagnostics
     assert {row.vector("samples") for row in rows[1:]} == {(800.0, 0.0), (0.0, 800.0)}
     for before, row in pairwise(rows):
@@ -60,8 +59,7 @@ def test_switch_follows_the_last_sigma() -> None:
 
 def test_soft_switch_draws_a_share() -> None:
     """s-SPF draws the share that eqs. 3.6 and 3.7 say."""
-    run = Run(BALL, BALL.simulate(), tracker="s-spf", seed=5, frames=60)
-    run.finish()
+    run = whole_run(BALL, tracker="s-spf", seed=5, frames=60)
     for before, row in pairwise(run.diagnostics):
         expected = round(800 * min(max((max(before.sigma) - 4) / 16, 0), 1))
         assert row.vector("samples") == (800 - expected, expected)
@@ -108,8 +106,7 @@ def test_extreme_parameters_do_no_harm(tracker: str) -> None:
         {"ball_radius_px": 60, "image_noise_sd": 100, "red_spread": 0.001},
         {"resampling_threshold": 0.0, "background_level": 0.0},
     ):
-        run = Run(BALL, BALL.simulate(), tracker=tracker, seed=5, frames=12, timeline=(Change(0, parameters),))
-        run.finish()
+        run = whole_run(BALL, tracker=tracker, seed=5, frames=12, values=parameters)
         assert np.isfinite([row.estimate for row in run.diagnostics]).all()
         assert np.isfinite([row.sigma for row in run.diagnostics]).all()
 
@@ -119,8 +116,7 @@ def test_a_model_that_knows_the_swing_keeps_what_a_straight_line_loses() -> None
     lost = {}
     for period in (0, 30):
         values = {"occlusion_width_px": 40, "distracter_radius_px": 0, "assumed_period_frames": period}
-        run = Run(BALL, BALL.simulate(), tracker="condensation", seed=1, frames=61, timeline=(Change(0, values),))
-        run.finish()
+        run = whole_run(BALL, tracker="condensation", seed=1, frames=61, values=values)
         lost[period] = run.summary().verdict.lost_frames
     assert lost[30] == 0
     assert lost[0] > 15

@@ -26,6 +26,7 @@ from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.truth import TruthTable
 from pftrack.vision.film import FilmWriter
+from tests.making import whole_run
 
 FISH = find("fish")
 SHAPE = FishShape(24.0, 10.0, 28.0)
@@ -149,10 +150,7 @@ def test_lost_is_outside_the_silhouette_and_on_a_recording_outside_the_box() -> 
 
 def test_the_verdict_is_by_the_silhouette(films: dict[str, FrameSequence]) -> None:
     """In the tank one frame outside the fish is no success; on a recording a quarter of the frames may miss the box."""
-    run = Run(
-        FISH, FISH.simulate(), tracker="guided", frames=4, timeline=(Change(0, {"highest_hue": 3, "value_low": 255}),)
-    )
-    run.finish()
+    run = whole_run(FISH, values={"highest_hue": 3, "value_low": 255}, tracker="guided", frames=4)
     rows = run.diagnostics
     targets = [run.source.frame(row.frame, run.timeline.history).target for row in rows]
     assert [row.lost for row in rows] == [

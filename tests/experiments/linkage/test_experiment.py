@@ -11,7 +11,6 @@ from pftrack.cli.app import app
 from pftrack.core.model.drawing import Points
 from pftrack.core.model.parameters import ParameterError, Value, revise
 from pftrack.core.model.recipe import Change
-from pftrack.core.model.setup import Setup
 from pftrack.core.model.tracker import Diagnostics
 from pftrack.experiments import find
 from pftrack.experiments.linkage.experiment import direction_error
@@ -27,10 +26,8 @@ FRAMES = {"cross": 51, "cross-one": 51, "mirror3": 91, "mirror2": 81}
 def rows(preset: str, tracker: str = "", seed: int = -1) -> tuple[Diagnostics, ...]:
     """Return the frames of a preset, with another tracker or another seed than its own if that is asked for."""
     chosen = LINKAGE.preset_named(preset)
-    setup = LINKAGE.simulate()
-    setup = Setup(setup.open_source, revise(setup.parameters, chosen.parameters), success=setup.success)
-    run = Run(LINKAGE, setup, tracker=tracker or chosen.tracker, seed=chosen.seed if seed < 0 else seed)
-    run.finish()
+    seed = chosen.seed if seed < 0 else seed
+    run = whole_run(LINKAGE, values=chosen.parameters, tracker=tracker or chosen.tracker, seed=seed)
     return tuple(run.diagnostics)
 
 
@@ -189,11 +186,8 @@ def test_errors_of_directions_are_those_of_vectors() -> None:
 @pytest.mark.parametrize("preset", ["cross", "3d"])
 def test_particles_are_drawn_around_the_estimate(preset: str) -> None:
     """Both worlds show a cloud, of joints in depth and of lengths, where the estimate is."""
-    chosen = LINKAGE.preset_named(preset)
-    setup = LINKAGE.simulate()
-    setup = Setup(setup.open_source, revise(setup.parameters, {**chosen.parameters, "sample_count": 60}))
-    run = Run(LINKAGE, setup, tracker="particles", seed=1, frames=2)
-    run.finish()
+    values = {**LINKAGE.preset_named(preset).parameters, "sample_count": 60}
+    run = whole_run(LINKAGE, values=values, tracker="particles", seed=1, frames=2)
     depth, lengths = LINKAGE.draw(run.current, run.diagnostics).worlds
     for world, size in ((depth, 0.4), (lengths, 2.0)):
         cloud, estimate = (world.primitives[name] for name in ("particles", "joints" if world is depth else "estimate"))

@@ -11,6 +11,7 @@ from pftrack.core.model.setup import Setup
 from pftrack.experiments import find
 from pftrack.experiments.linkage.trackers import begin
 from pftrack.runs.run import Run
+from tests.making import whole_run
 
 LINKAGE = find("linkage")
 TRACKERS = ("ellipsoids", "ellipsoids-literal", "box-guides")
@@ -18,10 +19,7 @@ TRACKERS = ("ellipsoids", "ellipsoids-literal", "box-guides")
 
 def contained(tracker: str, values: Mapping[str, Value], *timeline: Change, frames: int = 16) -> set[float]:
     """Return the values of `contained` in all frames of a run."""
-    setup = LINKAGE.simulate()
-    setup = Setup(setup.open_source, revise(setup.parameters, values), success=setup.success)
-    run = Run(LINKAGE, setup, tracker=tracker, seed=3, frames=frames, timeline=timeline)
-    run.finish()
+    run = whole_run(LINKAGE, values=values, tracker=tracker, seed=3, frames=frames, timeline=timeline)
     return {row.number("contained") for row in run.diagnostics}
 
 

@@ -8,9 +8,9 @@ import pytest
 
 from pftrack.core.model.band import Miscalibration
 from pftrack.core.model.parameters import Value, revise
-from pftrack.core.model.setup import Setup
 from pftrack.experiments import find
 from pftrack.runs.run import Run
+from tests.making import whole_run
 
 LINKAGE = find("linkage")
 PRESETS: Mapping[str, Mapping[str, Value]] = {"default": {}, **{one.name: one.parameters for one in LINKAGE.presets}}
@@ -18,11 +18,7 @@ REGIONS = ("ellipsoids", "ellipsoids-literal", "box-guides")
 
 
 def run_of(preset: str, tracker: str, seed: int) -> Run:
-    setup = LINKAGE.simulate()
-    setup = Setup(setup.open_source, revise(setup.parameters, PRESETS[preset]), success=setup.success)
-    run = Run(LINKAGE, setup, tracker=tracker, seed=seed)
-    run.finish()
-    return run
+    return whole_run(LINKAGE, values=PRESETS[preset], tracker=tracker, seed=seed)
 
 
 def coverage(preset: str, tracker: str, seeds: range) -> float:

@@ -11,16 +11,12 @@ from pftrack.output.figures.sheet import figure_of
 from pftrack.runs.many import outcomes
 from pftrack.runs.run import Run
 from pftrack.runs.table import table_of
+from tests.making import whole_run
 
 
 def followed(name: str, tracker: str, frames: int, **values: Any) -> Run:
     """A run of an experiment's scene with these values, computed."""
-    experiment = find(name)
-    run = Run(experiment, experiment.simulate(), tracker=tracker, seed=1, frames=frames)
-    if values:
-        run.change(values)
-    run.finish()
-    return run
+    return whole_run(find(name), values=values, tracker=tracker, seed=1, frames=frames)
 
 
 def numbers(run: Run, role: str) -> NDArray[np.float64]:

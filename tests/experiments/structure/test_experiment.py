@@ -23,8 +23,7 @@ EXPERIMENT = find("structure")
 
 
 def run_of(preset: Preset, frames: int | None = None) -> Run:
-    timeline = (Change(0, preset.parameters),) if preset.parameters else ()
-    return whole_run(EXPERIMENT, tracker=preset.tracker, seed=preset.seed, frames=frames, timeline=timeline)
+    return whole_run(EXPERIMENT, values=preset.parameters, tracker=preset.tracker, seed=preset.seed, frames=frames)
 
 
 @pytest.mark.parametrize("preset", EXPERIMENT.presets, ids=lambda preset: preset.name)

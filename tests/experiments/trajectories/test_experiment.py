@@ -21,6 +21,7 @@ from pftrack.experiments.trajectories.scene import REFERENCE_PX, TRUE_PATH, Traj
 from pftrack.experiments.trajectories.trackers import TRACKERS
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
+from tests.making import whole_run
 
 EXPERIMENT = find("trajectories")
 PRESETS = {preset.name: preset for preset in EXPERIMENT.presets}
@@ -31,13 +32,8 @@ PICTURES = 50
 @cache
 def finished(name: str) -> Run:
     preset = PRESETS[name]
-    timeline = (Change(0, dict(preset.parameters)),)
     length = None if "trajectories_scene" in preset.parameters else PICTURES
-    run = Run(
-        EXPERIMENT, EXPERIMENT.simulate(), tracker=preset.tracker, seed=preset.seed, frames=length, timeline=timeline
-    )
-    run.finish()
-    return run
+    return whole_run(EXPERIMENT, values=preset.parameters, tracker=preset.tracker, seed=preset.seed, frames=length)
 
 
 def off(name: str, frame: int) -> float:
@@ -216,8 +212,7 @@ def test_a_track_is_the_same_however_many_others_there_are() -> None:
     estimates = []
     for count in (2, 6):
         values = {"track_count": count, "selected_track": 1, "sample_count": 100}
-        run = Run(EXPERIMENT, EXPERIMENT.simulate(), seed=4, frames=12, timeline=(Change(0, values),))
-        run.finish()
+        run = whole_run(EXPERIMENT, seed=4, frames=12, values=values)
         estimates.append([row.estimate for row in run.diagnostics])
     assert estimates[0] == estimates[1]
 

@@ -8,13 +8,13 @@ from pftrack.experiments import find
 from pftrack.filters.trajectories.cloud import Cloud
 from pftrack.runs.inspection import Inspection
 from pftrack.runs.run import Run
+from tests.making import whole_run
 
 
 def looked_into(tracker: str, frame: int = 6) -> Inspection:
     """The scene of corners at a frame, looked into."""
     found = find("trajectories")
-    run = Run(found, found.simulate(), tracker=tracker, seed=2, frames=frame + 1)
-    run.finish()
+    run = whole_run(found, tracker=tracker, seed=2, frames=frame + 1)
     return Inspection(run)
 
 
