@@ -225,13 +225,13 @@ Known: TypeAlias = Annotated[
 
 def as_json(value: object) -> dict[str, Any]:
     """Return a dataclass or a pydantic model as JSON values; a `Known` number that is not finite becomes None."""
-    kind: type[Any] = type(value)
-    values: dict[str, Any] = _adapter_of(kind).dump_python(value, mode="json", by_alias=True)
+    adapter = _adapter_of(type(value))  # type: ignore[arg-type] # a type has a hash; mypy looks at that of its values
+    values: dict[str, Any] = adapter.dump_python(value, mode="json", by_alias=True)
     return values
 
 
 @cache
-def _adapter_of(kind: type[Any]) -> TypeAdapter[Any]:
+def _adapter_of(kind: type) -> TypeAdapter[Any]:
     return TypeAdapter(kind)
 
 
