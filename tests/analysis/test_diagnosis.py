@@ -247,7 +247,7 @@ def test_several_causes_are_told_in_the_order_in_which_they_began() -> None:
     hidden = sum(row.hidden is True for row in run.diagnostics[6:15])
     assert found.signs[0].numbers["frames"] == hidden == 4
     error = next(one for one in found.evidence[0] if one.name == "error")
-    assert error.unit == "px"
+    assert (error.unit, error.first) == ("px", 0)
     assert error.values == tuple(row.error for row in run.diagnostics[error.first : error.first + len(error.values)])
 
 

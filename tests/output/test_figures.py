@@ -18,8 +18,7 @@ from tests.making import whole_run
 
 def finished(name: str, frames: int, **more: object) -> Run:
     """Return a short run of an experiment."""
-    found = find(name)
-    return whole_run(found, frames=frames, **more)
+    return whole_run(find(name), frames=frames, **more)
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,6 @@ import pytest
 
 from pftrack.core.geometry import quaternion
 from pftrack.core.model.parameters import Value, revise
-from pftrack.core.model.recipe import Change
 from pftrack.core.model.source import Frame
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments import find
@@ -60,8 +59,7 @@ def observation(rng: np.random.Generator) -> np.ndarray:
 
 
 def run_of(tracker: str, frames: int, seed: int = 0, **values: Value) -> Run:
-    timeline = (Change(0, {**SCENE, **values}),)
-    return whole_run(LINKAGE, tracker=tracker, seed=seed, frames=frames, timeline=timeline)
+    return whole_run(LINKAGE, tracker=tracker, seed=seed, frames=frames, values={**SCENE, **values})
 
 
 def test_derivatives_are_those_of_differences() -> None:

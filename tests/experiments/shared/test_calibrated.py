@@ -32,8 +32,7 @@ SLOPES = np.array([[4.0, 0.3, 0.2], [-0.1, 5.0, 0.4]])
 
 
 def run(experiment: str, frames: int, seed: int = 1, tracker: str = "pf-asd", **values: Value) -> Run:
-    found = find(experiment)
-    return whole_run(found, tracker=tracker, seed=seed, frames=frames, values=dict(values))
+    return whole_run(find(experiment), tracker=tracker, seed=seed, frames=frames, values=values)
 
 
 def shares(made: Run) -> tuple[float, float]:

@@ -14,9 +14,9 @@ from pftrack.core.model.setup import ExportError
 from pftrack.core.model.source import Frame
 from pftrack.experiments import find
 from pftrack.output.displays import format_reading
-from pftrack.runs.opening import make
 from pftrack.runs.run import Run
 from tests.conftest import FRUGAL
+from tests.making import whole_run
 from tests.waiting import wait_for
 
 pytestmark = pytest.mark.browser
@@ -34,9 +34,7 @@ CLOUD = """() => {
 @pytest.fixture(scope="module")
 def run() -> Run:
     changes = (Change(0, {"sample_count": 100}), Change(12, {"sample_count": 60}))
-    made = make(Recipe(experiment="ball", frames=FRAMES, seed=3, timeline=changes))
-    made.seek(FRAMES - 1)
-    return made
+    return whole_run(find("ball"), frames=FRAMES, seed=3, timeline=changes)
 
 
 @pytest.fixture(scope="module")

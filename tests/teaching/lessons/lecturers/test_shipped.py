@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+import pftrack
 from pftrack.core.model.recipe import Change
 from pftrack.runs.loss_probability import columns_of
-from pftrack.runs.opening import make
 from pftrack.teaching.lessons.lecturers import read_lessons
 from pftrack.teaching.lessons.lesson import Lesson, Scenario, answer_of, question_recipe
 
@@ -20,9 +20,8 @@ def run(lesson: Lesson, **values: bool | float | str) -> Mapping[str, np.ndarray
     """The numbers of a scenario's own run, with other values from the start."""
     assert isinstance(lesson.body, Scenario)
     recipe = lesson.body.recipe
-    made = make(recipe.model_copy(update={"timeline": (*recipe.timeline, Change(0, values))}))
-    made.finish()
-    return columns_of(made)
+    timeline = (*recipe.timeline, Change(0, values))
+    return columns_of(pftrack.run(recipe.model_copy(update={"timeline": timeline})))
 
 
 def test_all_are_read() -> None:
