@@ -86,13 +86,13 @@ class _Links(HTMLParser):
 
 
 def test_the_references_name_what_there_is() -> None:
-    """Every package is described or internal, and every kind of address has a title."""
+    """Every package is described or internal; every address is of one kind, and every kind has a title."""
     packages = {f"pftrack.{each.parent.name}" for each in (ROOT / "pftrack").glob("*/__init__.py")}
     assert packages <= {*ROOMS, *INTERNAL}
     assert not INTERNAL & {*ROOMS}
-    assert {
-        tag for methods in rest.description()["paths"].values() for it in methods.values() for tag in it["tags"]
-    } <= {*rest.WORDS}
+    tags = [it["tags"] for methods in rest.description()["paths"].values() for it in methods.values()]
+    assert all(len(each) == 1 for each in tags)
+    assert {tag for each in tags for tag in each} == {*rest.WORDS}
 
 
 @pytest.fixture(scope="module")

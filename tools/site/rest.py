@@ -10,10 +10,10 @@ from pftrack_server.settings import Settings
 __all__ = ["description", "markdown"]
 
 WORDS = {
-    "compilation": "Compiling", "comparisons": "Comparisons", "experiments": "Experiments", "exports": "Exports",
-    "failures": "Failures", "filters": "Filters in files", "fits": "Fits of noises", "follows": "Classes that follow",
-    "health": "Health", "lectures": "Lectures", "lessons": "Lessons", "runs": "Saved runs", "sessions": "Sessions",
-    "source code": "Source code", "sweeps": "Sweeps", "uploads": "Uploads", "work": "My work",
+    "experiments": "Experiments", "failures": "Failures", "filters": "Filters in files",
+    "follows": "Classes that follow", "health": "Health", "jobs": "Jobs: exports, fits, explorations and comparisons",
+    "lectures": "Lectures", "lessons": "Lessons", "sessions": "Sessions", "source code": "Source code",
+    "sweeps": "Sweeps", "uploads": "Uploads", "work": "My work",
 }  # fmt: skip
 
 

@@ -126,7 +126,7 @@ async def export_comparison(export: Name, body: ComparisonExportCreate, request:
     return await unless_client_gone(request, exports.export_comparison(house, body.runs, body.title, export))
 
 
-@router.get("/queue/{ticket}", tags=["uploads"])
+@router.get("/queue/{ticket}")
 async def show_place(ticket: Annotated[str, Path(pattern=TICKET)], services: TheServices) -> QueuePublic:
     """Tell how many are before the request that was sent with a ticket; none once it is worked on."""
     return QueuePublic(before=services.queues.before(ticket))
