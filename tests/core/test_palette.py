@@ -25,8 +25,8 @@ def test_a_wrong_colour_is_refused_with_its_line(tmp_path: Path) -> None:
     known = Path(drawing.__file__).with_name("palette.yaml").read_text(encoding="utf-8")
     path = tmp_path / "palette.yaml"
     wrong = {
-        known.replace("black [0, 0, 0]", "black [0, 0, 256]"): r"line 5: the file has a wrong 'okabe_ito.black.2'",
-        f"{known}\nblacks: [0, 0, 0]\n": "the file has an unknown field 'blacks'",
+        known.replace("black [0, 0, 0]", "black [0, 0, 256]"): "line 6: okabe_ito.black has a wrong '2'",
+        f"{known}\nblacks: [0, 0, 0]\n": "palette.yaml has an unknown field 'blacks'",
     }
     for text, problem in wrong.items():
         path.write_text(text, encoding="utf-8")
