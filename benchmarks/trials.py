@@ -14,8 +14,8 @@ from collections.abc import Callable, Sequence  # noqa: E402
 from time import process_time  # noqa: E402
 from typing import TypeVar  # noqa: E402
 
-from pftrack.analysis.counterfactuals.report import Report, what_if  # noqa: E402
-from pftrack.analysis.fitting.found import fit  # noqa: E402
+from pftrack.analysis.counterfactuals import Report, what_if  # noqa: E402
+from pftrack.analysis.fitting import fit  # noqa: E402
 from pftrack.core.model.recipe import Change  # noqa: E402
 from pftrack.experiments import find  # noqa: E402
 from pftrack.runs.run import Run  # noqa: E402

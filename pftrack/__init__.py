@@ -20,7 +20,7 @@ from pftrack.core.numerics import machine
 from pftrack.core.version import __version__
 
 if TYPE_CHECKING:
-    from pftrack.analysis.fitting.found import fit
+    from pftrack.analysis.fitting import fit
     from pftrack.api import compare, load, record, run
     from pftrack.core.model.model import Model
     from pftrack.core.model.recipe import Recipe

@@ -23,7 +23,7 @@ from pftrack.experiments.own.extension import experiment_of, name_of
 from pftrack.output.exports.formats import Watcher
 from pftrack.runs import record as records
 from pftrack.runs.comparison import Comparison
-from pftrack.runs.opening import OpenSequence, make, wire
+from pftrack.runs.reproduction import OpenSequence, make, wire
 from pftrack.runs.run import Run
 from pftrack.sources.beliefs.recorder import Recorder, Sources
 from pftrack.sources.formats import is_beliefs

@@ -8,8 +8,8 @@ from random import Random
 
 import pytest
 
-from pftrack.analysis.counterfactuals.report import LossError, what_if
-from pftrack.analysis.diagnosis.diagnosis import diagnose
+from pftrack.analysis.counterfactuals import LossError, what_if
+from pftrack.analysis.diagnosis import diagnose
 from pftrack.cli.app import main
 from pftrack.core.model.measures import judge_loss
 from pftrack.experiments import EXPERIMENTS, find

@@ -36,9 +36,9 @@ HOMONYMS = {
 """Names of parameters that are names of something general as well."""
 
 PLACES = {
-    ("pftrack/analysis/counterfactuals/alternatives.py", "resampling"): "a role of parameters",
-    ("pftrack/analysis/counterfactuals/alternatives.py", "sharpness"): "a role of parameters",
-    ("pftrack/analysis/fitting/found.py", "sharpness"): "a role of parameters",
+    ("pftrack/analysis/alternatives.py", "resampling"): "a role of parameters",
+    ("pftrack/analysis/alternatives.py", "sharpness"): "a role of parameters",
+    ("pftrack/analysis/fitting.py", "sharpness"): "a role of parameters",
     ("pftrack/core/model/parameters.py", "resampling"): "a role of parameters",
     ("pftrack/core/model/parameters.py", "sharpness"): "a role of parameters",
     ("pftrack/core/model/marks.py", "head"): "the front end of a body",

@@ -18,7 +18,7 @@ import typer
 from pftrack.cli.output import progress
 from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.shared.loss_probability import FIRST_JUDGED, LossModel, describe_models, write_models
-from pftrack.reproduce import Entry, read_record
+from pftrack.reproduce.finding import Entry, read_record
 from pftrack.reproduce.loss_probability import (
     Judgement,
     cases,

@@ -12,8 +12,8 @@ from pathlib import Path
 from textwrap import fill
 
 from pftrack.core.model.preset import CAUSES
-from pftrack.reproduce import RESULTS, Entry, Finding, diagnosis, is_older, read_record
-from pftrack.reproduce.finding import not_run
+from pftrack.reproduce import RESULTS, diagnosis, is_older
+from pftrack.reproduce.finding import Entry, Finding, not_run, read_record
 
 __all__ = [
     "DIAGNOSIS",

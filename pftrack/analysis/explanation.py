@@ -8,8 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, cast
 
-from pftrack.analysis.counterfactuals.report import ROUNDS, LossError, Report, what_if
-from pftrack.analysis.diagnosis.diagnosis import Diagnosis, diagnose
+from pftrack.analysis.counterfactuals import ROUNDS, LossError, Report, what_if
+from pftrack.analysis.diagnosis import Diagnosis, diagnose
 from pftrack.analysis.other_seeds import ReplayError
 from pftrack.core.entry_points import PRESENTERS, load
 from pftrack.runs.run import Run

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pftrack.analysis.diagnosis import Diagnosis, course_of_run, diagnose_course
 from pftrack.analysis.diagnosis.course import COLUMNS, Course, Sign, middle
-from pftrack.analysis.diagnosis.diagnosis import Diagnosis, course_of_run, diagnose_course
 from pftrack.core.model.preset import ORDER, Failure
 from pftrack.core.model.recipe import Recipe
 from pftrack.core.model.tracker import Diagnostics

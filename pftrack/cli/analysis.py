@@ -27,7 +27,7 @@ from pftrack.cli.output import (
 
 if TYPE_CHECKING:
     from pftrack.analysis.failures import Entry, FailureRun, Measured
-    from pftrack.analysis.fitting.found import Fit, Score
+    from pftrack.analysis.fitting import Fit, Score
 
 
 Named = Annotated[str, typer.Argument(metavar="ID", help="A failure's name or number, as `failures list` prints it.")]
@@ -124,7 +124,7 @@ def fit(
     json: Json = False,
 ) -> None:
     """Fit numbers of a run's tracker to its first half, and judge them by its second."""
-    from pftrack.analysis.fitting.found import fit as fit_numbers
+    from pftrack.analysis.fitting import fit as fit_numbers
     from pftrack.api import load, run
     from pftrack.core.model.recipe import Change
 
@@ -246,8 +246,7 @@ def figure(
     """Draw the errors of the run that fails and of the cured one, in one column of a journal's page."""
     from pftrack.analysis.failures import run_failure
     from pftrack.core.files import write_whole
-    from pftrack.output.figures.picture import SUFFIXES, encode_as
-    from pftrack.output.figures.style import draw_failure
+    from pftrack.output.figures.style import SUFFIXES, draw_failure, encode_as
 
     found = _entry(failure)
     suffix = suffix_of(out, tuple(SUFFIXES))

@@ -66,8 +66,9 @@ def reproduce(
 ) -> None:
     """Compute published results again and compare them within their tolerances; `--quick` takes about a minute."""
     processes = read_jobs(jobs)
-    from pftrack.reproduce import RESULTS, Record, describe_verdicts
+    from pftrack.reproduce import RESULTS
     from pftrack.reproduce import reproduce as compute
+    from pftrack.reproduce.finding import Record, describe_verdicts
 
     for name in results or ():
         if name not in RESULTS:

@@ -80,7 +80,7 @@ def _sweep(file: Path, places: list[Path], plot: str | None) -> list[Path]:
     """Write files of the result of a sweep and return them."""
     from pftrack.core.model.setup import ExportError
     from pftrack.sweep import read_result
-    from pftrack.sweep.report import export_result
+    from pftrack.sweep.report.files import export_result
 
     result = read_result(file)
     pictures = [place for place in places if place.suffix.lower() in {".png", ".svg"}] or places
@@ -93,7 +93,7 @@ def _sweep(file: Path, places: list[Path], plot: str | None) -> list[Path]:
 
 def _compute_again(stack: ExitStack, saved: "Saved", file: Path, video: Path | None) -> "Run":
     """Compute a saved run as far as it was computed, its recording opened for as long as the stack lasts."""
-    from pftrack.runs.opening import make
+    from pftrack.runs.reproduction import make
 
     made = make(saved.record.recipe, open_sequence=footage_of(stack, file, video))
     with progress(f"{made.experiment.id}, {made.tracker}") as tick:

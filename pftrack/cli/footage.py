@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from pftrack.core.model.setup import Setup
     from pftrack.core.model.source import FrameSequence, Kind
     from pftrack.experiments.experiment import Experiment
-    from pftrack.runs.opening import OpenSequence
-    from pftrack.sweep.recording import Recording
+    from pftrack.runs.reproduction import OpenSequence
+    from pftrack.sweep.work import Recording
 
 
 Video = Annotated[
@@ -98,7 +98,7 @@ def open_setup(
         folder: Of the file, from which the path of its recording is seen.
     """
     from pftrack.core.model.recipe import Footage
-    from pftrack.runs.opening import wire
+    from pftrack.runs.reproduction import wire
 
     if said.video is None and recipe.footage is None:
         _refuse_options(said)
@@ -159,7 +159,7 @@ def swept_recording(experiment: "Experiment", said: FootageOptions, out: Path | 
         out: Where the result goes, from which the recording is found again.
     """
     from pftrack.core.model.recipe import Recipe
-    from pftrack.sweep.recording import Recording
+    from pftrack.sweep.work import Recording
 
     with ExitStack() as stack:
         setup, sequence = open_setup(stack, experiment, Recipe(experiment=experiment.id), said, Path())

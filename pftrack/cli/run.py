@@ -145,9 +145,8 @@ def replay(
 ) -> None:
     """Compute a saved run again and check that it gives the same numbers."""
     from pftrack.experiments.own.code import trust_filters
-    from pftrack.runs.opening import make
     from pftrack.runs.record import read_saved
-    from pftrack.runs.reproduction import difference
+    from pftrack.runs.reproduction import difference, make
 
     _check_places(None, video_out)
     saved = read_saved(file)

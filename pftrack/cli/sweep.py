@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from pftrack.experiments.experiment import Experiment
     from pftrack.filters.learning.diffusion import Guidance, Learned
     from pftrack.sweep import Plan, Progress, Result
-    from pftrack.sweep.recording import Recording
+    from pftrack.sweep.work import Recording
 
 
 SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
@@ -164,7 +164,7 @@ def report(
 ) -> None:
     """Show the result of a sweep: tables here, maps and a page that needs nothing else in a folder."""
     from pftrack.sweep import read_result
-    from pftrack.sweep.report import write_report
+    from pftrack.sweep.report.files import write_report
 
     significant = _level(level)
     result = read_result(file)
@@ -264,7 +264,7 @@ def _place(resume: Path | None, out: Path | None) -> Path:
 def _recording_of(place: Path, video: Path | None) -> "Recording | None":
     """Return where the recording of a sweep that was begun is: where it is said to be now, else where its plan says."""
     from pftrack.sweep import resume as journal_of
-    from pftrack.sweep.recording import Recording
+    from pftrack.sweep.work import Recording
 
     footage = journal_of(place).plan.footage
     if footage is None:

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from pftrack.core.model.parameters import Parameters
     from pftrack.teaching.exercises.grading import Report
     from pftrack.teaching.exercises.submission import Exercise
-    from pftrack.teaching.lessons.lecturers import Problem
+    from pftrack.teaching.lessons.document import Problem
     from pftrack.teaching.lessons.lesson import Demonstration, Lesson
 
 
@@ -120,7 +120,7 @@ def figure(
     """Draw the figure of a lesson, and print its numbers."""
     from pftrack.core.files import write_whole
     from pftrack.core.model.parameters import flat
-    from pftrack.output.figures.picture import SUFFIXES
+    from pftrack.output.figures.style import SUFFIXES
     from pftrack.teaching.lessons.traces import encode
 
     found = _lesson(lesson, _lessons(folder))
@@ -182,7 +182,7 @@ def _note_problems(problems: "Iterable[Problem]") -> None:
 
 
 def _lessons(folder: Path | None) -> "Mapping[str, Lesson]":
-    from pftrack.teaching.lessons.lecturers import read_lessons
+    from pftrack.teaching.lessons.library import read_lessons
 
     library = read_lessons(*_folders("--lessons", folder))
     _note_problems(library.problems)

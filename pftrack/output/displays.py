@@ -14,8 +14,8 @@ import cv2
 import numpy as np
 from markupsafe import Markup
 
-from pftrack.analysis.counterfactuals.report import CAVEAT
-from pftrack.analysis.diagnosis.diagnosis import diagnose
+from pftrack.analysis.counterfactuals import CAVEAT
+from pftrack.analysis.diagnosis import diagnose
 from pftrack.core.arrays import Floats
 from pftrack.core.model.band import DIRECTIONS
 from pftrack.core.model.drawing import (

@@ -33,9 +33,17 @@ from time import process_time
 from pydantic import with_config
 
 from pftrack.core.texts import CLOSED, read_as
-from pftrack.reproduce.finding import Finding, describe_verdicts, not_run
+from pftrack.reproduce.finding import (
+    Entry,
+    Finding,
+    Form,
+    Record,
+    describe_verdicts,
+    hash_sources,
+    not_run,
+    read_record,
+)
 from pftrack.reproduce.pool import Pool
-from pftrack.reproduce.record import Entry, Form, Record, hash_sources, read_record
 
 __all__ = ["RESULTS", "Entry", "Finding", "Pool", "Record", "describe_verdicts", "is_older", "read_record", "reproduce"]
 

@@ -277,7 +277,7 @@ def whole_protocol(pool: Pool, full: bool) -> list[Finding]:
 def draw(maps: Maps) -> "dict[str, Figure]":
     """Return Bando's figures by name."""
     # Drawing loads much that computing does not need, in every process of the pool.
-    from pftrack.sweep.report.figures import boxes, curves, mean_maps, significance_maps  # noqa: PLC0415
+    from pftrack.sweep.report.files import boxes, curves, mean_maps, significance_maps  # noqa: PLC0415
     from pftrack.sweep.report.study import Study  # noqa: PLC0415
 
     methods, fewer, more = (Study.of(result, x=RADIUS, y=WIDTH) for result in (maps.methods, maps.fewer, maps.more))

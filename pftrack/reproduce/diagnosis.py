@@ -19,8 +19,8 @@ from typing import NamedTuple, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from pftrack.analysis.diagnosis import course_of_run, diagnose_course, picture_size
 from pftrack.analysis.diagnosis.course import Course, course_of
-from pftrack.analysis.diagnosis.diagnosis import course_of_run, diagnose_course, picture_size
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.preset import CAUSES, CauseId
 from pftrack.core.model.recipe import Change, Recipe

@@ -21,7 +21,7 @@ from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.model.source import Source
 from pftrack.core.model.tracker import Diagnostics
 from pftrack.experiments import find
-from pftrack.output.figures.picture import save
+from pftrack.output.figures.style import save
 from pftrack.runs.run import Run
 from pftrack.sweep import Plan, Progress, Result, carry_out, partial_of, read_result
 from pftrack.sweep.axis import SweepError

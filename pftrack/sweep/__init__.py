@@ -48,7 +48,7 @@ from pftrack.sweep.journal import (
     summary,
 )
 from pftrack.sweep.plan import Plan, Single
-from pftrack.sweep.recording import Recording
+from pftrack.sweep.work import Recording
 
 __all__ = [
     "MOST_RUNS",

@@ -14,8 +14,7 @@ from typing import Any
 
 from pftrack.core.version import __version__
 from pftrack.sweep.axis import SweepError
-from pftrack.sweep.recording import Recording, pack
-from pftrack.sweep.work import Done, one_thread, version
+from pftrack.sweep.work import Done, Recording, one_thread, pack, version
 
 try:
     import dask

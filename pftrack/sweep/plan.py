@@ -26,7 +26,7 @@ from pftrack.core.numerics.random import LARGEST_SEED
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.own.code import FilterFileError
 from pftrack.experiments.own.extension import extend, outline
-from pftrack.runs.opening import OpenSequence, wire
+from pftrack.runs.reproduction import OpenSequence, wire
 from pftrack.runs.run import Run
 from pftrack.sweep.axis import MOST_RUNS, TRACKER, Axis, SweepError, check, find_declaration, value_of
 

@@ -11,22 +11,21 @@ keeps them works everywhere. Its tests need a few lines for that, in the manner 
 - `declarations`: identity, parameters, presets, plots and readings are whole and consistent; the kinds of mark that it
   takes describe themselves, and refuse what is none;
 - `numbers`: what a tracker says is finite, and as it declares it; its model, asked at any state, says what the filter
-  weighs by, and a linear one is what the filter computes with;
-- `coverage`: bands hold the truth as often as they say, or it is declared that they do not;
-- `repeatability`: seek, branch, file, process, batch and change of tracker lead to the same numbers;
-- `recordings`: a film of its own scene is tracked from a mark, as an upload is;
-- `losses`: each failure still fails in its own way, and its cure cures; other seeds and changes can be computed; a
-  probability that the target is lost is one, however it is told;
-- `drawings`: they are finite, within reach of the picture, on declared layers and stable from frame to frame.
+  weighs by, and a linear one is what the filter computes with; seek, branch, file, process, batch and change of tracker
+  lead to the same numbers;
+- `coverage`: bands hold the truth as often as they say, or it is declared that they do not; each failure still fails in
+  its own way, and its cure cures; other seeds and changes can be computed; a probability that the target is lost is
+  one, however it is told;
+- `drawings`: they are finite, within reach of the picture, on declared layers and stable from frame to frame; and
+  a film of its own scene is tracked from a mark, as an upload is.
 """
 
 from functools import partial
 
 from pftrack.experiments.experiment import Experiment
-from pftrack.testing import declarations, drawings, numbers, recordings, repeatability  # noqa: F401 - they add checks
+from pftrack.testing import declarations, drawings, numbers  # noqa: F401 - they add checks
 from pftrack.testing.check import OF_EACH, OF_WHOLE, Check, CheckError
-from pftrack.testing.coverage import thorough_checks
-from pftrack.testing.losses import failure_checks
+from pftrack.testing.coverage import failure_checks, thorough_checks
 
 __all__ = ["Check", "CheckError", "check_experiment", "experiment_checks"]
 

@@ -10,14 +10,24 @@ It finds what is gross. The thorough one has as many seeds as `SEEDS`, and the p
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
+from pftrack.analysis.alternatives import alternatives
+from pftrack.analysis.diagnosis import diagnose_course
+from pftrack.analysis.diagnosis.course import course_of
+from pftrack.analysis.failures import Entry, FailureRun, run_failure
 from pftrack.core.model.band import ALL, HALF, MOST, Direction, Miscalibration
+from pftrack.core.model.preset import CAUSES
+from pftrack.core.model.recipe import Change
 from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.shared.loss_probability import Past, feature_names
 from pftrack.runs.coverage import Coverage, count_held, measured_parameters, measured_run, pool_counts
-from pftrack.testing.check import FRAMES, Check, demand, each_tracker
+from pftrack.runs.many import Trial, read_blocks
+from pftrack.testing.check import FRAMES, SEED, Check, demand, each_tracker, straight
+from pftrack.testing.numbers import UNKNOWN
 
 LIMITS: Mapping[float, tuple[float, float]] = {HALF: (0.45, 0.55), MOST: (0.92, 0.98), ALL: (1.0, 1.0)}
 """The least and the greatest share of the reports that counts as what a band says."""
@@ -124,3 +134,137 @@ def _demand(
     declared = declared_of(experiment, tracker, preset)
     wrong = list(find_contradictions(declared, pool_counts(counts), slack=slack))
     demand(not wrong, f"{tracker}: {'; '.join(wrong)}")
+
+
+# Checks of what is said of a loss: failures, what else the run might have been, and how probable the loss is.
+#
+# Each failure that an experiment declares is diagnosed as what it is, and its cure cures. Other seeds from a frame on
+# are branches with these, and every change that is tried can be computed. A probability that the target is lost is one,
+# the same whichever way it is told, and rises with a loss. Of two things the sign is known: a tracker that looks for
+# its target has not got it, and where less is like the target than was before, the target is less likely to be there.
+# Of others it is not. A filter that is seized by a look-alike, or by a wall, has a better log evidence there than it
+# had behind the pillar, its particles carry more, and its estimate rests. So these may have weights of either sign.
+
+MARKED = 7
+"""A mark in so many pictures."""
+AT_END = 5
+"""So many frames at the end decide whether the target is held."""
+
+
+def failure_checks(experiment: Experiment) -> Iterator[Check]:
+    """Yield a check of each failure."""
+    for number, failure in enumerate(experiment.failures, 1):
+        shown = Entry(number, experiment, failure)
+        name = f"each failure fails in its way, and its cure cures ({failure.id})"
+        yield Check(name, partial(_fails_and_is_cured, shown))
+
+
+def _fails_and_is_cured(shown: Entry) -> None:
+    failure, cured, name = run_failure(shown), run_failure(shown, cured=True), shown.failure.id
+    frame = shown.failure.frame
+    demand(frame + 1 < len(failure.rows), f"{name} must stand before its last frame, got {frame}")
+    demand(not failure.rows[frame].is_lost, f"{name} must stand at a frame in which the target is held, got {frame}")
+    demand(failure.rows[frame + 1].is_lost, f"{name} must stand at the frame before the loss, got {frame}")
+    cause = CAUSES[shown.failure.cause]
+    demand(failure.shown, f"{name} must be diagnosed as {cause}, got: {failure.diagnosis.sentence}")
+    demand(_lost_at_end(failure) == AT_END, f"{name} must end with {AT_END} lost frames")
+    demand(not cured.shown, f"the cure of {name} must cure, got: {cured.finding}")
+    demand(_lost_at_end(cured) == 0, f"the cure of {name} must hold the target in the last {AT_END} frames")
+    demand(cured.recipe.seed == failure.recipe.seed, f"the cure of {name} must be shown on the same seed")
+    _is_told_by_marks(shown, failure)
+
+
+def _is_told_by_marks(shown: Entry, failure: FailureRun) -> None:
+    """Ask what is said where a person has marked the target in few pictures: no number that is not known."""
+    series, unit = shown.experiment.all_series(), shown.experiment.unit
+    rows = [row if row.frame % MARKED == 0 else replace(row, **UNKNOWN) for row in failure.rows]
+    course = course_of(rows, series, unit=unit)
+    for frame in range(0, len(rows), 10):
+        for sign in diagnose_course(course, frame).signs:
+            demand("nan" not in sign.words, f"{shown.failure.id} must be told by what is known, got: {sign.words}")
+
+
+def _lost_at_end(done: FailureRun) -> int:
+    return sum(row.is_lost for row in done.rows[-AT_END:])
+
+
+BEGIN = FRAMES - 4
+OTHER_SEED = SEED + 1
+
+
+@each_tracker("other seeds from a frame on are a branch with these seeds")
+def _other_seeds_are_branches(experiment: Experiment, tracker: str) -> None:
+    branch = straight(experiment, tracker).run.branch(BEGIN, {"seed": OTHER_SEED})
+    one = Trial(experiment, branch.source, branch.timeline, OTHER_SEED, branch.current.state)
+    for block in read_blocks(branch.source, branch.timeline.history, BEGIN + 1, FRAMES - 1):
+        one.take(block)
+    branch.finish()
+    errors = np.array([np.nan if row.error is None else row.error for row in branch.diagnostics[BEGIN + 1 :]])
+    demand(
+        np.array_equal(one.errors, errors, equal_nan=True),
+        f"runs that go on from frame {BEGIN} with the seed {OTHER_SEED} come to other errors than a branch: "
+        f"{one.errors.tolist()} for {errors.tolist()}",
+    )
+
+
+@each_tracker("every change that is tried of a run can be computed")
+def _changes_can_be_computed(experiment: Experiment, tracker: str) -> None:
+    run = straight(experiment, tracker).run
+    state = run.branch(BEGIN).current.state
+    for each in alternatives(run, BEGIN + 1):
+        if each.kind == "tracker":  # each follows each other one in a check of its own
+            continue
+        timeline = run.timeline.insert(Change(BEGIN + 1, each.values)) if each.values else run.timeline
+        one = Trial(experiment, run.source, timeline, OTHER_SEED, state)
+        try:
+            for block in read_blocks(run.source, timeline.history, BEGIN + 1, BEGIN + 1):
+                one.take(block)
+        except Exception as error:  # noqa: BLE001 - it is another package's
+            demand(False, f"{each.title} must be computed, got {type(error).__name__}: {error}")
+
+
+@each_tracker("its loss probability is one, told at once or frame by frame")
+def _is_probability(experiment: Experiment, tracker: str) -> None:
+    declared = experiment.quality.loss_probability
+    for name in {**declared.models, **declared.refused}:
+        demand(
+            name in experiment.trackers, f"{experiment.id} has no tracker {name!r}, of which its loss probability is"
+        )
+    model = declared.models.get(tracker)
+    if model is None:
+        return
+    wanted, given = len(feature_names(model.signals)), len(model.regression.weights)
+    demand(given == wanted, f"the loss probability of {tracker} must weigh {wanted} features, got {given}")
+    rows = straight(experiment, tracker).run.diagnostics
+    _, told = model.follow(Past(), rows)
+    demand(bool(np.isnan(told[0])), f"the loss probability of frame 0 must not be known, got {told[0]}")
+    inside = (told[1:] >= 0.0) & (told[1:] <= 1.0)
+    demand(bool(inside.all()), f"loss probabilities must be between 0 and 1, got {told[1:][~inside]}")
+    past, one_by_one = Past(), []
+    for row in rows:
+        past, found = model.follow(past, [row])
+        one_by_one += found.tolist()
+    same = np.array_equal(one_by_one, told, equal_nan=True)
+    demand(same, f"the loss probability of {tracker} is another one where it is told frame by frame")
+
+
+@each_tracker("its loss probability rises when it searches, or when little is like its target")
+def _rises(experiment: Experiment, tracker: str) -> None:
+    model = experiment.quality.loss_probability.models.get(tracker)
+    if model is None:
+        return
+    rows = straight(experiment, tracker).run.diagnostics
+    _, told = model.follow(Past(), rows)
+    likeness = {one.name: 0.0 for one in model.series.values() if one.role == "likeness"}
+    shown = {name: value for name, value in likeness.items() if name in model.signals}
+    worse = {}
+    if "searching" in model.signals and rows[-1].searching is False:
+        worse["it searches"] = replace(rows[-1], searching=True)
+    if shown.keys() & rows[-1].series.keys():
+        worse["nothing is like its target"] = replace(rows[-1], series={**rows[-1].series, **shown})
+    for what, row in worse.items():
+        _, found = model.follow(Past(), [*rows[:-1], row])
+        demand(
+            bool(found[-1] >= told[-1]),
+            f"the loss probability of {tracker} must not fall when {what}, got {found[-1]} after {told[-1]}",
+        )

@@ -1,15 +1,33 @@
 """Checks of drawings: finite, within reach, on declared layers, in declared worlds, and stable from frame to frame."""
 
-from collections.abc import Iterator
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import fields, replace
+from itertools import islice, product
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.drawing import Drawing, Ellipsoids, Picture, Primitive, World, WorldDrawing
 from pftrack.core.model.faults import faults
-from pftrack.experiments.experiment import Experiment
-from pftrack.testing.check import FRAMES, CheckError, demand, each_tracker, straight
+from pftrack.core.model.marks import Mark
+from pftrack.core.model.setup import Setup, Suitability
+from pftrack.core.model.source import FrameSequence, Target
+from pftrack.core.model.tracker import Step
+from pftrack.experiments.experiment import PICTURES, Experiment
+from pftrack.runs.record import RecordError, save
+from pftrack.runs.reproduction import load
+from pftrack.runs.run import Run
+from pftrack.sources.beliefs.recorder import Recorder
+from pftrack.sources.sequence import open_sequence
+from pftrack.sources.tracks import write
+from pftrack.testing.check import FRAMES, SEED, CheckError, demand, each_tracker, straight, whole
+from pftrack.testing.declarations import at_first
+from pftrack.testing.numbers import FEW, demand_equal
+from pftrack.vision.film import FilmWriter
 from pftrack.vision.rendering import render_beside
 
 REACH = 10.0
@@ -184,3 +202,183 @@ def _a_joined_tracker_is_drawn(experiment: Experiment, tracker: str) -> None:
         ) from error
     names_it = title not in known.drawings[-1].caption or step.tracker_title in drawn.caption
     demand(names_it, f"the caption of a step must name the tracker that took it by its title, got {drawn.caption!r}")
+
+
+# Checks of recordings: a film of the experiment's own scene is tracked from a mark, as an upload would be.
+#
+# The simulated scene is written to a small video file, its measured points to a table where tracks are taken, or what
+# is believed of it to a recording of beliefs. Its target is marked by each kind of mark that the experiment takes:
+# where it truly is, if the kind can tell (`Mark.of_target`), and else as an editor begins. The second may mark nothing
+# that can be tracked; it may then be refused, but only in a sentence.
+
+LENGTH = 2 * FRAMES // 3
+"""Of the film: a run on it does in all of its frames what one on the scene does, and the scene's are longer."""
+
+LATER = LENGTH // 2
+"""The picture at which a run that does not begin with the film begins."""
+
+
+@contextmanager
+def _film(experiment: Experiment, frames: int = LENGTH) -> Iterator[tuple[FrameSequence, list[Target | None]]]:
+    """Write the simulated scene to a file, and give its pictures as a decoder has them, and where the target is."""
+    course = straight(experiment, experiment.default_tracker)
+    run, steps = course.run, course.steps[:frames]
+    targets = [step.frame.target for step in steps]
+    with tempfile.TemporaryDirectory() as folder:
+        if set(experiment.video.footage) & set(PICTURES):
+            path = Path(folder, "scene.mp4")
+            with FilmWriter(path, run.source.frame_rate_hz) as film:
+                for step in steps:
+                    film.write(_picture(experiment, run, step))
+        elif "tracks" in experiment.video.footage:
+            path = Path(folder, "scene.csv")
+            path.write_text(_tracks(steps), encoding="utf-8")
+        else:
+            path = Path(folder, "scene.pft")
+            _record(path, steps)
+        sequence = open_sequence(path)
+        try:
+            yield sequence, targets
+        finally:
+            sequence.close()
+
+
+def _picture(experiment: Experiment, run: Run, step: Step) -> NDArray[np.uint8]:
+    """Return what a camera would see of a frame; of a scene without pictures, what is drawn in their place."""
+    if step.frame.image_rgb is not None:
+        return step.frame.image_rgb
+    shown = experiment.draw(step, run.diagnostics).primitives.values()
+    return next(item.image_rgb for item in shown if isinstance(item, Picture))
+
+
+def _tracks(steps: Sequence[Step]) -> str:
+    """Return the table of the points that were measured."""
+    measured = [step.frame.measurements for step in steps]
+    if any(one is None for one in measured):
+        raise CheckError("the frames of an experiment that takes tracks must have measured points")
+    points = np.array([one.points_px for one in measured if one is not None])
+    sd = np.array([one.sd_px for one in measured if one is not None])
+    names = [str(number) for number in range(1, points.shape[1] + 1)]
+    return write(names, points, np.broadcast_to(np.square(sd).reshape(*points.shape[:2], -1), points.shape))
+
+
+def _record(path: Path, steps: Sequence[Step]) -> None:
+    """Write what is believed in each frame as a recording of beliefs."""
+    with Recorder(path) as record:
+        for step in steps:
+            arrays, target = step.state.arrays(), step.frame.target
+            states = arrays.get("states")
+            believed = {"particles": states, "log_weights": arrays.get("log_weights")} if states is not None else {}
+            truth = None if target is None else target.position
+            record(step.diagnostics.frame, **(believed or {"mean": step.state.estimate}), truth=truth)
+
+
+@whole("a film of its scene is tracked from a mark")
+def _a_film_is_tracked(experiment: Experiment) -> None:
+    if not experiment.accepts_video:
+        return
+    with _film(experiment) as (sequence, targets):
+        for place, (kind, start) in enumerate(product(experiment.video.marks, (0, LATER))):
+            target = targets[start]
+            known = None if target is None else kind.of_target(target)
+            mark = known or experiment.video.mark(at_first(kind, sequence.size))
+            setup = _wire(experiment, sequence, mark, start, sure=known is not None)
+            if setup is not None:
+                _demand_declared(experiment, setup, sequence)
+                _demand_suitability(experiment, setup, sequence, f"a recording with a {kind.name()}")
+                # What one tracker makes of a kind of mark the others make as well, and some are slow.
+                trackers = list(experiment.trackers) if place == 0 else []
+                _demand_tracked(experiment, setup, sequence, f"a recording with a {kind.name()}", trackers, start)
+        if not experiment.video.needs_mark(sequence.index.kind):
+            setup = _wire(experiment, sequence, None, 0, sure=False)
+            if setup is not None:
+                _demand_declared(experiment, setup, sequence)
+                trackers = [] if experiment.video.marks else list(experiment.trackers)
+                _demand_tracked(experiment, setup, sequence, "a recording without a mark", trackers)
+
+
+def _wire(
+    experiment: Experiment, sequence: FrameSequence, mark: Mark | None, start: int, *, sure: bool
+) -> Setup | None:
+    """Return the setup of a recording, or None where the mark may be, and is, refused in a sentence."""
+    what = f"a {mark.kind}" if mark else "no mark"
+    try:
+        return experiment.video.on_video(sequence, mark, start=start)
+    except ValueError as error:
+        demand(not sure, f"{what} of the scene's own target in picture {start} must be taken, and is refused: {error}")
+        demand(str(error), f"{what} in a film of the scene must be refused in a sentence, got an empty {type(error)}")
+        return None
+    except Exception as error:
+        said = f"{type(error).__name__}: {error}"
+        raise CheckError(
+            f"{what} in a film of the scene must be taken or refused by a ValueError, got {said}"
+        ) from error
+
+
+def _demand_declared(experiment: Experiment, setup: Setup, sequence: FrameSequence) -> None:
+    """Demand that the parameters which plans of sweeps go by are those of the recording."""
+    if experiment.video.recorded is not None:
+        kind, had = sequence.index.kind, type(setup.parameters)
+        declared = type(experiment.video.recorded(kind))
+        demand(had is declared, f"recorded must say {had.__name__} of a {kind}, and says {declared.__name__}")
+
+
+def _demand_suitability(experiment: Experiment, setup: Setup, sequence: FrameSequence, what: str) -> None:
+    """Go on if the experiment can say how suitable a target is, where it says so at all."""
+    if experiment.video.suits is None or setup.footage is None:
+        return
+    try:
+        found = experiment.video.suits(sequence, setup.footage, setup.parameters)
+    except Exception as error:
+        said = f"{type(error).__name__}: {error}"
+        raise CheckError(f"the experiment must look how suitable {what} is without an error, got {said}") from error
+    demand(isinstance(found, Suitability), f"what comes of looking at {what} must be a Suitability, got {found!r:.60}")
+    demand(0.0 <= found.value <= 1.0, f"the suitability of {what} must lie between 0 and 1, got {found.value}")
+    places = found.likelihood
+    if places is not None:
+        shares = places.ndim == 2 and bool(((places >= 0.0) & (places <= 1.0)).all())
+        demand(shares, f"the likelihood of {what} must be (height, width) numbers from 0 to 1, got {places.shape}")
+    for text in (found.remark, *found.advice):
+        demand(
+            text and not text.endswith("."), f"what is said of {what} must be clauses without full stops, got {text!r}"
+        )
+
+
+def _demand_tracked(
+    experiment: Experiment,
+    setup: Setup,
+    sequence: FrameSequence,
+    what: str,
+    others: Sequence[str],
+    start: int | None = None,
+) -> None:
+    """Go on if the default tracker tracks the whole recording, and each of the others its beginning."""
+    footage = setup.footage
+    if footage is None or footage.sha256 != sequence.sha256:
+        raise CheckError(f"the footage of {what} must have the hash of its file, got {footage}")
+    if start is not None:
+        demand(footage.start == start, f"{what} must begin at picture {start}, got {footage.start}")
+    length = sequence.frame_count - footage.start
+    whole = Run(experiment, setup, seed=SEED)
+    for tracker in dict.fromkeys((whole.tracker, *others)):
+        run = whole if tracker == whole.tracker else Run(experiment, setup, tracker=tracker, seed=SEED)
+        demand(run.frames == length, f"{what} has {length} pictures to track, and the run has {run.frames} frames")
+        for step in run if run is whole else islice(run, LATER):
+            where = f"in frame {step.diagnostics.frame} of {what} with the tracker {tracker}"
+            finite = np.isfinite(step.diagnostics.estimate).all()
+            demand(finite, f"the estimate {where} is {step.diagnostics.estimate}")
+            for name, clause in faults(experiment.draw(step, run.diagnostics)).items():
+                raise CheckError(f"{name} {where} cannot be shown: {clause}")
+    _demand_reopened(whole, sequence, what)
+
+
+def _demand_reopened(run: Run, sequence: FrameSequence, what: str) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "run.pft")
+        save(run, path)
+        try:
+            again = load(path, open_sequence=lambda _: sequence)
+        except RecordError as error:
+            raise CheckError(f"a saved run on {what} must open again: {error}") from None
+    again.seek(FEW)
+    demand_equal(run, again, f"a saved run on {what}", FEW + 1)

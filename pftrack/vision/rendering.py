@@ -33,6 +33,9 @@ from pftrack.core.model.drawing import (
     WorldDrawing,
 )
 
+__all__ = ["png", "render", "render_beside"]
+
+
 # Worlds become pictures: what a viewer sees who looks at a world from some side; and numbers as colours, as heat.
 #
 # A `Projection` turns, scales and moves a world's coordinates into those of a square drawing: x to the right, y down, z

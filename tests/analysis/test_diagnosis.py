@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import pftrack
+from pftrack.analysis.diagnosis import Diagnosis, diagnose, diagnose_course
 from pftrack.analysis.diagnosis.course import Course, course_of
-from pftrack.analysis.diagnosis.diagnosis import Diagnosis, diagnose, diagnose_course
 from pftrack.analysis.diagnosis.rules import wrong_find
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.preset import CAUSES, CauseId

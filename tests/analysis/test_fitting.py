@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import pftrack
-from pftrack.analysis.fitting.found import FitError, fit, fittable
-from pftrack.analysis.fitting.search import maximise
+from pftrack.analysis.fitting import FitError, fit, fittable
+from pftrack.analysis.search import maximise
 from pftrack.runs.run import Run
 
 TRUE_SD = 0.1

@@ -1,8 +1,7 @@
 import pytest
 
-from pftrack.analysis.counterfactuals import Alternative
-from pftrack.analysis.counterfactuals.alternatives import BASELINE
-from pftrack.analysis.counterfactuals.report import Finding, Report
+from pftrack.analysis.alternatives import BASELINE, Alternative
+from pftrack.analysis.counterfactuals import Finding, Report
 
 
 def finding(alternative: Alternative, held: str, step_ms: float = 1.0) -> Finding:

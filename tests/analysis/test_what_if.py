@@ -5,9 +5,8 @@ from itertools import islice
 import pytest
 
 import pftrack
-from pftrack.analysis.counterfactuals import alternatives
-from pftrack.analysis.counterfactuals.alternatives import KINDS
-from pftrack.analysis.counterfactuals.report import LossError, Report, find_loss, join, read_record, record, what_if
+from pftrack.analysis.alternatives import KINDS, alternatives
+from pftrack.analysis.counterfactuals import LossError, Report, find_loss, join, read_record, record, what_if
 from pftrack.core.model.parameters import Parameters, flat
 from pftrack.runs.run import Run
 

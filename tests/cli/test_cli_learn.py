@@ -9,8 +9,8 @@ import pytest
 
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.experiments import find
-from pftrack.runs.opening import make
 from pftrack.runs.record import read, save
+from pftrack.runs.reproduction import make
 from pftrack.sweep import Plan, read_result
 from tests.cli.commands import Call, refused
 

@@ -13,7 +13,7 @@ WRITERS = {
     "pftrack/output/exports/files.py": "numbers alone, under names of letters",
     "pftrack/sweep/journal.py": "Arrow's, with its texts as `literal`",
     "pftrack/sources/results/writing.py": "numbers alone",
-    "pftrack/sweep/recording.py": "options of a command, no table",
+    "pftrack/sweep/work.py": "options of a command, no table",
 }
 
 

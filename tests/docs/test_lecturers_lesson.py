@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from pftrack.runs.opening import make
-from pftrack.teaching.lessons.lecturers import read_lessons
+from pftrack.runs.reproduction import make
 from pftrack.teaching.lessons.lesson import AnswerHead, Head
+from pftrack.teaching.lessons.library import read_lessons
 
 PAGE = (Path(__file__).parents[2] / "docs" / "how-to" / "lessons.md").read_text(encoding="utf-8")
 PART = PAGE[PAGE.index("## A lecturer's lesson") :]

@@ -2,7 +2,7 @@
 
 from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.shared.loss_probability import MOST_ERROR
-from pftrack.reproduce import read_record
+from pftrack.reproduce.finding import read_record
 from tools.loss_probability import PAGE, page
 from tools.reproduction import RECORD
 

@@ -6,7 +6,8 @@ from datetime import date
 
 import pytest
 
-from pftrack.reproduce import RESULTS, Finding, read_record
+from pftrack.reproduce import RESULTS
+from pftrack.reproduce.finding import Finding, read_record
 from pftrack.reproduce.pool import Pool
 from tools.reproduction import (
     DIAGNOSIS,

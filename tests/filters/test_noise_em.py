@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from pftrack.analysis.fitting.search import maximise
+from pftrack.analysis.search import maximise
 from pftrack.core.model.model import LinearChain, LinearStep, NoiseScale
 from pftrack.filters.disturbances import smooth_disturbances
 from pftrack.filters.dynamics import autoregression, random_walk

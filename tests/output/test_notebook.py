@@ -10,8 +10,8 @@ import pytest
 from pftrack.core.model.marks import Box
 from pftrack.core.model.recipe import Recipe
 from pftrack.experiments import EXPERIMENTS, find
+from pftrack.output.exports.files import run_cells, run_notebook
 from pftrack.output.exports.formats import exports_of
-from pftrack.output.exports.notebook import run_cells, run_notebook
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
 from pftrack.vision.film import FilmWriter

@@ -5,9 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from pftrack.reproduce import RESULTS, Finding, Pool, Record, is_older, read_record, record, reproduce
-from pftrack.reproduce.finding import Statement
-from pftrack.reproduce.record import Form
+from pftrack.reproduce import RESULTS, Pool, finding, is_older, reproduce
+from pftrack.reproduce.finding import Finding, Form, Record, Statement, read_record
 
 NAMES = ("one-step", "hand-steps")
 
@@ -84,8 +83,8 @@ def test_another_file_is_refused(text: str, tmp_path: Path) -> None:
 
 
 def names_of(result: str) -> set[str]:
-    found = record.list_sources(RESULTS[result].module)
-    return {path.relative_to(record.ROOT).as_posix() for path in found}
+    found = finding.list_sources(RESULTS[result].module)
+    return {path.relative_to(finding.ROOT).as_posix() for path in found}
 
 
 @pytest.mark.parametrize(
@@ -117,7 +116,7 @@ def test_data_beside_the_code_count() -> None:
 
 def test_a_change_anywhere_below_changes_the_hash(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A study has another hash when a module that it imports by way of another does; one beside them does not count."""
-    monkeypatch.setattr(record, "ROOT", tmp_path)
+    monkeypatch.setattr(finding, "ROOT", tmp_path)
     folder = tmp_path / "pftrack"
     folder.mkdir()
     texts = {"study": "from pftrack import middle", "middle": "import pftrack.below", "below": "", "beside": ""}
@@ -127,6 +126,6 @@ def test_a_change_anywhere_below_changes_the_hash(tmp_path: Path, monkeypatch: p
     for changed in ("", "beside", "below"):
         if changed:
             (folder / f"{changed}.py").write_text("ANYTHING = 1", encoding="utf-8")
-        record.hash_sources.cache_clear()
-        hashes.append(record.hash_sources("pftrack.study"))
+        finding.hash_sources.cache_clear()
+        hashes.append(finding.hash_sources("pftrack.study"))
     assert hashes[0] == hashes[1] != hashes[2]

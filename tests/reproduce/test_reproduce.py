@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 import pytest
 
-from pftrack.reproduce import RESULTS, Finding, reproduce
+from pftrack.reproduce import RESULTS, reproduce
+from pftrack.reproduce.finding import Finding
 from tests.pooling import fork_server, shared_fork_server
 
 __all__ = ["fork_server", "shared_fork_server"]

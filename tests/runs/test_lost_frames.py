@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.analysis.counterfactuals.report import LossError, find_loss, what_if
-from pftrack.analysis.diagnosis.diagnosis import diagnose
+from pftrack.analysis.counterfactuals import LossError, find_loss, what_if
+from pftrack.analysis.diagnosis import diagnose
 from pftrack.analysis.other_seeds import ensemble
 from pftrack.core.model.marks import Box
 from pftrack.core.model.recipe import Change

@@ -12,8 +12,8 @@ from pftrack.core.model.source import FrameSequence
 from pftrack.core.numerics.random import LARGEST_SEED
 from pftrack.experiments import find
 from pftrack.experiments.own.code import trust
-from pftrack.runs.opening import load, make
 from pftrack.runs.record import read, save
+from pftrack.runs.reproduction import load, make
 from pftrack_server.schemas.sessions import SessionCreate
 from pftrack_server.schemas.snapshot import RunSnapshot
 from pftrack_server.schemas.spec import BranchSpec, SessionSpec

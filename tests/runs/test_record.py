@@ -12,8 +12,8 @@ from pftrack.core.model.marks import Box
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.runs import record
-from pftrack.runs.opening import load
 from pftrack.runs.record import RecordError, read, read_saved, save
+from pftrack.runs.reproduction import load
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
 from tests.experiments.head.heads import Pictures, pictures

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from pftrack.experiments import EXPERIMENTS
-from pftrack.runs.opening import load
 from pftrack.runs.record import read
+from pftrack.runs.reproduction import load
 
 RUNS = Path(__file__).parents[1] / "data" / "runs"
 

@@ -9,7 +9,7 @@ import httpx
 import numpy as np
 import pytest
 
-from pftrack.runs.opening import load
+from pftrack.runs.reproduction import load
 from pftrack.sources.sequence import open_sequence
 from pftrack.vision.face import FEATURES, LINKS, TITLES, gaze
 from tests.experiments.head.heads import Picture, empty, film, marked, pictures, simulated

@@ -6,8 +6,8 @@ from typing import Any
 
 import httpx
 
-from pftrack.teaching.lessons.lecturers import read_lesson
 from pftrack.teaching.lessons.lesson import answer_of
+from pftrack.teaching.lessons.library import read_lesson
 from tests.server.host import error_of
 from tests.waiting import wait_for
 

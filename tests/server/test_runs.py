@@ -11,7 +11,7 @@ import pytest
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.runs import record
-from pftrack.runs.opening import load
+from pftrack.runs.reproduction import load
 from pftrack.runs.run import Run
 from pftrack_server.work.runs import outcome
 from tests.server.host import Server, begin, change_values, error_of, steer

@@ -20,11 +20,10 @@ from pftrack.cli.app import app
 from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.recipe import Change, Footage, Recipe
 from pftrack.experiments import find
-from pftrack.runs.opening import make
-from pftrack.runs.reproduction import run_code
+from pftrack.runs.reproduction import make, run_code
 from pftrack.sweep import Plan
 from pftrack.sweep.axis import Axis
-from pftrack.sweep.recording import sweep_code
+from pftrack.sweep.work import sweep_code
 from tests.server.host import begin, error_of, steer
 
 

@@ -4,7 +4,7 @@ import pytest
 
 from pftrack.sweep import Plan, Result, carry_out
 from pftrack.sweep.axis import Axis
-from pftrack.sweep.report import Report, write_report
+from pftrack.sweep.report.files import Report, write_report
 from tests.pooling import fork_server, shared_fork_server
 
 __all__ = ["fork_server", "shared_fork_server"]

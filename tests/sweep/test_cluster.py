@@ -18,8 +18,8 @@ from pftrack.reproduce.pool import Pool
 from pftrack.sources.sequence import open_sequence
 from pftrack.sweep import Plan, Progress, Result, begin, carry_out, resume
 from pftrack.sweep.axis import SweepError
-from pftrack.sweep.recording import Recording
 from pftrack.sweep.table import Chunks
+from pftrack.sweep.work import Recording
 from tests.server.test_uploads import video
 
 # Looked for and not imported, which takes a second: each worker of pytest would do so to collect these tests.

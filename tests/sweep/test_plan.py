@@ -11,7 +11,7 @@ from pftrack.sweep import Plan
 from pftrack.sweep.axis import Axis, SweepError
 from pftrack.sweep.cells import quantity_named
 from pftrack.sweep.plan import Single
-from pftrack.sweep.recording import sweep_code
+from pftrack.sweep.work import sweep_code
 
 WIDTHS = Axis("occlusion_width_px", (10.0, 20.0, 30.0))
 LAYOUTS = Axis("layout", (0, 5))

@@ -15,8 +15,8 @@ from pftrack.sources.sequence import open_sequence
 from pftrack.sweep import Plan, carry_out, compare, read_result
 from pftrack.sweep.axis import Axis, SweepError, SweepStopped
 from pftrack.sweep.cells import cells, quantity_named, samples
-from pftrack.sweep.recording import Recording, _open, pack, setup_of
-from pftrack.sweep.report import write_report
+from pftrack.sweep.report.files import write_report
+from pftrack.sweep.work import Recording, _open, pack, setup_of
 from tests.server.test_uploads import video
 
 FRAMES = 12

@@ -18,9 +18,16 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack.sweep import Plan, Result, begin, carry_out, compare, read_result
 from pftrack.sweep.axis import Axis, SweepError
 from pftrack.sweep.cells import cells, quantities, quantity_named, samples
-from pftrack.sweep.report import Report, write_report
-from pftrack.sweep.report.figures import amounts, figures, largest_difference, scale_of
-from pftrack.sweep.report.files import export_result, page
+from pftrack.sweep.report.files import (
+    Report,
+    amounts,
+    export_result,
+    figures,
+    largest_difference,
+    page,
+    scale_of,
+    write_report,
+)
 from pftrack.sweep.report.study import Study, tables
 
 

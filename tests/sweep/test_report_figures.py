@@ -17,7 +17,7 @@ from PIL import Image
 from pftrack.sweep import Plan, Result, carry_out
 from pftrack.sweep.axis import Axis
 from pftrack.sweep.cells import quantity_named, samples
-from pftrack.sweep.report.figures import curves, figures, mean_maps
+from pftrack.sweep.report.files import curves, figures, mean_maps
 from pftrack.sweep.report.study import Study
 
 COLOURS = ("#c83232", "#32c832", "#3232c8", "#c8c832", "#ffffff", "#000000")

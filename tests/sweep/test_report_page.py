@@ -8,7 +8,7 @@ from playwright.sync_api import Browser
 
 from pftrack.sweep import Result
 from pftrack.sweep.cells import Code, cells, significance
-from pftrack.sweep.report import Report
+from pftrack.sweep.report.files import Report
 from pftrack.sweep.report.study import number
 
 AXES = "occlusion_width_px", "distracter_radius_px"

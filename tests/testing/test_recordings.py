@@ -14,7 +14,7 @@ from pftrack.core.model.recipe import Footage
 from pftrack.experiments import find
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.shared.recording import RecordingSource
-from pftrack.testing import CheckError, recordings
+from pftrack.testing import CheckError, drawings
 from tests.testing.test_marks import Disc
 
 BALL = find("ball")
@@ -87,7 +87,7 @@ def test_what_is_wrong_on_a_recording_is_said(name: str) -> None:
     """An experiment that is broken in one way fails with a sentence."""
     make, sentence = BROKEN[name]
     with pytest.raises(CheckError, match=sentence):
-        recordings._a_film_is_tracked(make())
+        drawings._a_film_is_tracked(make())
 
 
 def test_a_kind_that_knows_no_target_is_placed_as_an_editor_begins() -> None:
@@ -98,7 +98,7 @@ def test_a_kind_that_knows_no_target_is_placed_as_an_editor_begins() -> None:
         SEEN.append((sequence.size, mark))
         raise ParameterError("mark", "this", "something else")
 
-    recordings._a_film_is_tracked(on_clips(wire, marks=(Disc,)))
+    drawings._a_film_is_tracked(on_clips(wire, marks=(Disc,)))
     assert [size for size, _ in SEEN] == [(320, 240)] * 2
     for _, mark in SEEN:
         assert isinstance(mark, Disc)
@@ -110,7 +110,7 @@ def test_the_film_is_of_the_scene(monkeypatch: pytest.MonkeyPatch) -> None:
     """What is tracked are the pictures of the scene as a decoder has them, from the mark of the true place on."""
     starts: list[Any] = []
     monkeypatch.setattr(RecordingSource, "__init__", _noting(starts, RecordingSource.__init__))
-    recordings._a_film_is_tracked(BALL)
+    drawings._a_film_is_tracked(BALL)
     (sequence, first), (_, later) = starts[0], starts[-1]
     assert sequence.frame_count == 8
     assert first.tolist() == pytest.approx([60.0, 120.0], abs=0.5)
@@ -127,4 +127,4 @@ def _noting(starts: list[Any], begin: Callable[..., None]) -> Callable[..., None
 
 def test_what_takes_no_recordings_has_nothing_to_show() -> None:
     """The check passes for an experiment on signals without making a film."""
-    recordings._a_film_is_tracked(find("sine"))
+    drawings._a_film_is_tracked(find("sine"))

@@ -10,7 +10,7 @@ from websockets.sync.client import connect
 
 from pftrack.core.model.recipe import Recipe
 from pftrack.output.exports import formats
-from pftrack.runs.opening import make
+from pftrack.runs.reproduction import make
 from pftrack.runs.run import Run
 from pftrack_server.viewer.player import Player
 from tests.conftest import FRUGAL

@@ -1,19 +1,21 @@
 """Why a target was lost: a diagnosis from a run's own numbers, by the declared roles of what it reports.
 
-- `course`: what a run's rows say over time, and the moment in question; `diagnosis`: the rules together;
+- `course`: what a run's rows say over time, and the moment in question;
 - `rules`: a function for each cause; what they say in words stands in signs.yaml.
 """
 
-from pftrack.analysis.diagnosis.course import COLUMNS, Course, Rule, Sign, course_of
-from pftrack.analysis.diagnosis.diagnosis import (
-    Diagnosis,
-    Evidence,
-    course_of_run,
-    diagnose,
-    diagnose_course,
-    picture_size,
-)
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from pftrack.analysis.diagnosis.course import COLUMNS, Course, Moment, Rule, Sign, course_of
 from pftrack.analysis.diagnosis.rules import RULES
+from pftrack.core.model.measures import Witness
+from pftrack.core.model.preset import CAUSES, CauseId
+from pftrack.core.model.series import Known, as_json, to_json
+from pftrack.runs.run import Run
 
 __all__ = [
     "COLUMNS",
@@ -29,3 +31,178 @@ __all__ = [
     "diagnose_course",
     "picture_size",
 ]
+
+
+# A rule measures one mechanism around a moment and returns a `Sign` if it is at work: since when, how strongly, and the
+# numbers that this is said from. Several may be: the diagnosis orders them by when they began. What follows from
+# another sign begins later, so no rule needs to know the others.
+
+LEAD_IN, LEAD_OUT = 12, 12
+"""So many frames before the first sign and after the moment belong to the evidence."""
+
+DOUBT = 3
+"""Where no truth is known, whoever asks about a frame may be so many frames early."""
+
+BY_WITNESS: dict[Witness, str] = {
+    "truth": "Lost in frame {frame}",
+    "tracker": "Lost in frame {frame} by its own account",
+    "": "Frame {frame}",
+}
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """A column of numbers in the frames around what it shows.
+
+    Attributes:
+        name: Of the column.
+        title: What it is, a few words.
+        unit: Of its numbers; empty for pure ones.
+        first: Frame of the first number.
+        values: A number a frame, NaN where there is none.
+    """
+
+    name: str
+    title: str
+    unit: str
+    first: int
+    values: tuple[Known, ...]
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What is wrong at a moment of a run.
+
+    Attributes:
+        frame: The first frame of the loss, or the one that was asked about; None where nothing was lost or asked.
+        lost: Whether the target is lost there.
+        witness: Who says so.
+        signs: What is at work, ordered by when it began.
+        evidence: The numbers of each sign, in the same order.
+        first_lost_frame: The first frame of all in which the target is lost, for however short a time.
+    """
+
+    frame: int | None
+    lost: bool
+    witness: Witness
+    signs: tuple[Sign, ...] = ()
+    evidence: tuple[tuple[Evidence, ...], ...] = ()
+    first_lost_frame: int | None = None
+
+    @property
+    def cause(self) -> CauseId:
+        """What began first; "unclear" where nothing is found."""
+        return self.signs[0].cause if self.signs else "unclear"
+
+    @property
+    def sentence(self) -> str:
+        """What went wrong, in a sentence."""
+        if self.frame is None:
+            return HELD[self.witness]
+        when = BY_WITNESS[self.witness if self.lost else ""].format(frame=self.frame)
+        if self.lost and self.first_lost_frame not in {None, self.frame}:
+            when += f", first in frame {self.first_lost_frame}"
+        if not self.signs and not self.lost:
+            return f"{when}: the numbers show nothing wrong."
+        if not self.signs:
+            return f"{when}: unclear; none of the causes that are known shows in the numbers."
+        told = [f"{CAUSES[sign.cause]}, since frame {sign.since}" for sign in self.signs]
+        return f"{when}: {'; then '.join(told)}."
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return all of it as JSON values."""
+        return {
+            "frame": self.frame,
+            "lost": self.lost,
+            "first_lost_frame": self.first_lost_frame,
+            "witness": self.witness,
+            "cause": self.cause,
+            "sentence": self.sentence,
+            "signs": [*map(_tell, self.signs, self.evidence)],
+        }
+
+
+def _tell(sign: Sign, shown: tuple[Evidence, ...]) -> dict[str, Any]:
+    return {
+        "cause": sign.cause,
+        "since": sign.since,
+        "words": sign.words,
+        "title": CAUSES[sign.cause],
+        "strength": to_json(round(sign.strength, 3)),
+        "numbers": {name: to_json(float(number)) for name, number in sign.numbers.items()},
+        "evidence": [as_json(one) for one in shown],
+    }
+
+
+NEVER = "The target is not lost in any frame computed so far."
+HELD: dict[Witness, str] = {
+    "truth": NEVER,
+    "tracker": NEVER,
+    "": "Nobody says whether the target is lost: there is no truth, the tracker gives no account of its own, and "
+    "P(lost) is not calibrated on recordings. Mark the target in a few pictures (in a session the key T).",
+}
+"""What is said of a run that has not lost its target, by who says so."""
+
+
+def diagnose(run: Run, frame: int | None = None) -> Diagnosis:
+    """Say what went wrong with a run, as far as it has been computed.
+
+    Args:
+        run: The run; it may be a recording, a plug-in's or one that somebody else's tracker has made.
+        frame: The frame to ask about; the first lasting loss if not given.
+
+    Raises:
+        ValueError: The frame has not been computed.
+    """
+    return diagnose_course(course_of_run(run), frame)
+
+
+def course_of_run(run: Run) -> Course:
+    """Return the course of a run, as far as it has been computed."""
+    experiment = run.experiment
+    return course_of(run.diagnostics, experiment.all_series(), unit=experiment.unit, size=picture_size(run))
+
+
+def picture_size(run: Run) -> tuple[int, int] | None:
+    """Return width and height of the picture, px, where estimates are places in it; None elsewhere."""
+    image = run.current.frame.image_rgb
+    return (image.shape[1], image.shape[0]) if image is not None and run.experiment.unit == "px" else None
+
+
+def diagnose_course(course: Course, frame: int | None = None, rules: Sequence[Rule] = RULES) -> Diagnosis:
+    """Say what went wrong in a course.
+
+    Args:
+        course: The run.
+        frame: The frame to ask about; the first lasting loss if not given. Of a frame in a loss the loss is meant.
+        rules: What to look for.
+
+    Raises:
+        ValueError: The course has no such frame.
+    """
+    if frame is not None and frame not in range(len(course)):
+        raise ValueError(f"frame must be a whole number between 0 and {len(course) - 1}, got {frame}")
+    loss = course.loss
+    at = loss.lasting if frame is None else loss.begin(int(frame))
+    if at is None:
+        return Diagnosis(None, lost=False, witness=loss.witness)
+    moment = Moment(course, at)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found = [sign for sign in (rule(moment) for rule in rules) if sign is not None]
+    if not course.lost[at]:
+        last = at if moment.knows_truth else at + DOUBT
+        found = [sign for sign in found if sign.since <= last]
+    signs = tuple(replace(sign, unit=course.unit) for sign in sorted(found, key=lambda sign: sign.since))
+    shown = tuple(_evidence(course, sign, at) for sign in signs)
+    return Diagnosis(at, bool(course.lost[at]), loss.witnesses[at], signs, shown, loss.first_lost_frame)
+
+
+def _evidence(course: Course, sign: Sign, at: int) -> tuple[Evidence, ...]:
+    first = max(min(sign.since, at) - LEAD_IN, 0)
+    behind = min(max(sign.since, at) + LEAD_OUT, len(course) - 1) + 1
+    shown = []
+    for name in sign.evidence:
+        values = getattr(course, name)[first:behind]
+        if np.isfinite(values).any():
+            shown.append(Evidence(name, COLUMNS[name].title, course.unit_of(name), first, tuple(values.tolist())))
+    return tuple(shown)

@@ -128,7 +128,7 @@ def _document(comparison: Comparison) -> bytes:
 
 
 def _picture(comparison: Comparison, form: str) -> bytes:
-    from pftrack.output.figures.picture import SUFFIXES, encode  # noqa: PLC0415
+    from pftrack.output.figures.style import SUFFIXES, encode  # noqa: PLC0415
 
     rows = comparison.rows
     errors = [np.array([np.nan if row.error is None else row.error for row in each]) for each in rows]

@@ -35,9 +35,9 @@ from pftrack.output.exports.files import (
     mp4_of,
     npz_of,
     parquet_of,
+    run_notebook,
     true_file,
 )
-from pftrack.output.exports.notebook import run_notebook
 from pftrack.runs.manifest import bibtex_of, extent_of, manifest_of
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import extent_series

@@ -19,8 +19,7 @@ from pftrack.core.model import series
 from pftrack.core.model.parameters import Declaration
 from pftrack.core.model.series import Hypotheses, Plot, PlotKind, Series, SeriesRole
 from pftrack.core.model.setup import ExportError
-from pftrack.output.figures.picture import PictureForm, encode
-from pftrack.output.figures.style import CURVE_COLOURS, INK, LETTERS_PT, TWO_COLUMNS_IN, bare
+from pftrack.output.figures.style import CURVE_COLOURS, INK, LETTERS_PT, TWO_COLUMNS_IN, PictureForm, bare, encode
 from pftrack.runs.loss import Loss
 from pftrack.runs.manifest import extent_of, manifest_of, title_of
 from pftrack.runs.run import Run

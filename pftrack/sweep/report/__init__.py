@@ -1,6 +1,6 @@
 """Reports: the result of a sweep for people. Tables, figures as PNG or SVG, and one page that needs nothing else.
 
-`study` says what is looked at, `figures` draws it, `tables` has its numbers, and `files` writes both, with the page.
+`study` says what is looked at and has its numbers; `files` draws it, and writes both, with the page.
 """
 
 from pftrack.sweep.report.files import Report, export_result, write_report

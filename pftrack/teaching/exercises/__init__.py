@@ -6,7 +6,7 @@ them, so that it can be watched at work as well. Solutions are not kept here.
 
 - `library`: what stands in the file of an exercise, and all exercises that there are;
 - `submission`: an exercise, a file that answers it with all that its functions are called with, and a verdict on it;
-- `properties` and `exact`: what a file should do, each a function that returns a verdict with numbers and a seed;
+- `properties`: what a file should do, each a function that returns a verdict with numbers and a seed;
 - `grading`: all checks on one file, or on a folder of files, each in a confined process, and reports for graders.
 """
 

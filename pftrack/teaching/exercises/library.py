@@ -12,7 +12,7 @@ from pftrack.experiments import find as find_experiment
 from pftrack.experiments.own.code import FUNCTIONS
 from pftrack.teaching.exercises.properties import PROPERTIES
 from pftrack.teaching.exercises.submission import Check, Exercise, ExerciseHead
-from pftrack.teaching.lessons.lecturers.document import (
+from pftrack.teaching.lessons.document import (
     Document,
     DocumentError,
     Findings,

@@ -67,7 +67,7 @@ class Course(Mapping[str, Lesson]):
         if lesson_id not in self._ids:
             raise KeyError(lesson_id)
         if lesson_id not in self.made:
-            from pftrack.teaching.lessons.lecturers.library import course_lesson  # noqa: PLC0415 - it lists the course
+            from pftrack.teaching.lessons.library import course_lesson  # noqa: PLC0415 - it lists the course
 
             module = import_module(f"{self.package}.{lesson_id.replace('-', '_')}")
             path = Path(str(module.__file__)).with_name(f"{lesson_id}.md")

@@ -16,7 +16,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from pftrack.core.model.parameters import ParameterError, Parameters, revise
 from pftrack.core.model.recipe import Change, Recipe
-from pftrack.runs.opening import make
+from pftrack.runs.reproduction import make
 from pftrack.teaching.lessons.figure import Figure
 
 LONGEST_RUN: Final = 2000

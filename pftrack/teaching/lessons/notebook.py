@@ -8,8 +8,8 @@ import re
 
 from pftrack.core.model.parameters import Declaration, Parameters, declarations, describe_allowed, flat
 from pftrack.experiments import find
-from pftrack.output.exports import notebook
-from pftrack.output.exports.notebook import Cell, code, run_cells
+from pftrack.output.exports import files
+from pftrack.output.exports.files import Cell, code, run_cells
 from pftrack.teaching.lessons.lesson import Lesson, Question, Scenario, question_recipe
 
 TAG = re.compile(r"<(?=[A-Za-z/!?])")
@@ -18,7 +18,7 @@ TAG = re.compile(r"<(?=[A-Za-z/!?])")
 
 def markdown(text: str) -> Cell:
     """Return a cell of words in which HTML is text."""
-    return notebook.markdown(TAG.sub("< ", text))
+    return files.markdown(TAG.sub("< ", text))
 
 
 def lesson_notebook(lesson: Lesson, parameters: Parameters | None = None, seed: int | None = None) -> bytes:
@@ -44,7 +44,7 @@ def lesson_notebook(lesson: Lesson, parameters: Parameters | None = None, seed: 
         imports, right = IMPORTS, "lesson.answer(asked_at, lesson.body.seed)"
         asked = (code(ASKED),)
         shown = code(_values(parameters or body.parameters, body.seed if seed is None else seed)), code(SHOWN)
-    return notebook.notebook(
+    return files.notebook(
         (
             markdown(f"# {f'{lesson.number}. ' if lesson.number else ''}{lesson.title}\n\n{lesson.idea}"),
             lesson_cell(lesson, imports),
@@ -70,7 +70,7 @@ def lesson_cell(lesson: Lesson, imports: str) -> Cell:
     if not lesson.source:
         return code(f"{imports}\nfrom pftrack.teaching.lessons import find, judge\n\nlesson = find({lesson.id!r})")
     again = f"lesson = read_lesson({_quote(lesson.source)})"
-    read = "from pftrack.teaching.lessons import judge\nfrom pftrack.teaching.lessons.lecturers import read_lesson"
+    read = "from pftrack.teaching.lessons import judge\nfrom pftrack.teaching.lessons.library import read_lesson"
     return code(f"{imports}\n{read}\n\n{again}")
 
 

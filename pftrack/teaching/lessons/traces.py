@@ -14,8 +14,7 @@ import numpy as np
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.drawing import COLOURS, hexadecimal
-from pftrack.output.figures.picture import encode_as
-from pftrack.output.figures.style import HEADING_PT, INK, TEXT_PT, bare
+from pftrack.output.figures.style import HEADING_PT, INK, TEXT_PT, bare, encode_as
 from pftrack.teaching.lessons.figure import (
     Axis,
     Bars,
@@ -191,7 +190,7 @@ def encode(figure: Figure, suffix: str) -> bytes:
 
     Args:
         figure: What is drawn.
-        suffix: One of `pftrack.output.figures.picture.SUFFIXES`.
+        suffix: One of `pftrack.output.figures.style.SUFFIXES`.
 
     Raises:
         ValueError: The suffix is none of them.

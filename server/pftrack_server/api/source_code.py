@@ -5,7 +5,7 @@ import asyncio
 from fastapi import APIRouter
 
 from pftrack.runs.reproduction import comparison_code, run_code
-from pftrack.sweep.recording import sweep_code
+from pftrack.sweep.work import sweep_code
 from pftrack_server.api.dependencies import ASweep, TheHouse
 from pftrack_server.experiments import find_experiment
 from pftrack_server.schemas.source_code import SourceCodePublic, SourceCodeRequest

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, TypeVar
 
-from pftrack.analysis.counterfactuals.report import LossError
-from pftrack.analysis.fitting.found import FitError
+from pftrack.analysis.counterfactuals import LossError
+from pftrack.analysis.fitting import FitError
 from pftrack.analysis.other_seeds import ReplayError
 from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.setup import ExportError

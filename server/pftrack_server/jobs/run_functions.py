@@ -10,11 +10,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from pftrack.analysis.counterfactuals.report import Report, record, what_if
-from pftrack.analysis.counterfactuals.report import read_record as read_report
-from pftrack.analysis.diagnosis.diagnosis import diagnose
+from pftrack.analysis.counterfactuals import Report, record, what_if
+from pftrack.analysis.counterfactuals import read_record as read_report
+from pftrack.analysis.diagnosis import diagnose
 from pftrack.analysis.explanation import Explanation
-from pftrack.analysis.fitting.found import fit
+from pftrack.analysis.fitting import fit
 from pftrack.analysis.other_seeds import RUNS, Scene, ensembling, other_seeds
 from pftrack.core.files import write_whole
 from pftrack.core.model.parameters import ParameterError, Parameters, flat, limit_particles
@@ -28,9 +28,8 @@ from pftrack.output.exports.comparisons import COMPARISON_FORMATS
 from pftrack.output.exports.formats import exporting, exports_of
 from pftrack.process import report
 from pftrack.runs.comparison import Comparison
-from pftrack.runs.opening import make
 from pftrack.runs.record import RecordError, Saved, read_saved
-from pftrack.runs.reproduction import departure, difference
+from pftrack.runs.reproduction import departure, difference, make
 from pftrack.runs.run import Run
 from pftrack.sources.limits import Limits
 from pftrack.sources.sequence import open_sequence

@@ -11,9 +11,8 @@ from typing import Any
 
 from pftrack.core.model.parameters import Value, flat, nearest, revise
 from pftrack.process import give_way
-from pftrack.runs.opening import make
+from pftrack.runs.reproduction import make
 from pftrack.teaching.lessons import find
-from pftrack.teaching.lessons.lecturers import read_lesson
 from pftrack.teaching.lessons.lesson import (
     Check,
     Demonstration,
@@ -25,6 +24,7 @@ from pftrack.teaching.lessons.lesson import (
     question_recipe,
     read_answer,
 )
+from pftrack.teaching.lessons.library import read_lesson
 from pftrack_server.jobs.functions import Steps
 
 NICENESS = 10

@@ -10,7 +10,6 @@ from pftrack.core.model.parameters import ParameterError
 from pftrack.experiments import find as find_experiment
 from pftrack.process import MEBIBYTE, Budget, CallError, Ending, Pool, WorkerLostError
 from pftrack.teaching.lessons import LESSONS, find
-from pftrack.teaching.lessons.lecturers import Library, read_lessons
 from pftrack.teaching.lessons.lesson import (
     Answer,
     Demonstration,
@@ -22,6 +21,7 @@ from pftrack.teaching.lessons.lesson import (
     poll_answers,
     read_answer,
 )
+from pftrack.teaching.lessons.library import Library, read_lessons
 from pftrack.teaching.lessons.notebook import lesson_notebook
 from pftrack_server.errors import NotFoundError, RefusedError, UnavailableError
 from pftrack_server.jobs.child_tasks import ChildTasks

@@ -4,8 +4,8 @@ from typing import Annotated, Generic, Literal, TypeAlias, TypeVar
 
 from pydantic import BaseModel, Field, model_validator
 
-from pftrack.analysis.counterfactuals.report import Report
-from pftrack.analysis.fitting.found import MOST_NUMBERS, Fit
+from pftrack.analysis.counterfactuals import Report
+from pftrack.analysis.fitting import MOST_NUMBERS, Fit
 from pftrack.analysis.other_seeds import Bands, Scene
 from pftrack.core.model.parameters import NOT_BOOLEAN
 from pftrack.core.model.recipe import Recipe

@@ -12,7 +12,7 @@ from typing import Any, Literal, TypeAlias
 
 from pftrack.experiments.own.code import trust
 from pftrack.sweep import Plan, carry_out, estimate, read_result
-from pftrack.sweep.recording import Recording
+from pftrack.sweep.work import Recording
 
 Pictures: TypeAlias = Literal["png", "svg"]
 """What the figures of a report are drawn as."""
@@ -65,7 +65,7 @@ def report(result: Path, folder: Path, pictures: Pictures, filters: tuple[str, .
         SweepError: There is nothing to report.
         OSError: A file cannot be written.
     """
-    from pftrack.sweep.report import write_report  # noqa: PLC0415 - matplotlib: 26 MB and half a second
+    from pftrack.sweep.report.files import write_report  # noqa: PLC0415 - matplotlib: 26 MB and half a second
 
     trust(*filters)
     write_report(read_result(result), folder, form=pictures)

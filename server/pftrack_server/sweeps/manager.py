@@ -9,7 +9,7 @@ import structlog
 
 from pftrack.sweep import Plan
 from pftrack.sweep.axis import SweepError
-from pftrack.sweep.recording import Recording
+from pftrack.sweep.work import Recording
 from pftrack_server.errors import ApiError, ConflictError, NotFoundError, UnavailableError
 from pftrack_server.filters import FilterFiles
 from pftrack_server.jobs.child_tasks import ChildTasks

@@ -21,7 +21,7 @@ import structlog
 from pftrack.experiments import EXPERIMENTS
 from pftrack.process import Ending, Fault, Outcome, Refusal, Reply, Worker
 from pftrack.sweep import Plan, begin, partial_of
-from pftrack.sweep.recording import Recording
+from pftrack.sweep.work import Recording
 from pftrack_server.errors import ConflictError
 from pftrack_server.log import RateLimitedLogger
 from pftrack_server.schemas.description import MeasurePublic

@@ -11,7 +11,7 @@ from typing import Any
 
 from pydantic import Field, TypeAdapter
 
-from pftrack.analysis.counterfactuals.report import Report, join, read_record, record
+from pftrack.analysis.counterfactuals import Report, join, read_record, record
 from pftrack.analysis.other_seeds import Bands
 from pftrack.process import Budget
 from pftrack_server.errors import ConflictError, NotFoundError, UnavailableError

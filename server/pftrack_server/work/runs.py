@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
-from pftrack.analysis.fitting.found import Fit
+from pftrack.analysis.fitting import Fit
 from pftrack.core.files import settle
 from pftrack.core.model.measures import HIT_RATE
 from pftrack.experiments import find

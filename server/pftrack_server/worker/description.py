@@ -6,7 +6,7 @@ Thresholds are told as they changed, so that a page computes neither.
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from pftrack.analysis.fitting.found import fittable
+from pftrack.analysis.fitting import fittable
 from pftrack.core.model.parameters import Declaration, Value, flat
 from pftrack.core.model.preset import Preset
 from pftrack.core.model.recipe import Change

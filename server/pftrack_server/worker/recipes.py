@@ -16,7 +16,7 @@ from pftrack.experiments import find
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.own.code import FilterFileError
 from pftrack.experiments.own.extension import extend
-from pftrack.runs import opening
+from pftrack.runs import reproduction
 from pftrack.runs.run import Run
 from pftrack.sources.limits import DEFAULT_LIMITS
 from pftrack.sources.sequence import open_sequence
@@ -42,7 +42,7 @@ def wire(config: WorkerConfig) -> Setup:
     def open_sequence_of(footage: Footage) -> FrameSequence:
         return open_sequence(video, limits, index=index, square=footage.square)
 
-    setup = opening.wire(experiment, footage, open_sequence_of)
+    setup = reproduction.wire(experiment, footage, open_sequence_of)
     if setup.footage is None or not footage.name:
         return setup
     # A saved run speaks of the recording by the name that people know.

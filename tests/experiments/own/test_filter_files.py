@@ -15,7 +15,7 @@ from pftrack.experiments import EXPERIMENTS, find
 from pftrack.experiments.own.code import FilterFileError, fields_of, slider, trust
 from pftrack.experiments.own.extension import example_of, extend
 from pftrack.runs import many
-from pftrack.runs.opening import make
+from pftrack.runs.reproduction import make
 from pftrack.runs.run import Run
 
 TAKING = [name for name in EXPERIMENTS.own if EXPERIMENTS[name].model is not None]

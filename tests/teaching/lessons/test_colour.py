@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from pftrack.runs.opening import make
+from pftrack.runs.reproduction import make
 from pftrack.teaching.lessons import LESSONS
 from pftrack.teaching.lessons.lesson import Scenario, answer_of, judge, question_recipe
 

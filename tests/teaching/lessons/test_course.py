@@ -6,9 +6,8 @@ import pytest
 
 from pftrack.teaching.lessons import LESSONS
 from pftrack.teaching.lessons.course import bayes, colour, estimate, importance, joint, kalman, monte_carlo
-from pftrack.teaching.lessons.lecturers import read_lessons
-from pftrack.teaching.lessons.lecturers.library import course_lesson
 from pftrack.teaching.lessons.lesson import Demonstration, Outcome, Scenario
+from pftrack.teaching.lessons.library import course_lesson, read_lessons
 
 COURSE = Path(bayes.__file__).parent
 

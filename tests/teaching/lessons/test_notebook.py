@@ -7,11 +7,11 @@ from typing import Any
 import pytest
 from markdown_it import MarkdownIt
 
-from pftrack.output.exports.notebook import code, markdown, notebook
-from pftrack.runs.opening import make
+from pftrack.output.exports.files import code, markdown, notebook
+from pftrack.runs.reproduction import make
 from pftrack.teaching.lessons import LESSONS
-from pftrack.teaching.lessons.lecturers import read_lessons
 from pftrack.teaching.lessons.lesson import Scenario, answer_of, question_recipe
+from pftrack.teaching.lessons.library import read_lessons
 from pftrack.teaching.lessons.notebook import lesson_cell, lesson_notebook
 from tests.notebooks import executed
 from tests.teaching.lessons.demonstrations import DEMONSTRATIONS, demonstration

@@ -4,7 +4,7 @@ import pytest
 
 from pftrack.core.model.parameters import declarations
 from pftrack.experiments import find
-from pftrack.runs.opening import make
+from pftrack.runs.reproduction import make
 from pftrack.teaching.lessons import LESSONS
 from pftrack.teaching.lessons.lesson import Scenario
 

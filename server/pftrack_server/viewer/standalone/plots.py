@@ -9,9 +9,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from pftrack.core.model.setup import ExportError
-from pftrack.output.figures.picture import encode
 from pftrack.output.figures.sheet import drawable, figure_of
-from pftrack.output.figures.style import INK
+from pftrack.output.figures.style import INK, encode
 from pftrack.runs.run import Run
 
 WIDE_IN, LEFT_IN, LEFT_WITH_NAMES_IN, RIGHT_IN, HEAD_IN, FOOT_IN, HIGH_IN = 3.7, 0.46, 1.5, 0.1, 0.2, 0.24, 0.85

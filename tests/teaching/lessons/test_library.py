@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from pftrack.core.model.parameters import declarations
-from pftrack.teaching.lessons import LESSONS, find
-from pftrack.teaching.lessons.lecturers import Library, library, read_lessons
-from pftrack.teaching.lessons.lecturers.document import LARGEST_BYTES, Document, DocumentError
+from pftrack.teaching.lessons import LESSONS, find, library
+from pftrack.teaching.lessons.document import LARGEST_BYTES, Document, DocumentError
 from pftrack.teaching.lessons.lesson import Demonstration, Lesson, Scenario, answer_of, judge, question_recipe
+from pftrack.teaching.lessons.library import Library, read_lessons
 from tests.teaching.lessons.demonstrations import DEMONSTRATIONS
 
 GOOD = """---

@@ -9,8 +9,8 @@ import pytest
 import pftrack
 from pftrack.core.model.recipe import Change
 from pftrack.runs.loss_probability import columns_of
-from pftrack.teaching.lessons.lecturers import read_lessons
 from pftrack.teaching.lessons.lesson import Lesson, Scenario, answer_of, question_recipe
+from pftrack.teaching.lessons.library import read_lessons
 
 LIBRARY = read_lessons()
 SHIPPED = {name: lesson for name, lesson in LIBRARY.lessons.items() if not lesson.number}

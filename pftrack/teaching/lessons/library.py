@@ -1,7 +1,9 @@
 """The library: lecturers' lessons out of folders and packages, and all that is wrong with files there.
 
-Files come from the project itself, from packages that name a package of theirs in the entry point group
-`pftrack.teaching.lessons`, and from folders, in this order. Whatever is wrong with one harms no other.
+A lecturer writes no Python. A file may come from anybody, and is trusted in nothing; `document` has its values with
+their lines, and this module says whether it fits an experiment or a figure. Files come from the project itself, from
+packages that name a package of theirs in the entry point group `pftrack.teaching.lessons`, and from folders, in this
+order. Whatever is wrong with one harms no other.
 """
 
 import math
@@ -25,7 +27,7 @@ from pftrack.runs.run import Run
 from pftrack.runs.scoring import summarise
 from pftrack.teaching.lessons import LESSONS
 from pftrack.teaching.lessons import find as find_lesson
-from pftrack.teaching.lessons.lecturers.document import (
+from pftrack.teaching.lessons.document import (
     MOST_FILES,
     Document,
     DocumentError,

@@ -1,9 +1,11 @@
-"""Fitting a run's numbers to what it has seen, on its first half, judged on its second; and what a fit has found.
+"""Fitting: noises and sharpnesses that a recording supports, found by what filters say of it.
 
-Fixed is what was seen, with all that was changed in the scene while it went on; varied is what the tracker is told. So
-the fit of a simulated run is one to that recording, not one to a scene that changes with the trial. A trial is a run on
-these frames with other values and other random numbers; its score says how good some frames are, by the filter's own
-word and by the truth. A fit knows the numbers before and after, how both halves went, and whether to keep it.
+A filter that has seen the frames up to t - 1 says how probable frame t is. The product of these numbers over a
+recording is the evidence of its settings, p(z_{1:T} | settings), and settings that make it large are those under which
+the recording is least surprising (Särkkä 2013, chapter 12).
+
+`pftrack.analysis.search` looks for them: golden section for one number, a simplex for several, on logarithms;
+expectation maximisation where the model is linear and its noise Gaussian.
 """
 
 import math
@@ -14,7 +16,7 @@ from typing import Annotated, Any, Final, Literal, TypeAlias
 import numpy as np
 from pydantic import Field, computed_field
 
-from pftrack.analysis.fitting.search import LinearHalf, maximise, maximise_linear
+from pftrack.analysis.search import LinearHalf, maximise, maximise_linear
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Declaration, Parameters, Role, Value, flat
 from pftrack.core.model.recipe import Change
@@ -26,6 +28,17 @@ from pftrack.runs.coverage import count_held, measure_consistency, pool_counts
 from pftrack.runs.loss import Loss
 from pftrack.runs.many import KeptFrames, side_by_side
 from pftrack.runs.run import Run
+
+__all__ = ["MOST_NUMBERS", "Fit", "FitError", "Fitted", "Half", "Method", "Score", "fit", "fittable"]
+
+
+# Fitting a run's numbers to what it has seen, on its first half, judged on its second; and what a fit has found.
+#
+# Fixed is what was seen, with all that was changed in the scene while it went on; varied is what the tracker is told.
+# So the fit of a simulated run is one to that recording, not one to a scene that changes with the trial. A trial is a
+# run on these frames with other values and other random numbers; its score says how good some frames are, by the
+# filter's own word and by the truth. A fit knows the numbers before and after, how both halves went, and whether to
+# keep it.
 
 # Where a likelihood leaves out a constant of the frame, a sharper one has another constant, and its evidence cannot be
 # compared. What can is how much more probable the frame is where the filter had expected the target than anywhere in

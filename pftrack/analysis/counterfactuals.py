@@ -1,6 +1,14 @@
-"""Reports: what came of the changes that were tried, and how sure one may be of it; and the trials themselves.
+"""Counterfactuals: what would have saved a run that lost its target, found by experiment.
 
-A trial is a run that goes on from shortly before a loss, with a change and with other seeds.
+A run can be repeated from any of its frames, to the same numbers. So one goes back to shortly before the loss
+(`pftrack.runs.scoring`), changes one thing, and lets the run go on with many other seeds: does it then hold? The
+changes (`pftrack.analysis.alternatives`) are found by what parameters declare of themselves, their roles, so that they
+exist for every tracker. First of all nothing is changed: of the same settings with other seeds many may hold, and then
+it was bad luck.
+
+Each share comes with Wilson's interval. A change is compared with no change on the same seeds (McNemar's test), and
+since many are tried the p-values are corrected for that (Holm). What cures this run need not cure others: that is a
+question for a sweep.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -11,7 +19,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 import numpy as np
 from pydantic import Field, TypeAdapter, computed_field
 
-from pftrack.analysis.counterfactuals.alternatives import Allow, Alternative, Kind, allow_all, alternatives
+from pftrack.analysis.alternatives import Allow, Alternative, Kind, allow_all, alternatives
 from pftrack.analysis.other_seeds import check_not_replayed, go_on, other_seeds, takes_all_at_once
 from pftrack.core.arrays import Floats
 from pftrack.core.model.measures import END_FRAMES
@@ -22,6 +30,24 @@ from pftrack.core.numerics.statistics import holm, mcnemar, wilson
 from pftrack.runs.loss import Loss
 from pftrack.runs.many import FrameBlock, Trial, read_blocks
 from pftrack.runs.run import Run
+
+__all__ = [
+    "Alternative",
+    "Finding",
+    "LossError",
+    "Report",
+    "alternatives",
+    "find_loss",
+    "join",
+    "read_record",
+    "record",
+    "what_if",
+]
+
+
+# Reports: what came of the changes that were tried, and how sure one may be of it; and the trials themselves.
+#
+# A trial is a run that goes on from shortly before a loss, with a change and with other seeds.
 
 Verdict: TypeAlias = Literal["baseline", "better", "worse", "unclear"]
 """What may be said of a change: "unclear" where chance alone would do as much."""
