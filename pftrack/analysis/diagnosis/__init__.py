@@ -14,7 +14,7 @@ from pftrack.analysis.diagnosis.course import COLUMNS, Course, Moment, Rule, Sig
 from pftrack.analysis.diagnosis.rules import RULES
 from pftrack.core.model.measures import Witness
 from pftrack.core.model.preset import CAUSES, CauseId
-from pftrack.core.model.series import Known, as_json, to_json
+from pftrack.core.model.series import as_json, to_json
 from pftrack.runs.run import Run
 
 __all__ = [
@@ -59,14 +59,14 @@ class Evidence:
         title: What it is, a few words.
         unit: Of its numbers; empty for pure ones.
         first: Frame of the first number.
-        values: A number a frame, NaN where there is none.
+        values: A number a frame, None where there is none.
     """
 
     name: str
     title: str
     unit: str
     first: int
-    values: tuple[Known, ...]
+    values: tuple[float | None, ...]
 
 
 @dataclass(frozen=True)
@@ -204,5 +204,6 @@ def _evidence(course: Course, sign: Sign, at: int) -> tuple[Evidence, ...]:
     for name in sign.evidence:
         values = getattr(course, name)[first:behind]
         if np.isfinite(values).any():
-            shown.append(Evidence(name, COLUMNS[name].title, course.unit_of(name), first, tuple(values.tolist())))
+            numbers = tuple(to_json(value) for value in values.tolist())
+            shown.append(Evidence(name, COLUMNS[name].title, course.unit_of(name), first, numbers))
     return tuple(shown)
