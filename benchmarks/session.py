@@ -194,11 +194,9 @@ def explore(server: Server, path: str, end: threading.Event) -> int:
     """Explore what would have saved a session, again and again until the end, and return how many trials there were."""
     trials = 0
     while not end.is_set():
-        address = f"{path}/explorations"
-        name = server.ask("POST", address, {"kind": "what-if", "seconds": 60})["id"]
-        told: Any = {"state": "computing", "result": None}
-        while told["state"] == "computing" and not end.wait(POLL_S):
-            told = server.ask("GET", f"{address}/{name}")
+        told: Any = server.ask("POST", f"{path}/explorations", {"kind": "what-if", "seconds": 60})
+        while told["state"] == "working" and not end.wait(POLL_S):
+            told = server.ask("GET", f"/api/v1/jobs/{told['id']}")
         trials += sum(each["runs"] for each in (told["result"] or {}).get("findings", ()))
     return trials
 

@@ -535,7 +535,7 @@ def _imports_of(path: Path, module: str) -> list[str]:
             found += [each.name for each in node.names]
         elif isinstance(node, ast.ImportFrom) and node.module is not None:
             found += [node.module, *(f"{node.module}.{each.name}" for each in node.names)]
-        elif module.startswith("pftrack.reproduce."):
+        elif module.startswith("pftrack.reproduce.") and module != __name__:
             found += [f"pftrack.experiments.{name}.experiment" for name in _experiments_in(node)]
     return found
 

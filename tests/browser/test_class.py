@@ -277,7 +277,7 @@ def shown_a_comparison(lecturer: Lecturer, followers: list[Follower], late: Foll
     all_of(followers, lambda one: "Condensation" in one.text(".comparison-table"), "what differs is listed")
     assert first.page.locator(".transport").count() == 0
     fits(first.page)
-    failed = {"state": "failed", "done": 0, "total": 0, "result": None, "message": "It was in vain."}
+    failed = {"state": "failed", "done": 0, "total": 0, "result": None, "error": "It was in vain."}
     first.page.evaluate("window.picture = document.querySelector('.flat-canvas')")
     server.patch(f"follows/{follow['id']}", {"arrangement": compared(failed, "over")})
     all_of(followers, lambda one: "It was in vain." in one.text(".comparison-table"), "what came of them is told")

@@ -36,7 +36,8 @@ SOCKETS = """(() => {
     };
 })()"""
 
-# What the page says at some moments: between the frames of the display, whatever else is under way.
+# Plays; what the page says at some moments: between the frames of the display, whatever else is under way. A replay as
+# fast as it can is over in a fifth of a second, so nothing may be waited for in between.
 WATCH = """(count) => new Promise((resolve) => {
     const seen = [];
     const text = (selector) => document.querySelector(selector).textContent;
@@ -51,6 +52,7 @@ WATCH = """(count) => new Promise((resolve) => {
         if (seen.length < count && text('.play') !== 'Play again') setTimeout(look, 1 + 10 * Math.random());
         else resolve(seen);
     };
+    document.querySelector('.play').click();
     look();
 })"""
 # Which frame the scene shows, and the counter, at each change of either.
@@ -105,11 +107,11 @@ def play(shown: SessionPage, count: int, *, loses: bool) -> list[list[str]]:
     """Play from the beginning, and return what the page says at so many moments, or until the end of the run."""
     shown.press("Home")
     shown.stands_at(0)
-    shown.press(" ")
-    shown.page.locator(".play", has_text="Pause").wait_for()
     shown.page.evaluate(f"window.losing = {int(loses)} && setInterval({LOSE}, 700)")
     seen: list[list[str]] = shown.page.evaluate(WATCH, count)
     shown.page.evaluate("clearInterval(losing)")
+    # A key that comes while a lost connection is made anew goes nowhere.
+    shown.until(lambda: shown.page.evaluate("[...sockets].at(-1).readyState === 1"), "its newest socket is open")
     shown.until(lambda: shown.page.locator(".play").is_enabled(), "it is connected")
     return seen
 

@@ -119,7 +119,7 @@ def test_what_cannot_be_run_is_refused_with_a_sentence(run: pftrack.Run, tmp_pat
     """An experiment, preset, parameter or recording that does not exist is named, with those that there are."""
     with pytest.raises(LookupError, match="no experiment 'bal'; there are ball"):
         pftrack.run("bal")
-    with pytest.raises(LookupError, match="no preset 'best'; there are works"):
+    with pytest.raises(LookupError, match="the preset of ball must be one of works"):
         pftrack.run("ball", preset="best")
     with pytest.raises(ParameterError, match="sample_count must be a whole number between 1 and"):
         pftrack.run("ball", sample_count=-1)

@@ -72,7 +72,8 @@ def decode(message: bytes, pictures: Mapping[int, bytes] | None = None) -> tuple
 
 def _world(head: Mapping[str, Any], message: bytes, base: int) -> WorldDrawing:
     primitives = {item.pop("name"): _primitive(item, message, base, {}) for item in head["primitives"]}
-    return WorldDrawing(WORLDS.validate_python(head["world"]), primitives)
+    declared = {name: value for name, value in head["world"].items() if name != "ruler"}
+    return WorldDrawing(WORLDS.validate_python(declared), primitives)
 
 
 def _records(message: bytes, at: int) -> dict[int, bytes]:
