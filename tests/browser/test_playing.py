@@ -81,6 +81,7 @@ def page(chromium: Any, server: Server) -> Iterator[Any]:
     server.end_sessions()
 
 
+@pytest.mark.slow
 def test_all_that_is_said_is_of_the_frame_that_is_seen(page: Any, server: Server) -> None:
     """A frame is one message: no number is ever seen beside another frame's picture, however fast it plays and comes.
 

