@@ -1,8 +1,8 @@
 """A class that follows: frames a second of each follower, delay behind the lecturer, load of the server.
 
 A real server in a process of its own, a session that plays at 30 frames a second, a lecturer's page and a class of bare
-sockets, two of each as a page has them: what is followed, and the session, each drawing of which is answered as painted
-when it has come whole. The delay is the time from a frame's arrival at the lecturer's socket to its
+sockets. Each follower has two, as a page does: the class and the session. It reports each drawing as painted once the
+drawing is complete. The delay is the time from a frame's arrival at the lecturer's socket to its
 arrival at a follower's, so the time that the sockets themselves take is in it; it is below zero where the lecturer's
 turn comes later. Beside it stands the time since the frame's first arrival anywhere. Some followers are slow: they
 answer half a second late, or read nothing at all. All of it shares the machine's cores with the server.

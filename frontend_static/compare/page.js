@@ -60,7 +60,7 @@ const views = viewSwitch("flat", (kind) => {
 });
 const share = tool("share", "Share", "Share a link to this comparison", shareDialog);
 const away = exportLists((name) => {
-  if (compared === null) throw new Error("There is no comparison to write");
+  if (compared === null) throw new Error("Wait until the comparison is computed, then write it");
   return api.exportComparison(name, { runs: compared.wanted.runs, title: titleOf(compared).slice(0, LONGEST_TITLE) });
 });
 const files = tool("files", "Files", "Export this comparison", () => {});

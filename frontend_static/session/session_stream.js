@@ -1,10 +1,10 @@
 /**
  * The stream of a session: what it tells comes into the store, and what is seen of it into the flat view, in one order.
  *
- * A drawing has in its head all that was told up to it. Both are taken over together, when its pictures can be painted, and
- * whatever was told later waits for that: so what stands on the page beside a picture belongs to that picture. The server
- * sends the newest drawing when the last but one has been painted, so the page says what it has painted. Beside a 3-D scene
- * what is told waits for the scene to show its frame.
+ * The head of a drawing holds all messages up to it. The page applies them when it can paint the drawing's pictures, and
+ * later messages wait until then: so all numbers beside a picture belong to that picture. The page reports what it has
+ * painted, because the server sends the newest drawing when the last but one is painted. Beside a 3-D scene messages wait
+ * until the scene shows their frame.
  */
 
 import { api } from "../shared/api.js";

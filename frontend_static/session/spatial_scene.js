@@ -78,7 +78,7 @@ export class SpatialScene {
   }
 
   /**
-   * Resolves when the scene shows a frame, or one that was asked for later; at once while there is no scene yet.
+   * Resolve when the scene shows this frame or a later request; at once while no scene is loaded.
    *
    * @param {number} [frame] The one asked for last if not given.
    * @returns {Promise<void>}

@@ -31,7 +31,7 @@ export function cancelJob(id) {
 }
 
 /**
- * Ask for a job until it has ended; null if that is no longer wanted.
+ * Follow a job until it ends; null if the caller stopped it.
  *
  * @template {Job} T
  * @param {T} begun

@@ -64,7 +64,7 @@ export class Stream {
   }
 
   /**
-   * Say something, unless there is no connection.
+   * Send a message; without a connection, do nothing.
    *
    * @param {Record<string, string|number>} words
    */
@@ -72,7 +72,7 @@ export class Stream {
     if (this.#socket?.readyState === WebSocket.OPEN) this.#socket.send(JSON.stringify(words));
   }
 
-  /** Connect anew at once, since the address is another one now; the old connection is told of no more. */
+  /** Connect again at once, because the address has changed; ignore the old connection. */
   again() {
     this.#leave()?.close();
     this.#soon(0);

@@ -150,7 +150,7 @@ class Comparison:
 
 @dataclass(frozen=True, slots=True)
 class ToldFinding:
-    """What is told of one change; the first is none, with other seeds.
+    """One change with its share of runs that hold; the first changes nothing but the seed.
 
     Attributes:
         kind: Of the change.
@@ -281,7 +281,7 @@ class Report:
     @computed_field  # type: ignore[prop-decorator]
     @property
     def sentence(self) -> str:
-        """What it comes to, in a sentence or two."""
+        """The result in one or two sentences."""
         base = self.baseline
         if not base.runs:
             return "Nothing has been tried so far."
@@ -327,7 +327,7 @@ class Report:
     @computed_field(alias="findings")  # type: ignore[prop-decorator]
     @property
     def told(self) -> tuple[ToldFinding, ...]:
-        """What is told of each change, best first."""
+        """One entry a change, best first."""
         return tuple(map(self._tell, self.best_first))
 
     def as_dict(self) -> dict[str, Any]:

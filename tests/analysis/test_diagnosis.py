@@ -277,7 +277,7 @@ def test_without_truth_lost_is_the_trackers_own_word() -> None:
     assert found.sentence.startswith(f"Lost in frame {begun} by its own account: ")
     silent = diagnose_course(without_truth(ball("h-spf")))
     assert (silent.frame, silent.witness) == (None, "")
-    assert silent.sentence.startswith("Nobody says whether the target is lost")
+    assert silent.sentence.startswith("pftrack cannot tell whether the target is lost")
 
 
 def standing_target(*, marked: slice) -> Course:

@@ -88,7 +88,7 @@ def test_all_that_is_said_is_of_the_frame_that_is_seen(page: Any, server: Server
     It is computed, then replayed; at the speed of its source and as fast as it can; over a slow line; and again and
     again over new connections.
     """
-    page.goto(server.start_session(frames=150)["page"])
+    page.goto(server.start_session(frames=1000)["page"])
     shown = SessionPage(page, server).ready()
     conditions = ((1, "Infinity", False), (0, "Infinity", False), (1, "150", False), (1, "Infinity", True))
     for speed, bytes_per_ms, loses in conditions:

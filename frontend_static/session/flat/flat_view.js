@@ -116,7 +116,7 @@ export class FlatView {
     const context = this.#canvas.getContext("2d", { alpha: this.#overlay !== undefined });
     if (ready === null || context === null) return;
     const { drawing, bitmaps, number, painted } = ready;
-    // Where there is no room for it, it is not waited for.
+    // A hidden canvas paints nothing, and the server need not wait for it.
     if (!this.#room.width || !this.#room.height) {
       painted();
       return;

@@ -41,7 +41,7 @@ LEAD_IN, LEAD_OUT = 12, 12
 """So many frames before the first sign and after the moment belong to the evidence."""
 
 DOUBT = 3
-"""Where no truth is known, whoever asks about a frame may be so many frames early."""
+"""Without truth, a person may ask about a frame up to so many frames before the loss."""
 
 BY_WITNESS: dict[Witness, str] = {
     "truth": "Lost in frame {frame}",
@@ -138,10 +138,10 @@ NEVER = "The target is not lost in any frame computed so far."
 HELD: dict[Witness, str] = {
     "truth": NEVER,
     "tracker": NEVER,
-    "": "Nobody says whether the target is lost: there is no truth, the tracker gives no account of its own, and "
+    "": "pftrack cannot tell whether the target is lost: there is no truth, the tracker does not report it, and "
     "P(lost) is not calibrated on recordings. Mark the target in a few pictures (in a session the key T).",
 }
-"""What is said of a run that has not lost its target, by who says so."""
+"""The sentence on a run that has not lost its target, by its witness."""
 
 
 def diagnose(run: Run, frame: int | None = None) -> Diagnosis:

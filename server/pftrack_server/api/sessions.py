@@ -76,7 +76,7 @@ async def end_session(session: Name, manager: AManager) -> None:
 
 @router.post("/{session}/commands")
 async def command(session: ASession, body: Command, manager: AManager) -> Answer:
-    """Play, pause, go to a frame, change parameters, branch, look into a frame: whatever `kind` names.
+    """Carry out a command: play, pause, seek, change, branch, inspect and others; `kind` names it.
 
     `change` is answered with the values in force, `inspect` with what is found, any other with the session.
     """

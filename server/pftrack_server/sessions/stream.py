@@ -1,12 +1,12 @@
-"""The stream of a session: what happens and what is seen, for all pages that look on, each at its own pace.
+"""The stream of a session: its messages and drawings, for all pages that look on, each at its own pace.
 
-Everything is told in one order on one socket. A page that paints is sent the newest drawing, and in its head all that
-was told up to the frame that it shows: so whatever a page says beside a picture belongs to that picture. What changes
-nothing that is seen is told at once; what does waits for its drawing.
+One socket carries all messages in one order. A page that paints gets the newest drawing, whose head holds all messages
+up to its frame: so all numbers beside a picture belong to that picture. A message that changes nothing visible goes out
+at once; the others wait for their drawing.
 
-A page says how many drawings it has painted. At most `WINDOW` are on their way to it; while they are, newer ones
-replace each other here, so a slow page sees fewer drawings, never old ones, and slows nobody. The worker is asked for
-its next drawing as soon as one page could take it, and encodes it once for all.
+A page reports how many drawings it has painted. At most `WINDOW` are on their way to it; meanwhile newer drawings
+replace each other here, so a slow page sees fewer drawings, never old ones, and slows nobody. The stream asks the
+worker for a drawing as soon as one page could take it; the worker encodes it once for all pages.
 """
 
 from collections.abc import AsyncIterator, Callable, Iterator, Sequence
