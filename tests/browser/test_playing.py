@@ -81,12 +81,11 @@ def page(chromium: Any, server: Server) -> Iterator[Any]:
     server.end_sessions()
 
 
-@pytest.mark.slow
 def test_all_that_is_said_is_of_the_frame_that_is_seen(page: Any, server: Server) -> None:
     """A frame is one message: no number is ever seen beside another frame's picture, however fast it plays and comes.
 
     It is computed, then replayed; at the speed of its source and as fast as it can; over a slow line; and again and
-    again over new connections.
+    again over new connections. The run is long, so that even a fast replay shows many frames on a loaded machine.
     """
     page.goto(server.start_session(frames=1000)["page"])
     shown = SessionPage(page, server).ready()
@@ -111,7 +110,7 @@ def play(shown: SessionPage, count: int, *, loses: bool) -> list[list[str]]:
     shown.page.evaluate(f"window.losing = {int(loses)} && setInterval({LOSE}, 700)")
     seen: list[list[str]] = shown.page.evaluate(WATCH, count)
     shown.page.evaluate("clearInterval(losing)")
-    # A key that comes while a lost connection is made anew goes nowhere.
+    # A page that has lost its connection ignores keys.
     shown.until(lambda: shown.page.evaluate("[...sockets].at(-1).readyState === 1"), "its newest socket is open")
     shown.until(lambda: shown.page.locator(".play").is_enabled(), "it is connected")
     return seen
