@@ -1586,13 +1586,13 @@ export interface Report {
   loss_sentence: string;
   /** What the p-values are, a sentence. */
   correction: string;
-  /** What it comes to, in a sentence or two. */
+  /** The result in one or two sentences. */
   sentence: string;
   /** With how many seeds the changes have been tried, in a sentence. */
   progress: string;
   /** What it does not say. */
   caveat: string;
-  /** What is told of each change, best first. */
+  /** One entry a change, best first. */
   findings: ToldFinding[];
 }
 
@@ -2244,7 +2244,7 @@ export interface ThresholdStep {
   value: number | null;
 }
 
-/** What is told of one change; the first is none, with other seeds. */
+/** One change with its share of runs that hold; the first changes nothing but the seed. */
 export interface ToldFinding {
   kind: "seeds" | "particles" | "tracker" | "resampling" | "noise" | "sharpness" | "threshold" | "memory" | "world";
   title: string;
