@@ -2,86 +2,75 @@
 
 import { api, messageOf } from "../shared/api.js";
 import { whenCompiled } from "../shared/compiling.js";
-import { fill, h, part } from "../shared/dom.js";
-import { navigation } from "../shared/navigation.js";
-import { notice } from "../shared/notice.js";
+import { Made, answer, showPage } from "../shared/page.js";
 import { presentationButton } from "../shared/presentation.js";
-import { themeButton } from "../shared/theme.js";
-import { later } from "../shared/timing.js";
+import { h, html, signal, useEffect, useMemo } from "../vendor/preact.js";
 import { curve } from "./curve.js";
 import { differences } from "./difference_text.js";
 
-/** @import { FailurePublic } from "../shared/messages.js" */
+/** @import { FailurePublic, FailureResult } from "../shared/messages.js" */
+/** @import { Signal } from "../vendor/preact.js" */
+/** @typedef {Signal<FailureResult|string|null>} Course The errors of both runs; or a sentence in their place; or nothing yet. */
 
-const SKELETON_AFTER_MS = 200;
 const EMPTY = "None of the installed experiments declares a failure.";
-const root = part("failures");
+const BONE = html`<div class="failure-card" aria-hidden="true">
+  <div class="bone short shimmer"></div><div class="curve-place shimmer"></div><div class="bone shimmer"></div>
+</div>`;
 /** Ends what waits when the page is left. */
 const end = new AbortController();
 
-navigation("failures");
-part("tools").append(themeButton(), presentationButton());
+/** @param {{failures: FailurePublic[]}} props */
+function Gallery({ failures }) {
+  const courses = useMemo(() => new Map(failures.map((failure) => [failure, signal(/** @type {Course["value"]} */ (null))])), [failures]);
+  useEffect(() => void computeAll(courses), [courses]);
+  const kinds = [...new Set(failures.map(({ kind_title: kind }) => kind))];
+  return kinds.map((kind) => {
+    const cards = [...courses].filter(([failure]) => failure.kind_title === kind).map(([failure, course]) => h(Card, { failure, course }));
+    return html`<section aria-label=${kind}><h2>${kind}</h2><div class="failure-cards">${cards}</div></section>`;
+  });
+}
+
+/** @param {{failure: FailurePublic, course: Course}} props */
+function Card({ failure, course }) {
+  return html`<article class="failure-card" data-failure=${failure.id}>
+    <h3><a href=${failure.page}><span class="failure-number">${failure.number}</span>${failure.title}</a></h3>
+    <div class="curve-place">${drawn(course.value, failure.frame)}</div>
+    <p>${failure.diagnosis}</p>
+    <p class="hint">${failure.experiment_title} · ${differences(failure)}</p>
+  </article>`;
+}
+
+/**
+ * @param {Course["value"]} course
+ * @param {number} frame
+ */
+function drawn(course, frame) {
+  if (course === null) return html`<div class="shimmer"></div>`;
+  if (typeof course === "string") return html`<p class="hint" role="status">${course}</p>`;
+  return h(Made, { make: (gone) => curve(course, frame, gone) });
+}
+
+/**
+ * One after the other: each is computed once, and somebody may be tracking meanwhile.
+ *
+ * @param {Map<FailurePublic, Course>} courses
+ */
+async function computeAll(courses) {
+  for (const [{ id, experiment }, course] of courses) {
+    try {
+      course.value = await whenCompiled(experiment, () => api.course(id, end.signal), (sentence) => (course.value = sentence), end.signal);
+    } catch (error) {
+      course.value = messageOf(error);
+    }
+  }
+}
+
+/** @param {FailurePublic[]} failures */
+function shown(failures) {
+  return failures.length > 0 ? h(Gallery, { failures }) : html`<p class="empty">${EMPTY}</p>`;
+}
+
 addEventListener("pagehide", () => end.abort());
 addEventListener("pageshow", (event) => event.persisted && location.reload());
-load();
-
-async function load() {
-  const there = later(() => fill(root, h("div", { class: "failure-cards" }, bone(), bone(), bone())), SKELETON_AFTER_MS);
-  try {
-    const failures = await api.failures();
-    there();
-    const drawn = failures.map((failure) => ({ failure, place: h("div", { class: "curve-place" }, h("div", { class: "shimmer" })) }));
-    const kinds = [...new Set(failures.map(({ kind_title: kind }) => kind))];
-    fill(
-      root,
-      failures.length === 0 && h("p", { class: "empty" }, EMPTY),
-      kinds.map((kind) =>
-        h(
-          "section",
-          { "aria-label": kind },
-          h("h2", {}, kind),
-          h("div", { class: "failure-cards" }, drawn.filter(({ failure }) => failure.kind_title === kind).map(({ failure, place }) => card(failure, place))),
-        ),
-      ),
-    );
-    // One after the other: each is computed once, and somebody may be tracking meanwhile.
-    for (const { failure, place } of drawn) await draw(failure, place);
-  } catch (error) {
-    there();
-    fill(root, notice("The failures could not be listed", messageOf(error), { label: "Try again", run: load }, { inline: true }));
-  }
-}
-
-/**
- * @param {FailurePublic} failure
- * @param {HTMLElement} place
- */
-async function draw(failure, place) {
-  const tell = (/** @type {string} */ sentence) => fill(place, h("p", { class: "hint", role: "status" }, sentence));
-  try {
-    const course = await whenCompiled(failure.experiment, () => api.course(failure.id, end.signal), tell, end.signal);
-    fill(place, curve(course, failure.frame, end.signal));
-  } catch (error) {
-    tell(messageOf(error));
-  }
-}
-
-/**
- * @param {FailurePublic} failure
- * @param {HTMLElement} place
- */
-function card(failure, place) {
-  return h(
-    "article",
-    { class: "failure-card", data: { failure: failure.id } },
-    h("h3", {}, h("a", { href: failure.page }, h("span", { class: "failure-number" }, `${failure.number}`), failure.title)),
-    place,
-    h("p", {}, failure.diagnosis),
-    h("p", { class: "hint" }, `${failure.experiment_title} · ${differences(failure)}`),
-  );
-}
-
-function bone() {
-  const lines = ["bone short shimmer", "curve-place shimmer", "bone shimmer"].map((shape) => h("div", { class: shape }));
-  return h("div", { class: "failure-card", "aria-hidden": "true" }, lines);
-}
+const words = { failed: "The failures could not be listed", bones: html`<div class="failure-cards">${[BONE, BONE, BONE]}</div>` };
+showPage("failures", "failures", () => answer(api.failures, shown, words), [presentationButton()]);

@@ -1,30 +1,21 @@
 /** The references page: what each experiment comes from, to be cited. */
 
-import { api, messageOf } from "../shared/api.js";
-import { citationList } from "../shared/citations.js";
-import { fill, h, part } from "../shared/dom.js";
-import { navigation } from "../shared/navigation.js";
-import { notice } from "../shared/notice.js";
-import { themeButton } from "../shared/theme.js";
-import { later } from "../shared/timing.js";
+import { api } from "../shared/api.js";
+import { Citations } from "../shared/citations.js";
+import { answer, showPage } from "../shared/page.js";
+import { h, html, useEffect } from "../vendor/preact.js";
 
-const SKELETON_AFTER_MS = 200;
-const root = part("references");
+/** @import { ExperimentPublic } from "../shared/messages.js" */
 
-navigation(null);
-part("tools").append(themeButton());
-begin();
+const BONE = html`<section aria-hidden="true"><div class="bone short shimmer"></div><div class="bone shimmer"></div></section>`;
 
-async function begin() {
-  const bone = () => h("section", { "aria-hidden": "true" }, h("div", { class: "bone short shimmer" }), h("div", { class: "bone shimmer" }));
-  const there = later(() => fill(root, bone(), bone(), bone()), SKELETON_AFTER_MS);
-  try {
-    const experiments = await api.experiments();
-    there();
-    fill(root, experiments.map(({ id, title, references }) => h("section", { id, "aria-label": title }, h("h2", {}, title), citationList(title, references))));
-    document.querySelector(`[id="${CSS.escape(location.hash.slice(1))}"]`)?.scrollIntoView();
-  } catch (error) {
-    there();
-    fill(root, notice("The references could not be listed", messageOf(error), { label: "Try again", run: begin }, { inline: true }));
-  }
+/** @param {{experiments: ExperimentPublic[]}} props */
+function References({ experiments }) {
+  useEffect(() => document.querySelector(`[id="${CSS.escape(location.hash.slice(1))}"]`)?.scrollIntoView(), []);
+  return experiments.map(({ id, title, references }) =>
+    html`<section id=${id} aria-label=${title}><h2>${title}</h2>${h(Citations, { title, citations: references })}</section>`,
+  );
 }
+
+const words = { failed: "The references could not be listed", bones: [BONE, BONE, BONE] };
+showPage("references", null, () => answer(api.experiments, (experiments) => h(References, { experiments }), words));

@@ -1,17 +1,19 @@
 /** What an experiment is about, and what it comes from. */
 
-import { REFERENCES, citationList } from "../shared/citations.js";
+import { Citations, REFERENCES } from "../shared/citations.js";
 import { openDialog } from "../shared/dialog.js";
 import { h } from "../shared/dom.js";
 import { GLOSSARY } from "../shared/terms.js";
+import { elementOf } from "../shared/page.js";
 import { isParticipant } from "../shared/participant.js";
+import { h as component } from "../vendor/preact.js";
 
 /** @param {import("../shared/messages.js").ExperimentPublic} experiment */
 export function aboutDialog({ id, title, question, description, references }) {
   openDialog(title, () => [
     h("p", { class: "question" }, question),
     h("p", {}, description),
-    citationList(title, references),
+    elementOf(component(Citations, { title, citations: references })),
     !isParticipant && h("p", {}, h("a", { href: `${REFERENCES}#${encodeURIComponent(id)}` }, "All references"), " · ", h("a", { href: GLOSSARY }, "Glossary")),
   ], { wide: true });
 }

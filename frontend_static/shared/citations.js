@@ -1,7 +1,7 @@
 /** What an experiment comes from, to be read and to be copied. */
 
-import { copyButton } from "./copy.js";
-import { h } from "./dom.js";
+import { CopyButton } from "./copy.js";
+import { h, html } from "../vendor/preact.js";
 
 /** @import { CitationPublic } from "./messages.js" */
 
@@ -11,19 +11,14 @@ export const REFERENCES = "references";
 /**
  * The citations of an experiment, with buttons that copy all of them.
  *
- * @param {string} title Of the experiment.
- * @param {CitationPublic[]} citations
+ * @param {{title: string, citations: CitationPublic[]}} props `title` of the experiment.
  */
-export function citationList(title, citations) {
-  return h(
-    "div",
-    { class: "citations" },
-    citations.map(({ text }) => h("p", {}, text)),
-    h(
-      "div",
-      { class: "citation-tools" },
-      copyButton("Copy citation", citations.map(({ text }) => text).join("\n"), title),
-      copyButton("Copy BibTeX", citations.map(({ bibtex }) => bibtex).join("\n"), title),
-    ),
-  );
+export function Citations({ title, citations }) {
+  return html`<div class="citations">
+    ${citations.map(({ text }) => html`<p>${text}</p>`)}
+    <div class="citation-tools">
+      ${h(CopyButton, { label: "Copy citation", text: citations.map(({ text }) => text).join("\n"), what: title })}
+      ${h(CopyButton, { label: "Copy BibTeX", text: citations.map(({ bibtex }) => bibtex).join("\n"), what: title })}
+    </div>
+  </div>`;
 }

@@ -1,15 +1,13 @@
 /** A button that copies a text. */
 
-import { h } from "./dom.js";
 import { toast } from "./toast.js";
+import { h, html } from "../vendor/preact.js";
+import { elementOf } from "./page.js";
 
 /**
- * @param {string} label
- * @param {string} text What is copied.
- * @param {string} what What that is, for those who hear the names of several such buttons.
- * @returns {HTMLButtonElement}
+ * @param {{label: string, text: string, what: string}} props `what` the copied text is, for those who hear the names of several such buttons.
  */
-export function copyButton(label, text, what) {
+export function CopyButton({ label, text, what }) {
   const copy = async () => {
     try {
       await navigator.clipboard.writeText(text);
@@ -18,5 +16,14 @@ export function copyButton(label, text, what) {
       toast("The browser does not let this page copy; select the text and copy it with the keyboard", { kind: "error" });
     }
   };
-  return h("button", { type: "button", "aria-label": `${label}: ${what}`, on: { click: copy } }, label);
+  return html`<button type="button" aria-label=${`${label}: ${what}`} onClick=${copy}>${label}</button>`;
+}
+
+/**
+ * @param {string} label
+ * @param {string} text
+ * @param {string} what
+ */
+export function copyButton(label, text, what) {
+  return elementOf(h(CopyButton, { label, text, what }));
 }

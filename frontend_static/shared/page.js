@@ -1,0 +1,96 @@
+/** What all pages made of components share: the frame around the content, and what is asked of the server. */
+
+import { messageOf } from "./api.js";
+import { part } from "./dom.js";
+import { navigation } from "./navigation.js";
+import { themeButton } from "./theme.js";
+import { later } from "./timing.js";
+import { h, html, render, useEffect, useRef, useSignal } from "../vendor/preact.js";
+
+/** @import { Place } from "./navigation.js" */
+/** @import { Child, Component } from "../vendor/preact.js" */
+
+const SKELETON_AFTER_MS = 200;
+
+/**
+ * Show a page: its navigation, its tools, and its content in the place that has its name.
+ *
+ * @param {string} name
+ * @param {Place|null} place The part of the site that it belongs to.
+ * @param {Component<{}>} Content
+ * @param {Node[]} [tools] Before the switch of the colours.
+ */
+export function showPage(name, place, Content, tools = []) {
+  navigation(place);
+  part("tools").append(...tools, themeButton());
+  render(h(Content, {}), part(name));
+}
+
+/**
+ * What the server answers, once it has: until then `bones`, where that takes long, and what went wrong with a way to ask again.
+ *
+ * @template T
+ * @param {() => Promise<T>} ask
+ * @param {(answer: T) => Child} show
+ * @param {{failed: string, bones?: Child}} words `failed` is a title for what went wrong.
+ */
+export function answer(ask, show, { failed, bones = null }) {
+  return h(Answer, { load: async () => show(await ask()), failed, bones });
+}
+
+/** @param {{load: () => Promise<Child>, failed: string, bones: Child}} props */
+function Answer({ load, failed, bones }) {
+  const shown = useSignal(/** @type {Child} */ (null));
+  const begin = async () => {
+    const there = later(() => (shown.value = bones), SKELETON_AFTER_MS);
+    try {
+      shown.value = await load();
+    } catch (error) {
+      shown.value = h(Notice, { title: failed, message: messageOf(error), again: begin });
+    } finally {
+      there();
+    }
+  };
+  useEffect(() => void begin(), []);
+  return shown.value;
+}
+
+/**
+ * What stands in the place of something that cannot be shown.
+ *
+ * @param {{title: string, message: string, again: () => void}} props
+ */
+function Notice({ title, message, again }) {
+  return html`<div class="notice inline" role="alert">
+    <h2>${title}</h2>
+    <p>${message}</p>
+    <button type="button" class="primary" onClick=${again}>Try again</button>
+  </div>`;
+}
+
+/**
+ * An element that is made elsewhere, such as a figure on a canvas.
+ *
+ * @param {{make: (end: AbortSignal) => Node}} props `end` comes when it is taken away.
+ */
+export function Made({ make }) {
+  const place = useRef(/** @type {HTMLElement|null} */ (null));
+  useEffect(() => {
+    const end = new AbortController();
+    place.current?.replaceChildren(make(end.signal));
+    return () => end.abort();
+  }, []);
+  return html`<div class="made" ref=${place}></div>`;
+}
+
+/**
+ * The element that a component makes, for a page that is not made of components.
+ *
+ * @param {Child} child
+ * @returns {HTMLElement}
+ */
+export function elementOf(child) {
+  const place = document.createElement("div");
+  render(child, place);
+  return /** @type {HTMLElement} */ (place.firstElementChild);
+}

@@ -1,0 +1,9 @@
+/** What the pages use of preact, htm and signals, bundled by `bundle.js`. */
+
+import htm from "htm";
+import { h } from "preact";
+
+export { batch, computed, effect, signal, untracked, useComputed, useSignal, useSignalEffect } from "@preact/signals";
+export { h, render } from "preact";
+export { useEffect, useLayoutEffect, useMemo, useRef } from "preact/hooks";
+export const html = htm.bind(h);
