@@ -2,9 +2,8 @@
 
 import { Citations, REFERENCES } from "../shared/citations.js";
 import { openDialog } from "../shared/dialog.js";
-import { h } from "../shared/dom.js";
+import { elementOf, h } from "../shared/dom.js";
 import { GLOSSARY } from "../shared/terms.js";
-import { elementOf } from "../shared/page.js";
 import { isParticipant } from "../shared/participant.js";
 import { h as component } from "../vendor/preact.js";
 

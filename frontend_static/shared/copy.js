@@ -1,8 +1,8 @@
 /** A button that copies a text. */
 
+import { elementOf } from "./dom.js";
 import { toast } from "./toast.js";
 import { h, html } from "../vendor/preact.js";
-import { elementOf } from "./page.js";
 
 /**
  * @param {{label: string, text: string, what: string}} props `what` the copied text is, for those who hear the names of several such buttons.

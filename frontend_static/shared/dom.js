@@ -2,7 +2,10 @@
  * Building page elements. Text goes in as text nodes only, so nothing a person typed or named can become markup.
  */
 
+import { render } from "../vendor/preact.js";
+
 /** @import { Child, Properties } from "./elements.js" */
+/** @import { VNode } from "../vendor/preact.js" */
 
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -71,6 +74,19 @@ export function fill(element, ...children) {
  */
 export function setText(element, text) {
   if (element.textContent !== text) element.textContent = text;
+}
+
+/**
+ * The element that a component makes, for a page that is not made of components.
+ *
+ * @template {Element} E
+ * @param {VNode} component
+ * @returns {E}
+ */
+export function elementOf(component) {
+  const place = document.createElement("div");
+  render(component, place);
+  return /** @type {E} */ (place.firstElementChild);
 }
 
 /**

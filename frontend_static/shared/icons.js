@@ -1,6 +1,7 @@
 /** Line icons on a 16 px grid, drawn in the colour of the text around them. */
 
-import { h, svg } from "./dom.js";
+import { elementOf } from "./dom.js";
+import { h, html } from "../vendor/preact.js";
 
 /**
  * Paths; one may be filled instead of stroked.
@@ -49,30 +50,35 @@ const PATHS = {
 
 /** @typedef {keyof typeof PATHS} IconName */
 
-/** @param {IconName} name */
-export function icon(name) {
+/** @param {{name: IconName}} props */
+export function Icon({ name }) {
   const [path, solid = false] = /** @type {[string, boolean?]} */ (PATHS[name]);
-  return svg(
-    "svg",
-    { viewBox: "0 0 16 16", width: 16, height: 16, class: "icon", "aria-hidden": "true", focusable: "false" },
-    svg("path", {
-      d: path,
-      fill: solid ? "currentColor" : "none",
-      stroke: solid ? "none" : "currentColor",
-      "stroke-width": 1.5,
-      "stroke-linecap": "round",
-      "stroke-linejoin": "round",
-    }),
-  );
+  const pen = solid ? { fill: "currentColor", stroke: "none" } : { fill: "none", stroke: "currentColor" };
+  return html`<svg viewBox="0 0 16 16" width="16" height="16" class="icon" aria-hidden="true" focusable="false">
+    <path d=${path} stroke-width="1.5" stroke-linecap="round" stroke-linejoin="round" ...${pen} />
+  </svg>`;
 }
 
 /**
  * A button with an icon alone.
  *
+ * @param {{name: IconName, title: string, run: () => void}} props `title` says what it does.
+ */
+export function IconButton({ name, title, run }) {
+  return html`<button type="button" class="quiet icon-only" title=${title} aria-label=${title} onClick=${run}>${h(Icon, { name })}</button>`;
+}
+
+/** @param {IconName} name */
+export function icon(name) {
+  return elementOf(h(Icon, { name }));
+}
+
+/**
  * @param {IconName} name
- * @param {string} title What it does.
+ * @param {string} title
  * @param {() => void} run
+ * @returns {HTMLButtonElement}
  */
 export function iconButton(name, title, run) {
-  return h("button", { type: "button", class: "quiet icon-only", title, "aria-label": title, on: { click: run } }, icon(name));
+  return elementOf(h(IconButton, { name, title, run }));
 }

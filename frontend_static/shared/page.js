@@ -60,7 +60,7 @@ function Answer({ load, failed, bones }) {
  *
  * @param {{title: string, message: string, again: () => void}} props
  */
-function Notice({ title, message, again }) {
+export function Notice({ title, message, again }) {
   return html`<div class="notice inline" role="alert">
     <h2>${title}</h2>
     <p>${message}</p>
@@ -81,16 +81,4 @@ export function Made({ make }) {
     return () => end.abort();
   }, []);
   return html`<div class="made" ref=${place}></div>`;
-}
-
-/**
- * The element that a component makes, for a page that is not made of components.
- *
- * @param {Child} child
- * @returns {HTMLElement}
- */
-export function elementOf(child) {
-  const place = document.createElement("div");
-  render(child, place);
-  return /** @type {HTMLElement} */ (place.firstElementChild);
 }

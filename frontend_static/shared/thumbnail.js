@@ -1,10 +1,18 @@
 /** A picture that keeps its place while it loads, and leaves a plain field if it cannot. */
 
-import { h } from "./dom.js";
+import { elementOf } from "./dom.js";
+import { h, html } from "../vendor/preact.js";
 
-/** @param {string} address */
+/** @param {{address: string}} props */
+export function Thumbnail({ address }) {
+  const fail = (/** @type {Event & {currentTarget: HTMLElement}} */ { currentTarget }) => currentTarget.classList.add("missing");
+  return html`<img src=${address} alt="" loading="lazy" width="320" height="240" onError=${fail} />`;
+}
+
+/**
+ * @param {string} address
+ * @returns {HTMLImageElement}
+ */
 export function thumbnail(address) {
-  const image = h("img", { src: address, alt: "", loading: "lazy", width: 320, height: 240 });
-  image.addEventListener("error", () => image.classList.add("missing"));
-  return image;
+  return elementOf(h(Thumbnail, { address }));
 }

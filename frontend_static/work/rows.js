@@ -3,22 +3,47 @@
 import { START } from "../shared/address.js";
 import { api } from "../shared/api.js";
 import { askName, confirmLoss } from "../shared/dialog.js";
-import { h } from "../shared/dom.js";
+import { h as element } from "../shared/dom.js";
 import { exportLists } from "../shared/exports.js";
 import { bytes, count, moment } from "../shared/format.js";
-import { iconButton } from "../shared/icons.js";
-import { thumbnail } from "../shared/thumbnail.js";
+import { IconButton } from "../shared/icons.js";
+import { Made } from "../shared/page.js";
+import { Thumbnail } from "../shared/thumbnail.js";
 import { attempt } from "../shared/toast.js";
 import { popover } from "../session/popover.js";
 import { trackerTitle } from "../session/timeline.js";
 import { sweeps } from "../sweep/api.js";
+import { h, html } from "../vendor/preact.js";
 
-/** @import { Child } from "../shared/elements.js" */
-/** @import { Question } from "../shared/dialog.js" */
-/** @import { RunPublic, SavedComparisonPublic, SessionPublic, SweepPublic, UploadPublic } from "../shared/messages.js" */
+/** @import { RunPublic, SavedComparisonPublic, SessionPublic, SweepPublic, UploadPublic, WorkPublic } from "../shared/messages.js" */
+/** @import { Child } from "../vendor/preact.js" */
+/** @import { Kind } from "./query.js" */
 
-/** @typedef {() => Promise<void>} Again Lists everything anew. */
-/** @typedef {{has: (run: string) => boolean, isFull: boolean, toggle: (run: string) => void}} Choice Runs that are chosen to be compared. */
+/**
+ * A thing as its line shows it.
+ *
+ * @typedef {object} Item
+ * @property {string} id
+ * @property {string} name
+ * @property {string} anchor In the page's address.
+ * @property {string|null} picture Its address, where it has one.
+ * @property {Child} title
+ * @property {string[]} facts The empty ones are left out.
+ * @property {Child} ways What leads to it.
+ * @property {((name: string) => Promise<unknown>)|null} rename
+ * @property {() => Promise<unknown>} remove
+ */
+
+/** @typedef {{verb: string, noun: string, loss: string}} Removal How the things of a kind end, and what is lost then. */
+
+/** @type {Record<Kind, Removal>} */
+export const REMOVALS = {
+  sessions: { verb: "End", noun: "session", loss: "Anything you have not saved is lost." },
+  runs: { verb: "Delete", noun: "run", loss: "It is lost for good, unless you downloaded it." },
+  comparisons: { verb: "Delete", noun: "comparison", loss: "The runs themselves stay where they are." },
+  sweeps: { verb: "Delete", noun: "sweep", loss: "It and everything computed of it are lost for good, unless you downloaded them." },
+  uploads: { verb: "Delete", noun: "upload", loss: "It is deleted from this server. Sessions and saved runs of it cannot be computed any more." },
+};
 
 /** @type {Record<SessionPublic["state"], string>} */
 const SESSION_STATES = {
@@ -34,42 +59,45 @@ const SWEEP_STATES = { running: "running", stopped: "stopped, can be resumed", d
 
 /**
  * @param {SessionPublic} session
- * @param {Again} again
+ * @returns {Item}
  */
-export function sessionRow(session, again) {
+function sessionItem(session) {
+  const { id, name, page, created } = session;
   const doing = session.goal === null ? SESSION_STATES[session.state] : "computing";
-  const experiment = session.name === session.title ? "" : session.title;
-  const facts = [experiment, `seed ${session.recipe.seed}`, `frame ${session.position} / ${session.frames}`, doing, moment(session.created)];
-  const question = { title: "End this session?", text: "Anything you have not saved is lost.", action: "End it" };
-  const title = link(session.page, `${session.name} · ${trackerTitle(session, session.tracker)}`);
-  return row({ session: session.id }, `session-${session.id}`, session.thumbnail, title, facts, [
-    link(session.page, "Open", "button"),
-    renaming(session.name, (name) => api.renameSession(session.id, name), again),
-    removal(`End ${session.name}`, question, () => api.end(session.id), again),
-  ]);
+  const experiment = name === session.title ? "" : session.title;
+  return {
+    id, name,
+    anchor: `session-${id}`,
+    picture: session.thumbnail,
+    title: html`<a class="row-title" href=${page}>${name} · ${trackerTitle(session, session.tracker)}</a>`,
+    facts: [experiment, `seed ${session.recipe.seed}`, `frame ${session.position} / ${session.frames}`, doing, moment(created)],
+    ways: html`<a class="button" href=${page}>Open</a>`,
+    rename: (to) => api.renameSession(id, to),
+    remove: () => api.end(id),
+  };
 }
 
 /**
  * @param {RunPublic} run
- * @param {Again} again
- * @param {Choice} choice
+ * @returns {Item}
  */
-export function runRow(run, again, choice) {
+function runItem(run) {
+  const { id, title, created } = run;
   const open = async () => {
-    const session = await attempt(() => api.open(run.id));
+    const session = await attempt(() => api.open(id));
     if (session) location.assign(session.page);
   };
-  const facts = [run.outcome, reproduced(run.summary), `seed ${run.seed}`, moment(run.created)];
-  const question = { title: "Delete this run?", text: `${run.title} is lost for good, unless you downloaded it.`, action: "Delete it" };
-  const chosen = choice.has(run.id);
-  const box = h("input", { type: "checkbox", checked: chosen, disabled: choice.isFull && !chosen, on: { change: () => choice.toggle(run.id) } });
-  return row({ run: run.id }, `run-${run.id}`, run.thumbnail, h("span", {}, run.title), facts, [
-    h("label", { class: "row-choice", title: "Choose two to four runs to compare them" }, box, "Compare"),
-    h("button", { type: "button", on: { click: open } }, "Open"),
-    filesOf(run),
-    renaming(run.title, (title) => api.renameRun(run.id, title), again),
-    removal(`Delete ${run.title}`, question, () => api.remove(run.id), again),
-  ]);
+  return {
+    id,
+    name: title,
+    anchor: `run-${id}`,
+    picture: run.thumbnail,
+    title: html`<span class="row-title">${title}</span>`,
+    facts: [run.outcome, reproduced(run.summary), `seed ${run.seed}`, moment(created)],
+    ways: [html`<button type="button" onClick=${open}>Open</button>`, h(Made, { make: () => filesOf(run) })],
+    rename: (to) => api.renameRun(id, to),
+    remove: () => api.remove(id),
+  };
 }
 
 /**
@@ -79,9 +107,10 @@ export function runRow(run, again, choice) {
  */
 function filesOf({ id, title }) {
   const lists = exportLists((name, plot) => api.exportRun(id, name, plot));
-  const own = h("a", { class: "button quiet grow", href: api.downloadAddress(id), download: "" }, "The saved run, to open it again (.pft)");
-  const button = h("button", { type: "button", "aria-label": `Download ${title}` }, "Download");
-  const root = popover(button, h("section", {}, h("h2", {}, "Take away"), h("ul", { class: "menu-list" }, h("li", {}, own)), lists.element));
+  const own = element("a", { class: "button quiet grow", href: api.downloadAddress(id), download: "" }, "The saved run, to open it again (.pft)");
+  const button = element("button", { type: "button", "aria-label": `Download ${title}` }, "Download");
+  const list = element("ul", { class: "menu-list" }, element("li", {}, own));
+  const root = popover(button, element("section", {}, element("h2", {}, "Take away"), list, lists.element));
   button.addEventListener("click", () => attempt(async () => {
     const { exports, plots } = await api.exportsOfRun(id);
     lists.draw(exports, plots);
@@ -91,74 +120,123 @@ function filesOf({ id, title }) {
 
 /**
  * @param {SavedComparisonPublic} comparison
- * @param {Again} again
+ * @returns {Item}
  */
-export function comparisonRow({ id, title, experiments, trackers, created, page }, again) {
-  const facts = [experiments.join(", "), count(trackers.length, "run"), moment(created)];
-  const question = { title: "Delete this comparison?", text: `${title} is deleted; the runs themselves stay where they are.`, action: "Delete it" };
-  return row({ comparison: id }, `comparison-${id}`, null, link(page, title), facts, [
-    link(page, "Open", "button"),
-    renaming(title, (name) => api.renameComparison(id, name), again),
-    removal(`Delete ${title}`, question, () => api.removeComparison(id), again),
-  ]);
+function comparisonItem({ id, title, experiments, trackers, created, page }) {
+  return {
+    id,
+    name: title,
+    anchor: `comparison-${id}`,
+    picture: null,
+    title: html`<a class="row-title" href=${page}>${title}</a>`,
+    facts: [experiments.join(", "), count(trackers.length, "run"), moment(created)],
+    ways: html`<a class="button" href=${page}>Open</a>`,
+    rename: (to) => api.renameComparison(id, to),
+    remove: () => api.removeComparison(id),
+  };
 }
 
 /**
  * @param {SweepPublic} sweep
- * @param {Again} again
+ * @returns {Item}
  */
-export function sweepRow(sweep, again) {
-  const methods = sweep.trackers.map(({ title }) => /\(([^)]+)\)$/.exec(title)?.[1] ?? title).join(", ");
-  const facts = [methods, sweep.outcome, SWEEP_STATES[sweep.state], moment(sweep.created)];
-  const text = `${sweep.title} and everything computed of it are lost for good, unless you downloaded them.`;
-  return row({ sweep: sweep.id }, `sweep-${sweep.id}`, null, link(sweep.page, sweep.title), facts, [
-    sweep.state === "running" && h("progress", { class: "row-meter", max: 1, value: sweep.done / sweep.runs, "aria-label": `${sweep.title}, runs done` }),
-    link(sweep.page, "Open", "button"),
-    removal(`Delete ${sweep.title}`, { title: "Delete this sweep?", text, action: "Delete it" }, () => sweeps.remove(sweep.id), again),
-  ]);
+function sweepItem({ id, title, page, trackers, outcome, state, created, done, runs }) {
+  const methods = trackers.map((tracker) => /\(([^)]+)\)$/.exec(tracker.title)?.[1] ?? tracker.title).join(", ");
+  const meter = html`<progress class="row-meter" max="1" value=${done / runs} aria-label=${`${title}, runs done`}></progress>`;
+  return {
+    id,
+    name: title,
+    anchor: `sweep-${id}`,
+    picture: null,
+    title: html`<a class="row-title" href=${page}>${title}</a>`,
+    facts: [methods, outcome, SWEEP_STATES[state], moment(created)],
+    ways: [state === "running" && meter, html`<a class="button" href=${page}>Open</a>`],
+    rename: null,
+    remove: () => sweeps.remove(id),
+  };
 }
 
 /**
  * @param {UploadPublic} upload
- * @param {Again} again
+ * @returns {Item}
  */
-export function uploadRow(upload, again) {
-  const page = `${START}#upload/${encodeURIComponent(upload.id)}`;
+function uploadItem(upload) {
+  const { id, name } = upload;
+  const page = `${START}#upload/${encodeURIComponent(id)}`;
   const size = upload.width > 0 ? `${upload.width} × ${upload.height} px` : "";
-  const facts = [upload.kind, count(upload.frames, "frame"), size, bytes(upload.size_bytes), moment(upload.created)];
-  const text = `${upload.name} is deleted from this server. Sessions and saved runs of it cannot be computed any more.`;
-  return row({ upload: upload.id }, `upload-${upload.id}`, api.pictureAddress(upload.id, 0), link(page, upload.name), facts, [
-    link(page, "Track a target in it", "button"),
-    removal(`Delete ${upload.name}`, { title: "Delete this upload?", text, action: "Delete it" }, () => api.removeUpload(upload.id), again),
-  ]);
+  return {
+    id, name,
+    anchor: `upload-${id}`,
+    picture: api.pictureAddress(id, 0),
+    title: html`<a class="row-title" href=${page}>${name}</a>`,
+    facts: [upload.kind, count(upload.frames, "frame"), size, bytes(upload.size_bytes), moment(upload.created)],
+    ways: html`<a class="button" href=${page}>Track a target in it</a>`,
+    rename: null,
+    remove: () => api.removeUpload(id),
+  };
 }
 
 /**
- * @param {Record<string, string>} data
- * @param {string} id In addresses.
- * @param {string|null} picture Its address, where it has one.
- * @param {HTMLElement} title
- * @param {string[]} facts The empty ones are left out.
- * @param {Child[]} actions
+ * What somebody has of one kind.
+ *
+ * @param {WorkPublic} work
+ * @param {Kind} kind
+ * @returns {Item[]}
  */
-function row(data, id, picture, title, facts, actions) {
-  title.classList.add("row-title");
-  return h(
-    "li",
-    { class: "row", id, data },
-    picture !== null && h("div", { class: "row-thumb" }, thumbnail(picture)),
-    h("div", { class: "row-words" }, title, h("span", { class: "hint" }, facts.filter(Boolean).join(", "))),
-    h("div", { class: "row-actions" }, actions),
-  );
+export function itemsOf(work, kind) {
+  switch (kind) {
+    case "sessions":
+      return work.sessions.map(sessionItem);
+    case "runs":
+      return work.runs.map(runItem);
+    case "comparisons":
+      return work.comparisons.map(comparisonItem);
+    case "sweeps":
+      return work.sweeps.map(sweepItem);
+    default:
+      return work.uploads.map(uploadItem);
+  }
+}
+
+/** @param {{kind: Kind, item: Item, isChosen: boolean, toggle: () => void, again: () => Promise<void>}} props `again` lists everything anew. */
+export function Row({ kind, item, isChosen, toggle, again }) {
+  const { id, name, anchor, picture, title, facts, ways, rename } = item;
+  const renaming = async () => {
+    const answer = await askName(`Rename ${name}`, name);
+    if (answer !== null) await attempt(() => rename?.(answer).then(again) ?? again());
+  };
+  const label = `${REMOVALS[kind].verb} ${name}`;
+  return html`<li class="row" id=${anchor} ...${{ [`data-${REMOVALS[kind].noun}`]: id }}>
+    <input type="checkbox" checked=${isChosen} aria-label=${`Choose ${name}`} onChange=${toggle} />
+    ${picture !== null && html`<div class="row-thumb">${h(Thumbnail, { address: picture })}</div>`}
+    <div class="row-words">${title}<span class="hint">${facts.filter(Boolean).join(", ")}</span></div>
+    <div class="row-actions">
+      ${ways}
+      ${rename && h(IconButton, { name: "rename", title: `Rename ${name}`, run: renaming })}
+      ${h(IconButton, { name: "trash", title: label, run: () => remove(kind, [item], again) })}
+    </div>
+  </li>`;
 }
 
 /**
- * @param {string} href
- * @param {string} text
- * @param {string} [look]
+ * End or delete some things, once somebody has said that they may be lost.
+ *
+ * @param {Kind} kind
+ * @param {readonly Item[]} items
+ * @param {() => Promise<void>} again
  */
-function link(href, text, look) {
-  return h("a", { href, class: look }, text);
+export async function remove(kind, items, again) {
+  const { verb, noun, loss } = REMOVALS[kind];
+  const [{ name }] = items;
+  const isOne = items.length === 1;
+  const question = {
+    title: isOne ? `${verb} this ${noun}?` : `${verb} these ${count(items.length, noun)}?`,
+    text: isOne ? `${name}: ${loss[0].toLowerCase()}${loss.slice(1)}` : loss,
+    action: isOne ? `${verb} it` : `${verb} them`,
+  };
+  if (!(await confirmLoss(question))) return;
+  for (const item of items) await attempt(item.remove);
+  await again();
 }
 
 /**
@@ -171,30 +249,4 @@ function reproduced(summary) {
   const differs = /** @type {{first_frame?: number}|undefined} */ (summary.differs);
   const from = typeof differs?.first_frame === "number" ? `, from frame ${differs.first_frame} on` : "";
   return summary.reproduced ? "same numbers as in its file" : `other numbers than in its file${from}`;
-}
-
-/**
- * @param {string} name
- * @param {(name: string) => Promise<unknown>} rename
- * @param {Again} again
- */
-function renaming(name, rename, again) {
-  const press = async () => {
-    const answer = await askName(`Rename ${name}`, name);
-    if (answer !== null) await attempt(() => rename(answer).then(again));
-  };
-  return iconButton("rename", `Rename ${name}`, press);
-}
-
-/**
- * @param {string} label
- * @param {Question} question
- * @param {() => Promise<unknown>} remove
- * @param {Again} again
- */
-function removal(label, question, remove, again) {
-  const press = async () => {
-    if (await confirmLoss(question)) await attempt(() => remove().then(again));
-  };
-  return iconButton("trash", label, press);
 }

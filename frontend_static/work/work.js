@@ -2,22 +2,22 @@
 
 import { START } from "../shared/address.js";
 import { api, messageOf } from "../shared/api.js";
-import { fill, h, part, setText } from "../shared/dom.js";
-import { count } from "../shared/format.js";
 import { linkToReferences } from "../shared/comparison_link.js";
-import { navigation } from "../shared/navigation.js";
-import { notice } from "../shared/notice.js";
-import { themeButton } from "../shared/theme.js";
+import { count } from "../shared/format.js";
+import { Notice, showPage } from "../shared/page.js";
 import { later } from "../shared/timing.js";
-import { comparisonRow, runRow, sessionRow, sweepRow, uploadRow } from "./rows.js";
+import { h, html, signal, useEffect, useRef } from "../vendor/preact.js";
+import { REMOVALS, Row, itemsOf, remove } from "./rows.js";
 import { FEW, KINDS, MANY, addressOf, parseQuery } from "./query.js";
 
 /** @import { WorkPublic } from "../shared/messages.js" */
 /** @import { Kind, Query } from "./query.js" */
+/** @import { Item } from "./rows.js" */
 
 const SKELETON_AFTER_MS = 200;
 const TYPING_MS = 250;
 const MOST_COMPARED = 4;
+const PLACEHOLDER = "Title, experiment, tracker, date or outcome";
 /** Dates are looked for as they are shown. */
 const ZONE = Intl.DateTimeFormat().resolvedOptions().timeZone;
 
@@ -50,55 +50,27 @@ const WORDS = {
   },
 };
 
-/**
- * Saved runs that are chosen to be compared, in the order in which they were.
- *
- * @type {Set<string>}
- */
-const chosen = new Set();
-const comparing = h("a", { class: "button primary", data: { role: "compare" } });
-
-let wish = parseQuery(new URLSearchParams(location.search));
+/** The newest answer; or a sentence on why there is none; or nothing yet, for long or not. */
+const answered = signal(/** @type {WorkPublic|string|"long"|null} */ (null));
+const wish = signal(parseQuery(new URLSearchParams(location.search)));
+/** The words as they stand in the field; they are looked for a moment later. */
+const typed = signal(wish.value.words);
+/** What is chosen, in that order, to be compared, ended or deleted at once; also what another search found. */
+const chosen = signal(/** @type {readonly {kind: Kind, item: Item}[]} */ ([]));
 let asked = new AbortController();
 let waiting = () => {};
-
-const field = h("input", { type: "search", value: wish.words, maxlength: 200, placeholder: "Title, experiment, tracker, date or outcome" });
-const chips = [chip(null, "All"), ...KINDS.map((kind) => chip(kind, WORDS[kind].title))];
-
-navigation("work");
-part("tools").append(themeButton());
-fill(
-  part("search"),
-  h("label", {}, "Search my work", field),
-  h("div", { class: "kinds", role: "group", "aria-label": "Show" }, chips.map(({ element }) => element)),
-);
-part("search").addEventListener("submit", (event) => {
-  event.preventDefault();
-  look({ words: field.value });
-});
-field.addEventListener("input", () => {
-  waiting();
-  waiting = later(() => look({ words: field.value }), TYPING_MS);
-});
-addEventListener("popstate", () => {
-  wish = parseQuery(new URLSearchParams(location.search));
-  field.value = wish.words;
-  load();
-});
-// A page that comes back from the browser's cache shows what was; ask again.
-addEventListener("pageshow", (event) => event.persisted && load());
-load().then(() => document.querySelector(":target")?.scrollIntoView({ block: "center" }));
 
 /** @param {Partial<Query>} change */
 function look(change) {
   waiting();
-  const before = addressOf(wish);
-  const isOtherKind = change.show !== undefined && change.show !== wish.show;
-  wish = { ...wish, ...change };
-  if (isOtherKind) wish.limit = wish.show === null ? FEW : MANY;
+  const before = addressOf(wish.value);
+  const isOtherKind = change.show !== undefined && change.show !== wish.value.show;
+  const next = { ...wish.value, words: typed.value, ...change };
+  if (isOtherKind) next.limit = next.show === null ? FEW : MANY;
+  wish.value = next;
   // Another kind is a step that one may go back; each letter typed is none.
-  if (isOtherKind) history.pushState(null, "", addressOf(wish));
-  else if (addressOf(wish) !== before) history.replaceState(null, "", addressOf(wish));
+  if (isOtherKind) history.pushState(null, "", addressOf(next));
+  else if (addressOf(next) !== before) history.replaceState(null, "", addressOf(next));
   load();
 }
 
@@ -106,128 +78,152 @@ function look(change) {
 async function load() {
   asked.abort();
   const now = (asked = new AbortController());
-  const there = later(() => part("lists").childElementCount === 0 && fill(part("lists"), bones()), SKELETON_AFTER_MS, now.signal);
+  const there = later(() => (answered.value ??= "long"), SKELETON_AFTER_MS, now.signal);
   try {
-    const { words, show, limit } = wish;
+    const { words, show, limit } = wish.value;
     const work = await api.work({ q: words, limit, zone: ZONE, ...(show !== null && { show }) }, now.signal);
-    if (!now.signal.aborted) draw(work);
+    if (!now.signal.aborted) answered.value = work;
   } catch (error) {
-    if (now.signal.aborted) return;
-    fill(part("lists"), notice("Your work could not be listed", messageOf(error), { label: "Try again", run: load }, { inline: true }));
+    if (!now.signal.aborted) answered.value = messageOf(error);
   } finally {
     there();
   }
 }
 
-/** @param {WorkPublic} work */
-function draw(work) {
-  for (const { kind, element, amount } of chips) {
-    element.setAttribute("aria-pressed", String(kind === wish.show));
-    setText(amount, String(kind === null ? KINDS.reduce((sum, each) => sum + work.found[each], 0) : work.found[kind]));
-  }
-  const isSearch = wish.words.trim() !== "";
-  const shown = KINDS.filter((kind) => (wish.show === null ? !isSearch || work.found[kind] > 0 : kind === wish.show));
-  const found = KINDS.reduce((sum, kind) => sum + (wish.show === null || wish.show === kind ? work.found[kind] : 0), 0);
-  setText(part("said"), isSearch ? `${count(found, "result")} found` : "");
-  fill(part("lists"), isSearch && found === 0 ? nothing(work) : shown.map((kind) => section(kind, work)));
-}
-
-/**
- * @param {Kind} kind
- * @param {WorkPublic} work
- */
-function section(kind, work) {
-  const { title, empty, way: [words, href] } = WORDS[kind];
-  const rows = rowsOf(kind, work);
-  const rest = work.found[kind] - rows.length;
-  const isAlone = wish.show === kind;
-  const more = () => look(isAlone ? { limit: wish.limit + MANY } : { show: kind });
-  return h(
-    "section",
-    { "aria-label": title, data: { part: kind } },
-    h("header", {}, h("h2", {}, title), kind === "sweeps" && h("a", { class: "button", href }, words), kind === "runs" && comparing),
-    rows.length > 0 ? h("ul", { class: "rows" }, rows) : h("p", { class: "empty" }, empty, kind !== "sweeps" && h("a", { class: "button", href }, words)),
-    rest > 0 && h("button", { type: "button", class: "quiet", on: { click: more } }, isAlone ? `Show more, ${rest} left` : `Show all ${work.found[kind]}`),
-  );
-}
-
-/**
- * @param {Kind} kind
- * @param {WorkPublic} work
- */
-function rowsOf(kind, work) {
-  switch (kind) {
-    case "sessions":
-      return work.sessions.map((session) => sessionRow(session, load));
-    case "runs":
-      return runRows(work);
-    case "comparisons":
-      return work.comparisons.map((comparison) => comparisonRow(comparison, load));
-    case "sweeps":
-      return work.sweeps.map((sweep) => sweepRow(sweep, load));
-    default:
-      return work.uploads.map((upload) => uploadRow(upload, load));
-  }
-}
-
-/**
- * Saved runs, with a box each to choose them for a comparison.
- *
- * @param {WorkPublic} work
- */
-function runRows(work) {
-  const choice = {
-    has: (/** @type {string} */ run) => chosen.has(run),
-    isFull: chosen.size >= MOST_COMPARED,
-    toggle: (/** @type {string} */ run) => {
-      if (!chosen.delete(run)) chosen.add(run);
-      draw(work);
-      /** @type {HTMLElement|null} */ (document.querySelector(`[data-run="${run}"] input`))?.focus();
-    },
+/** All of the page. */
+function Work() {
+  const field = useRef(/** @type {HTMLInputElement|null} */ (null));
+  useEffect(() => void load().then(() => document.querySelector(":target")?.scrollIntoView({ block: "center" })), []);
+  const work = answered.value;
+  const found = work !== null && typeof work === "object" ? work.found : null;
+  const type = (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget: { value } }) => {
+    typed.value = value;
+    waiting();
+    waiting = later(() => look({}), TYPING_MS);
   };
-  comparing.hidden = chosen.size < 2;
-  comparing.href = linkToReferences([...chosen]);
-  setText(comparing, `Compare ${count(chosen.size, "run")}`);
-  return work.runs.map((run) => runRow(run, load, choice));
-}
-
-/**
- * What to do where nothing has all the words.
- *
- * @param {WorkPublic} work
- */
-function nothing(work) {
-  const elsewhere = KINDS.reduce((sum, kind) => sum + work.found[kind], 0);
-  const all = () => look({ show: null });
   const clear = () => {
-    field.value = "";
-    field.focus();
-    look({ words: "" });
+    field.current?.focus();
+    typed.value = "";
+    look({});
   };
-  return h(
-    "section",
-    {},
-    h(
-      "p",
-      { class: "empty" },
-      `Nothing matches all of these words: ${wish.words.trim()}. Try fewer words.`,
-      elsewhere > 0 && h("button", { type: "button", on: { click: all } }, `Show ${count(elsewhere, "result")} of other kinds`),
-      h("button", { type: "button", on: { click: clear } }, "Clear the search"),
-    ),
-  );
+  const submit = (/** @type {Event} */ event) => {
+    event.preventDefault();
+    look({});
+  };
+  return html`
+    <form class="search" role="search" onSubmit=${submit}>
+      <label>
+        Search my work
+        <input ref=${field} type="search" value=${typed.value} maxlength="200" placeholder=${PLACEHOLDER} onInput=${type} />
+      </label>
+      <div class="kinds" role="group" aria-label="Show">
+        ${h(Chip, { kind: null, title: "All", amount: found && sum(KINDS, found) })}
+        ${KINDS.map((kind) => h(Chip, { kind, title: WORDS[kind].title, amount: found?.[kind] ?? null }))}
+      </div>
+    </form>
+    ${found === null ? h(Without, { why: /** @type {string|null} */ (work) }) : h(Found, { work: /** @type {WorkPublic} */ (work), clear })}
+  `;
+}
+
+/** @param {{kind: Kind|null, title: string, amount: number|null}} props */
+function Chip({ kind, title, amount }) {
+  return html`<button type="button" aria-pressed=${String(kind === wish.value.show)} onClick=${() => look({ show: kind })}>
+    ${title}<output>${amount}</output>
+  </button>`;
+}
+
+/** @param {{why: string|null}} props Why there is nothing to show. */
+function Without({ why }) {
+  if (why === null) return null;
+  if (why !== "long") return h(Notice, { title: "Your work could not be listed", message: why, again: load });
+  return [0, 1, 2].map(() => html`<section aria-hidden="true"><div class="bone short shimmer"></div><div class="bone shimmer"></div></section>`);
+}
+
+/** @param {{work: WorkPublic, clear: () => void}} props */
+function Found({ work, clear }) {
+  const { words, show } = wish.value;
+  const isSearch = words.trim() !== "";
+  const shown = KINDS.filter((kind) => (show === null ? !isSearch || work.found[kind] > 0 : kind === show));
+  const found = sum(shown, work.found);
+  const elsewhere = sum(KINDS, work.found);
+  const nothing = html`<section>
+    <p class="empty">
+      Nothing matches all of these words: ${words.trim()}. Try fewer words.
+      ${elsewhere > 0 && html`<button type="button" onClick=${() => look({ show: null })}>Show ${count(elsewhere, "result")} of other kinds</button>`}
+      <button type="button" onClick=${clear}>Clear the search</button>
+    </p>
+  </section>`;
+  return html`
+    <p class="visually-hidden" role="status">${isSearch && `${count(found, "result")} found`}</p>
+    ${isSearch && found === 0 ? nothing : shown.map((kind) => h(Section, { key: kind, kind, work }))}
+  `;
+}
+
+/** @param {{kind: Kind, work: WorkPublic}} props */
+function Section({ kind, work }) {
+  const { title, empty, way: [words, href] } = WORDS[kind];
+  const items = itemsOf(work, kind);
+  const rest = work.found[kind] - items.length;
+  const isAlone = wish.value.show === kind;
+  const more = () => look(isAlone ? { limit: wish.value.limit + MANY } : { show: kind });
+  const way = html`<a class="button" href=${href}>${words}</a>`;
+  const rows = items.map((item) => {
+    const isChosen = chosen.value.some((each) => each.item.id === item.id);
+    const toggle = () => (chosen.value = isChosen ? without([item]) : [...chosen.value, { kind, item }]);
+    return h(Row, { key: item.id, kind, item, isChosen, toggle, again: () => removed([item]) });
+  });
+  return html`<section aria-label=${title} data-part=${kind}>
+    <header>
+      <h2>${title}</h2>
+      <div class="with-chosen">${h(WithChosen, { kind })} ${kind === "sweeps" && way}</div>
+    </header>
+    ${rows.length > 0 ? html`<ul class="rows">${rows}</ul>` : html`<p class="empty">${empty} ${kind !== "sweeps" && way}</p>`}
+    ${rest > 0 && html`<button type="button" class="quiet" onClick=${more}>${isAlone ? `Show more, ${rest} left` : `Show all ${work.found[kind]}`}</button>`}
+  </section>`;
 }
 
 /**
- * @param {Kind|null} kind
- * @param {string} title
+ * What can be done with all that is chosen of a kind.
+ *
+ * @param {{kind: Kind}} props
  */
-function chip(kind, title) {
-  const amount = h("output", {});
-  const press = () => look({ show: kind, words: field.value });
-  const element = h("button", { type: "button", "aria-pressed": String(kind === wish.show), on: { click: press } }, title, amount);
-  return { kind, element, amount };
+function WithChosen({ kind }) {
+  const some = chosen.value.filter((each) => each.kind === kind).map(({ item }) => item);
+  if (some.length === 0) return null;
+  const { verb, noun } = REMOVALS[kind];
+  const compared = `Compare ${count(some.length, noun)}`;
+  const isComparable = kind === "runs" && some.length > 1 && some.length <= MOST_COMPARED;
+  return html`
+    ${isComparable && html`<a class="button primary" data-role="compare" href=${linkToReferences(some.map(({ id }) => id))}>${compared}</a>`}
+    ${kind === "runs" && !isComparable && html`<span class="hint">Choose two to four to compare them</span>`}
+    <button type="button" class="danger" onClick=${() => remove(kind, some, () => removed(some))}>${verb} ${count(some.length, noun)}</button>
+  `;
 }
 
-function bones() {
-  return [0, 1, 2].map(() => h("section", { "aria-hidden": "true" }, h("div", { class: "bone short shimmer" }), h("div", { class: "bone shimmer" })));
+/** @param {readonly Item[]} items What is chosen besides these. */
+function without(items) {
+  return chosen.value.filter(({ item: { id } }) => items.every((item) => item.id !== id));
 }
+
+/** @param {readonly Item[]} items These are gone, or have another name. */
+function removed(items) {
+  chosen.value = without(items);
+  return load();
+}
+
+/**
+ * @param {readonly Kind[]} kinds
+ * @param {WorkPublic["found"]} found
+ */
+function sum(kinds, found) {
+  return kinds.reduce((total, kind) => total + found[kind], 0);
+}
+
+addEventListener("popstate", () => {
+  wish.value = parseQuery(new URLSearchParams(location.search));
+  typed.value = wish.value.words;
+  load();
+});
+// A page that comes back from the browser's cache shows what was; ask again.
+addEventListener("pageshow", (event) => event.persisted && load());
+showPage("work", "work", Work);

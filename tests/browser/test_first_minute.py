@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from tests.browser.accessible import check
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage, View
 
@@ -124,6 +125,23 @@ def test_my_work_is_found_by_words(page: Any, server: Server) -> None:
     here(ball).wait_for()
     assert here(sine).count() == 0
     assert page.locator("[data-part=runs]").count() == 0
+
+
+def test_many_sessions_are_ended_at_once(page: Any, server: Server) -> None:
+    """What is chosen stays chosen in another search; one question, and all of them are gone."""
+    ended = [server.start_session(seed=8), server.start_session(experiment="sine", seed=8)]
+    kept = server.start_session(seed=9)
+    page.goto("work?show=sessions")
+    page.locator(f"[data-session='{ended[0]['id']}'] input").check()
+    page.get_by_label("Search my work").fill("signal")
+    page.locator(f"[data-session='{kept['id']}']").wait_for(state="detached")
+    page.locator(f"[data-session='{ended[1]['id']}'] input").check()
+    check(page)
+    page.get_by_role("button", name="End 2 sessions").click()
+    page.get_by_role("button", name="End them").click()
+    page.get_by_text("Nothing matches all of these words").wait_for()
+    assert [each["id"] for each in server.get("sessions")] == [kept["id"]]
+    assert page.get_by_role("button", name="End 2 sessions").count() == 0
 
 
 def test_an_old_address_of_a_run_leads_to_my_work(page: Any, server: Server) -> None:

@@ -123,7 +123,7 @@ def test_beside_a_scene_numbers_are_of_the_frame_that_it_shows(page: Any, server
     session = server.start_session(frames=60)
     server.post(f"sessions/{session['id']}/commands", {"kind": "speed", "speed": 0.2})
     page.goto(session["page"] + "?view=scene")
-    shown = SessionPage(page, server).ready()
+    SessionPage(page, server).ready()
     page.locator(".scene-still").wait_for(state="detached")
     seen = page.evaluate(WATCH_SCENE)[:-1]
     frames = list(dict.fromkeys(frame for frame, _ in seen))
