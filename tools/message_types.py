@@ -16,8 +16,8 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaMode, models_json
 from pftrack.teaching.lessons.figure import Figure
 from pftrack_server import schemas
 from pftrack_server.sessions.session import Answer
-from pftrack_server.worker import commands
-from pftrack_server.worker.commands import Command
+from pftrack_server.sessions.worker import commands
+from pftrack_server.sessions.worker.commands import Command
 
 __all__ = ["files"]
 

@@ -8,18 +8,18 @@ from fastapi import FastAPI
 
 import pftrack
 from pftrack.experiments import EXPERIMENTS
-from pftrack_server import api_docs, pages
-from pftrack_server.api import health, router, scene
-from pftrack_server.errors import ErrorBody
+from pftrack_server.core.body_limit import BodyLimit
+from pftrack_server.core.errors import ErrorBody
+from pftrack_server.core.settings import Settings
 from pftrack_server.follow.access import AccessGuard
-from pftrack_server.middleware.base_path import BasePath
-from pftrack_server.middleware.body_limit import BodyLimit
-from pftrack_server.middleware.errors import install
-from pftrack_server.middleware.head import HeadAsGet
-from pftrack_server.middleware.metrics import Metrics, Stopwatch
-from pftrack_server.middleware.security import Guard
-from pftrack_server.services import Services
-from pftrack_server.settings import Settings
+from pftrack_server.web import api_docs, health, pages, scene
+from pftrack_server.web.base_path import BasePath
+from pftrack_server.web.errors import install
+from pftrack_server.web.head import HeadAsGet
+from pftrack_server.web.metrics import Metrics, Stopwatch
+from pftrack_server.web.routes import router
+from pftrack_server.web.security import Guard
+from pftrack_server.web.services import Services
 
 DESCRIPTION = (
     "Particle-filter tracking sessions. Every error has the shape {error: {message, field?, bound?, value?}}. "

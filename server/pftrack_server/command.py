@@ -27,11 +27,12 @@ def serve(
     token = take_secret("PFTRACK_TOKEN")
     # What is imported stays: to look for garbage on the way takes a fifth of the time, until the server has started.
     gc.disable()
-    from pftrack_server.processes import FORK_SERVER
+    from pftrack_server.core.processes import FORK_SERVER
 
     # Before everything else, as long as there is no thread and nothing to hide.
     FORK_SERVER.fork_off()
-    from pftrack_server.serving import run
+    from pftrack_server.app import create_app
+    from pftrack_server.web.serving import run
 
     files = tuple(each.absolute() for each in filters or ()) or None
     given: dict[str, object] = {
@@ -42,4 +43,4 @@ def serve(
         "base_path": base_path,
         "token": token,
     }
-    run({name: value for name, value in given.items() if value is not None})
+    run(create_app, {name: value for name, value in given.items() if value is not None})

@@ -49,7 +49,7 @@ class Server:
             limits=httpx.Limits(max_keepalive_connections=0),
             headers={"Authorization": f"Bearer {token}"} if token else {},
         )
-        self.log = data / "pftrack_server.log"
+        self.log = data / "pftrack_server.core.log"
         self.start()
 
     @property

@@ -30,7 +30,7 @@ from pftrack.core.model.drawing import (
     WorldDrawing,
 )
 from pftrack.vision.rendering import look_at, render
-from pftrack_server.worker.codec import DrawingEncoder
+from pftrack_server.sessions.worker.codec import DrawingEncoder
 from tests.browser.host import Server
 
 Image: TypeAlias = NDArray[np.uint8]

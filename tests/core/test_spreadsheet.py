@@ -14,7 +14,7 @@ WRITERS = {
     "pftrack/sweep/journal.py": "Arrow's, with its texts as `literal`",
     "pftrack/sources/results/writing.py": "numbers alone",
     "pftrack/sweep/work.py": "options of a command, no table",
-    "server/pftrack_server/worker/codec.py": "messages within a drawing, no table",
+    "server/pftrack_server/sessions/worker/codec.py": "messages within a drawing, no table",
 }
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from pftrack_server.settings import MEBIBYTE, Settings
+from pftrack_server.core.settings import MEBIBYTE, Settings
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "how-to" / "server.md"

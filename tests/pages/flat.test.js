@@ -8,7 +8,7 @@ import { css, placed } from "../../frontend_static/session/flat/pixels.js";
 
 const HEAD = { frame: 7, width: 320, height: 240, caption: "frame 7 · σ 2 px" };
 
-/** A message as `server/pftrack_server/worker/codec.py` describes it. */
+/** A message as `server/pftrack_server/sessions/worker/codec.py` describes it. */
 function message(primitives, { arrays = [], pictures = [], version = 2, magic = "pfd", worlds = [] } = {}) {
   const body = new Uint8Array(arrays.flatMap((array) => [...new Uint8Array(array.buffer)]));
   let text = JSON.stringify({ ...HEAD, arrays: body.length, primitives, worlds });

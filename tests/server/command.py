@@ -16,7 +16,7 @@ PROGRAM = """
 import os
 from pathlib import Path
 from pftrack_server.command import serve
-from pftrack_server.processes import FORK_SERVER
+from pftrack_server.core.processes import FORK_SERVER
 FORK_SERVER.preload = "tests.server.few_ready"
 {}
 serve({})
@@ -25,7 +25,7 @@ serve({})
 REFUSING = """
 import json, os, signal, sys
 from pathlib import Path
-from pftrack_server import serving
+from pftrack_server.web import serving
 from pftrack_server.command import serve
 for arguments, first, _ in json.load(sys.stdin):
     ours, theirs = os.pipe()

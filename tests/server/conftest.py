@@ -11,8 +11,8 @@ import pytest
 import structlog
 from PIL import Image
 
+from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks, Queues
-from pftrack_server.settings import Settings
 from tests.apart import run
 from tests.browser.host import Server as ServerProcess
 from tests.installing import install

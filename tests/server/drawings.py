@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from pftrack.core.model.drawing import Drawing, Key, Primitive, World, WorldDrawing
-from pftrack_server.worker.codec import ALIGNMENT, MAGIC, RECORD, START
+from pftrack_server.sessions.worker.codec import ALIGNMENT, MAGIC, RECORD, START
 
 __all__ = ["Reader", "decode", "messages_of"]
 

@@ -8,9 +8,9 @@ from typing import Any
 
 from pftrack.core.files import write_whole
 from pftrack_server.schemas.snapshot import Goal
-from pftrack_server.worker import process, worker
-from pftrack_server.worker.protocol import WorkerConfig
-from pftrack_server.worker.run_tree import RunTree
+from pftrack_server.sessions.worker import process, worker
+from pftrack_server.sessions.worker.protocol import WorkerConfig
+from pftrack_server.sessions.worker.run_tree import RunTree
 
 __all__ = ["allow", "held_worker", "held_worker_that_keeps_all"]
 

@@ -14,8 +14,8 @@ from pftrack.core.files import write_whole
 from pftrack.sweep import driver as driving
 from pftrack.sweep.journal import partial_of
 from pftrack.sweep.work import compute_chunk
+from pftrack_server.sessions.worker.process import NICENESS
 from pftrack_server.sweeps import functions
-from pftrack_server.worker.process import NICENESS
 from tests.waiting import wait_for
 
 SMALL: dict[str, Any] = {

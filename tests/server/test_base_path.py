@@ -9,9 +9,9 @@ from pydantic import ValidationError
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from pftrack_server.base_path import address_of, encode_path, read_base_path, route_path
-from pftrack_server.middleware.base_path import BasePath
-from pftrack_server.settings import Settings
+from pftrack_server.core.base_path import address_of, encode_path, read_base_path, route_path
+from pftrack_server.core.settings import Settings
+from pftrack_server.web.base_path import BasePath
 from tests.apart import run
 from tests.conftest import BASE
 from tests.server.host import begin, error_of

@@ -15,9 +15,9 @@ import pytest
 
 from pftrack.process import Budget, Ending, Reply, environment
 from pftrack.process.calls import GRACE_S
-from pftrack_server.errors import ClientGoneError, RefusedError, UnavailableError
+from pftrack_server.core.errors import ClientGoneError, RefusedError, UnavailableError
+from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.jobs.child_tasks import ChildTasks, Queues
-from pftrack_server.log import RateLimitedLogger
 from pftrack_server.uploads.intake import BUDGET
 from tests.apart import run
 from tests.server import hostile

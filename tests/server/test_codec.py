@@ -32,7 +32,7 @@ from pftrack.core.model.drawing import (
 )
 from pftrack.experiments import find
 from pftrack.runs.run import Run
-from pftrack_server.worker.codec import DrawingEncoder, DrawingError
+from pftrack_server.sessions.worker.codec import DrawingEncoder, DrawingError
 from tests.server.drawings import decode, messages_of
 
 anything = st.floats(width=32)  # a lost tracker draws what is not finite

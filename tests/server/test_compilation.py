@@ -10,11 +10,11 @@ from pathlib import Path
 import httpx
 import pytest
 
-import pftrack_server.compilation
+import pftrack_server.core.compilation
 from pftrack.doctor.warming import Progress
-from pftrack_server.compilation import Compilation
-from pftrack_server.errors import UnavailableError
-from pftrack_server.settings import Settings
+from pftrack_server.core.compilation import Compilation
+from pftrack_server.core.errors import UnavailableError
+from pftrack_server.core.settings import Settings
 from tests.apart import run
 from tests.server.host import running
 from tests.session_requests import session_request
@@ -49,9 +49,9 @@ def warming(monkeypatch: pytest.MonkeyPatch) -> list[Pretended]:
         made.append(Pretended(names, told))
         return made[0]
 
-    monkeypatch.setattr(pftrack_server.compilation, "Warming", begin)
-    monkeypatch.setattr(pftrack_server.compilation, "ready", lambda names: frozenset({"ball"}))
-    monkeypatch.setattr(pftrack_server.compilation, "PATIENCE_S", 0.2)
+    monkeypatch.setattr(pftrack_server.core.compilation, "Warming", begin)
+    monkeypatch.setattr(pftrack_server.core.compilation, "ready", lambda names: frozenset({"ball"}))
+    monkeypatch.setattr(pftrack_server.core.compilation, "PATIENCE_S", 0.2)
     return made
 
 
@@ -102,7 +102,7 @@ def test_a_class_that_waits_holds_nobody_up(
     client: httpx.Client, warming: list[Pretended], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """While many wait for one experiment, what is ready is shown and started, and then they get theirs."""
-    monkeypatch.setattr(pftrack_server.compilation, "PATIENCE_S", 60.0)
+    monkeypatch.setattr(pftrack_server.core.compilation, "PATIENCE_S", 60.0)
     address = "api/v1/experiments/{}/thumbnail.png"
     with ThreadPoolExecutor(50) as pool:
         # Without certificates, of which none is needed here: to read them takes 20 ms each time.
@@ -151,7 +151,7 @@ def test_news_wait_for_nobody_who_looks(monkeypatch: pytest.MonkeyPatch) -> None
         made.append(Slow(names, told))
         return made[0]
 
-    monkeypatch.setattr(pftrack_server.compilation, "Warming", begin)
+    monkeypatch.setattr(pftrack_server.core.compilation, "Warming", begin)
     compilation = Compilation(("sine",), frozenset(), threading.Event())
     with ThreadPoolExecutor(2) as pool:
         waiting = pool.submit(lambda: run(compilation.wait_for("sine")))

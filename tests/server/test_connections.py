@@ -13,8 +13,8 @@ import httpx
 import pytest
 import uvicorn
 
-from pftrack_server import connections
-from pftrack_server.middleware.body_limit import BodyLimit
+from pftrack_server.core.body_limit import BodyLimit
+from pftrack_server.web import connections
 from tests.apart import run
 from tests.conftest import BASE
 from tests.server import hostile

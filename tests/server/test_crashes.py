@@ -14,7 +14,7 @@ from websockets.sync.client import connect
 
 from pftrack.process import ForkServer
 from pftrack_server.sessions import worker_handle
-from pftrack_server.worker.protocol import Request
+from pftrack_server.sessions.worker.protocol import Request
 from tests.server.host import Server, begin, change_values, command, error_of, steer
 from tests.server.test_stream import changes, has_changed, hear, until
 from tests.waiting import wait_for

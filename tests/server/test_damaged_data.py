@@ -11,7 +11,7 @@ import httpx
 import pytest
 from sqlalchemy.exc import OperationalError
 
-from pftrack_server.settings import Settings
+from pftrack_server.core.settings import Settings
 from pftrack_server.store import Store
 from pftrack_server.store.database import BUSY_S
 from pftrack_server.store.tables import RunRow

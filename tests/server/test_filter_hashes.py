@@ -17,7 +17,7 @@ from pftrack.core.model.parameters import LONGEST_FILE
 from pftrack.experiments import find
 from pftrack.experiments.own.code import digest_of
 from pftrack.experiments.own.extension import example_of
-from pftrack_server.settings import Settings
+from pftrack_server.core.settings import Settings
 from pftrack_server.store.files import DataDirectory
 from tests.server.host import begin, command, error_of, running
 from tests.server.jobs import ended

@@ -10,7 +10,7 @@ import pytest
 import pftrack
 from pftrack.experiments import find
 from pftrack.experiments.own.extension import example_of
-from pftrack_server.settings import Settings
+from pftrack_server.core.settings import Settings
 from tests.server.host import error_of, running
 from tests.server.sweeping import rows, show, until_state
 from tests.waiting import wait_for

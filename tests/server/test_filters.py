@@ -10,7 +10,7 @@ import pytest
 
 from pftrack.experiments import find
 from pftrack.experiments.own.extension import example_of
-from pftrack_server.settings import Settings
+from pftrack_server.core.settings import Settings
 from tests.server.host import Server, begin, change_values, command, error_of, running, steer
 from tests.server.jobs import bring_in, import_refusal
 from tests.waiting import wait_for

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from pftrack_server.settings import Settings
+from pftrack_server.core.settings import Settings
 from tests.experiments.head.heads import film, pictures
 from tests.server.host import Server, begin, running, steer
 from tests.server.sweeping import begin_sweep, until_state

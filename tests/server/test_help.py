@@ -7,9 +7,9 @@ from pathlib import Path
 import httpx
 import pytest
 
-from pftrack_server import documentation, pages
 from pftrack_server.app import create_app
-from pftrack_server.settings import Settings
+from pftrack_server.core.settings import Settings
+from pftrack_server.web import documentation, pages
 from tests.apart import run
 
 BASE = "/@/space%20word"

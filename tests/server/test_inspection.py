@@ -8,8 +8,8 @@ import pytest
 
 from pftrack.core.model.drawing import Drawing, Ellipse, Picture, Polyline
 from pftrack.core.model.parameters import ParameterError
-from pftrack_server.worker.commands import Inspect
-from pftrack_server.worker.run_tree import RunTree
+from pftrack_server.sessions.worker.commands import Inspect
+from pftrack_server.sessions.worker.run_tree import RunTree
 from tests.server.host import command, error_of, steer
 from tests.server.test_run_tree import config, forward
 

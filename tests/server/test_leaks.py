@@ -9,7 +9,7 @@ import psutil
 import pytest
 from websockets.sync.client import connect
 
-from pftrack_server.settings import Settings
+from pftrack_server.core.settings import Settings
 from tests.server.host import Server, begin, running, steer
 from tests.server.test_stream import hear
 from tests.session_requests import session_request

@@ -8,9 +8,9 @@ from typing import Any
 import httpx
 import pytest
 
+from pftrack_server.core.settings import Settings
 from pftrack_server.lectures.file import LARGEST_BYTES, read, write
 from pftrack_server.schemas.lectures import KINDS
-from pftrack_server.settings import Settings
 from pftrack_server.store.tables import LectureRow
 from tests.server.host import begin, error_of, running
 

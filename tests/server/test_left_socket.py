@@ -13,9 +13,9 @@ from starlette.types import Message
 from structlog.testing import capture_logs
 from uvicorn.protocols.utils import ClientDisconnected
 
-from pftrack_server.connections import configuration
-from pftrack_server.middleware.errors import install
-from pftrack_server.stream.duplex import converse
+from pftrack_server.sessions.duplex import converse
+from pftrack_server.web.connections import configuration
+from pftrack_server.web.errors import install
 from tests.apart import run
 from tests.waiting import wait_for
 

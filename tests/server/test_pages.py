@@ -9,8 +9,8 @@ import pytest
 
 from pftrack.core.model.parameters import declarations
 from pftrack.experiments import EXPERIMENTS
-from pftrack_server import pages
-from pftrack_server.middleware.metrics import METHODS
+from pftrack_server.web import pages
+from pftrack_server.web.metrics import METHODS
 from tests.server.host import begin, steer
 
 

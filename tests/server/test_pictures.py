@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.drawing import COLOURS, Drawing, Picture, Polyline
-from pftrack_server import pictures
-from pftrack_server.pictures import PictureEncoder
-from pftrack_server.worker.codec import DrawingEncoder
+from pftrack_server.core import pictures
+from pftrack_server.core.pictures import PictureEncoder
+from pftrack_server.sessions.worker.codec import DrawingEncoder
 
 
 @pytest.fixture

@@ -18,8 +18,8 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.experiment import Experiment
 from pftrack.process import BlockingEnd, ForkServer
 from pftrack_server.jobs.child_tasks import ChildTasks, Queues
-from pftrack_server.worker import process
-from pftrack_server.worker.process import NICENESS, load_compiled
+from pftrack_server.sessions.worker import process
+from pftrack_server.sessions.worker.process import NICENESS, load_compiled
 from tests.apart import run
 from tests.server.host import Server
 
@@ -43,7 +43,7 @@ def loaded() -> set[str]:
 
 def test_a_session_leaves_what_it_has_loaded_to_the_next() -> None:
     """The first session of an experiment has the fork server load it; later children need nothing else."""
-    made = ForkServer("pftrack_server.preload")
+    made = ForkServer("pftrack_server.web.preload")
     try:
         for load, is_loaded in ((None, False), ((load_compiled, "ball"), True), (None, True)):
             child = made.fork(tell_loaded, "ball", load=load)

@@ -11,7 +11,7 @@ from typing import Any
 import httpx
 import pytest
 
-from pftrack_server.errors import ClientGoneError
+from pftrack_server.core.errors import ClientGoneError
 from pftrack_server.jobs.child_tasks import ChildTasks, Queue, Queues, unless_gone
 from pftrack_server.jobs.functions import do_nothing
 from tests.apart import run

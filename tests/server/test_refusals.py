@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pftrack_server.settings import Settings
+from pftrack_server.core.settings import Settings
 from pftrack_server.store import Store
 from tests.server.command import Wish, refused
 

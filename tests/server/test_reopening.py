@@ -15,9 +15,9 @@ import psutil
 import pytest
 from websockets.sync.client import connect
 
-from pftrack_server.worker.protocol import WorkerConfig
-from pftrack_server.worker.run_tree import RunTree
-from pftrack_server.worker.worker import KEEP_AFTER_S, Checkpoints
+from pftrack_server.sessions.worker.protocol import WorkerConfig
+from pftrack_server.sessions.worker.run_tree import RunTree
+from pftrack_server.sessions.worker.worker import KEEP_AFTER_S, Checkpoints
 from tests.server.holding import allow, held_worker, held_worker_that_keeps_all
 from tests.server.host import Server, begin, steer
 from tests.server.test_crashes import diagnostics, state

@@ -24,7 +24,7 @@ def test_a_low_soft_limit_is_raised() -> None:
     """Where more files may be asked for, the server asks."""
     program = (
         "import resource; resource.setrlimit(resource.RLIMIT_NOFILE, (100, 600));"
-        "from pftrack_server.resource_limits import too_few_files; assert too_few_files() is None;"
+        "from pftrack_server.core.resource_limits import too_few_files; assert too_few_files() is None;"
         "print(resource.getrlimit(resource.RLIMIT_NOFILE)[0])"
     )
     assert said(program) == (0, "600\n")
@@ -34,7 +34,7 @@ def test_processor_time_of_the_server() -> None:
     """Shortly before the server's own time is over it is told to stop, with the name of the limit."""
     program = (
         "import resource, sys; resource.setrlimit(resource.RLIMIT_CPU, (6, 6));"
-        "from pftrack_server.resource_limits import name_cpu_limit; name_cpu_limit(sys.exit)\n"
+        "from pftrack_server.core.resource_limits import name_cpu_limit; name_cpu_limit(sys.exit)\n"
         "while True: pass"
     )
     status, words = said(program)

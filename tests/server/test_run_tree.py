@@ -14,8 +14,8 @@ from pftrack.core.model.recipe import Change, Recipe
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack_server.schemas.description import SessionDescription
 from pftrack_server.schemas.snapshot import RunSnapshot
-from pftrack_server.worker.protocol import WorkerConfig
-from pftrack_server.worker.run_tree import RunTree
+from pftrack_server.sessions.worker.protocol import WorkerConfig
+from pftrack_server.sessions.worker.run_tree import RunTree
 
 
 def snapshot_of(recipe: Recipe) -> RunSnapshot:

@@ -9,7 +9,7 @@ import pytest
 
 import pftrack_server.viewer
 from pftrack.core.model.drawing import Drawing
-from pftrack_server.pictures import SceneDrawing
+from pftrack_server.core.pictures import SceneDrawing
 from pftrack_server.schemas.description import SessionDescription, TrackerPublic
 from pftrack_server.schemas.panel import PanelDescription, PanelValues
 from pftrack_server.sessions.scene_feed import SceneFeed

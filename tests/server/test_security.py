@@ -10,8 +10,8 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Origin
 
-from pftrack_server.middleware.security import Guard
-from pftrack_server.settings import Settings
+from pftrack_server.core.settings import Settings
+from pftrack_server.web.security import Guard
 from tests.apart import run
 from tests.server.host import Server, begin, error_of
 from tests.server.test_stream import hear

@@ -12,7 +12,7 @@ from pftrack_server.schemas.description import SessionDescription, TrackerPublic
 from pftrack_server.schemas.snapshot import AWAKE, TRANSITIONS, ChangePublic, Phase, RunSnapshot
 from pftrack_server.schemas.spec import BranchSpec, SessionSpec
 from pftrack_server.sessions.state import History, SessionState
-from pftrack_server.worker.protocol import Ready
+from pftrack_server.sessions.worker.protocol import Ready
 
 BALL = find("ball")
 DESCRIPTION = SessionDescription(

@@ -10,8 +10,8 @@ from sqlalchemy import inspect
 
 from pftrack.core.model.recipe import Recipe
 from pftrack.experiments.own.code import digest_of
-from pftrack_server.errors import NotFoundError
-from pftrack_server.settings import Settings
+from pftrack_server.core.errors import NotFoundError
+from pftrack_server.core.settings import Settings
 from pftrack_server.store import Store
 from pftrack_server.store.database import VERSION, DatabaseError, connect
 from pftrack_server.store.files import DataDirectory, is_name, new_name

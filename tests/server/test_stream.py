@@ -12,7 +12,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
 from pftrack.core.model.drawing import Drawing, Picture, Points
-from pftrack_server.stream import duplex
+from pftrack_server.sessions import duplex
 from tests.apart import run
 from tests.server.drawings import Reader
 from tests.server.host import Server, begin, change_values, command, steer

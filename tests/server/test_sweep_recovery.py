@@ -15,7 +15,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from pftrack.sweep import read_result
-from pftrack_server.settings import Settings
+from pftrack_server.core.settings import Settings
 from pftrack_server.sweeps import computing, functions
 from pftrack_server.sweeps import sweep as sweep_of_the_server
 from tests.server.host import Server, error_of, running

@@ -17,7 +17,7 @@ from websockets.sync.client import connect
 from pftrack.experiments import EXPERIMENTS
 from pftrack.sweep import compare, read_result
 from pftrack.sweep.cells import cells, quantity_named, samples, significance
-from pftrack_server.settings import Settings
+from pftrack_server.core.settings import Settings
 from tests.server.host import Server, error_of, running, steer
 from tests.server.sweeping import RUNS, SMALL, begin_sweep, rows, show, until_state
 from tests.server.test_stream import hear

@@ -4,7 +4,7 @@ from typing import Any
 
 from pftrack.core.model.parameters import Declaration
 from pftrack.core.model.recipe import Change
-from pftrack_server.worker.description import threshold_views, timeline_view
+from pftrack_server.sessions.worker.description import threshold_views, timeline_view
 
 DECLARATIONS = [
     Declaration(

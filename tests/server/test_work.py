@@ -5,7 +5,7 @@ from datetime import UTC, datetime, timedelta, timezone
 import httpx
 import pytest
 
-from pftrack_server.api.work import Words, date_words
+from pftrack_server.work.routes import Words, date_words
 from tests.server.host import begin
 
 

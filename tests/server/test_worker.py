@@ -11,10 +11,10 @@ import numba
 import pytest
 
 from pftrack.process import AsyncEnd, BlockingEnd, pair
-from pftrack_server.worker.commands import ChangeValues, Pause, Play, Save, SetSpeed
-from pftrack_server.worker.protocol import Credit, Event, Progress, Reply, Request
-from pftrack_server.worker.run_tree import RunTree
-from pftrack_server.worker.worker import Worker
+from pftrack_server.sessions.worker.commands import ChangeValues, Pause, Play, Save, SetSpeed
+from pftrack_server.sessions.worker.protocol import Credit, Event, Progress, Reply, Request
+from pftrack_server.sessions.worker.run_tree import RunTree
+from pftrack_server.sessions.worker.worker import Worker
 from tests.apart import run
 from tests.server.test_run_tree import config
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from pftrack_server.pictures import SceneDrawing
+from pftrack_server.core.pictures import SceneDrawing
 from pftrack_server.viewer import pacing
 from pftrack_server.viewer.pacing import ECHO_EVERY_S, LATE_S, Pace
 from pftrack_server.viewer.scene import Scene

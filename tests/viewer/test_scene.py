@@ -21,8 +21,8 @@ from pftrack.core.model.drawing import (
     Primitive,
     Text,
 )
-from pftrack_server.log import RateLimitedLogger
-from pftrack_server.pictures import PictureEncoder, SceneDrawing
+from pftrack_server.core.log import RateLimitedLogger
+from pftrack_server.core.pictures import PictureEncoder, SceneDrawing
 from pftrack_server.viewer.scene import Scene
 from pftrack_server.viewer.viewer import UNWATCHED_S
 from tests.viewer.host import Peer, Session, drawing

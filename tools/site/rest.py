@@ -5,7 +5,7 @@ from functools import lru_cache
 from typing import Any
 
 from pftrack_server.app import create_app
-from pftrack_server.settings import Settings
+from pftrack_server.core.settings import Settings
 
 __all__ = ["description", "markdown"]
 

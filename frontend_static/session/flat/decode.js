@@ -1,5 +1,5 @@
 /**
- * Reading a drawing as the server sends it, `server/pftrack_server/worker/codec.py` says in which form. The arrays are views of the message:
+ * Reading a drawing as the server sends it, `server/pftrack_server/sessions/worker/codec.py` says in which form. The arrays are views of the message:
  * nothing is copied.
  */
 

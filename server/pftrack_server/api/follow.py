@@ -6,7 +6,7 @@ from fastapi import APIRouter, WebSocket
 
 from pftrack_server.api.dependencies import AFollower, TheFollows
 from pftrack_server.schemas.follows import FollowPublic, ForkCreate, ForkPublic, VotePublic, VoteRequest
-from pftrack_server.stream.duplex import converse
+from pftrack_server.sessions.duplex import converse
 
 router = APIRouter(prefix="/follow", tags=["follows"])
 

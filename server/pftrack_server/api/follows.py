@@ -8,13 +8,13 @@ import segno
 from fastapi import APIRouter, Query, Request, WebSocket
 from starlette.responses import Response
 
-from pftrack_server.api.dependencies import AFollow, TheFollows, TheLessons, TheServices
-from pftrack_server.base_path import address_of
-from pftrack_server.errors import ConflictError, NotFoundError
+from pftrack_server.api.dependencies import AFollow, TheFollows, TheLessons
+from pftrack_server.core.base_path import address_of
+from pftrack_server.core.errors import ConflictError, NotFoundError
 from pftrack_server.follow.participant import participant_of
 from pftrack_server.schemas.follows import FollowCreate, FollowOwned, FollowUpdate, PollCreate
 from pftrack_server.schemas.lessons import ComputingPublic, FigurePublic, FigureRequest
-from pftrack_server.stream.duplex import GONE, converse
+from pftrack_server.sessions.duplex import GONE, converse
 
 router = APIRouter(prefix="/follows", tags=["follows"])
 
@@ -107,11 +107,11 @@ async def close_poll(follow: AFollow, follows: TheFollows) -> None:
 
 
 @router.websocket("/{follow}/stream")
-async def stream(websocket: WebSocket, follow: str, services: TheServices) -> None:
+async def stream(websocket: WebSocket, follow: str, follows: TheFollows) -> None:
     """Greet a lecturer's page, then tell it who follows and how many have answered."""
     await websocket.accept()
     try:
-        found = services.follows.get(follow)
+        found = follows.get(follow)
     except NotFoundError as error:
         await websocket.close(GONE, str(error))
         return

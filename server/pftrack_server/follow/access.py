@@ -16,16 +16,16 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import HTMLResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from pftrack_server import errors
-from pftrack_server.base_path import address_of, encode_path, route_path
-from pftrack_server.errors import ApiError, ForbiddenError
+from pftrack_server.core import errors
+from pftrack_server.core.base_path import address_of, encode_path, route_path
+from pftrack_server.core.errors import ApiError, ForbiddenError
+from pftrack_server.core.frontend import FRONTEND
 from pftrack_server.follow.follows import Follows
 from pftrack_server.follow.links import PREFIX
 from pftrack_server.follow.participant import Participant
 from pftrack_server.follow.places import LECTURER
 from pftrack_server.follow.roles import Standing, is_allowed
-from pftrack_server.frontend import FRONTEND
-from pftrack_server.stream.duplex import GONE
+from pftrack_server.sessions.duplex import GONE
 
 COOKIE = "pftrack_seat"
 PAGE = "/follow"

@@ -6,7 +6,7 @@ from urllib.parse import urlsplit
 
 import psutil
 
-from pftrack_server.settings import Settings, is_loopback
+from pftrack_server.core.settings import Settings, is_loopback
 
 NOTICE = (
     "Only this machine reaches the server. Start it with `pftrack serve --host 0.0.0.0`, in a network that you trust, "

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
 
-from pftrack_server.errors import ConflictError, ForbiddenError
+from pftrack_server.core.errors import ConflictError, ForbiddenError
 from pftrack_server.follow.addresses import NOTICE, Address
 from pftrack_server.follow.forks import Fork, Forks
 from pftrack_server.follow.links import PREFIX, Links
@@ -17,7 +17,7 @@ from pftrack_server.follow.poll import Poll
 from pftrack_server.follow.roles import Reach, Standing, is_allowed
 from pftrack_server.schemas import follows as schemas
 from pftrack_server.schemas.stream import encode
-from pftrack_server.stream.listeners import Listeners
+from pftrack_server.sessions.listeners import Listeners
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,8 +4,16 @@ import asyncio
 from collections.abc import Coroutine, Sequence
 from datetime import UTC, datetime, timedelta
 
-from pftrack_server.connections import most_connections
-from pftrack_server.errors import ConflictError, CrowdedError, EndedError, ForbiddenError, NotFoundError, RefusedError
+from pftrack_server.core.errors import (
+    ConflictError,
+    CrowdedError,
+    EndedError,
+    ForbiddenError,
+    NotFoundError,
+    RefusedError,
+)
+from pftrack_server.core.resource_limits import most_connections
+from pftrack_server.core.settings import Settings
 from pftrack_server.follow.addresses import addresses
 from pftrack_server.follow.follow import Follow, FollowedContent
 from pftrack_server.follow.forks import Fork
@@ -28,7 +36,6 @@ from pftrack_server.schemas.lessons import ComputingPublic
 from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.sessions.create import new_spec
 from pftrack_server.sessions.manager import Manager
-from pftrack_server.settings import Settings
 
 MOST = 50
 """Classes at one time."""

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from pftrack_server.errors import ConflictError, UnavailableError
+from pftrack_server.core.errors import ConflictError, UnavailableError
 
 UNUSED_S = 300.0
 """After so long a fork ends of which nobody asks for anything."""

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import NamedTuple
 
-from pftrack_server.errors import CrowdedError
+from pftrack_server.core.errors import CrowdedError
 
 LECTURER = ""
 """The seat of whoever came by the lecturer's link."""

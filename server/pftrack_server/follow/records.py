@@ -10,10 +10,10 @@ from collections.abc import Container
 from sqlalchemy.exc import SQLAlchemyError
 
 from pftrack.core.files import csv_text
-from pftrack_server.errors import ConflictError, NotFoundError
+from pftrack_server.core.errors import ConflictError, NotFoundError
+from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.follow.follow import Follow
 from pftrack_server.follow.poll import Poll
-from pftrack_server.log import RateLimitedLogger
 from pftrack_server.schemas.follows import PollKept
 from pftrack_server.store import Store
 from pftrack_server.store.tables import LectureRow, PollRow

@@ -10,10 +10,12 @@ work, and makes room there when it has turned out to be heavy.
 
 import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
-from contextlib import AsyncExitStack, asynccontextmanager, suppress
-from dataclasses import dataclass
+from contextlib import AsyncExitStack, asynccontextmanager
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
+
+from fastapi import Depends, Request
 
 from pftrack.analysis.counterfactuals import LossError
 from pftrack.analysis.fitting import FitError
@@ -26,10 +28,11 @@ from pftrack.runs.comparison import ComparisonError
 from pftrack.runs.record import RecordError
 from pftrack.sources.limits import SourceError
 from pftrack.sources.truth import TruthError
-from pftrack_server.errors import ClientGoneError, RefusedError, UnavailableError
+from pftrack_server.core.errors import RefusedError, UnavailableError
+from pftrack_server.core.log import RateLimitedLogger
+from pftrack_server.core.processes import FORK_SERVER
+from pftrack_server.core.requests import service, unless_gone, wait_until_gone
 from pftrack_server.jobs import functions
-from pftrack_server.log import RateLimitedLogger
-from pftrack_server.processes import FORK_SERVER
 
 Result = TypeVar("Result")
 
@@ -155,30 +158,6 @@ class Queues:
     def before(self, ticket: str) -> int:
         """Return how many are before a ticket; 0 once it is worked on, or unknown."""
         return self.light.before(ticket) or self.heavy.before(ticket) or 0
-
-
-async def unless_gone(work: Coroutine[Any, Any, Result], gone: Callable[[], Awaitable[object]]) -> Result:
-    """Do work for a client, and cancel it once the client is gone.
-
-    Args:
-        work: What to do.
-        gone: Waits until the client has hung up.
-
-    Raises:
-        ClientGoneError: It has, before the work was done.
-    """
-    working = asyncio.ensure_future(work)
-    leaving = asyncio.ensure_future(gone())
-    try:
-        await asyncio.wait((working, leaving), return_when=asyncio.FIRST_COMPLETED)
-        if working.done():
-            return working.result()
-        raise ClientGoneError("The client hung up before this was done.")
-    finally:
-        for task in (working, leaving):
-            task.cancel()
-        with suppress(asyncio.CancelledError):
-            await asyncio.gather(working, leaving, return_exceptions=True)
 
 
 REFUSALS = (
@@ -345,3 +324,11 @@ def _result(outcome: Outcome, budget: Budget) -> Any:  # noqa: ANN401 - whatever
         case Ending() as how:
             raise RefusedError(ending_message(how, budget))
     raise RefusedError("This failed, or what it reads cannot be read safely; the server's log says where.")
+
+
+def _tasks(request: Request, tasks: Annotated[ChildTasks, service(ChildTasks)]) -> ChildTasks:
+    return replace(tasks, gone=lambda: wait_until_gone(request))
+
+
+TheTasks = Annotated[ChildTasks, Depends(_tasks)]
+"""Child tasks for a client: what it no longer waits for is dropped."""

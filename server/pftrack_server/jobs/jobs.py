@@ -14,9 +14,9 @@ from typing import Any, TypeAlias, TypeVar
 
 import structlog
 
-from pftrack_server.errors import ApiError, ClientGoneError, NotFoundError, UnavailableError
+from pftrack_server.core.errors import ApiError, ClientGoneError, NotFoundError, UnavailableError
 from pftrack_server.schemas.jobs import AnyJob
-from pftrack_server.system_errors import failure_message
+from pftrack_server.store.system_errors import failure_message
 
 log = structlog.get_logger(__name__)
 

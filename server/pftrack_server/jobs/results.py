@@ -13,12 +13,13 @@ import json
 import shutil
 from collections.abc import Awaitable, Callable
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from pftrack.core.files import write_whole
 from pftrack.core.numerics import machine
 from pftrack.doctor.memory import source_hash
 from pftrack.experiments import EXPERIMENTS
+from pftrack_server.core.requests import service
 from pftrack_server.jobs.child_tasks import ChildTasks
 
 
@@ -118,3 +119,6 @@ class ExperimentResults:
                         await asyncio.to_thread(self._kept.write, name, result)
                 self._known[name] = result
         return self._known[name]
+
+
+TheResults = Annotated[ExperimentResults, service(ExperimentResults)]

@@ -2,7 +2,7 @@
 
 import asyncio
 
-from pftrack_server.errors import ConflictError, DamagedError, NotFoundError, RefusedError
+from pftrack_server.core.errors import ConflictError, DamagedError, NotFoundError, RefusedError
 from pftrack_server.lectures.file import LectureText, read, write
 from pftrack_server.lectures.items import ItemViews, check_names
 from pftrack_server.lessons.service import Lessons

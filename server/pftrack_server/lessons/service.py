@@ -23,12 +23,12 @@ from pftrack.teaching.lessons.lesson import (
 )
 from pftrack.teaching.lessons.library import Library, read_lessons
 from pftrack.teaching.lessons.notebook import lesson_notebook
-from pftrack_server.errors import NotFoundError, RefusedError, UnavailableError
+from pftrack_server.core.errors import NotFoundError, RefusedError, UnavailableError
+from pftrack_server.core.log import RateLimitedLogger
+from pftrack_server.core.processes import FORK_SERVER
 from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.lessons import functions
 from pftrack_server.lessons.results import Job, LessonResults
-from pftrack_server.log import RateLimitedLogger
-from pftrack_server.processes import FORK_SERVER
 from pftrack_server.schemas.lessons import ComputingPublic, FigureRequest
 
 AT_ONCE = 16

@@ -7,8 +7,8 @@ from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.recipe import Footage, Recipe
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.own.code import with_digests
-from pftrack_server.errors import RefusedError
-from pftrack_server.experiments import find_experiment
+from pftrack_server.core.errors import RefusedError
+from pftrack_server.core.experiments import find_experiment
 from pftrack_server.schemas.sessions import SessionCreate
 from pftrack_server.schemas.snapshot import FIRST, Bookmark, RunSnapshot
 from pftrack_server.schemas.spec import BranchSpec, SessionSpec

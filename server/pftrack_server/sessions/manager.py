@@ -14,21 +14,21 @@ from typing import Any, TypeAlias
 
 import structlog
 
-from pftrack_server.errors import ConflictError, NotFoundError, UnavailableError
+from pftrack_server.core.errors import ConflictError, NotFoundError, UnavailableError
+from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.schemas.snapshot import Phase
 from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.sessions.session import Session
-from pftrack_server.settings import Settings
+from pftrack_server.sessions.worker.commands import Play, ReviseFilter
+from pftrack_server.sessions.worker.protocol import WorkerConfig
 from pftrack_server.store import Store
 from pftrack_server.store.database import is_busy
 from pftrack_server.store.disk_budget import is_full
 from pftrack_server.store.files import is_name
+from pftrack_server.store.system_errors import failure_message
 from pftrack_server.store.tables import SessionRow
-from pftrack_server.system_errors import failure_message
 from pftrack_server.uploads.intake import index_of
-from pftrack_server.worker.commands import Play, ReviseFilter
-from pftrack_server.worker.protocol import WorkerConfig
 
 Prepare: TypeAlias = Callable[[Session], Awaitable[None]]
 """What is done with a session that has started before anybody is told of it."""

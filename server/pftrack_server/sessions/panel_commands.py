@@ -16,9 +16,9 @@ from pftrack.experiments.own.code import FilterFileError
 from pftrack.runs.record import RecordError
 from pftrack.runs.run import EndOfRun, PastError
 from pftrack.sources.limits import SourceError
-from pftrack_server.errors import ApiError, shape
-from pftrack_server.system_errors import failure_message
-from pftrack_server.worker.commands import COMMAND, ChangeValues, Command
+from pftrack_server.core.errors import ApiError, shape
+from pftrack_server.sessions.worker.commands import COMMAND, ChangeValues, Command
+from pftrack_server.store.system_errors import failure_message
 
 log = structlog.get_logger(__name__)
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import structlog
 
-from pftrack_server.pictures import SceneDrawing
+from pftrack_server.core.pictures import SceneDrawing
 from pftrack_server.schemas.description import SessionDescription
 from pftrack_server.schemas.panel import PanelDescription, PanelValues
 

@@ -10,7 +10,8 @@ from collections.abc import Awaitable, Callable
 from contextlib import nullcontext, suppress
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from pftrack_server.errors import ConflictError, NotFoundError
+from pftrack_server.core.errors import ConflictError, NotFoundError
+from pftrack_server.core.settings import Settings
 from pftrack_server.schemas import messages
 from pftrack_server.schemas.description import SessionDescription
 from pftrack_server.schemas.inspection import InspectionPublic
@@ -20,10 +21,8 @@ from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.sessions.panel_commands import PanelCommands
 from pftrack_server.sessions.scene_feed import SceneFeed
 from pftrack_server.sessions.state import SessionState
-from pftrack_server.sessions.worker_handle import WorkerHandle, WorkerLostError
-from pftrack_server.settings import Settings
-from pftrack_server.worker import protocol
-from pftrack_server.worker.commands import (
+from pftrack_server.sessions.worker import protocol
+from pftrack_server.sessions.worker.commands import (
     Changed,
     Command,
     MakeBranch,
@@ -32,6 +31,7 @@ from pftrack_server.worker.commands import (
     Restart,
     ShowBranch,
 )
+from pftrack_server.sessions.worker_handle import WorkerHandle, WorkerLostError
 
 if TYPE_CHECKING:
     from pftrack_server.viewer import Endpoint

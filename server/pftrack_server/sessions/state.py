@@ -10,7 +10,7 @@ from typing import Any
 from pftrack.core.model.drawing import BRANCHES, hexadecimal
 from pftrack.core.model.measures import judge_loss
 from pftrack.runs.loss import loss_start
-from pftrack_server.errors import ConflictError
+from pftrack_server.core.errors import ConflictError
 from pftrack_server.schemas import messages
 from pftrack_server.schemas.controls import controls_of
 from pftrack_server.schemas.description import SessionDescription
@@ -18,7 +18,7 @@ from pftrack_server.schemas.sessions import Columns
 from pftrack_server.schemas.snapshot import TRANSITIONS, Bookmark, BranchPublic, Phase, RunSnapshot, SessionSnapshot
 from pftrack_server.schemas.spec import BranchSpec, SessionSpec
 from pftrack_server.sessions.stream import SessionStream
-from pftrack_server.worker.protocol import Ready
+from pftrack_server.sessions.worker.protocol import Ready
 
 OF_BRANCHES = frozenset({"branch", "second", "tracker"})
 """Fields that the list of the branches shows."""

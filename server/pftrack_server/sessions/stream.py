@@ -14,8 +14,8 @@ from contextlib import contextmanager
 
 from pftrack_server.schemas.messages import Hello
 from pftrack_server.schemas.stream import Message, encode
-from pftrack_server.stream.listeners import Listener, Listeners
-from pftrack_server.worker.codec import EncodedDrawing
+from pftrack_server.sessions.listeners import Listener, Listeners
+from pftrack_server.sessions.worker.codec import EncodedDrawing
 
 WINDOW = 2
 """Drawings on their way to one page: one that is painted while the next one travels."""

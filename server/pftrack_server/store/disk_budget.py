@@ -17,13 +17,13 @@ import structlog
 from sqlalchemy.exc import DBAPIError, OperationalError
 
 from pftrack.core.files import free_bytes
-from pftrack_server.errors import DiskFullError
+from pftrack_server.core.errors import DiskFullError
+from pftrack_server.core.resource_limits import MEBIBYTE, mebibytes
 
 log = structlog.get_logger(__name__)
 
 Result = TypeVar("Result")
 
-MEBIBYTE = 1024 * 1024
 BALLAST_BYTES = 8 * MEBIBYTE
 """Twice what SQLite's log grows to before it is used again from its beginning."""
 PAGE_BYTES = 4096
@@ -124,8 +124,3 @@ class DiskBudget:
         except OSError:
             # Somebody else was faster; what it came to is held all the same.
             return
-
-
-def mebibytes(count: int) -> str:
-    """Return a number of bytes as people read it."""
-    return f"{count / MEBIBYTE:,.4g} MiB"

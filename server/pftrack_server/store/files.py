@@ -16,7 +16,7 @@ from pftrack.core.files import write_whole
 from pftrack.core.model.parameters import LONGEST_FILE
 from pftrack.core.model.recipe import Recipe
 from pftrack.experiments.own.code import digest_of
-from pftrack_server.errors import NotFoundError
+from pftrack_server.core.errors import NotFoundError
 
 INDEX = "index.json"
 LARGEST_FILTER_BYTES = 4 * LONGEST_FILE  # as UTF-8 writes so many characters at most

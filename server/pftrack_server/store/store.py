@@ -4,7 +4,7 @@ All methods block, for a few milliseconds; the web process calls them in threads
 """
 
 import sqlite3
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import structlog
 from sqlalchemy import CursorResult, delete, func, inspect, select, text, update
@@ -12,8 +12,9 @@ from sqlalchemy.exc import DataError, DBAPIError
 from sqlalchemy.orm import sessionmaker
 
 from pftrack.core.files import write_whole
-from pftrack_server.errors import DamagedError
-from pftrack_server.settings import Settings
+from pftrack_server.core.errors import DamagedError
+from pftrack_server.core.requests import service
+from pftrack_server.core.settings import Settings
 from pftrack_server.store.database import connect
 from pftrack_server.store.disk_budget import DiskBudget
 from pftrack_server.store.files import DataDirectory
@@ -195,3 +196,6 @@ def _sound(row: Row) -> Row:
         if not fits and not (value is None and column.nullable):
             raise TypeError(f"{column.key} is {value!r}, expected {kind.__name__}")
     return row
+
+
+AStore = Annotated[Store, service(Store)]

@@ -10,8 +10,8 @@ from typing import Any
 from pftrack.process import UNLIMITED, Ending, Refusal, Reply, Worker, run_task
 from pftrack.sweep import work
 from pftrack.sweep.axis import SweepError
-from pftrack_server.errors import UnavailableError
-from pftrack_server.processes import FORK_SERVER
+from pftrack_server.core.errors import UnavailableError
+from pftrack_server.core.processes import FORK_SERVER
 
 NICENESS = 10
 REFUSALS = SweepError, OSError

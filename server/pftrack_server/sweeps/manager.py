@@ -10,13 +10,13 @@ import structlog
 from pftrack.sweep import Plan
 from pftrack.sweep.axis import SweepError
 from pftrack.sweep.work import Recording
-from pftrack_server.errors import ApiError, ConflictError, NotFoundError, UnavailableError
-from pftrack_server.filters import FilterFiles
+from pftrack_server.core.errors import ApiError, ConflictError, NotFoundError, UnavailableError
+from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.schemas.sweeps import EstimatePublic, EstimateRequest, SweepCreate, ValuesPublic
-from pftrack_server.settings import Settings
 from pftrack_server.store import Store
 from pftrack_server.store.files import is_name, new_name, now
+from pftrack_server.store.filters import FilterFiles
 from pftrack_server.store.tables import SweepRow, UploadRow
 from pftrack_server.sweeps import functions
 from pftrack_server.sweeps.computing import ask

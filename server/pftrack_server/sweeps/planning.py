@@ -14,13 +14,13 @@ from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.own.extension import outline
 from pftrack.sweep import Plan
 from pftrack.sweep.axis import TRACKER, Axis, AxisRange, SweepError, check
-from pftrack_server.errors import RefusedError
-from pftrack_server.experiments import find_experiment
-from pftrack_server.filters import FilterFiles
+from pftrack_server.core.errors import RefusedError
+from pftrack_server.core.experiments import find_experiment
+from pftrack_server.core.settings import Settings
 from pftrack_server.schemas.sweeps import SweepAxis, SweepCreate
 from pftrack_server.sessions.create import footage_in
-from pftrack_server.settings import Settings
 from pftrack_server.store import Store
+from pftrack_server.store.filters import FilterFiles
 
 BYTES_A_RUN = 160
 """Of the result on the disk, chunks and final file together, generously."""

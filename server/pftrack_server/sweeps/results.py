@@ -20,7 +20,7 @@ from pftrack.runs.loss import APPROACH_FRAMES, approach
 from pftrack.sweep import Comparison, Plan, Result, compare, partial_of, read_chunk, read_result, rows_of
 from pftrack.sweep.axis import SweepError
 from pftrack.sweep.cells import CellMap, Code, Counts, Quantity, cells, columns, count, quantities, samples
-from pftrack_server.errors import ConflictError, NotFoundError, RefusedError
+from pftrack_server.core.errors import ConflictError, NotFoundError, RefusedError
 from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.schemas.sweeps import (
     AxisPublic,

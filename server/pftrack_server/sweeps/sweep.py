@@ -22,13 +22,13 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack.process import Ending, Fault, Outcome, Refusal, Reply, Worker
 from pftrack.sweep import Plan, begin, partial_of
 from pftrack.sweep.work import Recording
-from pftrack_server.errors import ConflictError
-from pftrack_server.log import RateLimitedLogger
+from pftrack_server.core.errors import ConflictError
+from pftrack_server.core.log import RateLimitedLogger
+from pftrack_server.core.settings import Settings
 from pftrack_server.schemas.description import MeasurePublic
 from pftrack_server.schemas.stream import encode
 from pftrack_server.schemas.sweeps import Cells, CellsPublic, Hello, MapPublic, Progress, State, SweepPublic
-from pftrack_server.settings import Settings
-from pftrack_server.stream.listeners import Listener, Listeners
+from pftrack_server.sessions.listeners import Listener, Listeners
 from pftrack_server.sweeps import computing, functions
 from pftrack_server.sweeps.results import Results, axis_view, fixed_views
 

@@ -22,11 +22,11 @@ from pftrack.process import MEBIBYTE, Budget, Ending, Fault, Refusal, Reply
 from pftrack.sources.limits import DEFAULT_LIMITS, HEAD_BYTES, Limits, SourceError, natural_order
 from pftrack.sources.results.parts import part_names
 from pftrack.sources.results.writing import LARGEST_FILE_BYTES
-from pftrack_server.errors import ConflictError, DiskFullError
+from pftrack_server.core.errors import ConflictError, DiskFullError
+from pftrack_server.core.resource_limits import mebibytes
+from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.jobs.functions import index_frames
-from pftrack_server.settings import Settings
-from pftrack_server.store.disk_budget import mebibytes
 from pftrack_server.store.files import new_name, now
 from pftrack_server.store.store import Store
 from pftrack_server.store.tables import UploadRow

@@ -11,10 +11,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from pftrack.experiments.experiment import Experiment
+from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.jobs.functions import weigh_target
 from pftrack_server.schemas.uploads import SuitabilityPublic
-from pftrack_server.settings import Settings
 from pftrack_server.store import Store
 from pftrack_server.uploads.intake import index_of, limits_of
 

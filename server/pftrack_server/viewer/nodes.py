@@ -24,7 +24,7 @@ from pftrack.core.model.drawing import (
     Primitive,
     Text,
 )
-from pftrack_server.pictures import EncodedPicture
+from pftrack_server.core.pictures import EncodedPicture
 from pftrack_server.viewer import bodies, shapes, viser_adapter
 from pftrack_server.viewer.shapes import Stance
 

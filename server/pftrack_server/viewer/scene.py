@@ -13,7 +13,7 @@ from collections.abc import Iterable
 import viser
 
 from pftrack.core.model.drawing import Drawing, Frustum, Key, Layer, Primitive
-from pftrack_server.pictures import EncodedPicture, SceneDrawing
+from pftrack_server.core.pictures import EncodedPicture, SceneDrawing
 from pftrack_server.viewer import shapes, worlds
 from pftrack_server.viewer.camera import Box
 from pftrack_server.viewer.nodes import LAYER_GAP_PX, Node, is_empty, way_to_show

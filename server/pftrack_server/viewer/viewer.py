@@ -16,8 +16,8 @@ from typing import Any
 import viser
 
 from pftrack.core.model.drawing import LayerRole
-from pftrack_server.log import RateLimitedLogger
-from pftrack_server.pictures import SceneDrawing
+from pftrack_server.core.log import RateLimitedLogger
+from pftrack_server.core.pictures import SceneDrawing
 from pftrack_server.schemas.panel import PanelDescription, PanelValues
 from pftrack_server.viewer import viser_adapter, worlds
 from pftrack_server.viewer.camera import PRESETS, Cameras

@@ -11,19 +11,19 @@ from pydantic import TypeAdapter
 from pftrack.core.model.recipe import Recipe
 from pftrack.output.exports.comparisons import COMPARISON_FORMATS
 from pftrack.runs.comparison import MOST_RUNS, ComparisonOutline, ComparisonResult
-from pftrack_server.errors import ConflictError, DamagedError, RefusedError
-from pftrack_server.experiments import find_experiment
+from pftrack_server.core.errors import ConflictError, DamagedError, RefusedError
+from pftrack_server.core.experiments import find_experiment
+from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.jobs import OnStep
-from pftrack_server.jobs.run_functions import compare_runs, outline_comparison
 from pftrack_server.schemas.description import ExportPublic
 from pftrack_server.schemas.jobs import ComparedPublic, ComparedRun, ComparisonJob, RunComparisonPublic
 from pftrack_server.schemas.work import SavedComparisonCreate, SavedComparisonDetail, SavedComparisonPublic
-from pftrack_server.settings import Settings
+from pftrack_server.sessions.worker.protocol import WorkerConfig
 from pftrack_server.store import Store
 from pftrack_server.store.files import new_name, now
 from pftrack_server.store.tables import ComparisonRow
+from pftrack_server.work.run_functions import compare_runs, outline_comparison
 from pftrack_server.work.sources import House, NamedRun, find_run
-from pftrack_server.worker.protocol import WorkerConfig
 
 OUTLINE, RESULT = TypeAdapter(ComparisonOutline), TypeAdapter(ComparisonResult)
 

@@ -14,12 +14,12 @@ from pydantic import Field, TypeAdapter
 from pftrack.analysis.counterfactuals import Report, join, read_record, record
 from pftrack.analysis.other_seeds import Bands
 from pftrack.process import Budget
-from pftrack_server.errors import ConflictError, NotFoundError, UnavailableError
+from pftrack_server.core.errors import ConflictError, NotFoundError, UnavailableError
 from pftrack_server.jobs.jobs import OnStep
-from pftrack_server.jobs.run_functions import explore_changes, explore_seeds
 from pftrack_server.schemas.jobs import ExplorationCreate, ExplorationJob
 from pftrack_server.sessions.session import Session
 from pftrack_server.store.files import new_name
+from pftrack_server.work.run_functions import explore_changes, explore_seeds
 from pftrack_server.work.sources import House
 
 NICENESS: Mapping[str, int] = {"ensemble": 6, "what-if": 14}

@@ -13,14 +13,14 @@ from pftrack.core.model.setup import N, find_export
 from pftrack.experiments import EXPERIMENTS
 from pftrack.output.exports.comparisons import COMPARISON_FORMATS, ComparisonExport
 from pftrack.output.exports.formats import RunExport, check_plot, exports_of
-from pftrack_server.errors import NotFoundError
-from pftrack_server.experiments import find_experiment
+from pftrack_server.core.errors import NotFoundError
+from pftrack_server.core.experiments import find_experiment
 from pftrack_server.jobs.jobs import OnStep
-from pftrack_server.jobs.run_functions import write_comparison, write_export
 from pftrack_server.schemas.jobs import ComparedRun, ExportedFile, ExportJob
 from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.store.files import new_name
 from pftrack_server.work.comparisons import prepare
+from pftrack_server.work.run_functions import write_comparison, write_export
 from pftrack_server.work.sources import House
 
 LONGEST = 60

@@ -13,22 +13,22 @@ from pftrack.core.model.measures import HIT_RATE
 from pftrack.experiments import find
 from pftrack.runs.loss import loss_words
 from pftrack.runs.record import Record
-from pftrack_server.errors import ConflictError, DiskFullError
+from pftrack_server.core.errors import ConflictError, DiskFullError
+from pftrack_server.core.resource_limits import mebibytes
+from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.jobs.jobs import OnStep
-from pftrack_server.jobs.run_functions import compare_record, fit_run, read_record, weigh_record
 from pftrack_server.schemas.jobs import FitJob, ImportJob
 from pftrack_server.schemas.work import RunPublic
 from pftrack_server.sessions.session import Session
-from pftrack_server.settings import Settings
+from pftrack_server.sessions.worker.commands import Save
 from pftrack_server.store import Store
-from pftrack_server.store.disk_budget import mebibytes
 from pftrack_server.store.files import new_name, now
 from pftrack_server.store.tables import RunRow
 from pftrack_server.uploads.intake import index_of, limits_of
 from pftrack_server.uploads.multipart import Received
+from pftrack_server.work.run_functions import compare_record, fit_run, read_record, weigh_record
 from pftrack_server.work.sources import House
-from pftrack_server.worker.commands import Save
 
 FIT = TypeAdapter(Fit)
 

@@ -14,23 +14,23 @@ from collections.abc import Awaitable, Callable
 from typing import Any, NamedTuple
 
 from pftrack.runs.record import Record
-from pftrack_server.errors import ConflictError, NotFoundError, RefusedError
-from pftrack_server.experiments import find_experiment
+from pftrack_server.core.errors import ConflictError, NotFoundError, RefusedError
+from pftrack_server.core.experiments import find_experiment
+from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.jobs.jobs import Jobs, OnStep
-from pftrack_server.jobs.run_functions import read_record
 from pftrack_server.schemas.jobs import ComparedRun
 from pftrack_server.schemas.sessions import SessionCreate
 from pftrack_server.schemas.snapshot import FIRST, Bookmark
 from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.sessions.create import as_spec, new_spec
 from pftrack_server.sessions.manager import Manager
-from pftrack_server.settings import Settings
+from pftrack_server.sessions.worker.protocol import WorkerConfig
 from pftrack_server.store import Store
 from pftrack_server.store.tables import RunRow
 from pftrack_server.sweeps.manager import Sweeps
 from pftrack_server.sweeps.results import session_spec
-from pftrack_server.worker.protocol import WorkerConfig
+from pftrack_server.work.run_functions import read_record
 
 
 class House(NamedTuple):

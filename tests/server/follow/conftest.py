@@ -7,8 +7,8 @@ import httpx
 import pytest
 
 from pftrack.core.model.recipe import Recipe
+from pftrack_server.core.settings import Settings
 from pftrack_server.sessions.create import new_spec
-from pftrack_server.settings import Settings
 from pftrack_server.store import Store
 from pftrack_server.store.tables import SessionRow
 from tests.server.follow.class_room import Follower, follower, lead

@@ -8,14 +8,14 @@ from typing import Any
 
 import pytest
 
-from pftrack_server.errors import ApiError, ConflictError, CrowdedError, UnavailableError
+from pftrack_server.core.errors import ApiError, ConflictError, CrowdedError, UnavailableError
+from pftrack_server.core.settings import Settings
 from pftrack_server.follow import addresses as found
 from pftrack_server.follow import places
 from pftrack_server.follow.addresses import NOTICE, addresses
 from pftrack_server.follow.forks import UNUSED_S, Forks
 from pftrack_server.follow.places import LECTURER, MOST_SCENES, MOST_SOCKETS, Places
 from pftrack_server.follow.poll import Poll
-from pftrack_server.settings import Settings
 from tests.apart import run
 
 TOKEN = "sixteen characters"

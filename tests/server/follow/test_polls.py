@@ -8,7 +8,7 @@ from typing import Any
 
 import httpx
 
-from pftrack_server.settings import Settings
+from pftrack_server.core.settings import Settings
 from pftrack_server.store.tables import PollRow
 from tests.server.follow.class_room import Follower, follower, lead
 from tests.server.host import Server, error_of, running

@@ -7,8 +7,8 @@ from fastapi.routing import APIWebSocketRoute, iter_route_contexts
 from starlette.routing import Mount
 
 from pftrack_server.app import create_app
+from pftrack_server.core.settings import Settings
 from pftrack_server.follow.roles import Reach, is_allowed
-from pftrack_server.settings import Settings
 
 REACH = Reach(frozenset({"seen", "own"}), frozenset({"own"}), frozenset({"bayes"}), frozenset(), frozenset())
 TRYING = REACH._replace(tried=frozenset({"bayes"}))

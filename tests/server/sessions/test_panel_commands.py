@@ -7,7 +7,7 @@ import pytest
 
 from pftrack.sources.limits import SourceError
 from pftrack_server.sessions.panel_commands import PanelCommands
-from pftrack_server.worker.commands import ChangeValues, Command
+from pftrack_server.sessions.worker.commands import ChangeValues, Command
 from tests.apart import run
 
 

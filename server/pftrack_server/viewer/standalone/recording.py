@@ -16,7 +16,7 @@ import viser
 from pftrack.core.model.drawing import COLOURS, Drawing, Key, Points, drawn_keys, hexadecimal, sort_keys
 from pftrack.core.model.faults import without_faults
 from pftrack.runs.run import Run
-from pftrack_server.pictures import PictureEncoder
+from pftrack_server.core.pictures import PictureEncoder
 from pftrack_server.viewer import viser_adapter, worlds
 from pftrack_server.viewer.camera import PRESETS, Box, Side, fit
 from pftrack_server.viewer.scene import Scene

@@ -13,7 +13,7 @@ import viser
 from viser import _messages
 from viser.infra import _messages as infra_messages
 
-from pftrack_server.log import RateLimitedLogger
+from pftrack_server.core.log import RateLimitedLogger
 
 CONTROL = _messages.GuiUpdateMessage.__name__
 LOOKING = frozenset({_messages.ViewerCameraMessage.__name__, _messages.LocalStorageGetItemResponseMessage.__name__})

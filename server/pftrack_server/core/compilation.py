@@ -1,0 +1,118 @@
+"""Compiling while the server runs already: what is ready, how far the rest is, and who has to wait.
+
+On the first start after an installation or an update nothing is compiled yet. Processes of low priority see to that
+while pages are served: first for the tour, then in the order of the start page, but for what somebody opens, which
+comes next. A session needs what its experiment is by default, and until that is compiled it is refused with a sentence
+that says how long it will take; what else it comes to use it compiles itself, if that has not been done by then.
+"""
+
+import asyncio
+import threading
+import time
+from collections.abc import Callable
+from typing import Self
+
+import structlog
+
+from pftrack.doctor.memory import cache_folder, ready
+from pftrack.doctor.warming import Progress, Warming
+from pftrack.experiments import EXPERIMENTS
+from pftrack_server.core.errors import UnavailableError
+
+log = structlog.get_logger(__name__)
+
+PATIENCE_S = 10.0
+"""So long whoever starts a session waits: an experiment that only has to be looked at is ready by then."""
+
+LOOK_EVERY_S, LOG_EVERY_S = 0.1, 10.0
+
+
+class Compilation:
+    """What of the experiments is compiled."""
+
+    def __init__(self, names: tuple[str, ...], known: frozenset[str], stopping: threading.Event) -> None:
+        """Begin to compile what is missing.
+
+        Args:
+            names: All experiments, in the order in which they are compiled.
+            known: Those that are compiled.
+            stopping: Is set when nobody is to wait any more.
+        """
+        self._known = known
+        self._stopping = stopping
+        self._logged = 0.0
+        self._seen: frozenset[str] = frozenset()
+        missing = [name for name in names if name not in known]
+        self._progress = Progress(finished=not missing)
+        self._warming = Warming(missing, told=self._take) if missing else None
+
+    @classmethod
+    def open(cls, stopping: threading.Event) -> Self:
+        """Look at what is compiled; the experiments must be imported."""
+        names = tuple(sorted(EXPERIMENTS, key=lambda name: not any(it.tour for it in EXPERIMENTS[name].presets)))
+        # Where nothing can be kept, the process that makes the workers compiles for all of them.
+        return cls(names, ready(names) if cache_folder() else frozenset(names), stopping)
+
+    def close(self) -> None:
+        """End the processes that compile; what they have compiled stays."""
+        if self._warming is not None:
+            self._warming.stop()
+
+    @property
+    def progress(self) -> Progress:
+        """How far it is."""
+        return self._warming.progress if self._warming is not None else self._progress
+
+    @property
+    def ready(self) -> frozenset[str]:
+        """The experiments of which everything is compiled; one that does not run says itself what is wrong."""
+        progress = self.progress
+        return self._known | progress.ready | progress.failed.keys()
+
+    @property
+    def usable(self) -> frozenset[str]:
+        """The experiments of which sessions can be started."""
+        return self.ready | self.progress.usable
+
+    async def open_experiment(self, name: str) -> None:
+        """Wait a moment for an experiment that somebody opens to be usable; it is compiled next.
+
+        Raises:
+            UnavailableError: It takes longer.
+        """
+        if self._warming is not None and name not in self.ready:
+            self._warming.prefer(name)
+        await self._wait_until(lambda: name in self.usable)
+
+    async def wait_for(self, name: str) -> None:
+        """Wait a moment for an experiment to be ready.
+
+        Raises:
+            UnavailableError: It takes longer.
+        """
+        await self._wait_until(lambda: name in self.ready)
+
+    async def _wait_until(self, condition: Callable[[], bool]) -> None:
+        """Wait in no thread: a class that waits would hold all of them."""
+        until = time.monotonic() + PATIENCE_S
+        while not condition():
+            if self._stopping.is_set():
+                raise UnavailableError("The server is being stopped. Try again when it is back.")
+            if time.monotonic() > until:
+                told = self.progress.sentence
+                raise UnavailableError(f"This experiment is not ready yet: {told}. Try again when it is.")
+            await asyncio.sleep(LOOK_EVERY_S)
+
+    def _take(self, progress: Progress) -> None:
+        """Log what is new."""
+        now = time.monotonic()
+        fresh = progress.ready - self._seen
+        if fresh or progress.finished or now - self._logged >= LOG_EVERY_S:
+            self._logged, self._seen = now, progress.ready
+            log.info(
+                progress.sentence,
+                ready=sorted(progress.ready | self._known),
+                compiled=len(progress.seconds),
+                seconds=round(progress.elapsed_s),
+                **({"failed": dict(progress.failed)} if progress.failed else {}),
+            )

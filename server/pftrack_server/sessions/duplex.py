@@ -1,0 +1,98 @@
+"""Duplex: the two directions of a stream between server and page, the same for sessions and sweeps."""
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterable, Callable
+
+import structlog
+from fastapi import WebSocket, WebSocketDisconnect
+
+from pftrack_server.core.base_path import route_path
+from pftrack_server.schemas.stream import Ping, Pong, encode, page_words
+
+log = structlog.get_logger(__name__)
+
+GONE = 4404
+FAILED = 1011
+UNKNOWN_WORD = 1003
+SLOWEST_LISTENER_S = 30.0
+MOST_HZ = 150.0
+"""Messages a second that a page may go on sending; one that paints every drawing of a fast run sends 60."""
+BURST = 300
+"""Messages that it may send at once."""
+
+
+async def converse(
+    websocket: WebSocket,
+    messages: AsyncIterable[str | bytes],
+    farewell: str,
+    painted: Callable[[int], None] | None = None,
+) -> None:
+    """Tell a page everything that comes, and answer its pings, until one of the two leaves.
+
+    Args:
+        websocket: To the page, accepted.
+        messages: What to tell; it ends when there is nothing more to come.
+        farewell: Why it ended.
+        painted: Called with the number of drawings that the page has painted, where it is sent any; raises a ValueError
+            if that cannot be.
+    """
+    directions = [
+        asyncio.ensure_future(each) for each in (_tell(websocket, messages, farewell), _listen(websocket, painted))
+    ]
+    try:
+        await asyncio.wait(directions, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for each in directions:
+            each.cancel()
+        await asyncio.gather(*directions, return_exceptions=True)
+
+
+async def _tell(websocket: WebSocket, messages: AsyncIterable[str | bytes], farewell: str) -> None:
+    try:
+        async for message in messages:
+            if not await _send(websocket, message):
+                return
+    except Exception:
+        # A page that hears nothing more would wait for ever; sent away, it comes back and is told what is wrong.
+        log.exception("a stream failed", path=route_path(websocket.scope))
+        await websocket.close(FAILED, "The server failed unexpectedly; details are in its log.")
+        return
+    await websocket.close(GONE, farewell)
+
+
+async def _send(websocket: WebSocket, message: str | bytes) -> bool:
+    """Send a message; return whether the page is there to take it."""
+    try:
+        # A peer that takes nothing for so long is gone, whatever its TCP connection pretends.
+        async with asyncio.timeout(SLOWEST_LISTENER_S):
+            await (websocket.send_text(message) if isinstance(message, str) else websocket.send_bytes(message))
+    except (TimeoutError, WebSocketDisconnect, RuntimeError):  # uvicorn raises the last where no ping was answered
+        return False
+    return True
+
+
+async def _listen(websocket: WebSocket, painted: Callable[[int], None] | None) -> None:
+    """Hear what the page says, no faster than it may talk, until it leaves or says what it must not."""
+    loop = asyncio.get_running_loop()
+    # When what has come so far would be taken up at the rate that is allowed.
+    taken_up = loop.time()
+    with contextlib.suppress(WebSocketDisconnect):
+        while True:
+            message = await websocket.receive()
+            taken_up = max(taken_up, loop.time()) + 1.0 / MOST_HZ
+            if taken_up - BURST / MOST_HZ > loop.time():
+                await asyncio.sleep(taken_up - BURST / MOST_HZ - loop.time())
+            if message["type"] == "websocket.disconnect":
+                return
+            try:
+                words = page_words(message.get("text") or "")
+                if isinstance(words, Ping):
+                    await _send(websocket, encode(Pong(sent=words.sent)))
+                elif painted is None:
+                    raise ValueError("no drawings were sent")  # noqa: TRY301 - refused like all that is not for it
+                else:
+                    painted(words.count)
+            except ValueError:
+                await websocket.close(UNKNOWN_WORD, "The stream takes no commands; use the REST interface.")
+                return

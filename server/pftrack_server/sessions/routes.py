@@ -1,0 +1,240 @@
+"""Sessions: start, steer, branch, end; and the stream of one: what happens to it, and what is seen of it."""
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from http import HTTPStatus
+from typing import Annotated, Protocol
+
+from fastapi import APIRouter, Depends, Path, Query, Request, WebSocket
+from starlette.responses import RedirectResponse, Response
+
+from pftrack.sources.truth import LARGEST_FILE_BYTES
+from pftrack_server.core.base_path import address_of
+from pftrack_server.core.errors import ApiError, ConflictError, NotFoundError
+from pftrack_server.core.experiments import find_experiment
+from pftrack_server.core.requests import MULTIPART, TakesFiles, service, unless_client_gone
+from pftrack_server.jobs.child_tasks import TheTasks
+from pftrack_server.schemas.inspection import ExplanationPublic
+from pftrack_server.schemas.messages import SessionPublic
+from pftrack_server.schemas.sessions import (
+    BookmarkCreate,
+    Columns,
+    SessionCreate,
+    SessionUpdate,
+)
+from pftrack_server.schemas.snapshot import Bookmark, Phase
+from pftrack_server.schemas.spec import SessionSpec
+from pftrack_server.schemas.uploads import TruthPublic
+from pftrack_server.sessions.create import as_spec
+from pftrack_server.sessions.duplex import GONE, converse
+from pftrack_server.sessions.manager import Manager, Prepare
+from pftrack_server.sessions.session import Answer, Session
+from pftrack_server.sessions.worker.commands import Command, Explain, MakeBranch, Picture
+from pftrack_server.store.files import new_name
+from pftrack_server.store.filters import TheFilters
+from pftrack_server.store.store import AStore
+from pftrack_server.store.tables import UploadRow
+from pftrack_server.uploads.multipart import receive
+from pftrack_server.uploads.truth import rows_of, store_truth
+
+router = APIRouter(prefix="/sessions", tags=["sessions"])
+
+FAREWELL = "The session was ended."
+Name = Annotated[str, Path(max_length=64)]
+AManager = Annotated[Manager, service(Manager)]
+
+
+async def _session(session: Name, manager: AManager) -> Session:
+    return manager.get(session)
+
+
+ASession = Annotated[Session, Depends(_session)]
+
+
+class Begins(Protocol):
+    """Start a session for a client."""
+
+    async def __call__(self, spec: SessionSpec, prepare: Prepare | None = None) -> Session:
+        """Return the session, prepared; where that fails or nobody waits any more, there is none."""
+
+
+def _begin(request: Request, manager: AManager) -> Begins:
+    async def begin(spec: SessionSpec, prepare: Prepare | None = None) -> Session:
+        return await unless_client_gone(request, manager.create(spec, prepare))
+
+    return begin
+
+
+Begin = Annotated[Begins, Depends(_begin)]
+"""Starts a session for a client: one that hangs up meanwhile could not know of it, so it is ended."""
+
+
+@router.post("", status_code=HTTPStatus.CREATED)
+async def start_session(body: SessionCreate, begin: Begin, store: AStore, filters: TheFilters) -> SessionPublic:
+    """Start a session: an experiment on its own scene, or on an upload with the box of its target."""
+    body = body.model_copy(update={"recipe": filters.bring(body.recipe)})
+    session = await begin(await asyncio.to_thread(as_spec, body, store))
+    return session.view()
+
+
+@router.get("")
+async def list_sessions(manager: AManager) -> list[SessionPublic]:
+    """List all sessions, the newest first."""
+    return [session.view() for session in manager.all if session.spec.description]
+
+
+@router.get("/{session}")
+async def show_session(session: ASession) -> SessionPublic:
+    """Tell everything about a session."""
+    return session.view()
+
+
+@router.patch("/{session}")
+async def rename_session(session: ASession, body: SessionUpdate, manager: AManager) -> SessionPublic:
+    """Give a session a name."""
+    session.state.rename(body.name)
+    await manager.note()
+    return session.view()
+
+
+@router.delete("/{session}", status_code=HTTPStatus.NO_CONTENT)
+async def end_session(session: Name, manager: AManager) -> None:
+    """End a session for good, also one of which what is stored is damaged."""
+    found = manager.find(session)
+    if found is not None:
+        await manager.end(found)
+    elif not await manager.forget(session):
+        manager.get(session)
+
+
+@router.post("/{session}/commands")
+async def command(session: ASession, body: Command, manager: AManager) -> Answer:
+    """Carry out a command: play, pause, seek, change, branch, inspect and others; `kind` names it.
+
+    `change` is answered with the values in force, `inspect` with what is found, any other with the session.
+    """
+    answer = await session.command(body)
+    if isinstance(body, MakeBranch):
+        await manager.note()
+    return answer
+
+
+@router.post("/{session}/resume")
+async def resume(session: ASession, manager: AManager) -> SessionPublic:
+    """Give a suspended or crashed session a worker again, where it was."""
+    await manager.resume(session)
+    return session.view()
+
+
+@router.get("/{session}/diagnostics", response_class=Response, responses={200: {"model": Columns}})
+async def diagnostics(session: ASession, branch: str | None = None) -> Response:
+    """Return the diagnostics of all frames of a branch; of the active one if none is named."""
+    name = branch or session.spec.branch
+    if name not in session.spec.branches:
+        raise NotFoundError("The session has no such branch.")
+    return Response(session.state.columns_text(name), media_type="application/json")
+
+
+@router.put("/{session}/truth", openapi_extra=MULTIPART, dependencies=[TakesFiles])
+async def give_truth(
+    request: Request, session: ASession, manager: AManager, store: AStore, tasks: TheTasks
+) -> TruthPublic:
+    """Take in a table of what is truly so in the session's upload, and measure the run by it from now on."""
+    spec = session.spec
+    upload = await asyncio.to_thread(store.get, UploadRow, spec.upload) if spec.upload else None
+    if upload is None:
+        raise ConflictError("Truth can be given for an upload; this session has none, or it was deleted.")
+    experiment = find_experiment(spec.recipe.experiment)
+    folder = store.files.new_incoming()
+    received = await receive(request, folder, store.disk_budget, most_bytes=LARGEST_FILE_BYTES, most_files=1)
+    told = await store_truth(store, tasks, upload, experiment, folder, received)
+    await manager.measure_by(session, await asyncio.to_thread(rows_of, store, upload.id, experiment))
+    return told
+
+
+@router.get("/{session}/explanation")
+async def explain(session: ASession, frame: Annotated[int | None, Query(ge=0)] = None) -> ExplanationPublic:
+    """Tell why the target was lost in the active branch, in its first lasting loss or at a frame."""
+    return ExplanationPublic.model_validate(await session.order(Explain(frame)))
+
+
+@router.get("/{session}/frame.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})
+async def picture(session: ASession) -> Response:
+    """Return the frame that is shown as a picture."""
+    return Response(await session.order(Picture()), media_type="image/png", headers={"Cache-Control": "no-store"})
+
+
+@router.get(
+    "/{session}/thumbnail.png",
+    response_class=Response,
+    responses={200: {"content": {"image/png": {}}}, 307: {"description": "It has none; this is its experiment's"}},
+)
+async def thumbnail(request: Request, session: ASession) -> Response:
+    """Return a picture of about where a session is, or lead to that of its experiment."""
+    png = await session.thumbnail()
+    if png is None:
+        experiment = session.spec.recipe.experiment
+        return RedirectResponse(address_of(request.scope, f"api/v1/experiments/{experiment}/thumbnail.png"))
+    return Response(png, media_type="image/png", headers={"Cache-Control": "no-store"})
+
+
+@router.post("/{session}/bookmarks", status_code=HTTPStatus.CREATED)
+async def bookmark(session: ASession, manager: AManager, body: BookmarkCreate | None = None) -> Bookmark:
+    """Remember the frame that is shown."""
+    made = session.bookmark(new_name(), body.note if body else "")
+    try:
+        await manager.keep(positions=False)
+    except Exception:
+        session.state.unbookmark(made.id)
+        raise
+    return made
+
+
+@router.delete("/{session}/bookmarks/{bookmark}", status_code=HTTPStatus.NO_CONTENT)
+async def forget_bookmark(session: ASession, bookmark: Name, manager: AManager) -> None:
+    """Forget a bookmark."""
+    if not session.state.unbookmark(bookmark):
+        raise NotFoundError("The session has no such bookmark.")
+    await manager.note()
+
+
+@router.websocket("/{session}/stream")
+async def stream(
+    websocket: WebSocket, session: str, manager: AManager, *, paints: bool = False, has_picture: bool = False
+) -> None:
+    """Greet a page, then tell it everything that happens until one of the two leaves.
+
+    Args:
+        websocket: To the page.
+        session: Its name.
+        manager: Where the session is found.
+        paints: Whether the page is sent drawings, each with what was told up to it, as fast as it paints them.
+        has_picture: Whether it shows a drawing of an earlier connection, so that the greeting comes with the next one.
+    """
+    found = manager.find(session)
+    await websocket.accept()
+    if found is None:
+        await websocket.close(GONE, "There is no such session; it may have been ended.")
+        return
+    async with _keep_awake(found, manager):
+        with found.stream.join(paints=paints, has_picture=has_picture) as page:
+            await converse(websocket, page, FAREWELL, page.note_painted)
+
+
+@asynccontextmanager
+async def _keep_awake(session: Session, manager: Manager) -> AsyncIterator[None]:
+    """Have a suspended session go on, since somebody is here again."""
+    waking = asyncio.ensure_future(_wake(session, manager))
+    try:
+        yield
+    finally:
+        waking.cancel()
+        await asyncio.gather(waking, return_exceptions=True)
+
+
+async def _wake(session: Session, manager: Manager) -> None:
+    if session.phase is Phase.SUSPENDED:
+        with contextlib.suppress(ApiError):
+            await asyncio.shield(manager.resume(session))

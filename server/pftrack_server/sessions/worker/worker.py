@@ -1,0 +1,463 @@
+"""The worker: one process that owns a session's run and computes it at the speed asked for.
+
+Between two frames it listens to the pipe. It reports every computed frame, at most thirty times a second, and draws
+only when the web process has taken the last drawing. Where many frames have to be computed, for a seek or to come back
+to where a session was, they are worked off in the same loop, so that everybody can watch and a pause or another seek
+can cut it short.
+"""
+
+import logging
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, get_args
+
+from pftrack.core.model.drawing import Drawing
+from pftrack.core.model.parameters import ParameterError
+from pftrack.core.model.setup import ExportError
+from pftrack.doctor.compiling import watch
+from pftrack.experiments.own.code import FilterFileError
+from pftrack.process import BlockingEnd
+from pftrack.runs.record import RecordError
+from pftrack.runs.run import EndOfRun, PastError
+from pftrack.sources.limits import SourceError
+from pftrack.vision.rendering import png, render
+from pftrack_server.core.pictures import PictureEncoder
+from pftrack_server.schemas.snapshot import Goal, Problem, RunSnapshot, differences
+from pftrack_server.sessions.worker.codec import DrawingEncoder
+from pftrack_server.sessions.worker.protocol import (
+    OPENING,
+    Credit,
+    Described,
+    Form,
+    Heartbeat,
+    Progress,
+    Ready,
+    Reply,
+    Request,
+    WorkerConfig,
+)
+from pftrack_server.sessions.worker.run_tree import RunTree
+
+# What a command may be answered with; anything else is a mistake of ours and ends the session.
+REFUSALS = (ExportError, FilterFileError, ParameterError, SourceError, RecordError, PastError, EndOfRun, OSError)
+FORMS: tuple[Form, ...] = get_args(Form)
+TELL_S = 1 / 30
+# A frame that comes a little early must not be skipped, or thirty a second would become fifteen.
+EARLY = 0.8
+HEARTBEAT_S = 1.0
+MEASURED_EVERY_S = 1.0
+"""While frames keep coming; measures look at all frames so far."""
+KEEP_AFTER_S = 5.0
+LARGEST_SHARE = 0.05
+"""Of the time, for checkpoints."""
+# So long a command or a start may take before it becomes a way that others can watch and cut short.
+AT_ONCE_S = 0.5
+
+log = logging.getLogger(__name__)
+
+
+@dataclass
+class Way:
+    """The way to a goal, a step at a time, and the request that waits for the end of it.
+
+    Attributes:
+        goal: Where to.
+        number: Of the request.
+        steps: What is left of it.
+        known: The furthest frame that had been computed before, and that another goal on the way does not give up.
+    """
+
+    goal: Goal
+    number: int
+    steps: Iterator[dict[str, Any] | None]
+    known: int
+
+
+class Checkpoints:
+    """When a worker writes down what it has computed, so that a session that comes back need not wait.
+
+    What counts is the time that computing took: a run that is computed again in a moment is never written down, and one
+    that takes minutes is, every few seconds of them. Writing takes a small share of the time at the most.
+    """
+
+    def __init__(self, tree: RunTree) -> None:
+        self._tree = tree
+        self._unkept_s: dict[str, float] = {}
+        """Computing time of each branch that no checkpoint holds yet."""
+        self._write_s = 0.0
+
+    def on_frame(self, seconds: float) -> None:
+        """Take note of how long a frame of the active branch took, and write a checkpoint if it is due."""
+        name = self._tree.active
+        unkept = self._unkept_s.get(name, 0.0) + seconds
+        self._unkept_s[name] = unkept
+        if unkept < max(KEEP_AFTER_S, self._write_s / LARGEST_SHARE):
+            return
+        self._unkept_s[name] = 0.0
+        begun = time.monotonic()
+        try:
+            self._tree.keep_states()
+        except (OSError, ValueError) as error:
+            # The run can be computed again: nobody loses anything but time.
+            log.warning("the states of branch %s were not kept: %s", name, error)
+        self._write_s = time.monotonic() - begun
+
+
+class Worker:
+    """The loop of a worker.
+
+    Attributes:
+        request: What is carried out, or was last.
+    """
+
+    request: Request
+
+    def __init__(self, pipe: BlockingEnd, config: WorkerConfig) -> None:
+        self._pipe = pipe
+        self._told = time.monotonic()
+        self._compiled = 0
+        with watch(lambda _: self._heartbeat(), self._count_compiled):
+            self._tree = RunTree(config, self._keep_alive)
+        self._checkpoints = Checkpoints(self._tree)
+        self._playing = False
+        self._speed = config.run.speed
+        self._stop_at = config.run.stop_at
+        self._stopped = ""
+        self._due = 0.0
+        self._behind_s = 0.0
+        self._measures: dict[str, float | int] = {}
+        self._look = ""
+        self._broken: Problem | None = self._tree.problem
+        """Why a filter's file cannot be used as it is; told until a version can be, whatever goes on meanwhile."""
+        self._problem: Problem | None = None
+        """Why the next frame cannot be computed."""
+        self._measured = 0.0
+        self._rows: list[dict[str, Any]] = []
+        self._news = False
+        self._credits: set[Form] = set()
+        self._undrawn: set[Form] = set(FORMS)
+        self._drawing: Drawing | None = None
+        self._pictures = PictureEncoder()
+        self._encoder = DrawingEncoder(self._pictures)
+        self._way: Way | None = None
+        self._left: Way | None = None
+        """The way that the order which is carried out has ended."""
+        self._reported = config.run
+        with watch(lambda _: self._heartbeat(), self._count_compiled):
+            self._start_seek(config.run.bound, OPENING, known=config.run.bound.computed)
+
+    def serve(self) -> None:
+        """Say that the run stands, then listen and compute until the web process hangs up."""
+        self._rows = []
+        self._reported = self._snapshot()
+        self._pipe.send(Ready(self._tree.describe(), self._reported, self._tree.rows(0)))
+        self._told = time.monotonic()
+        if self._way is None:
+            self._pipe.send(Reply(OPENING))
+        with watch(self._tell_compiling, self._count_compiled):
+            while True:
+                message = self._pipe.receive(self._time_to_wait_s())
+                if isinstance(message, Credit):
+                    self._credits.add(message.form)
+                elif isinstance(message, Request):
+                    self._answer(message)
+                self._compute()
+                self._tell()
+
+    # ------------------------------------------------------------ time
+
+    def _time_to_wait_s(self) -> float:
+        """Return how long nothing has to be done, s."""
+        if self._way is not None or (self._playing and self._speed == 0):
+            return 0.0
+        now = time.monotonic()
+        waits = [self._told + HEARTBEAT_S - now]
+        if self._playing:
+            waits.append(self._due - now)
+        if self._news or (self._undrawn & self._credits):
+            waits.append(self._told + EARLY * TELL_S - now)
+        return min(waits)
+
+    @property
+    def _period(self) -> float:
+        """Time between two frames, s; 0 as fast as possible."""
+        return 1 / (self._tree.run.source.frame_rate_hz * self._speed) if self._speed else 0.0
+
+    def _compute(self) -> None:
+        """Go on by one frame if one is due."""
+        try:
+            self._compute_next()
+        except FilterFileError as error:
+            self._halt(error)
+
+    def _compute_next(self) -> None:
+        if (way := self._way) is not None:
+            if not self._step(way):
+                self._reply(way.number)
+        elif self._playing and time.monotonic() >= self._due:
+            self._forward()
+            self._stop_if_lost()
+            if self._speed:
+                # After a stall the clock goes on from now: nobody wants to see the lost time in fast motion.
+                due = self._due + self._period
+                self._due = max(due, time.monotonic() - self._period)
+                self._behind_s += self._due - due
+            if self._tree.ended:
+                self._playing = False
+
+    def _stop_if_lost(self) -> None:
+        """Stop in a frame in which the target is probably lost, unless it was so in the frame before.
+
+        On a recording no probability is calibrated: there marks and the tracker's own account say that it is lost.
+        """
+        limit, run = self._stop_at, self._tree.run
+        frame = run.position
+        if limit is None or frame == 0:
+            return
+        if run.setup.footage is None:
+            before, now = (self._tree.loss_probability(one) for one in (frame - 1, frame))
+            words = f"probably lost, {100 * now:.0f} %"
+        else:
+            before, now = (float(run.diagnostics[one].is_lost) for one in (frame - 1, frame))
+            words = "lost"
+        if now >= limit and not before >= limit:
+            self._playing = False
+            self._stopped = f"Stopped: {words}"
+
+    def _halt(self, error: FilterFileError) -> None:
+        """Stand where the run is, since a filter cannot go on, and say why."""
+        way, self._way, self._playing = self._way, None, False
+        self._problem, self._news = _problem(error), True
+        if way is not None:
+            self._report(draw=True)
+            self._pipe.send(Reply(way.number, error=error))
+
+    def _forward(self) -> None:
+        begun = time.monotonic()
+        row = self._tree.forward()
+        self._note_step(row, begun)
+
+    def _note_step(self, row: dict[str, Any] | None, begun: float) -> None:
+        """Take note of a step and of how long its frame took, if it had to be computed."""
+        if row is not None:
+            self._problem = None
+            self._rows.append(row)
+            self._checkpoints.on_frame(time.monotonic() - begun)
+        self.mark_changed()
+
+    def _start_seek(self, goal: Goal, number: int, *, known: int, at_once_s: float = AT_ONCE_S) -> None:
+        """Go to a goal: at once if that takes but a moment, else step by step from now on."""
+        goal = self._tree.reachable_goal(goal)
+        way = self._way = Way(goal, number, self._tree.seek_steps(goal), known)
+        end = time.monotonic() + at_once_s
+        while time.monotonic() < end and self._step(way):
+            pass
+
+    def _step(self, way: Way) -> bool:
+        """Go a step; return whether there was one left."""
+        begun = time.monotonic()
+        try:
+            self._note_step(next(way.steps), begun)
+        except StopIteration:
+            self._way = None
+            return False
+        return True
+
+    def mark_changed(self) -> None:
+        """Have the frame that is shown drawn again."""
+        self._news, self._undrawn, self._drawing = True, set(FORMS), None
+
+    def _keep_alive(self) -> None:
+        """Tell in the middle of something long that this process is alive."""
+        if time.monotonic() - self._told > HEARTBEAT_S:
+            self._heartbeat()
+
+    def _heartbeat(self) -> None:
+        self._pipe.send(Heartbeat())
+        self._told = time.monotonic()
+
+    def _tell_compiling(self, name: str) -> None:
+        """Tell in the middle of something that it has to compile a function before it can go on.
+
+        Nothing else is told: what moves may not be looked at before that is done. Its end is news, whatever it was.
+        """
+        del name
+        self._reported = self._reported.model_copy(update={"compiling": self._compiled})
+        # No drawing will come for a while, so that nothing may wait for it.
+        self._pipe.send(Progress({"compiling": self._compiled}, is_ahead=False))
+        self._told, self._news = time.monotonic(), True
+
+    def _count_compiled(self, name: str, seconds: float) -> None:
+        del name, seconds
+        self._compiled += 1
+
+    # ------------------------------------------------------------ events
+
+    def _snapshot(self) -> RunSnapshot:
+        """Return what moves of the run."""
+        goal = self._way.goal if self._way is not None else None
+        now = time.monotonic()
+        if not (self._playing or self._way) or now - self._measured > MEASURED_EVERY_S:
+            self._measures, self._look, self._measured = self._tree.measures(), self._tree.look(), now
+        return self._tree.snapshot().model_copy(
+            update={
+                "playing": self._playing,
+                "speed": self._speed,
+                "stop_at": self._stop_at,
+                "stopped": self._stopped,
+                "behind_s": round(self._behind_s, 1) if self._playing and self._speed else 0.0,
+                "goal": goal and goal.computed,
+                "goal_position": goal and goal.position,
+                "measured": self._measures,
+                "look": self._look,
+                "problem": self._problem or self._broken,
+            }
+        )
+
+    def _tell(self) -> None:
+        """Tell what is new, thirty times a second at most, or that there is life."""
+        now = time.monotonic()
+        if (self._news or self._undrawn & self._credits) and now - self._told >= EARLY * TELL_S:
+            self._report(draw=True)
+            self._told = time.monotonic()
+        elif now - self._told >= HEARTBEAT_S:
+            self._heartbeat()
+
+    def _report(self, *, draw: bool) -> None:
+        rows, self._rows = self._tree.with_loss(self._rows), []
+        forms = self._undrawn & self._credits if draw else set[Form]()
+        scene = flat = None
+        if forms:
+            # Whoever wants the other form a little later gets it of the same drawing.
+            self._drawing = self._drawing or self._tree.drawing()
+            # The finer pictures, which do for the scene as well, come first.
+            flat = self._encoder.encode(self._drawing, self._tree.run.position) if "flat" in forms else None
+            scene = self._pictures.for_scene(self._drawing) if "scene" in forms else None
+            self._credits -= forms
+            self._undrawn -= forms
+        after = self._snapshot()  # which may tell that it compiles
+        before, self._reported = self._reported, after
+        self._pipe.send(Progress(differences(before, after), rows, scene, flat, is_ahead="flat" in self._undrawn))
+        self._news = False
+
+    def _reply(self, number: int, result: object = None) -> None:
+        # What the answer rests on goes first, so that it never contradicts what is known. While it plays that is told
+        # out of turn and without a drawing: the next frame, which shows what the command did, finds the way free.
+        self._report(draw=not self._playing)
+        self._pipe.send(Reply(number, result))
+
+    # ------------------------------------------------------------ orders
+
+    def _answer(self, request: Request) -> None:
+        order = request.order
+        self.request, self._left = request, None
+        if order.interrupts:
+            self._left, self._way, self._stopped = self._way, None, ""
+        left = self._left
+        try:
+            result = order.carry_out(self)
+        except REFUSALS as error:
+            self._way = self._way or left
+            if self._news or self._rows:
+                self._report(draw=not self._playing)
+            self._pipe.send(Reply(request.number, error=error))
+            return
+        if order.interrupts and result is None:
+            self.mark_changed()
+        if left is not None:
+            self._reply(left.number)
+        if self._way is None or not order.interrupts:
+            self._reply(request.number, result)
+
+    @property
+    def tree(self) -> RunTree:
+        """The runs."""
+        return self._tree
+
+    def play(self) -> None:
+        """Play from here, or from the first frame if the last one is shown."""
+        if self._tree.ended:
+            self._tree.run.seek(0)
+        self._playing, self._due, self._behind_s = True, time.monotonic(), 0.0
+
+    def pause(self) -> None:
+        """Stop playing."""
+        self._playing = False
+
+    def step(self, frames: int) -> None:
+        """Go on or back, on the way to a goal from where that ends."""
+        position = self._tree.run.position if self._left is None else self._left.goal.position
+        self.seek(min(max(position + frames, 0), self._tree.run.frames - 1))
+
+    def seek(self, frame: int) -> None:
+        """Go to a frame; what was known before the way that this ends is still computed again.
+
+        Raises:
+            ParameterError: The run has no such frame.
+        """
+        last = self._tree.run.frames - 1
+        if not 0 <= frame <= last:
+            raise ParameterError("frame", frame, f"a frame of the run, 0 to {last}")
+        self._playing = False
+        known = max(self._tree.run.computed, self._left.known if self._left is not None else 0)
+        at_once_s = AT_ONCE_S if max(frame, known) <= self._tree.run.computed else 0.0
+        self._start_seek(Goal(max(frame, known), frame), self.request.number, known=known, at_once_s=at_once_s)
+
+    def set_speed(self, speed: float) -> None:
+        """Play at another speed."""
+        # The next frame is due no later than at the new speed, but not at once: a correction is no frame.
+        self._speed, self._behind_s = speed, 0.0
+        self._due = min(self._due, time.monotonic() + self._period)
+
+    def set_stop(self, probability: float | None) -> None:
+        """Stop playing where the target is lost with this probability; None to play on whatever it is."""
+        self._stop_at, self._stopped = probability, ""
+
+    def revise_filter(self, name: str, text: str) -> None:
+        """Go on with another version of a filter's file; one that cannot be used is told, and nothing else changes."""
+        self.flush()
+        try:
+            self._tree.revise_filter(name, text, self.request.branch)
+        except FilterFileError as error:
+            self._broken, self._news, self._playing = _problem(error), True, False
+            return
+        self._problem = self._broken = None
+        self._report(draw=False)
+        self._pipe.send(Described(self._tree.describe()))
+
+    def activate(self, run: RunSnapshot) -> None:
+        """Show another branch; one that this worker does not hold is computed again."""
+        self.flush()
+        again = self._tree.activate(run.branch, run.recipe)
+        self._playing = False
+        if again:
+            # The web process may never have had them: it forgets all diagnostics when the server ends.
+            self._rows = self._tree.rows(0)
+            self._start_seek(run.bound, self.request.number, known=run.bound.computed)
+
+    def picture(self) -> bytes:
+        """Return the current frame as PNG."""
+        drawing = self._tree.drawing()
+        layers = self._tree.experiment.shown_layers
+        return png(render(drawing, layers=layers, scale=_scale(drawing.width), caption=False))
+
+    def report_restart(self) -> None:
+        """Report the rows of a run that has just been restarted."""
+        self._rows = self._tree.rows(0)
+        self._due = time.monotonic()
+        self.mark_changed()
+
+    def flush(self) -> None:
+        """Tell the active branch's rows before another one becomes active."""
+        if self._rows:
+            self._report(draw=False)
+
+
+def _problem(error: FilterFileError) -> Problem:
+    return Problem(file=error.file, line=error.line, text=error.problem)
+
+
+def _scale(width: int) -> float:
+    """Return by how much a picture is drawn larger so that it can be looked at, up to 640 px wide."""
+    return max(1.0, min(4.0, 640 / max(width, 1)))

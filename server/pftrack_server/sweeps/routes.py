@@ -1,0 +1,266 @@
+"""Sweeps: plan, begin, watch, ask, open a run, and take the result away, finished or as far as it came."""
+
+import asyncio
+import pathlib
+import shutil
+import zipfile
+from collections.abc import Iterator, Mapping
+from http import HTTPStatus
+from typing import Annotated, Literal
+
+from fastapi import APIRouter, Depends, Path, Query, WebSocket
+from starlette.background import BackgroundTask
+from starlette.responses import FileResponse, Response, StreamingResponse
+
+from pftrack.sweep import csv_pieces
+from pftrack.sweep.axis import MOST_RUNS, SweepError
+from pftrack_server.core.errors import ApiError, ConflictError
+from pftrack_server.core.requests import AnExperiment, SettingsNow, service
+from pftrack_server.schemas.messages import SessionPublic
+from pftrack_server.schemas.sweeps import (
+    CellsPublic,
+    Correction,
+    EstimatePublic,
+    EstimateRequest,
+    OpenRequest,
+    RowsPublic,
+    SweepCreate,
+    SweepPublic,
+    Test,
+)
+from pftrack_server.sessions.duplex import GONE, converse
+from pftrack_server.sessions.routes import Begin
+from pftrack_server.store import Store
+from pftrack_server.store.store import AStore
+from pftrack_server.sweeps import functions
+from pftrack_server.sweeps.computing import ask
+from pftrack_server.sweeps.functions import Pictures
+from pftrack_server.sweeps.manager import Sweeps
+from pftrack_server.sweeps.planning import example
+from pftrack_server.sweeps.results import session_spec
+from pftrack_server.sweeps.sweep import Sweep
+
+router = APIRouter(tags=["sweeps"])
+
+ASweeps = Annotated[Sweeps, service(Sweeps)]
+
+
+async def _sweep(sweep: Annotated[str, Path(max_length=64)], sweeps: ASweeps) -> Sweep:
+    return sweeps.get(sweep)
+
+
+ASweep = Annotated[Sweep, Depends(_sweep)]
+
+MOST_ROWS = 500
+Axis = Annotated[str | None, Query(max_length=64, description="Name of an axis; `none` pools all values.")]
+Method = Annotated[str | None, Query(max_length=64, description="Name of a tracker of the sweep.")]
+Compared = Annotated[
+    str, Query(max_length=64, description="What two trackers are compared by: `success`, `error`, or a measure's name.")
+]
+Place = Annotated[int, Query(ge=0, le=2_000_000)]
+
+
+@router.get("/experiments/{experiment}/sweep", response_model_exclude_none=True)
+def show_example(experiment: AnExperiment) -> SweepCreate:
+    """Return a filled-in example of a sweep of an experiment."""
+    return example(experiment)
+
+
+@router.post("/sweeps/estimate")
+async def estimate(body: EstimateRequest, sweeps: ASweeps) -> EstimatePublic:
+    """Tell how many runs and cells a sweep would have, and how long it would take, without starting it."""
+    return await sweeps.estimate(body)
+
+
+@router.post("/sweeps", status_code=HTTPStatus.CREATED)
+async def begin_sweep(body: SweepCreate, sweeps: ASweeps) -> SweepPublic:
+    """Begin a sweep."""
+    return (await sweeps.create(body)).view()
+
+
+@router.get("/sweeps")
+async def list_sweeps(sweeps: ASweeps) -> list[SweepPublic]:
+    """List all sweeps, the newest first."""
+    return [sweep.view() for sweep in sweeps.all]
+
+
+@router.get("/sweeps/{sweep}")
+async def show_sweep(sweep: ASweep) -> SweepPublic:
+    """Tell about a sweep and how far it is."""
+    return sweep.view()
+
+
+@router.delete("/sweeps/{sweep}", status_code=HTTPStatus.NO_CONTENT)
+async def remove_sweep(sweep: Annotated[str, Path(max_length=64)], sweeps: ASweeps) -> None:
+    """Delete a sweep with everything that was computed of it; a running one is stopped first."""
+    await sweeps.remove(sweep)
+
+
+@router.post("/sweeps/{sweep}/cancel")
+async def cancel_sweep(sweep: ASweep, sweeps: ASweeps) -> SweepPublic:
+    """Stop computing a sweep; what was computed is kept."""
+    await sweeps.cancel(sweep)
+    return sweep.view()
+
+
+@router.post("/sweeps/{sweep}/resume")
+async def resume_sweep(sweep: ASweep, sweeps: ASweeps) -> SweepPublic:
+    """Go on with a sweep that was stopped, by whatever."""
+    await sweeps.resume(sweep)
+    return sweep.view()
+
+
+@router.get("/sweeps/{sweep}/cells")
+async def show_cells(
+    sweep: ASweep,
+    x: Axis = None,
+    y: Axis = None,
+    first: Method = None,
+    second: Method = None,
+    measure: Compared = "success",
+    test: Test = "chi-square",
+    level: Annotated[float, Query(gt=0, lt=1)] = 0.01,
+    correction: Correction = "none",
+) -> CellsPublic:
+    """Return the map of every method over two axes, the others pooled, and on request one method against another."""
+    await sweep.look()
+    found = await sweep.cells(x, y)
+    if first is None or second is None:
+        return found
+    compare = sweep.results.compare
+    against = await asyncio.to_thread(compare, x, y, first, second, measure, test, level, correction)
+    return found.model_copy(update={"comparison": against})
+
+
+@router.get("/sweeps/{sweep}/rows")
+async def list_rows(
+    sweep: ASweep,
+    i: Place = 0,
+    j: Place = 0,
+    x: Axis = None,
+    y: Axis = None,
+    tracker: Method = None,
+    offset: Annotated[int, Query(ge=0, le=2_000_000)] = 0,
+    limit: Annotated[int, Query(ge=1, le=MOST_ROWS)] = 50,
+) -> RowsPublic:
+    """Return runs of the cell with the i-th value of x and the j-th of y, from 0, failures first."""
+    return await asyncio.to_thread(sweep.results.rows, x, y, (i, j), tracker, offset, limit)
+
+
+@router.post("/sweeps/{sweep}/rows/{run}/open", status_code=HTTPStatus.CREATED)
+async def open_row(
+    sweep: ASweep,
+    run: Annotated[int, Path(ge=0, le=MOST_RUNS)],
+    store: AStore,
+    begin: Begin,
+    body: OpenRequest | None = None,
+) -> SessionPublic:
+    """Start a session with exactly this run, or the same with another method, ten frames before the first loss."""
+    tracker = body.tracker if body else None
+    spec = await asyncio.to_thread(session_spec, store, sweep.id, sweep.plan, sweep.results, run, tracker)
+    return (await begin(spec)).view()
+
+
+PARQUET = "application/vnd.apache.parquet"
+REPORT_S = 120.0
+
+Format = Literal["parquet", "csv", "html", "png", "svg"]
+PICTURES: Mapping[Format, Pictures] = {"html": "png", "png": "png", "svg": "svg"}
+
+
+@router.get(
+    "/sweeps/{sweep}/download",
+    response_class=Response,
+    responses={200: {"content": {PARQUET: {}, "text/csv": {}, "text/html": {}, "application/zip": {}}}},
+)
+async def download(
+    sweep: ASweep,
+    store: AStore,
+    settings: SettingsNow,
+    form: Annotated[Format, Query(alias="format", description="png and svg are archives of all maps.")] = "parquet",
+) -> Response:
+    """Return what there is of a sweep as a file: all runs as Parquet or CSV, or a report as one page or as pictures."""
+    await sweep.look()
+    if sweep.done == 0:
+        raise ConflictError("No run of this sweep has been computed yet.")
+    name = f"{sweep.plan.experiment}-sweep-{sweep.id[:6]}"
+    if form == "csv":
+        result = await asyncio.to_thread(sweep.results.result)
+        return StreamingResponse(csv_pieces(result), media_type="text/csv", headers=_attach(f"{name}.csv"))
+    whole = store.files.sweep(sweep.id)
+    if form == "parquet" and whole.exists():
+        return FileResponse(whole, media_type=PARQUET, filename=f"{name}.parquet")
+    store.disk_budget.check()
+    folder = store.files.new_outgoing()
+    folder.mkdir(mode=0o700)
+    after = BackgroundTask(shutil.rmtree, folder, ignore_errors=True)
+    try:
+        if form == "parquet":
+            path = await asyncio.to_thread(_gather, sweep, folder / "sweep.parquet")
+            return FileResponse(path, media_type=PARQUET, filename=f"{name}.parquet", background=after)
+        await _report(sweep, store, folder, settings.max_sweeps_bytes, pictures=PICTURES[form])
+        if form == "html":
+            page = next(folder.glob("*.html"))
+            return FileResponse(page, media_type="text/html", filename=f"{name}.html", background=after)
+        path = await asyncio.to_thread(_zip, folder, f"{name}.zip")
+        return FileResponse(path, media_type="application/zip", filename=f"{name}.zip", background=after)
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+
+
+def _attach(name: str) -> dict[str, str]:
+    return {"Content-Disposition": f'attachment; filename="{name}"'}
+
+
+async def _report(sweep: Sweep, store: Store, folder: pathlib.Path, largest_file: int, *, pictures: Pictures) -> None:
+    """Have a child write the report of a sweep into a folder."""
+    result = store.files.sweep(sweep.id)
+    filters = await asyncio.to_thread(store.files.filters_of, sweep.plan.single(0).recipe)
+    await ask(functions.report, result, folder, pictures, filters, patience_s=REPORT_S, file_bytes=largest_file)
+
+
+def _gather(sweep: Sweep, path: pathlib.Path) -> pathlib.Path:
+    """Write the runs that are there into one file."""
+    import pyarrow.parquet as pq  # noqa: PLC0415 - seldom needed
+
+    from pftrack.sweep.journal import metadata  # noqa: PLC0415
+    from pftrack.sweep.table import schema  # noqa: PLC0415
+
+    with pq.ParquetWriter(path, schema(sweep.plan).with_metadata(metadata(sweep.plan)), compression="zstd") as writer:
+        for piece in sweep.results.result().pieces():
+            writer.write_table(piece)
+    return path
+
+
+def _zip(folder: pathlib.Path, name: str) -> pathlib.Path:
+    path = folder / name
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED, strict_timestamps=False) as archive:
+        for picture in _pictures(folder):
+            archive.write(picture, picture.name)
+    return path
+
+
+def _pictures(folder: pathlib.Path) -> Iterator[pathlib.Path]:
+    yield from sorted([*folder.rglob("*.png"), *folder.rglob("*.svg")])
+
+
+REFUSED = 4422
+
+
+@router.websocket("/sweeps/{sweep}/stream")
+async def stream(websocket: WebSocket, sweep: str, sweeps: ASweeps, x: str | None = None, y: str | None = None) -> None:
+    """Greet a page, then tell it of every change until one of the two leaves."""
+    await websocket.accept()
+    try:
+        found = sweeps.get(sweep)
+        await found.look()
+        await found.cells(x, y)
+    except ApiError as error:
+        await websocket.close(GONE if error.status == HTTPStatus.NOT_FOUND else REFUSED, str(error)[:100])
+        return
+    except SweepError:
+        await websocket.close(GONE, "The files of this sweep are damaged or were removed.")
+        return
+    with found.join(x, y) as listener:
+        await converse(websocket, listener, "The sweep was deleted, or the server was stopped.")

@@ -1,0 +1,252 @@
+"""Uploads: videos, GIFs, sets of pictures and tables of tracks, taken in only after every frame was decoded once."""
+
+import asyncio
+import json
+import re
+import shutil
+import threading
+from http import HTTPStatus
+from pathlib import PurePath
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Depends, Path, Query, Request
+from starlette.responses import Response
+
+from pftrack.experiments import EXPERIMENTS
+from pftrack.experiments.experiment import Experiment
+from pftrack.sources.limits import SourceError
+from pftrack.sources.results.table import COLUMNS, preview
+from pftrack.sources.truth import LARGEST_FILE_BYTES
+from pftrack_server.core.errors import NotFoundError, RefusedError
+from pftrack_server.core.requests import (
+    MULTIPART,
+    SettingsNow,
+    TakesFiles,
+    Ticket,
+    kept_picture,
+    service,
+    unless_client_gone,
+)
+from pftrack_server.jobs.child_tasks import TheTasks
+from pftrack_server.jobs.functions import TargetSearch, find_mark, frame_jpeg
+from pftrack_server.schemas.uploads import (
+    ColumnMeaning,
+    SightingPublic,
+    SuitabilityPublic,
+    TableHead,
+    TablePublic,
+    TruthPublic,
+    UploadPublic,
+)
+from pftrack_server.store.store import AStore
+from pftrack_server.store.tables import UploadRow
+from pftrack_server.uploads.intake import check_room, index_of, limits_of, take_in
+from pftrack_server.uploads.multipart import receive
+from pftrack_server.uploads.suitability import Suitabilities
+from pftrack_server.uploads.truth import discard_truth, load_truth, store_truth, table_of
+
+router = APIRouter(prefix="/uploads", tags=["uploads"])
+
+Number = Annotated[int, Query(ge=0, le=10_000_000)]
+
+
+def _upload(upload: Annotated[str, Path(max_length=64)], store: AStore) -> UploadRow:
+    row = store.get(UploadRow, upload)
+    if row is None:
+        raise NotFoundError("There is no such upload; it may have been deleted.")
+    return row
+
+
+AnUpload = Annotated[UploadRow, Depends(_upload)]
+
+
+def _experiment(experiment: Annotated[str, Query(max_length=64)]) -> Experiment:
+    found = EXPERIMENTS.get(experiment)
+    if found is None or not found.accepts_video:
+        able = ", ".join(each.id for each in EXPERIMENTS.values() if each.accepts_video)
+        raise RefusedError(f"Experiment must be one that takes a video: {able}.", field="experiment", value=experiment)
+    return found
+
+
+ForExperiment = Annotated[Experiment, Depends(_experiment)]
+
+
+def _hint(
+    hint: Annotated[
+        str | None, Query(max_length=10_000, description="A mark of one of the experiment's hints, as JSON")
+    ] = None,
+) -> dict[str, Any] | None:
+    return None if hint is None else _read("hint", hint)
+
+
+def _mark(
+    mark: Annotated[str, Query(max_length=10_000, description="A mark of one of the experiment's kinds, as JSON")],
+) -> dict[str, Any]:
+    return _read("mark", mark)
+
+
+def _columns(
+    columns: Annotated[
+        str | None,
+        Query(
+            max_length=1000, description="Places of a table's columns by what they are, as JSON; see `/uploads/table`"
+        ),
+    ] = None,
+) -> dict[str, int] | None:
+    if columns is None:
+        return None
+    said = _read("columns", columns)
+    if not all(isinstance(place, int) for place in said.values()):
+        raise RefusedError("Columns must be whole numbers by what they are.", field="columns", value=columns)
+    return said
+
+
+Columns = Annotated[dict[str, int] | None, Depends(_columns)]
+
+
+def _read(field: str, text: str) -> dict[str, Any]:
+    """Read a mark that a query holds."""
+    try:
+        raw = json.loads(text)
+    except (ValueError, RecursionError):
+        raw = None
+    if not isinstance(raw, dict):
+        raise RefusedError(f"{field.capitalize()} must be a mark as a JSON object.", field=field, value=text)
+    return raw
+
+
+@router.post("", status_code=HTTPStatus.CREATED, openapi_extra=MULTIPART, dependencies=[TakesFiles])
+async def add_upload(
+    request: Request,
+    store: AStore,
+    settings: SettingsNow,
+    stopping: Annotated[threading.Event, service(threading.Event)],
+    tasks: TheTasks,
+    columns: Columns,
+    ticket: Ticket = None,
+) -> UploadPublic:
+    """Take in a video, an animated GIF, pictures that make a sequence, a table of tracks, or results of a tracker."""
+    announced = request.headers.get("content-length", "")
+    wanted_bytes = min(int(announced), settings.max_upload_bytes) if announced.isdecimal() else 0
+    await asyncio.to_thread(check_room, store, settings, wanted_bytes)
+    folder = store.files.new_incoming()
+    received = await receive(
+        request, folder, store.disk_budget, most_bytes=settings.max_upload_bytes, most_files=settings.max_upload_files
+    )
+    try:
+        taking = take_in(store, settings, tasks, folder, received, stopping.is_set, ticket, columns)
+        row = await unless_client_gone(request, taking)
+    finally:
+        await asyncio.to_thread(shutil.rmtree, folder, ignore_errors=True)
+    return UploadPublic.model_validate(row)
+
+
+@router.post("/table")
+def look_at_table(head: TableHead) -> TablePublic:
+    """Tell which columns a table has, so that a person may say what they are, before it is sent with `columns`."""
+    try:
+        seen = preview(head.text)
+    except SourceError as error:
+        raise RefusedError(f"{str(error).capitalize()}.", field="text") from None
+    meanings = [ColumnMeaning(name=name, title=title) for name, title in COLUMNS.items()]
+    rows = [list(row) for row in seen.rows]
+    return TablePublic(header=list(seen.header), rows=rows, guess=dict(seen.guess), meanings=meanings)
+
+
+@router.get("")
+def list_uploads(store: AStore) -> list[UploadPublic]:
+    """List all uploads, the newest first."""
+    return [UploadPublic.model_validate(row) for row in store.all(UploadRow)]
+
+
+@router.get("/{upload}")
+def show_upload(upload: AnUpload) -> UploadPublic:
+    """Tell what was found in an upload."""
+    return UploadPublic.model_validate(upload)
+
+
+@router.get("/{upload}/frames/{frame}.jpg", response_class=Response, responses={200: {"content": {"image/jpeg": {}}}})
+async def show_frame(
+    upload: AnUpload,
+    frame: Annotated[int, Path(ge=0, le=10_000_000)],
+    store: AStore,
+    settings: SettingsNow,
+    tasks: TheTasks,
+) -> Response:
+    """Return a frame of an upload, decoded in a confined process."""
+    path = store.files.preview(upload.id, frame)
+    if path.exists():
+        picture = await asyncio.to_thread(path.read_bytes)
+    else:
+        where = str(store.files.upload(upload.id))
+        index = await index_of(store, settings, tasks, upload.id)
+        picture = await tasks.run(frame_jpeg, where, index, frame, limits_of(settings))
+        await asyncio.to_thread(store.files.keep_preview, upload.id, frame, picture)
+    return kept_picture(picture, "image/jpeg")
+
+
+@router.get("/{upload}/mark")
+async def find_target(
+    upload: AnUpload,
+    experiment: ForExperiment,
+    frame: Number,
+    store: AStore,
+    settings: SettingsNow,
+    tasks: TheTasks,
+    hint: Annotated[dict[str, Any] | None, Depends(_hint)],
+    last: Number | None = None,
+    looked: Number = 0,
+) -> SightingPublic:
+    """Look for an experiment's target from a frame on, or by a hint there; ask again with `looked` to go on looking."""
+    experiment.check_footage(upload.kind)
+    question = TargetSearch(experiment.id, frame, last, looked, hint)
+    where = str(store.files.upload(upload.id))
+    index = await index_of(store, settings, tasks, upload.id)
+    return SightingPublic(**await tasks.run(find_mark, where, index, question, limits_of(settings)))
+
+
+@router.get("/{upload}/suitability")
+async def weigh(
+    upload: AnUpload,
+    experiment: ForExperiment,
+    frame: Number,
+    mark: Annotated[dict[str, Any], Depends(_mark)],
+    suitabilities: Annotated[Suitabilities, service(Suitabilities)],
+    tasks: TheTasks,
+) -> SuitabilityPublic:
+    """Tell whether the trackers of an experiment can follow a target, before it is tracked."""
+    experiment.check_footage(upload.kind)
+    return await suitabilities.of(tasks, upload.id, experiment, frame, mark)
+
+
+@router.put("/{upload}/truth", openapi_extra=MULTIPART, dependencies=[TakesFiles])
+async def give_truth(
+    request: Request, upload: AnUpload, experiment: ForExperiment, store: AStore, tasks: TheTasks
+) -> TruthPublic:
+    """Take in a table of what is truly so in an upload; sessions that begin from then on are measured by it."""
+    folder = store.files.new_incoming()
+    received = await receive(request, folder, store.disk_budget, most_bytes=LARGEST_FILE_BYTES, most_files=1)
+    return await store_truth(store, tasks, upload, experiment, folder, received)
+
+
+@router.get("/{upload}/truth")
+def show_truth(upload: AnUpload, experiment: ForExperiment, store: AStore) -> TruthPublic | None:
+    """Tell in short what truth was given for an upload, of the kind that goes with an experiment; null if none was."""
+    return load_truth(store, upload.id, experiment)
+
+
+@router.get("/{upload}/truth.csv", response_class=Response, responses={200: {"content": {"text/csv": {}}}})
+def fetch_truth(upload: AnUpload, experiment: ForExperiment, store: AStore) -> Response:
+    """Return the truth that was given for an upload as a table, which can be given again."""
+    table = table_of(store, upload.id, experiment)
+    if table is None:
+        raise NotFoundError("No truth was given for this upload, or it is of another kind.")
+    name = re.sub(r"[^A-Za-z0-9_.]+", "-", PurePath(upload.name).stem).strip("-.")
+    given = f'attachment; filename="{name or upload.id}-truth.csv"'
+    return Response(table, media_type="text/csv", headers={"Content-Disposition": given, "Cache-Control": "no-store"})
+
+
+@router.delete("/{upload}/truth", status_code=HTTPStatus.NO_CONTENT)
+def remove_truth(upload: AnUpload, experiment: ForExperiment, store: AStore) -> None:
+    """Forget the truth that was given for an upload."""
+    discard_truth(store, upload.id, experiment)

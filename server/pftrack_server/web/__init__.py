@@ -1,0 +1,3 @@
+"""The way in: routes that belong to no single subject, pages, what guards all requests, and serving."""
+
+__all__: list[str] = []

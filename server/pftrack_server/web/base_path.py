@@ -1,0 +1,99 @@
+"""Where the server is for a browser, which a proxy in front of it may have changed.
+
+What a trusted proxy says takes the place of what the request itself says: `X-Forwarded-Proto` that of the scheme,
+`X-Forwarded-Host` that of the host, and `X-Forwarded-Prefix` is what the proxy has taken off the path, which comes
+before the server's own base path. From here on the request is as the browser has sent it, so that nothing else knows
+of proxies. Of anybody else these headers count for nothing, and that is whoever comes from another address than a
+named one, or with a Host that is not this server's: a page of a stranger, opened on the machine of the proxy, could
+send such headers as well.
+
+What lies outside the base does not exist.
+"""
+
+import ipaddress
+from http import HTTPStatus
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.responses import RedirectResponse
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+from pftrack_server.core.base_path import address_of, encode_path, read_base_path
+from pftrack_server.core.settings import Settings
+from pftrack_server.web.security import Hosts, refuse
+
+SCHEMES = {
+    "http": {"http": "http", "https": "https"},
+    "websocket": {"http": "ws", "ws": "ws", "https": "wss", "wss": "wss"},
+}
+"""What a proxy's scheme is for each type of request: that of a websocket is called by either name."""
+
+
+class BasePath:
+    """ASGI middleware that gives every request the scheme, host and path that the browser has asked for."""
+
+    def __init__(self, app: ASGIApp, settings: Settings) -> None:
+        self._app = app
+        self._base = settings.base_path
+        self._proxies = [ipaddress.ip_network(proxy) for proxy in settings.trusted_proxies]
+        self._hosts = Hosts(settings)
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass on a request within the base, and refuse any other."""
+        if scope["type"] not in {"http", "websocket"}:
+            await self._app(scope, receive, send)
+            return
+        try:
+            scope = self._as_sent(scope)
+        except ValueError as error:
+            message = f"The proxy in front of this server has sent a wrong X-Forwarded-Prefix: {error}."
+            await refuse(scope, receive, send, HTTPStatus.BAD_REQUEST, message)
+            return
+        root, path = scope["root_path"], scope["path"]
+        if path.startswith(f"{root}/"):
+            await self._app(scope, receive, send)
+        elif path == root and scope["type"] == "http":
+            query = scope["query_string"].decode("latin-1")
+            await RedirectResponse(address_of(scope, f"?{query}" if query else ""))(scope, receive, send)
+        else:
+            message = "There is nothing here; the server's addresses begin with another path."
+            await refuse(scope, receive, send, HTTPStatus.NOT_FOUND, message)
+
+    def _as_sent(self, scope: Scope) -> Scope:
+        """Return a request as the browser has sent it.
+
+        Raises:
+            ValueError: The prefix that a proxy has taken off is none.
+        """
+        headers = Headers(scope=scope)
+        if not self._is_trusted(scope, headers):
+            return {**scope, "root_path": self._base}
+        prefix = read_base_path(_last(headers, "x-forwarded-prefix"))
+        scheme = SCHEMES[scope["type"]].get(_last(headers, "x-forwarded-proto").lower(), scope["scheme"])
+        sent = {
+            **scope,
+            "scheme": scheme,
+            "root_path": prefix + self._base,
+            "path": prefix + scope["path"],
+            "raw_path": encode_path(prefix).encode() + scope.get("raw_path", b""),
+        }
+        if host := _last(headers, "x-forwarded-host"):
+            sent["headers"] = list(scope["headers"])
+            MutableHeaders(scope=sent)["host"] = host
+        return sent
+
+    def _is_trusted(self, scope: Scope, headers: Headers) -> bool:
+        """Tell whether a request comes by a proxy that was named."""
+        if not self._proxies or not scope.get("client"):
+            return False
+        try:
+            address = ipaddress.ip_address(scope["client"][0])
+        except ValueError:
+            return False
+        # A server that listens for both kinds sees addresses of the older kind in the form of the newer one.
+        address = getattr(address, "ipv4_mapped", None) or address
+        return any(address in proxy for proxy in self._proxies) and self._hosts.refusal(headers) is None
+
+
+def _last(headers: Headers, name: str) -> str:
+    """Return what the nearest proxy says: each puts what it adds behind what was there."""
+    return headers.getlist(name)[-1].rpartition(",")[2].strip() if name in headers else ""

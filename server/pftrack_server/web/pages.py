@@ -1,0 +1,258 @@
+"""Pages: plain files, whose content comes from the REST interface.
+
+Three things are done to a page when it is served. It is told where the server is, as its `<base>`, since all addresses
+in pages and scripts are relative to that. The names of all modules that its scripts import, directly or through other
+modules, are added: a browser then fetches them at once, instead of finding each level of imports in the level above.
+And its files are named with their version, so that a browser which has them need not ask for a hundred of them whether
+they have changed.
+"""
+
+import asyncio
+import hashlib
+import html
+import re
+import shlex
+import sys
+from functools import lru_cache
+from http import HTTPStatus
+from pathlib import Path
+
+from fastapi import APIRouter, FastAPI, Request
+from starlette.responses import HTMLResponse, RedirectResponse, Response
+from starlette.staticfiles import StaticFiles
+from starlette.types import Scope
+
+from pftrack.experiments import EXPERIMENTS
+from pftrack_server.api.dependencies import AFollower, TheLessons
+from pftrack_server.core.base_path import address_of
+from pftrack_server.core.errors import NotFoundError
+from pftrack_server.core.frontend import DOCS, FRONTEND, HELP
+from pftrack_server.follow.participant import participant_of
+from pftrack_server.web.documentation import html_of
+
+STATIC = "static/"
+YEAR_S = 365 * 24 * 3600
+VERSIONS: set[str] = set()
+"""Those of the pages that were served: one, unless somebody works at them meanwhile."""
+SCRIPT = re.compile(r'<script type="module"[^>]* src="static/([^"]+)"')
+MAIN = re.compile(r'(?<=<main class="help">).*(?=</main>)', re.DOTALL)
+IMPORT = re.compile(r'^(?:import|(?:import|export)\b[^"\';]*?\bfrom)\s*["\'](\.[^"\']+)["\'];', re.MULTILINE)
+
+EXAMPLES = "media/"
+EXAMPLES_POLICY = "sandbox allow-scripts allow-downloads; frame-ancestors 'self'"
+"""Of runs that are pages of their own: their scripts stand in them, and may do nothing to the server."""
+
+CAMERA_POLICY = {"Permissions-Policy": "camera=(self), microphone=(), geolocation=()"}
+"""Of the page on which a clip can be recorded; no other may use the camera."""
+
+router = APIRouter(include_in_schema=False)
+
+
+class Files(StaticFiles):
+    """Static files: with a version in its name one never changes; for others a browser asks each time."""
+
+    async def get_response(self, path: str, scope: Scope) -> Response:
+        """Return a file, to be kept or to be asked for again."""
+        answer = await super().get_response(path, scope)
+        lasting = scope["path_params"].get("version") in VERSIONS
+        answer.headers["Cache-Control"] = f"max-age={YEAR_S}, immutable" if lasting else "no-cache"
+        return answer
+
+
+@router.get("/")
+async def gallery(request: Request) -> Response:
+    """Return the start page: where to begin, also with a clip from the camera, and all experiments."""
+    page = _page(request, "gallery/gallery.html", about=f'data-commands="{html.escape(_commands())}"')
+    page.headers.update(CAMERA_POLICY)
+    return page
+
+
+@router.get("/work")
+async def work(request: Request) -> Response:
+    """Return the page of one's own sessions, runs, sweeps and uploads."""
+    return _page(request, "work/work.html")
+
+
+@router.get("/lectures")
+async def lectures(request: Request) -> Response:
+    """Return the page of all lectures, and of what was answered."""
+    return _page(request, "lectures/lectures.html")
+
+
+@router.get("/lectures/{lecture}")
+async def lecture(request: Request, lecture: str) -> Response:
+    """Return the page on which a lecture is made, which finds out by itself whether there is one."""
+    del lecture
+    return _page(request, "lectures/lecture.html")
+
+
+@router.get("/references")
+async def references(request: Request) -> Response:
+    """Return the page of what the experiments come from."""
+    return _page(request, "references/references.html")
+
+
+@router.get("/glossary")
+async def glossary(request: Request) -> Response:
+    """Return the page of the words and what they mean."""
+    return _page(request, "glossary/glossary.html")
+
+
+@router.get("/learn")
+async def learn(request: Request) -> Response:
+    """Return the overview of the lessons."""
+    return _page(request, "learn/learn.html")
+
+
+@router.get("/learn/{lesson}")
+async def lesson(request: Request, lesson: str, lessons: TheLessons) -> Response:
+    """Return the page of a lesson, which says so if there is none; a number leads to the lesson of that number."""
+    try:
+        found = await lessons.get(lesson)
+    except NotFoundError as error:
+        return _page(request, "learn/lesson.html", error.status)
+    if found.id != lesson:
+        return RedirectResponse(address_of(request.scope, f"learn/{found.id}"))
+    return _page(request, "learn/lesson.html")
+
+
+@router.get("/failures")
+async def failures(request: Request) -> Response:
+    """Return the gallery of failures."""
+    return _page(request, "failures/failures.html")
+
+
+@router.get("/failures/{failure}")
+async def failure(request: Request, failure: str) -> Response:
+    """Return the page of a failure, which finds out by itself whether there is one."""
+    del failure
+    return _page(request, "failures/failure.html")
+
+
+@router.get("/compare")
+async def compare(request: Request) -> Response:
+    """Return the page on which runs stand beside each other."""
+    return _page(request, "compare/compare.html")
+
+
+@router.get("/session/{session}")
+async def session(request: Request, session: str) -> Response:
+    """Return the page of a session, which finds out by itself whether there is one."""
+    del session
+    return _page(request, "session/session.html")
+
+
+@router.get("/help")
+async def documentation_start(request: Request) -> Response:
+    """Lead to the documentation, whose links are relative to its folder."""
+    return RedirectResponse(address_of(request.scope, "help/"))
+
+
+@router.get("/help/{path:path}")
+async def documentation(request: Request, path: str) -> Response:
+    """Return a page or picture of the documentation: of its site, or of its Markdown until that has been built.
+
+    Where there is neither, its first page says how to build it.
+    """
+    path = path or "index.html"
+    is_built = (HELP / "index.html").is_file()
+    if not is_built and (text := await asyncio.to_thread(html_of, path)):
+        return _page(request, "help/help.html", content=text)
+    if not is_built and path == "index.html":
+        return _page(request, "help/help.html", HTTPStatus.NOT_FOUND)
+    files = StaticFiles(directory=HELP if is_built else DOCS, html=True, check_dir=False)
+    answer = await files.get_response(path, request.scope)
+    answer.headers["Cache-Control"] = "no-cache"
+    if path.startswith(EXAMPLES) and path.endswith(".html"):
+        answer.headers["Content-Security-Policy"] = EXAMPLES_POLICY
+    return answer
+
+
+@router.get("/follow")
+async def follow(request: Request, participant: AFollower) -> Response:
+    """Return the page of those who follow."""
+    del participant  # there is one, which is all that had to be known
+    return _page(request, "follow/follow.html")
+
+
+@router.get("/sweep/new")
+async def new_sweep(request: Request) -> Response:
+    """Return the form of a new sweep."""
+    return _page(request, "sweep/new.html")
+
+
+@router.get("/sweep/{sweep}")
+async def sweep(request: Request, sweep: str) -> Response:
+    """Return the page of a sweep, which finds out by itself whether there is one."""
+    del sweep
+    return _page(request, "sweep/sweep.html")
+
+
+@router.get("/sweep/{sweep}/run/{run}")
+async def sweep_run(request: Request, sweep: str, run: str) -> Response:
+    """Return the page that opens a run of a sweep as a session."""
+    del sweep, run
+    return _page(request, "sweep/run.html")
+
+
+def install(app: FastAPI) -> None:
+    """Add the pages and their files to an app."""
+    app.include_router(router)
+    for place in ("/static/version/{version}", "/static"):
+        app.mount(place, Files(directory=FRONTEND))
+
+
+def _version() -> str:
+    """Return what tells the files as they are now from others of the same names: sizes and times."""
+    digest = hashlib.sha256()
+    for path in sorted(FRONTEND.rglob("*")):
+        status = path.stat()
+        digest.update(f"{path} {status.st_size} {status.st_mtime_ns}\n".encode())
+    VERSIONS.add(name := digest.hexdigest()[:16])
+    return name
+
+
+def _commands() -> str:
+    """Return what begins a filter of one's own, for the shell that started the server, which may go on meanwhile."""
+    program = Path(sys.argv[0])
+    # Started by its path in a folder, as by `make serve`; else the shell has found it by its name.
+    is_beside = program.name == "pftrack" and not program.is_absolute()
+    path = f'export PATH="$PWD"/{shlex.quote(str(program.parent))}:"$PATH"\n' if is_beside else ""
+    return (
+        f"{path}pftrack new filter my_filter.py --experiment {next(iter(EXPERIMENTS))}\n"
+        "pftrack serve my_filter.py --port 0 --data-dir my_filter_data"
+    )
+
+
+def _page(request: Request, name: str, status: int = HTTPStatus.OK, *, content: str = "", about: str = "") -> Response:
+    text = (FRONTEND / name).read_text(encoding="utf-8")
+    if content:
+        text = MAIN.sub(lambda _: content, text)
+    base = f'<base href="{html.escape(address_of(request.scope))}">\n'
+    links = "".join(f'<link rel="modulepreload" href="{STATIC}{module}">\n' for module in _modules(name))
+    text = text.replace("<head>\n", f"<head>\n{base}", 1).replace("</head>", f"{links}</head>", 1)
+    text = text.replace(f'"{STATIC}', f'"{STATIC}version/{_version()}/')
+    if participant := participant_of(request.scope):
+        about = f'data-role="{participant.claim.role}" data-class="{participant.claim.follow}"'
+    if about:
+        text = text.replace("<html ", f"<html {about} ", 1)
+    return HTMLResponse(text, status, headers={"Cache-Control": "no-cache"})
+
+
+@lru_cache
+def _modules(page: str) -> tuple[str, ...]:
+    """Return the modules that a page's scripts consist of, each script before what it imports."""
+    scripts = SCRIPT.findall((FRONTEND / page).read_text(encoding="utf-8"))
+    found: dict[str, None] = {}
+    waiting = list(reversed(scripts))
+    while waiting:
+        module = waiting.pop()
+        if module in found:
+            continue
+        found[module] = None
+        path = FRONTEND / module
+        imported = IMPORT.findall(path.read_text(encoding="utf-8"))
+        waiting += [
+            (path.parent / other).resolve().relative_to(FRONTEND.resolve()).as_posix() for other in reversed(imported)
+        ]
+    return tuple(found)

@@ -1,0 +1,21 @@
+"""The REST interface and the streams: handlers of a few lines over typed dependencies, each beside its subject.
+
+Each handler asks for what it needs, makes one call, and returns a model. Everything that can go wrong is an exception
+that `pftrack_server.core.errors` turns into the one error shape.
+"""
+
+from fastapi import APIRouter
+
+from pftrack_server import api as teaching
+from pftrack_server.sessions import routes as sessions
+from pftrack_server.sweeps import routes as sweeps
+from pftrack_server.uploads import routes as uploads
+from pftrack_server.web import compilation, experiments, failures, filters, glossary
+from pftrack_server.work import jobs, source_code
+from pftrack_server.work import routes as work
+
+router = APIRouter(prefix="/api/v1")
+router.include_router(experiments.plugins)
+computing = compilation, sessions, jobs, work, failures
+for part in (experiments, glossary, uploads, *computing, teaching, filters, source_code, sweeps):
+    router.include_router(part.router)

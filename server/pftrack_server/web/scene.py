@@ -1,0 +1,61 @@
+"""The scene: viser's client and its websocket, at the session's own address and on the server's own port."""
+
+from fastapi import APIRouter, Request, WebSocket
+from starlette.responses import RedirectResponse, Response
+
+from pftrack_server.core.base_path import address_of
+from pftrack_server.core.errors import NotFoundError
+from pftrack_server.follow.participant import participant_of
+from pftrack_server.sessions.duplex import GONE
+from pftrack_server.sessions.routes import AManager, ASession
+
+router = APIRouter(prefix="/viz", include_in_schema=False)
+
+
+@router.get("/client/{name}")
+def client_file(request: Request, name: str) -> Response:
+    """Return a file of viser's client; its name is made from its content, so it may be kept for good."""
+    from pftrack_server.viewer import client_asset  # noqa: PLC0415 - 15 MiB, imported when somebody first looks
+
+    file = client_asset(name)
+    if file is None:
+        raise NotFoundError("The client has no such file.")
+    headers = {"Cache-Control": "public, max-age=31536000, immutable", "Vary": "Accept-Encoding"}
+    if "gzip" in request.headers.get("accept-encoding", ""):
+        return Response(file.packed, media_type=file.media_type, headers={**headers, "Content-Encoding": "gzip"})
+    return Response(file.content, media_type=file.media_type, headers=headers)
+
+
+@router.get("/{session}")
+async def without_slash(request: Request, session: ASession) -> Response:
+    """Lead to the address from which the client finds its websocket."""
+    return RedirectResponse(address_of(request.scope, f"viz/{session.spec.id}/"))
+
+
+@router.get("/{session}/")
+def page(session: ASession) -> Response:
+    """Return viser's client."""
+    from pftrack_server.viewer import CONTENT_SECURITY_POLICY, client_page  # noqa: PLC0415 - see `client_file`
+
+    del session  # it is there, which is all that had to be known
+    headers = {"Content-Security-Policy": CONTENT_SECURITY_POLICY, "Cache-Control": "no-cache"}
+    return Response(client_page(), media_type="text/html; charset=utf-8", headers=headers)
+
+
+@router.websocket("/{session}")
+@router.websocket("/{session}/")
+async def websocket(websocket: WebSocket, session: str, manager: AManager) -> None:
+    """Join a browser to the session's scene."""
+    from pftrack_server.viewer import bridge  # noqa: PLC0415 - see `client_file`
+
+    found = manager.find(session)
+    if found is None:
+        await websocket.accept()
+        await websocket.close(GONE, "There is no such session; it may have been ended.")
+        return
+    endpoint = await found.open_scene()
+    participant = participant_of(websocket.scope)
+    with found.scene_feed.watch():
+        await bridge(
+            websocket, endpoint, looks_only=participant is not None and session not in participant.reach.steered
+        )

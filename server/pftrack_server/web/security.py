@@ -1,0 +1,224 @@
+"""Security: who may speak to the server, decided before anything else sees the request.
+
+Three checks stand in one ASGI middleware, because FastAPI's own http middleware never sees a websocket:
+
+What is answered is of whoever has the token alone: caches between a browser and the server keep nothing that does not
+say so.
+
+1. *Host* must be a name of this server. A page of a stranger whose name was rebound to 127.0.0.1 carries its own.
+2. *Origin* of every state-changing request and of every websocket must be the server itself. Programs that are no
+   browsers send none, and cannot be tricked by a page.
+3. *Token*, where the server can be reached from other machines: given once in the link, then an HttpOnly cookie. A
+   program sends it as a bearer; an address in which it stays would end up in histories and logs. A person without it
+   sees a page that asks for it. Those who come by the link of a class have none; they are checked at its own door
+   (`pftrack_server.follow.access`), to which all addresses below `/f/` lead.
+
+Scheme, host and path are by then those that the browser has used (`pftrack_server.web.base_path`).
+"""
+
+import hashlib
+import hmac
+import html
+from http.cookies import CookieError, SimpleCookie
+from urllib.parse import parse_qsl, quote, unquote, urlencode, urlsplit
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.responses import HTMLResponse, RedirectResponse, Response
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from pftrack_server.core import errors
+from pftrack_server.core.base_path import address_of, encode_path, route_path
+from pftrack_server.core.frontend import FRONTEND
+from pftrack_server.core.log import RateLimitedLogger
+from pftrack_server.core.settings import Settings
+from pftrack_server.follow.links import PREFIX
+
+SAFE_METHODS = {"GET", "HEAD", "OPTIONS"}
+OPEN_PATHS = {"/healthz", "/readyz"}
+PAGE_POLICY = (
+    "default-src 'self'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
+    "font-src 'self' data:; media-src 'self' blob:; connect-src 'self'; frame-src 'self'; worker-src 'self' blob:; "
+    "object-src 'none'; base-uri 'self'; form-action 'self'; frame-ancestors 'self'"
+)
+HEADERS = {
+    "Content-Security-Policy": PAGE_POLICY,
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "X-Frame-Options": "SAMEORIGIN",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Permissions-Policy": "camera=(), microphone=(), geolocation=()",
+    "Cache-Control": "private, no-cache",
+}
+WEEK_SECONDS = 7 * 24 * 3600
+UNKNOWN = 401
+TOKEN_PAGE = FRONTEND / "gallery" / "token.html"
+"""It needs no other file, since none is given to somebody without a token."""
+
+
+class Hosts:
+    """The names under which a server may be reached."""
+
+    def __init__(self, settings: Settings) -> None:
+        self._names = {host.strip("[]").lower() for host in settings.hosts}
+
+    def refusal(self, headers: Headers) -> str | None:
+        """Return why a request is refused by its Host header; None if it may pass."""
+        if len(headers.getlist("host")) > 1:
+            return "A request has one Host header; this one has several."
+        if "*" in self._names or _name(headers.get("host", "")) in self._names:
+            return None
+        return "This server does not answer to that Host name; add it to PFTRACK_ALLOWED_HOSTS if it should."
+
+
+class Guard:
+    """ASGI middleware that lets in only who may come, and puts the security headers on every answer."""
+
+    def __init__(self, app: ASGIApp, settings: Settings) -> None:
+        self._app = app
+        self._hosts = Hosts(settings)
+        self._warnings = RateLimitedLogger(__name__)
+        self._token = settings.token.get_secret_value() if settings.token else None
+        digest = hashlib.sha256((self._token or "").encode()).hexdigest()
+        # Browsers share cookies between the ports of a host: the name tells two servers' cookies apart.
+        self._cookie = f"pftrack_{digest[:8]}"
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Check one request or websocket and pass it on, or refuse it."""
+        if scope["type"] not in {"http", "websocket"}:
+            await self._app(scope, receive, send)
+            return
+        headers = Headers(scope=scope)
+        refusal = self._refusal(scope, headers)
+        if refusal is not None:
+            if scope["type"] == "websocket":
+                path = route_path(scope)
+                # The link of a class opens it, so it stays out of the log.
+                told = f"{PREFIX}/..." if path.startswith(f"{PREFIX}/") else path
+                self._warnings.warn("a websocket was refused", path=told, reason=refusal[1])
+            await refuse(scope, receive, send, *refusal)
+            return
+        # Asked again, since some paths are open to whoever knows no token.
+        if self._token and _tokens_in_address(scope) and self._knows(scope, headers):
+            await self._trade_token(scope)(scope, receive, send)
+            return
+
+        async def send_with_headers(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                answered = MutableHeaders(scope=message)
+                for name, value in HEADERS.items():
+                    answered.setdefault(name, value)
+            await send(message)
+
+        await self._app(scope, receive, send_with_headers)
+
+    def _refusal(self, scope: Scope, headers: Headers) -> tuple[int, str] | None:
+        if misplaced := self._hosts.refusal(headers):
+            return 400, misplaced
+        changing = scope["type"] == "websocket" or scope["method"] not in SAFE_METHODS
+        if changing and not _same_origin(headers):
+            return 403, "This request comes from another site's page; open the server's own page instead."
+        path = route_path(scope)
+        is_open = path in OPEN_PATHS or path.startswith(f"{PREFIX}/")
+        if not self._token or is_open or self._knows(scope, headers):
+            return None
+        if _tokens_in_address(scope):
+            return (
+                401,
+                "The token of this link is not this server's; it may have been restarted with a new one.",
+            )
+        return 401, "This server requires a token; open the link that it printed when it started."
+
+    def _knows(self, scope: Scope, headers: Headers) -> bool:
+        """Tell whether a request carries the token: in its cookie, its bearer header or its link."""
+        try:
+            cookies = SimpleCookie(headers.get("cookie", ""))
+        except CookieError:
+            cookies = SimpleCookie()
+        offered = [unquote(cookies[self._cookie].value)] if self._cookie in cookies else []
+        scheme, _, credentials = headers.get("authorization", "").partition(" ")
+        if scheme.lower() == "bearer":
+            offered.append(credentials)
+        offered += _tokens_in_address(scope)
+        expected = (self._token or "").encode()
+        return any(hmac.compare_digest(value.encode("utf-8", "replace"), expected) for value in offered)
+
+    def _trade_token(self, scope: Scope) -> Response:
+        """Trade the token of a link for a cookie and take it out of the address."""
+        rest = [(key, value) for key, value in _query(scope) if key != "token"]
+        # One slash only: `//other.site` would be an address elsewhere.
+        path = address_of(scope, encode_path(route_path(scope).lstrip("/\\")))
+        answer = RedirectResponse(f"{path}?{urlencode(rest)}" if rest else path, status_code=303, headers=HEADERS)
+        answer.headers["Cache-Control"] = "no-store"
+        answer.set_cookie(
+            self._cookie,
+            quote(self._token or "", safe=""),
+            max_age=WEEK_SECONDS,
+            path=address_of(scope),
+            httponly=True,
+            samesite="lax",
+            secure=scope["scheme"] == "https",
+        )
+        return answer
+
+
+async def refuse(scope: Scope, receive: Receive, send: Send, status: int, message: str) -> None:
+    """Answer a request that may not pass, or close a websocket that has not begun."""
+    if scope["type"] == "websocket" and "websocket.http.response" not in scope.get("extensions", {}):
+        await send({"type": "websocket.close", "code": 1008, "reason": message})
+        return
+    wants_page = _is_page(scope) and "text/html" in Headers(scope=scope).get("accept", "")
+    if status == UNKNOWN and wants_page:
+        text = (
+            TOKEN_PAGE.read_text(encoding="utf-8")
+            .replace("{message}", message)
+            .replace("{rest}", _hidden_fields(scope))
+        )
+        answer: Response = HTMLResponse(text, status, {**HEADERS, "Cache-Control": "no-store"})
+    else:
+        answer = errors.response(status, errors.shape(message), dict(HEADERS))
+    await answer(scope, receive, send)
+
+
+def _is_page(scope: Scope) -> bool:
+    """Tell whether a person may have asked for this in the address bar."""
+    return scope["type"] == "http" and scope["method"] == "GET" and not route_path(scope).startswith("/api/")
+
+
+def _tokens_in_address(scope: Scope) -> list[str]:
+    """Return the tokens in the address of a page, where they become a cookie."""
+    if not _is_page(scope):
+        return []
+    return [value for key, value in _query(scope) if key == "token"]
+
+
+def _query(scope: Scope) -> list[tuple[str, str]]:
+    return parse_qsl(scope["query_string"].decode("latin-1"), keep_blank_values=True)
+
+
+def _hidden_fields(scope: Scope) -> str:
+    """Return what else stands in the address as hidden fields: a form sends its own fields in place of all others."""
+    fields = ((html.escape(key), html.escape(value)) for key, value in _query(scope) if key != "token")
+    return "".join(f'<input type="hidden" name="{key}" value="{value}">' for key, value in fields)
+
+
+def _same_origin(headers: Headers) -> bool:
+    """Tell whether a request comes from this server's own page, or from no page at all."""
+    origin = headers.get("origin")
+    if origin is None:
+        return headers.get("sec-fetch-site", "none") in {"none", "same-origin"}
+    try:
+        parts = urlsplit(origin)
+    except ValueError:
+        return False
+    if parts.scheme not in {"http", "https"}:
+        return False
+    default = ":443" if parts.scheme == "https" else ":80"
+    return parts.netloc.lower().removesuffix(default) == headers.get("host", "").lower().removesuffix(default)
+
+
+def _name(host: str) -> str:
+    """Return the name of a Host header without its port."""
+    if host.startswith("["):
+        return host.partition("]")[0].strip("[").lower()
+    return host.partition(":")[0].lower()

@@ -1,0 +1,148 @@
+"""Serving: what `pftrack serve` does, from the settings to the end of the server."""
+
+import errno
+import gc
+import logging
+import signal
+import socket
+import sys
+from collections.abc import Callable, Mapping
+from typing import NoReturn
+
+import structlog
+import uvicorn
+from fastapi import FastAPI
+from pydantic import ValidationError
+
+from pftrack_server.core.resource_limits import name_cpu_limit, notices, too_few_files
+from pftrack_server.core.settings import Settings
+from pftrack_server.store import Store
+from pftrack_server.web.connections import configuration
+
+log = structlog.get_logger(__name__)
+
+GRACE_S = 5
+FAILED, WRONG_USE = 1, 2
+
+
+class AnnouncingServer(uvicorn.Server):
+    """Prints the link when the server can be reached, once."""
+
+    def __init__(self, config: uvicorn.Config, settings: Settings) -> None:
+        super().__init__(config)
+        self._settings = settings
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Start, and tell where to look."""
+        await super().startup(sockets)
+        gc.freeze()
+        gc.enable()
+        if self.started and sockets:
+            print(f"pftrack is at {self._settings.link(sockets[0].getsockname()[1])}", flush=True)  # noqa: T201
+
+    def stop(self, reason: str) -> None:
+        """Stop as if somebody had pressed Ctrl-C, and say why."""
+        if not self.should_exit:
+            print(reason, file=sys.stderr, flush=True)  # noqa: T201
+        self.should_exit = True
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Stop; a request that looks through an upload is not waited for."""
+        if self.started:
+            self.config.app.state.services.stopping.set()  # type: ignore[union-attr]  # what `create_app` has made
+        await super().shutdown(sockets)
+
+
+def run(create_app: Callable[[Settings], FastAPI], given: Mapping[str, object]) -> None:
+    """Serve until somebody ends it.
+
+    Args:
+        create_app: Makes the app.
+        given: Settings from the command line, which come before those of the environment.
+    """
+    try:
+        settings = Settings(**given)  # type: ignore[arg-type]  # validated within
+    except ValidationError as error:
+        first = error.errors()[0]
+        name = "_".join(str(part) for part in first["loc"])
+        _fail(
+            f"{name}: {first['msg'].removeprefix('Value error, ')}"
+            if name
+            else first["msg"].removeprefix("Value error, "),
+            WRONG_USE,
+        )
+    _log_to_stderr()
+    # Before the server takes over, an orderly end as well.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
+    if lacking := too_few_files():
+        _fail(lacking)
+    for notice in notices():
+        log.warning(notice)
+    _claim(settings)
+    listening = _listen(settings)
+    config = configuration(create_app(settings), timeout_graceful_shutdown=GRACE_S)
+    server = AnnouncingServer(config, settings)
+    name_cpu_limit(server.stop)
+    try:
+        server.run(sockets=[listening])
+    except KeyboardInterrupt:
+        sys.exit(0)
+    if not server.started:
+        sys.exit(1)
+
+
+def _claim(settings: Settings) -> None:
+    """Try data directory and database before anything starts, so that their faults are one sentence on the terminal."""
+    try:
+        Store(settings).close()
+    except RuntimeError as error:
+        _fail(str(error))
+    except OSError as error:
+        _fail(f"The data directory {settings.data_dir} cannot be used ({error.strerror}); choose one with --data-dir.")
+
+
+def _listen(settings: Settings) -> socket.socket:
+    """Bind the port here, so that a port in use is one sentence on the terminal."""
+    family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
+    listening = socket.socket(family, socket.SOCK_STREAM)
+    listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listening.bind((settings.host, settings.port))
+        listening.listen(2048)
+    except OSError as error:
+        listening.close()
+        where = f"{settings.host}:{settings.port}"
+        if isinstance(error, socket.gaierror):
+            _fail(f"There is no address {settings.host!r}; give --host an address of this machine, such as 127.0.0.1.")
+        reasons = {
+            "EADDRINUSE": f"Port {settings.port} is in use; end what uses it or choose another one with --port.",
+            "EACCES": f"Port {settings.port} may not be used by this user; choose one above 1023 with --port.",
+            "EADDRNOTAVAIL": f"{settings.host} is not an address of this machine; give --host one that is.",
+        }
+        _fail(reasons.get(_name(error), f"The server cannot listen at {where} ({error.strerror})."))
+    return listening
+
+
+def _name(error: OSError) -> str:
+    return errno.errorcode.get(error.errno or 0, "")
+
+
+def _fail(message: str, status: int = FAILED) -> NoReturn:
+    print(message, file=sys.stderr)  # noqa: T201
+    sys.exit(status)
+
+
+def _log_to_stderr() -> None:
+    structlog.configure(
+        processors=[
+            structlog.processors.add_log_level,
+            structlog.processors.TimeStamper(fmt="iso", utc=True),
+            structlog.processors.format_exc_info,
+            structlog.processors.LogfmtRenderer(key_order=["timestamp", "level", "event"], bool_as_flag=False),
+        ],
+        wrapper_class=structlog.make_filtering_bound_logger(logging.INFO),
+        logger_factory=structlog.PrintLoggerFactory(sys.stderr),
+    )
+    logging.basicConfig(level=logging.WARNING, stream=sys.stderr)
+    # uvicorn takes every websocket that is refused before it has begun for a mistake of the app.
+    logging.getLogger("uvicorn.error").addFilter(lambda record: "without completing handshake" not in record.msg)

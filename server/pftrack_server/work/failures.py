@@ -1,0 +1,79 @@
+"""The gallery of failures: what is declared of each."""
+
+from pftrack.analysis.failures import Entry, entry, gallery
+from pftrack.core.model.parameters import Value, declarations, flat, revise
+from pftrack.core.model.preset import KINDS
+from pftrack.core.model.recipe import parameter_values
+from pftrack.experiments import EXPERIMENTS
+from pftrack_server.core.errors import NotFoundError
+from pftrack_server.schemas.failures import DifferencePublic, FailureNeighbour, FailurePublic
+
+
+def failures() -> list[FailurePublic]:
+    """Return all failures by their numbers."""
+    return [public(each) for each in gallery(EXPERIMENTS)]
+
+
+def failure_named(name: str) -> Entry:
+    """Return a failure by its id or its number.
+
+    Raises:
+        NotFoundError: There is none, or its experiment is not installed here.
+    """
+    try:
+        return entry(EXPERIMENTS, name)
+    except LookupError:
+        raise NotFoundError(
+            f"There is no failure {name[:64]!r} here. It may belong to an experiment that is not installed; there are "
+            f"{len(gallery(EXPERIMENTS))}, by number or by name."
+        ) from None
+
+
+def public(shown: Entry) -> FailurePublic:
+    """Return what is declared of a failure."""
+    failure, experiment = shown.failure, shown.experiment
+    return FailurePublic(
+        id=failure.id,
+        number=shown.number,
+        title=failure.title,
+        kind=failure.kind,
+        kind_title=KINDS[failure.kind],
+        cause=failure.cause,
+        experiment=experiment.id,
+        experiment_title=experiment.title,
+        diagnosis=failure.diagnosis,
+        cure=failure.cure.text,
+        frame=failure.frame,
+        differences=_differences(shown),
+        failing=shown.recipe(),
+        cured=shown.recipe(cured=True),
+        page=f"failures/{failure.id}",
+        previous=_neighbour(shown.number - 1),
+        next=_neighbour(shown.number + 1),
+    )
+
+
+def _neighbour(number: int) -> FailureNeighbour | None:
+    found = [each.failure for each in gallery(EXPERIMENTS) if each.number == number]
+    return FailureNeighbour(id=found[0].id, title=found[0].title) if found else None
+
+
+def _differences(shown: Entry) -> list[DifferencePublic]:
+    """Return what differs between the two runs, in the words of the experiment."""
+    failure, experiment = shown.failure, shown.experiment
+    parameters = experiment.simulate().parameters
+    before, after = (
+        flat(revise(parameters, parameter_values(values)))
+        for values in (failure.parameters, {**failure.parameters, **failure.cure.values})
+    )
+    found = [
+        DifferencePublic(title=it.title, unit=it.unit, failing=before[it.name], cured=after[it.name])
+        for it in declarations(type(parameters))
+        if before[it.name] != after[it.name]
+    ]
+    trackers: list[Value] = [
+        experiment.trackers[str(name)].title for name in (failure.tracker, failure.cure.values.get("tracker")) if name
+    ]
+    if len(set(trackers)) > 1:
+        found.insert(0, DifferencePublic(title="Tracker", unit="", failing=trackers[0], cured=trackers[1]))
+    return found

@@ -1,0 +1,135 @@
+"""Jobs: what takes a while is begun beside what it is about, and followed, cancelled and fetched here."""
+
+from http import HTTPStatus
+from typing import Annotated
+
+from fastapi import APIRouter, Path, Query, Request
+from starlette.responses import FileResponse
+
+from pftrack.output.exports.formats import exports_of
+from pftrack_server.core.errors import ConflictError, NotFoundError
+from pftrack_server.core.experiments import find_experiment
+from pftrack_server.core.requests import TICKET, service, unless_client_gone
+from pftrack_server.jobs.child_tasks import Queues
+from pftrack_server.schemas.description import ExportPublic
+from pftrack_server.schemas.jobs import (
+    AnyJob,
+    ComparisonCreate,
+    ComparisonExportCreate,
+    ComparisonJob,
+    ExplorationCreate,
+    ExplorationJob,
+    ExportJob,
+    FitCreate,
+    FitJob,
+)
+from pftrack_server.schemas.uploads import QueuePublic
+from pftrack_server.schemas.work import ExportsPublic, PlotChoice
+from pftrack_server.sessions.routes import ASession
+from pftrack_server.work import exports, runs
+from pftrack_server.work.comparisons import compare
+from pftrack_server.work.explorations import Explorations
+from pftrack_server.work.routes import ARun, TheHouse
+from pftrack_server.work.sources import reopen
+
+router = APIRouter(tags=["jobs"])
+TheExplorations = Annotated[Explorations, service(Explorations)]
+
+Name = Annotated[str, Path(max_length=64)]
+
+PlotId = Annotated[str | None, Query(max_length=64, description="The one plot that a picture shows; all if not given.")]
+
+
+@router.get("/jobs")
+async def list_jobs(house: TheHouse) -> list[AnyJob]:
+    """List the jobs under way, and what came of those of the last minutes, the newest first."""
+    return house.jobs.all()
+
+
+@router.get("/jobs/{job}")
+async def show_job(job: Name, house: TheHouse) -> AnyJob:
+    """Tell how far a job is, and what it has found; one that nobody asks for is dropped after 150 s."""
+    return house.jobs.get(job)
+
+
+@router.delete("/jobs/{job}", status_code=HTTPStatus.NO_CONTENT)
+async def cancel_job(job: Name, house: TheHouse) -> None:
+    """Stop a job, or forget what came of it."""
+    await house.jobs.cancel(job)
+
+
+@router.get("/jobs/{job}/file", response_class=FileResponse)
+async def fetch_file(job: Name, house: TheHouse) -> FileResponse:
+    """Return the file that an export has written; it is kept for ten minutes."""
+    found = house.jobs.get(job)
+    if not isinstance(found, ExportJob):
+        raise NotFoundError("This job writes no file.")
+    if found.result is None:
+        raise ConflictError(found.error or "The file is still being written; ask again when it is done.")
+    return FileResponse(
+        house.store.files.exported(job),
+        media_type=found.result.media_type,
+        filename=found.name,
+        headers={"Cache-Control": "no-store"},
+    )
+
+
+@router.post("/sessions/{session}/exports/{export}", status_code=HTTPStatus.ACCEPTED)
+async def export_session(
+    session: ASession,
+    export: Name,
+    house: TheHouse,
+    explorations: TheExplorations,
+    plot: PlotId = None,
+) -> ExportJob:
+    """Begin to write the active branch of a session, as far as it was computed, as a file of another kind."""
+    name, found = session.state.snapshot.name, explorations.found_of(session)
+    return await exports.export_run(house, session.spec, name, export, plot, found)
+
+
+@router.post("/sessions/{session}/fits", status_code=HTTPStatus.ACCEPTED)
+async def fit_session(session: ASession, body: FitCreate, house: TheHouse) -> FitJob:
+    """Begin to fit numbers to the active branch of a session, as far as it was computed; the session goes on."""
+    return await runs.fit(house, session, tuple(body.numbers))
+
+
+@router.post("/sessions/{session}/explorations", status_code=HTTPStatus.ACCEPTED)
+async def explore(session: ASession, body: ExplorationCreate, explorations: TheExplorations) -> ExplorationJob:
+    """Begin to try what would have saved the active branch, or what its settings do with other seeds."""
+    return await explorations.explore(session, body)
+
+
+@router.get("/runs/{run}/exports")
+def list_exports(run: ARun) -> ExportsPublic:
+    """List what a saved run can be exported as."""
+    experiment = find_experiment(run.experiment)
+    return ExportsPublic(
+        exports=[ExportPublic.model_validate(one) for one in exports_of(experiment)],
+        plots=[PlotChoice.model_validate(plot) for plot in experiment.plots],
+    )
+
+
+@router.post("/runs/{run}/exports/{export}", status_code=HTTPStatus.ACCEPTED)
+async def export_run(run: ARun, export: Name, house: TheHouse, plot: PlotId = None) -> ExportJob:
+    """Begin to write a saved run as a file of another kind."""
+    return await exports.export_run(house, await reopen(house.store, house.tasks, run), run.title, export, plot)
+
+
+@router.post("/comparisons", status_code=HTTPStatus.ACCEPTED)
+async def compare_runs(body: ComparisonCreate, request: Request, house: TheHouse) -> ComparisonJob:
+    """Compare two to four runs: what differs is told at once, what came of them when they have been computed."""
+    return await unless_client_gone(request, compare(house, body.runs))
+
+
+@router.post("/comparisons/exports/{export}", status_code=HTTPStatus.ACCEPTED)
+async def export_comparison(export: Name, body: ComparisonExportCreate, request: Request, house: TheHouse) -> ExportJob:
+    """Begin to write what two to four runs come to beside each other as a file."""
+    return await unless_client_gone(request, exports.export_comparison(house, body.runs, body.title, export))
+
+
+@router.get("/queue/{ticket}")
+async def show_place(
+    ticket: Annotated[str, Path(pattern=TICKET)], queues: Annotated[Queues, service(Queues)]
+) -> QueuePublic:
+    """Tell how many are before the request that was sent with a ticket; none once it is worked on."""
+    return QueuePublic(before=queues.before(ticket))

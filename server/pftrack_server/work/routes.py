@@ -1,0 +1,312 @@
+"""My work: sessions, saved runs, comparisons, sweeps and uploads in one list, found by words, and each by itself.
+
+Each word has to occur in what is known of a thing.
+"""
+
+import asyncio
+import re
+from collections.abc import Callable, Iterable, Sequence, Sized
+from datetime import datetime
+from functools import partial
+from http import HTTPStatus
+from typing import Annotated, TypeVar
+from zoneinfo import ZoneInfo
+
+from fastapi import APIRouter, Depends, Path, Query, Request
+from starlette.responses import FileResponse, Response
+
+from pftrack.experiments import EXPERIMENTS
+from pftrack_server.core.errors import ConflictError, DamagedError, NotFoundError
+from pftrack_server.core.requests import MULTIPART, SettingsNow, TakesFiles, kept_picture, service, unless_client_gone
+from pftrack_server.jobs.child_tasks import TheTasks
+from pftrack_server.schemas.jobs import ImportJob
+from pftrack_server.schemas.messages import SessionPublic
+from pftrack_server.schemas.sweeps import SweepPublic
+from pftrack_server.schemas.uploads import UploadPublic
+from pftrack_server.schemas.work import (
+    Kind,
+    NewTitle,
+    RunCreate,
+    RunPublic,
+    SavedComparisonCreate,
+    SavedComparisonDetail,
+    SavedComparisonPublic,
+    WorkCounts,
+    WorkPublic,
+)
+from pftrack_server.sessions.routes import AManager, Begin
+from pftrack_server.store.files import is_name
+from pftrack_server.store.store import AStore
+from pftrack_server.store.tables import ComparisonRow, RunRow, UploadRow
+from pftrack_server.sweeps.routes import ASweeps
+from pftrack_server.uploads.multipart import receive
+from pftrack_server.work.comparisons import detail_view, save, saved_view
+from pftrack_server.work.exports import run_file_name
+from pftrack_server.work.runs import bring_in, check_room, compare, save_run
+from pftrack_server.work.sources import House, reopen
+
+router = APIRouter(tags=["work"])
+
+TheHouse = Annotated[House, service(House)]
+
+
+def _run(run: Annotated[str, Path(max_length=64)], store: AStore) -> RunRow:
+    row = store.get(RunRow, run)
+    if row is None:
+        raise NotFoundError("There is no such run; it may have been deleted.")
+    return row
+
+
+def _comparison(saved: Annotated[str, Path(max_length=64)], store: AStore) -> ComparisonRow:
+    row = store.get(ComparisonRow, saved)
+    if row is None:
+        raise NotFoundError("There is no such comparison; it may have been deleted.")
+    return row
+
+
+ARun = Annotated[RunRow, Depends(_run)]
+AComparison = Annotated[ComparisonRow, Depends(_comparison)]
+
+Name = Annotated[str, Path(max_length=64)]
+Thing = TypeVar("Thing", SessionPublic, RunRow, ComparisonRow, SweepPublic, UploadRow)
+MOST = 500
+UTC = ZoneInfo("UTC")
+RECORD = "application/vnd.pftrack.run"
+
+
+class Words:
+    """The words of a search, in any order and either case; parts of words do as well, but not parts of numbers.
+
+    A seed is not to be found in the minutes of a clock, nor in the month of a date in digits.
+    """
+
+    def __init__(self, text: str) -> None:
+        self._words = [_pattern(word) for word in text.casefold().split()]
+
+    def occur_in(self, *texts: object) -> bool:
+        """Tell whether all of them occur in what these texts say together."""
+        said = " ".join(str(text) for text in texts).casefold()
+        return all(word.search(said) for word in self._words)
+
+
+def _pattern(word: str) -> re.Pattern[str]:
+    """Return what matches a word anywhere, and a number only where no digits, clock or date go on."""
+    return re.compile(rf"(?<![\d:-]){word}(?![\d:-])" if word.isdecimal() else re.escape(word))
+
+
+def experiment_words(experiment: str, trackers: Iterable[str]) -> str:
+    """Return an experiment and trackers of it by names and titles; of what there is no more, the names alone."""
+    names = [experiment, *trackers]
+    known = EXPERIMENTS.get(experiment)
+    if known is not None:
+        names += [
+            known.title,
+            known.video.clip_title,
+            known.target,
+            *(known.trackers[name].title for name in names if name in known.trackers),
+        ]
+    return " ".join(names)
+
+
+def date_words(created: str, now: datetime) -> str:
+    """Return a moment as it may be looked for: in digits, in words, and "today" on that day.
+
+    Args:
+        created: The moment, as ISO 8601 has it.
+        now: When somebody looks for it, in the zone of who does: in another zone it may be another day.
+    """
+    try:
+        moment = datetime.fromisoformat(created).astimezone(now.tzinfo)
+    except ValueError:
+        return created
+    today = "today" if moment.date() == now.date() else ""
+    return f"{moment:%Y-%m-%d %H:%M} {moment.day} {moment:%B %Y} {today}"
+
+
+@router.post("/runs", status_code=HTTPStatus.CREATED)
+async def keep_run(body: RunCreate, manager: AManager, store: AStore, settings: SettingsNow) -> RunPublic:
+    """Save the active branch of a session."""
+    session = manager.get(body.session)
+    await asyncio.to_thread(check_room, store, settings)
+    return RunPublic.model_validate(await save_run(store, session, body.title))
+
+
+@router.post("/runs/import", status_code=HTTPStatus.ACCEPTED, openapi_extra=MULTIPART, dependencies=[TakesFiles])
+async def import_run(request: Request, store: AStore, settings: SettingsNow, house: TheHouse) -> ImportJob:
+    """Take in a run that was saved elsewhere, and begin to compute it."""
+    await asyncio.to_thread(check_room, store, settings)
+    folder = store.files.new_incoming()
+    received = await receive(request, folder, store.disk_budget, most_bytes=settings.max_record_bytes, most_files=1)
+    return await unless_client_gone(request, bring_in(house, folder, received))
+
+
+@router.get("/runs")
+def list_runs(store: AStore) -> list[RunPublic]:
+    """List all saved runs, the newest first."""
+    return [RunPublic.model_validate(row) for row in store.all(RunRow)]
+
+
+@router.get("/runs/{run}")
+def show_run(run: ARun) -> RunPublic:
+    """Tell about a saved run."""
+    return RunPublic.model_validate(run)
+
+
+@router.patch("/runs/{run}")
+async def rename_run(run: ARun, body: NewTitle, store: AStore) -> RunPublic:
+    """Give a saved run another name."""
+    await asyncio.to_thread(store.rename, run, body.title)
+    return RunPublic.model_validate(run)
+
+
+@router.delete("/runs/{run}", status_code=HTTPStatus.NO_CONTENT)
+async def remove_run(run: Name, store: AStore) -> None:
+    """Delete a saved run, also one whose entry in the database is damaged."""
+    if not is_name(run) or not await asyncio.to_thread(store.remove, RunRow, run):
+        raise NotFoundError("There is no such run; it may have been deleted.")
+
+
+@router.get("/runs/{run}/download", response_class=FileResponse, responses={200: {"content": {RECORD: {}}}})
+def download(run: ARun, store: AStore) -> FileResponse:
+    """Return the record of a saved run as a file."""
+    path = store.files.record(run.id)
+    if not path.exists():
+        raise NotFoundError("The file of this run is missing.")
+    return FileResponse(path, media_type=RECORD, filename=f"{run_file_name(run.experiment, run.title)}-{run.seed}.pft")
+
+
+@router.get("/runs/{run}/thumbnail.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})
+def thumbnail(run: ARun, store: AStore) -> Response:
+    """Return a picture of the frame at which a run was saved."""
+    path = store.files.thumbnail(run.id)
+    if not path.exists():
+        raise NotFoundError("The picture of this run is missing.")
+    return kept_picture(path.read_bytes(), "image/png")
+
+
+@router.post("/runs/{run}/open", status_code=HTTPStatus.CREATED)
+async def open_run(run: ARun, store: AStore, begin: Begin, tasks: TheTasks) -> SessionPublic:
+    """Go on with a saved run in a new session."""
+    session = await begin(await reopen(store, tasks, run), partial(compare, store, tasks, run))
+    return session.view()
+
+
+@router.post("/comparisons/saved", status_code=HTTPStatus.CREATED)
+def save_comparison(body: SavedComparisonCreate, store: AStore, settings: SettingsNow) -> SavedComparisonPublic:
+    """Keep a comparison under a name."""
+    return saved_view(save(store, settings, body))
+
+
+@router.get("/comparisons/saved")
+def list_saved_comparisons(store: AStore) -> list[SavedComparisonPublic]:
+    """List all saved comparisons, the newest first."""
+    return [saved_view(row) for row in store.all(ComparisonRow)]
+
+
+@router.get("/comparisons/saved/{saved}")
+def show_saved_comparison(saved: AComparison) -> SavedComparisonDetail:
+    """Tell what makes a saved comparison again."""
+    return detail_view(saved)
+
+
+@router.patch("/comparisons/saved/{saved}")
+def rename_comparison(saved: AComparison, body: NewTitle, store: AStore) -> SavedComparisonPublic:
+    """Give a saved comparison another name."""
+    store.rename(saved, body.title)
+    return saved_view(saved)
+
+
+@router.delete("/comparisons/saved/{saved}", status_code=HTTPStatus.NO_CONTENT)
+def remove_comparison(saved: Name, store: AStore) -> None:
+    """Delete a saved comparison, also one whose entry in the database is damaged."""
+    if not is_name(saved) or not store.remove(ComparisonRow, saved):
+        raise NotFoundError("There is no such comparison; it may have been deleted.")
+
+
+@router.delete("/uploads/{upload}", status_code=HTTPStatus.NO_CONTENT, tags=["uploads"])
+async def remove_upload(
+    upload: Annotated[str, Path(max_length=64)], store: AStore, manager: AManager, sweeps: ASweeps
+) -> None:
+    """Delete an upload that no session and no running sweep needs, also one whose entry in the database is damaged."""
+    if manager.uses(upload):
+        raise ConflictError("A session runs on this upload; end the session first.")
+    try:
+        found = await asyncio.to_thread(store.get, UploadRow, upload) if is_name(upload) else None
+    except DamagedError:
+        found = None  # No sweep runs on what cannot be read.
+    if found is not None and sweeps.uses(found):
+        raise ConflictError("A sweep on this upload is being computed; wait, or cancel it first.")
+    if not is_name(upload) or not await asyncio.to_thread(store.remove, UploadRow, upload):
+        raise NotFoundError("There is no such upload; it may have been deleted.")
+
+
+@router.get("/work")
+async def find_work(
+    manager: AManager,
+    sweeps: ASweeps,
+    store: AStore,
+    q: Annotated[str, Query(max_length=200, description="Words that all have to occur: title, tracker, date ...")] = "",
+    show: Annotated[Kind | None, Query(description="List things of this kind alone; the others are counted.")] = None,
+    limit: Annotated[int, Query(ge=1, le=MOST, description="List so many of each kind.")] = 20,
+    zone: Annotated[ZoneInfo, Query(description="The time zone in which dates are looked for.")] = UTC,
+) -> WorkPublic:
+    """Find sessions, saved runs, comparisons, sweeps and uploads by words, the newest first."""
+    words = Words(q)
+    now = datetime.now(zone)
+    started = [session.view() for session in manager.all if session.spec.description]
+    planned = [sweep.view() for sweep in sweeps.all]
+    runs, uploads = await asyncio.gather(asyncio.to_thread(store.all, RunRow), asyncio.to_thread(store.all, UploadRow))
+    kept = await asyncio.to_thread(store.all, ComparisonRow)
+    these = _having(words, now, started, _of_session)
+    saved = _having(words, now, runs, _of_run)
+    compared = _having(words, now, kept, _of_comparison)
+    swept = _having(words, now, planned, _of_sweep)
+    sent = _having(words, now, uploads, _of_upload)
+
+    def most(kind: Kind) -> int:
+        return limit if show in {None, kind} else 0
+
+    return WorkPublic(
+        sessions=these[: most("sessions")],
+        runs=[RunPublic.model_validate(row) for row in saved[: most("runs")]],
+        comparisons=[saved_view(row) for row in compared[: most("comparisons")]],
+        sweeps=swept[: most("sweeps")],
+        uploads=[UploadPublic.model_validate(row) for row in sent[: most("uploads")]],
+        found=_count(these, saved, compared, swept, sent),
+        total=_count(started, runs, kept, planned, uploads),
+    )
+
+
+def _count(sessions: Sized, runs: Sized, comparisons: Sized, sweeps: Sized, uploads: Sized) -> WorkCounts:
+    return WorkCounts(
+        sessions=len(sessions), runs=len(runs), comparisons=len(comparisons), sweeps=len(sweeps), uploads=len(uploads)
+    )
+
+
+def _having(
+    words: Words, now: datetime, things: Sequence[Thing], texts: Callable[[Thing], tuple[object, ...]]
+) -> list[Thing]:
+    return [thing for thing in things if words.occur_in(*texts(thing), date_words(thing.created, now))]
+
+
+def _of_session(session: SessionPublic) -> tuple[object, ...]:
+    kept = experiment_words(session.recipe.experiment, [session.tracker])
+    return session.name, session.title, kept, f"seed {session.recipe.seed}", session.state
+
+
+def _of_run(row: RunRow) -> tuple[object, ...]:
+    return row.title, experiment_words(row.experiment, [row.tracker]), row.outcome, f"seed {row.seed}"
+
+
+def _of_comparison(row: ComparisonRow) -> tuple[object, ...]:
+    told = saved_view(row)
+    return row.title, *(experiment_words(experiment, told.trackers) for experiment in told.experiments)
+
+
+def _of_sweep(sweep: SweepPublic) -> tuple[object, ...]:
+    methods = experiment_words(sweep.experiment, [tracker.id for tracker in sweep.trackers])
+    return sweep.title, methods, sweep.outcome, sweep.state
+
+
+def _of_upload(row: UploadRow) -> tuple[object, ...]:
+    return row.name, row.kind

@@ -1,0 +1,257 @@
+"""What confined processes do with runs: read and compute records, export, fit, compare and explore.
+
+The runs of sessions, saved runs and recipes are made by the door that sessions come in by, under the same limits. One
+that may take minutes is a generator: it yields how many steps are done and of how many, and returns its result.
+"""
+
+import time
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from pftrack.analysis.counterfactuals import Report, record, what_if
+from pftrack.analysis.counterfactuals import read_record as read_report
+from pftrack.analysis.diagnosis import diagnose
+from pftrack.analysis.explanation import Explanation
+from pftrack.analysis.fitting import fit
+from pftrack.analysis.other_seeds import RUNS, Scene, ensembling, other_seeds
+from pftrack.core.files import write_whole
+from pftrack.core.model.parameters import ParameterError, Parameters, flat, limit_particles
+from pftrack.core.model.recipe import Footage, check_timeline
+from pftrack.core.model.series import as_json
+from pftrack.core.model.setup import find_export
+from pftrack.core.model.source import FrameIndex, FrameSequence
+from pftrack.core.numerics.random import LARGEST_SEED
+from pftrack.experiments.own.code import trust
+from pftrack.output.exports.comparisons import COMPARISON_FORMATS
+from pftrack.output.exports.formats import exporting, exports_of
+from pftrack.process import report
+from pftrack.runs.comparison import Comparison
+from pftrack.runs.record import RecordError, Saved, read_saved
+from pftrack.runs.reproduction import departure, difference, make
+from pftrack.runs.run import Run
+from pftrack.sources.limits import Limits
+from pftrack.sources.sequence import open_sequence
+from pftrack.vision.rendering import png, render
+from pftrack_server.jobs.functions import Steps
+from pftrack_server.sessions.worker.protocol import WorkerConfig
+from pftrack_server.sessions.worker.run_tree import RunTree
+
+FIT_STEPS = 1000
+FIT_COMPUTED = 100
+"""Of the steps of a fit, those that are done when the run is computed."""
+TELL_S = 0.25
+"""Between two reports of what has been found: to write one takes some milliseconds, and the page asks as often."""
+
+Growing: TypeAlias = Generator[dict[str, Any], None, dict[str, Any]]
+
+
+def read_record(path: str) -> dict[str, Any]:
+    """Read what a record says of its run."""
+    return _read_record(path).record.model_dump(mode="json")
+
+
+def weigh_record(path: str, video: tuple[str, str] | None, limits: Limits, filters: tuple[str, ...] = ()) -> Steps:
+    """Compute the run of a record as far as it was computed, and return what came of it; a step is a frame.
+
+    Args:
+        path: The record.
+        video: Path and index of the upload that it was made on, if that is here.
+        limits: How large their frames may be.
+        filters: Texts of filters that the run may execute.
+    """
+    trust(*filters)
+    saved = _read_record(path)
+    found = saved.record
+    recipe = found.recipe
+    if recipe.frames is not None and recipe.frames > limits.frames:
+        raise ParameterError("frames", recipe.frames, f"at most {limits.frames} on this server")
+    if recipe.seed > LARGEST_SEED:
+        raise ParameterError("seed", recipe.seed, f"at most {LARGEST_SEED}, since browsers round beyond it")
+    run = make(recipe, open_sequence=partial(_reopen_footage, video, limits))
+    check_timeline(run.timeline.changes, run.frames)
+    last = min(found.computed, run.frames) - 1
+    for step in run.seeking(last):
+        yield step.diagnostics.frame + 1, last + 1
+    drawing = run.experiment.draw(run.current, run.diagnostics)
+    apart = difference(run, saved)
+    return {
+        "title": run.experiment.title,
+        "summary": {
+            **run.summary().as_dict(),
+            "reproduced": apart is None,
+            **({"differs": {**apart.as_dict(), "sentence": apart.sentence}} if apart else {}),
+        },
+        "thumbnail": png(render(drawing, layers=run.experiment.shown_layers)),
+    }
+
+
+def _reopen_footage(video: tuple[str, str] | None, limits: Limits, footage: Footage) -> FrameSequence:
+    """Open the upload that a run was made on.
+
+    Args:
+        video: Its path and index, if it is here.
+        limits: How large its frames may be.
+        footage: What the run says of it.
+
+    Raises:
+        RecordError: It is not here.
+    """
+    if video is None:
+        name = footage.name or "a recording"
+        raise RecordError(f"The run was made on {name}, which is not on this server; upload it first")
+    index = FrameIndex.from_json(video[1])
+    return open_sequence(Path(video[0]), limits, index=index, square=footage.square)
+
+
+def compare_record(path: str, estimates: list[list[float]]) -> str | None:
+    """Say where estimates differ from those of a record, in the frames that both have; None where they do not."""
+    apart = departure(estimates, _read_record(path))
+    return None if apart is None else f"{apart.sentence[:1].upper()}{apart.sentence[1:]}."
+
+
+def _read_record(path: str) -> Saved:
+    try:
+        return read_saved(Path(path))
+    except RecordError as error:
+        # What the file is called here is nobody's business.
+        raise RecordError(str(error).replace(Path(path).name, "The file")) from None
+
+
+def write_export(
+    config: WorkerConfig, export: str, plot: str | None, known: Mapping[str, Any] | None, path: str
+) -> Steps:
+    """Write a run as a file; the first half of the steps computes the run, the second writes it.
+
+    Args:
+        config: What makes the run, how far it has been computed, and where it stands.
+        export: Name of the export.
+        plot: Id of the one plot that a picture shall show; None for all.
+        known: The record of what would have saved the run, where that is known.
+        path: Where to.
+    """
+    run = _run(config)
+    last = min(config.run.computed, run.frames - 1)
+    frames = last + 1
+    for step in run.seeking(last):
+        yield step.diagnostics.frame + 1, 2 * frames
+    run.seek(min(config.run.position, last))
+    if known is not None:
+        found = read_report(known)
+        run.explained = Explanation(diagnose(run, found.loss), found)
+    kind = find_export(exports_of(run.experiment), export)
+    for done, of in exporting(run, Path(path), kind, plot):
+        yield frames + frames * done // of, 2 * frames
+    return {}
+
+
+def fit_run(config: WorkerConfig, names: tuple[str, ...]) -> Steps:
+    """Fit numbers of a run's tracker to what the run has seen, from where it stands, and return what came of it."""
+    run = _run(config)
+    last = min(config.run.computed, run.frames - 1)
+    for step in run.seeking(last):
+        yield FIT_COMPUTED * step.diagnostics.frame // max(last, 1), FIT_STEPS
+    run.seek(min(config.run.position, last))
+
+    def tell(done: int, most: int) -> None:
+        report((FIT_COMPUTED + (FIT_STEPS - FIT_COMPUTED) * done // most, FIT_STEPS))
+
+    return fit(run, names, on_step=tell).as_dict()
+
+
+def outline_comparison(configs: Sequence[WorkerConfig]) -> dict[str, Any]:
+    """Return what is known of a comparison before anything is computed.
+
+    Raises:
+        ComparisonError: The runs cannot be compared.
+    """
+    return as_json(_compare(configs).outline)
+
+
+def compare_runs(configs: Sequence[WorkerConfig]) -> Steps:
+    """Compute all frames that runs have in common, and return what they come to; a step is a frame of a run."""
+    compared = _compare(configs)
+    yield from compared.computing()
+    return as_json(compared.result)
+
+
+def write_comparison(configs: Sequence[WorkerConfig], export: str, path: str) -> Steps:
+    """Compute all frames that runs have in common, and write what they come to as a file.
+
+    Args:
+        configs: Of the runs.
+        export: Name of the export.
+        path: Where to.
+    """
+    compared = _compare(configs)
+    yield from compared.computing()
+    write_whole(Path(path), find_export(COMPARISON_FORMATS, export).make(compared))
+    return {}
+
+
+def explore_changes(
+    config: WorkerConfig, frame: int | None, share: tuple[int, int], known: Report | None, seconds: float
+) -> Growing:
+    """Try what would have saved a run, and tell of it as it grows, by records of reports.
+
+    Args:
+        config: What makes the run, and how far it has been computed.
+        frame: In the loss that is meant; the first that lasts if None.
+        share: (k, n): of n parts of the changes only the k-th is tried.
+        known: What was found before.
+        seconds: After so long it ends with what it has found.
+
+    Raises:
+        LossError: The run has not lost its target.
+    """
+    run = _run(config)
+    run.seek(min(max(config.run.computed, run.computed), run.frames - 1))
+
+    def allow(tracker: str, parameters: Parameters) -> bool:
+        declared = run.experiment.declarations(type(parameters))
+        try:
+            limit_particles(declared, flat(parameters), tracker, config.max_particles)
+        except ParameterError:
+            return False
+        return True
+
+    growing = what_if(run, frame, allow=allow, share=share, known=known)
+    return (yield from _tell(growing, record, seconds))
+
+
+def explore_seeds(config: WorkerConfig, frames: int, scene: Scene, seconds: float) -> Growing:
+    """Carry out runs of the same settings with other seeds, and tell of them as they go on.
+
+    Args:
+        config: What makes the run.
+        frames: How far they go.
+        scene: What they see.
+        seconds: After so long they end where they are.
+    """
+    run = _run(config)
+    growing = ensembling(run, other_seeds(run.seed, RUNS), min(frames, run.frames), scene=scene)
+    return (yield from _tell(growing, lambda found: as_json(found.bands), seconds))
+
+
+def _run(config: WorkerConfig) -> Run:
+    trust(*config.filters)
+    return RunTree(config).run
+
+
+def _compare(configs: Sequence[WorkerConfig]) -> Comparison:
+    return Comparison.of(*map(_run, configs))
+
+
+def _tell(growing: Iterator[Any], words: Callable[[Any], dict[str, Any]], seconds: float) -> Growing:
+    """Go on as long as there is time, and yield now and then what has been found; return the last of it."""
+    last = next(growing)
+    begun = told = time.monotonic()  # what it needs for the first time has been loaded
+    for last in growing:
+        now = time.monotonic()
+        if now - begun > seconds:
+            break
+        if now - told > TELL_S:
+            yield words(last)
+            told = now
+    return words(last)
