@@ -3,130 +3,56 @@
 import { ahead } from "./prefetch.js";
 import { api, messageOf } from "../shared/api.js";
 import { REFERENCES } from "../shared/citations.js";
-import { families, skeletonCard } from "./cards.js";
+import { Families } from "./cards.js";
 import { compilationMeter, followCompiling, inSentenceCase } from "../shared/compiling.js";
-import { fill, h, part } from "../shared/dom.js";
-import { navigation } from "../shared/navigation.js";
-import { offerOwnFilter } from "./own_filter.js";
-import { pluginProblems } from "./plugins.js";
-import { offer } from "./tour_offer.js";
+import { h as element } from "../shared/dom.js";
+import { OwnFilterOffer, TourOffer } from "./offers.js";
+import { Made, Notice, showPage } from "../shared/page.js";
+import { later } from "../shared/timing.js";
 import { TargetForm } from "../upload/target.js";
 import { GLOSSARY } from "../shared/terms.js";
-import { themeButton } from "../shared/theme.js";
 import { attempt, toast } from "../shared/toast.js";
 import { DropZone } from "../upload/upload.js";
+import { h, html, signal, useEffect } from "../vendor/preact.js";
+
+/** @import { CompilationPublic, ExperimentPublic, UploadPublic } from "../shared/messages.js" */
 
 const SKELETON_AFTER_MS = 200;
 const UPLOAD = /^#upload\/(.+)$/;
 /** Where the saved runs stood before. */
 const RUN = /^#run-\w+$/;
+const BONE = html`<div class="card skeleton" aria-hidden="true">
+  <div class="thumb shimmer"></div><div class="bone shimmer"></div><div class="bone short shimmer"></div>
+</div>`;
 
-/** @type {import("../shared/messages.js").ExperimentPublic[]|null} */
-let experiments = null;
-/** @type {TargetForm|null} */
-let form = null;
-
-if (RUN.test(location.hash)) location.replace(`work?show=runs${location.hash}`);
-navigation("experiments");
-part("tools").append(h("a", { class: "link", href: GLOSSARY }, "Glossary"), h("a", { class: "link", href: REFERENCES }, "References"), themeButton());
-new DropZone(part("drop"), {
-  uploaded: (upload) => {
-    location.hash = `upload/${encodeURIComponent(upload.id)}`;
-  },
-  imported: async (run) => {
-    toast(`${run.title} is in My work, under saved runs`);
-    const session = await attempt(() => api.open(run.id));
-    if (session) location.assign(session.page);
-  },
-});
-offerOwnFilter(part("own-filter"));
-addEventListener("hashchange", target);
-followCompiling(compiling).catch(() => (part("compiling").hidden = true));
-// A page that comes back from the browser's cache shows what was; ask again.
-addEventListener("pageshow", (event) => event.persisted && load());
-load();
+/** The experiments; or why they cannot be listed; or nothing yet, for long or not. */
+const experiments = signal(/** @type {ExperimentPublic[]|string|"long"|null} */ (null));
+const compilation = signal(/** @type {CompilationPublic|null} */ (null));
+/** What is wrong with the experiments of other packages. */
+const problems = signal(/** @type {readonly string[]} */ ([]));
+/** The upload in which a target is asked for, as the address says; so a reload keeps the place. */
+const upload = signal(/** @type {UploadPublic|null} */ (null));
 
 async function load() {
-  const cards = part("experiments");
-  const slow = setTimeout(() => experiments === null && fill(cards, skeletonCard(), skeletonCard()), SKELETON_AFTER_MS);
+  const there = later(() => (experiments.value ??= "long"), SKELETON_AFTER_MS);
   try {
-    experiments = await api.experiments();
-    fill(cards, families(experiments));
-    offer(part("tour"), experiments);
+    experiments.value = await api.experiments();
   } catch (error) {
-    fill(cards, failure("The experiments could not be listed", messageOf(error)));
+    experiments.value = messageOf(error);
     return;
   } finally {
-    clearTimeout(slow);
+    there();
   }
-  await Promise.all([problems(), target()]);
+  await Promise.all([findProblems(), findUpload()]);
   await ahead();
 }
 
-/**
- * Say how far compiling is, and on each card whether it has to wait for that; all of it goes away by itself.
- *
- * @param {import("../shared/messages.js").CompilationPublic} compilation
- */
-function compiling(compilation) {
-  const { finished, sentence, usable, ready } = compilation;
-  const place = part("compiling");
-  fill(place, !finished && [`${inSentenceCase(sentence)}. `, compilationMeter(compilation)]);
-  place.hidden = finished;
-  for (const card of part("experiments").querySelectorAll("article")) {
-    const { experiment = "" } = card.dataset;
-    card.classList.toggle("waits", !finished && !usable.includes(experiment));
-    if (card.dataset.drawn === undefined && (finished || ready.includes(experiment))) {
-      card.dataset.drawn = "";
-      card.querySelectorAll("img").forEach(again);
-    }
-  }
-}
-
-/** @param {HTMLImageElement} image A picture, which is asked for again if it could not be drawn before. */
-function again(image) {
-  if (!image.classList.contains("missing")) return;
-  image.classList.remove("missing");
-  const address = image.src;
-  image.src = address;
-}
-
-async function problems() {
+async function findProblems() {
   try {
-    await pluginProblems(part("plugins"));
+    problems.value = (await api.plugins()).flatMap(({ problem }) => problem ?? []);
   } catch (error) {
-    part("plugins").hidden = false;
-    fill(part("plugins"), failure("The experiments of other packages could not be listed", messageOf(error)));
+    problems.value = [`The experiments of other packages could not be listed: ${messageOf(error)}`];
   }
-}
-
-/** With an upload in the address, ask what shall be followed in it; so a reload keeps the place. */
-async function target() {
-  const id = uploadOfAddress();
-  const place = part("target");
-  leaveForm();
-  if (!id) {
-    show(false);
-    fill(place);
-    return;
-  }
-  try {
-    const upload = await api.upload(decodeURIComponent(id));
-    if (id !== uploadOfAddress() || experiments === null) return;
-    leaveForm();
-    form = new TargetForm(place, upload, experiments, leave);
-    show(true);
-  } catch (error) {
-    if (id !== uploadOfAddress()) return;
-    toast(messageOf(error), { kind: "error" });
-    leave();
-  }
-}
-
-/** Whoever goes back leaves a form that may still search thousands of pictures. */
-function leaveForm() {
-  form?.leave();
-  form = null;
 }
 
 /** The upload that the address names, as it stands there. */
@@ -134,27 +60,100 @@ function uploadOfAddress() {
   return UPLOAD.exec(location.hash)?.[1];
 }
 
-function leave() {
-  history.replaceState(null, "", location.pathname);
-  target();
+async function findUpload() {
+  const id = uploadOfAddress();
+  upload.value = null;
+  if (!id) return;
+  try {
+    const found = await api.upload(decodeURIComponent(id));
+    if (id === uploadOfAddress()) upload.value = found;
+  } catch (error) {
+    if (id !== uploadOfAddress()) return;
+    toast(messageOf(error), { kind: "error" });
+    leave();
+  }
 }
 
-/** @param {boolean} asking */
-function show(asking) {
-  part("target").hidden = !asking;
-  for (const name of ["welcome", "browse"]) part(name).hidden = asking;
+function leave() {
+  history.replaceState(null, "", location.pathname);
+  findUpload();
+}
+
+/** All of the page. */
+function Start() {
+  useEffect(() => void load(), []);
+  const known = experiments.value;
+  const listed = Array.isArray(known) ? known : null;
+  const asked = listed && upload.value;
+  const isAsking = asked !== null;
+  return html`
+    <div class="welcome" hidden=${isAsking}>
+      ${listed && h(TourOffer, { experiments: listed })}
+      <section aria-label="Your own video">${h(Made, { make: dropZone })}</section>
+      ${h(OwnFilterOffer, {})}
+    </div>
+    ${listed && asked && h(Target, { key: asked.id, upload: asked, experiments: listed })}
+    <div data-part="browse" hidden=${isAsking}>
+      <h2>Experiments</h2>
+      ${h(Compiling, {})}
+      <div class="families" data-part="experiments">
+        ${listed ? h(Families, { experiments: listed, compilation: compilation.value }) : without(/** @type {string|null} */ (known))}
+      </div>
+      <div role="status" data-part="plugins">
+        ${problems.value.length > 0 && html`<ul class="problems">${problems.value.map((problem) => html`<li>${problem}</li>`)}</ul>`}
+      </div>
+    </div>
+  `;
+}
+
+/** @param {string|null} why There are no cards. */
+function without(why) {
+  if (why === null) return null;
+  return why === "long" ? [BONE, BONE] : h(Notice, { title: "The experiments could not be listed", message: why, again: load });
+}
+
+/** How far compiling is; it goes away by itself. */
+function Compiling() {
+  const now = compilation.value;
+  if (now === null || now.finished) return null;
+  const meter = h(Made, { key: `${now.done}`, make: () => compilationMeter(now) });
+  return html`<p class="note compiling" data-part="compiling" role="status">${inSentenceCase(now.sentence)}. ${meter}</p>`;
 }
 
 /**
- * @param {string} title
- * @param {string} message
+ * What shall be followed in an upload. It may search thousands of pictures, which ends when somebody goes back.
+ *
+ * @param {{upload: UploadPublic, experiments: ExperimentPublic[]}} props
  */
-function failure(title, message) {
-  return h(
-    "div",
-    { class: "notice inline", role: "alert" },
-    h("h2", {}, title),
-    h("p", {}, message),
-    h("button", { type: "button", class: "primary", on: { click: load } }, "Try again"),
-  );
+function Target({ upload: from, experiments: all }) {
+  const make = (/** @type {AbortSignal} */ gone) => {
+    const place = element("section", { "aria-label": "Target" });
+    const form = new TargetForm(place, from, all, leave);
+    gone.addEventListener("abort", () => form.leave());
+    return place;
+  };
+  return h(Made, { make });
 }
+
+function dropZone() {
+  const place = element("div", {});
+  new DropZone(place, {
+    uploaded: ({ id }) => {
+      location.hash = `upload/${encodeURIComponent(id)}`;
+    },
+    imported: async (run) => {
+      toast(`${run.title} is in My work, under saved runs`);
+      const session = await attempt(() => api.open(run.id));
+      if (session) location.assign(session.page);
+    },
+  });
+  return place;
+}
+
+if (RUN.test(location.hash)) location.replace(`work?show=runs${location.hash}`);
+addEventListener("hashchange", findUpload);
+followCompiling((now) => (compilation.value = now)).catch(() => {});
+// A page that comes back from the browser's cache shows what was; ask again.
+addEventListener("pageshow", (event) => event.persisted && load());
+const links = [element("a", { class: "link", href: GLOSSARY }, "Glossary"), element("a", { class: "link", href: REFERENCES }, "References")];
+showPage("start", "experiments", Start, links);
