@@ -19,7 +19,7 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack_server.jobs.functions import draw_experiment
 from pftrack_server.jobs.results import DiskCache, digest
 from tests.installing import environment
-from tests.server.jobs import taken
+from tests.server.follow_jobs import taken
 from tests.session_requests import session_request
 from tests.waiting import wait_for
 
@@ -188,7 +188,7 @@ def newest(pids: Iterable[int]) -> psutil.Process:
 def draw_nothing(data: Path) -> None:
     """Give a server that has started a picture of each experiment, by its folder of data.
 
-    Else whoever opens the start page first has a run of each computed; tests/server/test_pages.py does so.
+    Else whoever opens the start page first has a run of each computed; tests/server/web/test_pages.py does so.
     """
     kept = DiskCache(data / "experiments-computed")
     for name in EXPERIMENTS.own:

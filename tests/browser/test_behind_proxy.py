@@ -66,7 +66,7 @@ def kept(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Outside]:
     own.stop()
 
 
-# Addresses below a base path are those of a prefix that was taken off; tests/server/test_base_path.py looks at both.
+# Addresses below a base path are those of a prefix that was taken off; see tests/server/core/test_base_path.py.
 @pytest.fixture(params=["taken_off", pytest.param("kept", marks=pytest.mark.slow)])
 def outside(request: pytest.FixtureRequest) -> Iterator[Outside]:
     """A server and where a browser finds it, by each way in which a proxy may be set up."""

@@ -28,7 +28,7 @@ DROP = """() => {
 WORDS = re.compile(r"Computing frame \d+ of (\d+)")
 
 
-# An import below shows and stops the same bar; tests/server/test_reopening.py has the way back.
+# An import below shows and stops the same bar; tests/server/sessions/test_reopening.py has the way back.
 @pytest.mark.slow
 def test_a_session_that_comes_back(watch: Watch, server: Server, complaints: Complaints) -> None:
     """A session that was stopped shows how far it is on its way back, and stays where it has come to on request."""

@@ -9,7 +9,7 @@ from tests.browser.accessible import check, fits
 from tests.browser.conftest import Complaints
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
-from tests.server.test_uploads import video
+from tests.server.uploads.test_uploads import video
 
 FRAMES = 12
 

@@ -277,7 +277,7 @@ def test_errors_stand_beside_their_field(page: Any, complaints: Complaints) -> N
         form.until(lambda: page.evaluate("document.documentElement.scrollWidth <= innerWidth"), "the page fits")
 
 
-# tests/server/test_sweep_recovery.py cancels and resumes; the buttons are pressed by the visitor.
+# tests/server/sweeps/test_sweep_recovery.py cancels and resumes; the buttons are pressed by the visitor.
 @pytest.mark.slow
 def test_cancel_resume_delete(page: Any, server: Server, complaints: Complaints) -> None:
     """A running sweep is cancelled, resumed and deleted with a button each, and the page says how it stands."""

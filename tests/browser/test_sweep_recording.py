@@ -8,7 +8,7 @@ import httpx
 from tests.browser.host import Server
 from tests.browser.test_sweep import SweepPage
 from tests.browser.views import SessionPage, View
-from tests.server.test_uploads import video
+from tests.server.uploads.test_uploads import video
 
 
 def test_a_session_on_a_clip_becomes_a_sweep(watch: Callable[..., SessionPage], server: Server, page: Any) -> None:

@@ -17,7 +17,7 @@ import pytest
 from pftrack.cli.app import main
 from pftrack.sweep import read_result
 from tests.pooling import fork_server, shared_fork_server
-from tests.server.test_uploads import video
+from tests.server.uploads.test_uploads import video
 from tests.waiting import wait_for
 
 __all__ = ["fork_server", "shared_fork_server"]

@@ -20,7 +20,7 @@ from pftrack.sweep import Plan, Progress, Result, begin, carry_out, resume
 from pftrack.sweep.axis import SweepError
 from pftrack.sweep.table import Chunks
 from pftrack.sweep.work import Recording
-from tests.server.test_uploads import video
+from tests.server.uploads.test_uploads import video
 
 # Looked for and not imported, which takes a second: each worker of pytest would do so to collect these tests.
 pytestmark = pytest.mark.skipif(find_spec("distributed") is None, reason="needs the package distributed")

@@ -17,7 +17,7 @@ from pftrack.sweep.axis import Axis, SweepError, SweepStopped
 from pftrack.sweep.cells import cells, quantity_named, samples
 from pftrack.sweep.report.files import write_report
 from pftrack.sweep.work import Recording, _open, pack, setup_of
-from tests.server.test_uploads import video
+from tests.server.uploads.test_uploads import video
 
 FRAMES = 12
 TRACKERS = ("condensation", "apf")

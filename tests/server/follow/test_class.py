@@ -6,7 +6,7 @@ import httpx
 
 from tests.server.follow.class_room import farewell, follower, hear
 from tests.server.host import Server, error_of, steer
-from tests.server.test_stream import has_changed, until
+from tests.server.sessions.test_duplex import has_changed, until
 
 
 def test_a_class_sees_what_the_lecturer_does(

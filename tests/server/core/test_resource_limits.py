@@ -1,0 +1,60 @@
+"""Limits that a shell has set: each is named when it hits."""
+
+import resource
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from pftrack_server.sessions.worker_handle import _cause
+from tests.server.command import ROOT
+from tests.server.sessions.test_run_tree import config
+
+
+def said(program: str) -> tuple[int, str]:
+    """Return exit status and output of a Python program."""
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False, cwd=ROOT, timeout=60
+    )
+    return done.returncode, done.stdout + done.stderr
+
+
+def test_a_low_soft_limit_is_raised() -> None:
+    """Where more files may be asked for, the server asks."""
+    program = (
+        "import resource; resource.setrlimit(resource.RLIMIT_NOFILE, (100, 600));"
+        "from pftrack_server.core.resource_limits import too_few_files; assert too_few_files() is None;"
+        "print(resource.getrlimit(resource.RLIMIT_NOFILE)[0])"
+    )
+    assert said(program) == (0, "600\n")
+
+
+def test_processor_time_of_the_server() -> None:
+    """Shortly before the server's own time is over it is told to stop, with the name of the limit."""
+    program = (
+        "import resource, sys; resource.setrlimit(resource.RLIMIT_CPU, (6, 6));"
+        "from pftrack_server.core.resource_limits import name_cpu_limit; name_cpu_limit(sys.exit)\n"
+        "while True: pass"
+    )
+    status, words = said(program)
+    assert status == 1
+    assert "6 s of processor time that its shell allows (ulimit -t)" in words
+
+
+def test_processor_time_of_a_session(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A worker that has less time than the settings say is told of the shell's limit."""
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (60, 60))
+    words = _cause(-signal.SIGXCPU, config())
+    assert "60 s of processor time that the server's shell allows (ulimit -t)" in words
+
+
+def test_a_child_learns_why() -> None:
+    """Under a hard limit a child is still ended by the signal that tells why, not by the one that tells nothing."""
+    program = (
+        "import resource; resource.setrlimit(resource.RLIMIT_CPU, (6, 6));"
+        "from pftrack.process import confine; confine(cpu_seconds=100)\n"
+        "while True: pass"
+    )
+    status, _ = said(program)
+    assert status == -24

@@ -1,0 +1,259 @@
+"""Waiting for one's turn: fair, told, given up when nobody waits any more, and never long for what takes a moment."""
+
+import asyncio
+import socket
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import AsyncExitStack, contextmanager
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from pftrack_server.core.errors import ClientGoneError
+from pftrack_server.jobs.child_tasks import ChildTasks, Queue, Queues, unless_gone
+from pftrack_server.jobs.functions import do_nothing
+from tests.apart import run
+from tests.conftest import BASE
+from tests.server.host import Server
+from tests.server.uploads.test_uploads import png, send
+from tests.waiting import wait_for
+
+FILM = b"no film at all" * 1_400_000
+BOUNDARY = "a-boundary"
+
+
+@contextmanager
+def occupied(server: Server, *names: str) -> Iterator[None]:
+    """Have all places of some queues taken for as long as the context lasts."""
+    held = AsyncExitStack()
+    for name in names:
+        queue = getattr(server.app.state.services.queues, name)
+        for _ in range(queue._free):
+            server.run(held.enter_async_context(queue.place()))
+    try:
+        yield
+    finally:
+        server.run(held.aclose())
+
+
+def before(client: httpx.Client, ticket: str) -> int:
+    place: int = client.get(f"/api/v1/queue/{ticket}").json()["before"]
+    return place
+
+
+def send_film(server: Server, ticket: str) -> httpx.Response:
+    with httpx.Client(base_url=server.url, timeout=60) as client:
+        return client.post("/api/v1/uploads", params={"ticket": ticket}, files={"file": ("film.mp4", FILM)})
+
+
+async def take_turns() -> list[str]:
+    queue, order = Queue(1), list[str]()
+
+    async def work(name: str) -> None:
+        async with queue.place(name):
+            order.append(name)
+            await asyncio.sleep(0)
+
+    async with queue.place():
+        waiting = [asyncio.create_task(work(name)) for name in "abcd"]
+        await asyncio.sleep(0)
+        assert [queue.before(name) for name in "abcd"] == [1, 2, 3, 4]
+        waiting[1].cancel()
+        await asyncio.gather(waiting[1], return_exceptions=True)
+        assert [queue.before(name) for name in "abcd"] == [1, None, 2, 3]
+    await asyncio.gather(*waiting, return_exceptions=True)
+    async with queue.place("e"):
+        assert queue.before("e") is None
+    return order
+
+
+async def give_up_as_ones_turn_comes() -> None:
+    queue = Queue(1)
+    first = queue.place()
+    await first.__aenter__()
+    second = asyncio.create_task(queue.place().__aenter__())
+    await asyncio.sleep(0)
+    await first.__aexit__(None, None, None)
+    second.cancel()
+    await asyncio.gather(second, return_exceptions=True)
+    async with asyncio.timeout(10), queue.place():
+        pass
+
+
+def test_the_first_to_come_is_the_first_to_be_served() -> None:
+    """Each is told how many are before it, and one that gives up is passed over."""
+    assert run(take_turns()) == ["a", "c", "d"]
+
+
+async def pass_by() -> list[str]:
+    queue, order = Queue(1), list[str]()
+
+    async def work(name: str, weight_s: float) -> None:
+        async with queue.place(name, weight_s=weight_s):
+            order.append(name)
+
+    async with queue.place():
+        waiting = []
+        for name, weight_s in (("film", 500.0), ("clip", 20.0), ("other film", 500.0), ("picture", 0.0)):
+            waiting.append(asyncio.create_task(work(name, weight_s)))
+            await asyncio.sleep(0)
+        assert [queue.before(name) for name in ("picture", "film")] == [1, 3]
+    await asyncio.gather(*waiting)
+    return order
+
+
+def test_small_ones_pass_large_ones() -> None:
+    """What takes less time comes before what has come earlier by less than that."""
+    assert run(pass_by()) == ["picture", "clip", "film", "other film"]
+
+
+class Works:
+    """Work of three kinds: one that takes a moment, and two that end when they are let."""
+
+    def __init__(self) -> None:
+        self.begun: list[str] = []
+        self.given_up: list[str] = []
+        self.is_begun = asyncio.Event()
+        self.ends = {name: asyncio.Event() for name in ("one", "two")}
+
+    async def do(self, name: str) -> str:
+        self.begun.append(name)
+        self.is_begun.set()
+        if name in self.ends:
+            try:
+                await self.ends[name].wait()
+            except asyncio.CancelledError:
+                self.given_up.append(name)
+                raise
+        return name
+
+
+async def turn_out_heavy() -> list[str]:
+    queues, works = Queues(light=1, heavy=1, moment_s=0.05), Works()
+    one, two = (
+        asyncio.create_task(queues.take_turn(lambda name=name: works.do(name), name)) for name in ("one", "two")
+    )
+    assert await asyncio.wait_for(queues.take_turn(lambda: works.do("light")), 10) == "light"
+    assert (queues.before("one"), queues.before("two")) == (0, 1)
+    assert works.given_up == ["two"]
+    works.ends["one"].set()
+    works.ends["two"].set()
+    assert await asyncio.gather(one, two) == ["one", "two"]
+    assert queues.light.is_free
+    assert queues.heavy.is_free
+    return works.begun
+
+
+def test_what_takes_a_moment_does_not_wait_for_what_turns_out_heavy() -> None:
+    """One goes on among heavy work, the next has to begin again when its turn comes, and both make room."""
+    assert run(turn_out_heavy()) == ["one", "two", "light", "two"]
+
+
+async def leave() -> list[str]:
+    queues, works = Queues(light=1, heavy=1, moment_s=60.0), Works()
+    one = asyncio.create_task(queues.take_turn(lambda: works.do("one")))
+    await works.is_begun.wait()
+    one.cancel()
+    await asyncio.gather(one, return_exceptions=True)
+    assert queues.light.is_free
+    return works.given_up
+
+
+def test_whoever_leaves_takes_the_work_along() -> None:
+    """Nothing is computed of which nobody hears."""
+    assert run(leave()) == ["one"]
+
+
+def test_a_place_is_not_lost() -> None:
+    """One that gives up at the moment at which its turn comes hands it on."""
+    run(give_up_as_ones_turn_comes())
+
+
+async def hang_up() -> bool:
+    ended = False
+
+    async def work() -> None:
+        nonlocal ended
+        try:
+            await asyncio.Event().wait()
+        finally:
+            ended = True
+
+    with pytest.raises(ClientGoneError):
+        await unless_gone(work(), lambda: asyncio.sleep(0))
+    return ended
+
+
+def test_work_ends_with_its_client() -> None:
+    """What nobody waits for is cancelled, and has ended when that is said."""
+    assert run(hang_up())
+
+
+async def drop_as_it_begins(tasks: ChildTasks) -> None:
+    for wait_s in (0.0, 0.001, 0.003, 0.01) * 10:
+        begun = asyncio.create_task(tasks.run(do_nothing))
+        await asyncio.sleep(wait_s)
+        begun.cancel()
+        await asyncio.gather(begun, return_exceptions=True)
+
+
+def test_a_task_that_is_dropped_as_it_begins_harms_no_other(server: Server, client: httpx.Client) -> None:
+    """Its process is made to the end first: who makes processes would die of half a request."""
+    server.run(drop_as_it_begins(server.app.state.services.tasks))
+    assert client.get("/readyz").status_code == 200
+
+
+def test_readiness_waits_for_nobody(server: Server, client: httpx.Client) -> None:
+    """However much is being worked on, the server says at once that it can work."""
+    with occupied(server, "light", "heavy"):
+        assert client.get("/readyz").status_code == 200
+
+
+def test_a_small_upload_does_not_wait_for_films(server: Server, client: httpx.Client) -> None:
+    """While films are looked through, a picture is taken in."""
+    with occupied(server, "heavy"):
+        assert send(client, ("a.png", png(20)), ("b.png", png(30))).status_code == 201
+
+
+def test_who_waits_is_told_how_many_are_before(server: Server, client: httpx.Client) -> None:
+    """Two films behind others know their places; then each gets its answer."""
+    with ThreadPoolExecutor(2) as pool:
+        with occupied(server, "heavy"):
+            one = pool.submit(send_film, server, "ticket-one")
+            wait_for(lambda: before(client, "ticket-one") == 1)
+            two = pool.submit(send_film, server, "ticket-two")
+            wait_for(lambda: before(client, "ticket-two") == 2)
+        assert [film.result(60).status_code for film in (one, two)] == [422, 422]
+    assert before(client, "ticket-two") == 0
+    assert client.get("/api/v1/queue/no%20ticket").status_code == 422
+
+
+def test_a_client_that_hangs_up_gives_up_its_place(start_server: Any, tmp_path: Path) -> None:
+    """What it sent is deleted, and the next one comes before."""
+    part = f'--{BOUNDARY}\r\nContent-Disposition: form-data; name="file"; filename="a.mp4"\r\n\r\n'.encode()
+    body = part + FILM + f"\r\n--{BOUNDARY}--\r\n".encode()
+    head = (
+        f"POST {BASE}/api/v1/uploads?ticket=ticket-gone HTTP/1.1",
+        "Host: localhost",
+        f"Content-Length: {len(body)}",
+        f"Content-Type: multipart/form-data; boundary={BOUNDARY}",
+    )
+    with start_server() as (server, client), occupied(server, "heavy"):
+        with socket.create_connection(("127.0.0.1", server.port)) as raw:
+            raw.sendall("".join(f"{line}\r\n" for line in (*head, "")).encode())
+            raw.sendall(body)
+            wait_for(lambda: before(client, "ticket-gone") == 1)
+        wait_for(lambda: before(client, "ticket-gone") == 0)
+        wait_for(lambda: not list((tmp_path / "data" / "incoming").iterdir()))
+        assert client.get("/api/v1/uploads").json() == []
+
+
+def test_uploads_at_the_same_time_do_not_exceed_the_limit(start_server: Any) -> None:
+    """Of many that arrive together as many are kept as may be."""
+    with start_server(max_uploads=3) as (_, client), ThreadPoolExecutor(8) as pool:
+        files = [[(f"{name}.png", png(20)), ("z.png", png(30))] for name in "abcdefgh"]
+        answers = list(pool.map(lambda each: send(client, *each).status_code, files))
+        assert sorted(answers) == [201] * 3 + [409] * 5
+        assert len(client.get("/api/v1/uploads").json()) == 3

@@ -1,0 +1,200 @@
+"""Runs that take long to compute again: everybody sees how far they are, and only silence is a reason to give up."""
+
+import dataclasses
+import os
+import signal
+import time
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import httpx
+import psutil
+import pytest
+from websockets.sync.client import connect
+
+from pftrack_server.sessions.worker.protocol import WorkerConfig
+from pftrack_server.sessions.worker.run_tree import RunTree
+from pftrack_server.sessions.worker.worker import KEEP_AFTER_S, Checkpoints
+from tests.server.holding import allow, held_worker, held_worker_that_keeps_all
+from tests.server.host import Server, begin, steer
+from tests.server.sessions.test_crashes import diagnostics, state
+from tests.server.sessions.test_duplex import hear
+from tests.server.sessions.test_run_tree import config
+from tests.waiting import wait_for
+
+FAR = 20
+HELD = 5
+"""The frame at which workers stand still."""
+
+
+def shown(client: httpx.Client, session: str) -> dict[str, Any]:
+    found: dict[str, Any] = client.get(f"/api/v1/sessions/{session}").json()
+    return found
+
+
+def resume(client: httpx.Client, session: str) -> dict[str, Any]:
+    answer = client.post(f"/api/v1/sessions/{session}/resume")
+    assert answer.status_code == 200, answer.text
+    resumed: dict[str, Any] = answer.json()
+    return resumed
+
+
+def states_of(data: Path, session: dict[str, Any]) -> Path:
+    folder: Path = data / "data" / "states" / session["id"]
+    return folder
+
+
+def kill(server: Server, client: httpx.Client, session: dict[str, Any]) -> None:
+    os.kill(server.pid_of(session["id"]), signal.SIGKILL)
+    wait_for(lambda: state(client, session["id"]) == "crashed")
+
+
+@contextmanager
+def stopped(server: Server, client: httpx.Client, data: Path) -> Iterator[dict[str, Any]]:
+    """A session that had gone back by five frames when its worker was killed; its next one is held."""
+    session = begin(client)
+    steer(client, session["id"], "seek", frame=FAR)
+    steer(client, session["id"], "seek", frame=FAR - 5)
+    kill(server, client, session)
+    allow(data / "data", HELD)
+    yield session
+    client.delete(f"/api/v1/sessions/{session['id']}")
+
+
+@pytest.mark.usefixtures("impatient", "server", "held")
+class TestResuming:
+    def test_it_takes_as_long_as_it_takes(self, start_server: Any, tmp_path: Path) -> None:
+        """A run that needs longer than a start may comes back, and tells on the way how far it is."""
+        with (
+            start_server(start_seconds=2, hang_seconds=5) as (server, client),
+            stopped(server, client, tmp_path) as session,
+        ):
+            before = diagnostics(client, session["id"])
+            resumed = resume(client, session["id"])
+            begun = time.monotonic()
+            assert (resumed["state"], resumed["goal"]) == ("ready", FAR)
+            assert resumed["computed"] <= HELD
+            wait_for(lambda: server.manager.get(session["id"]).worker.heard > begun + 3, 60)
+            with connect(f"{server.ws}/api/v1/sessions/{session['id']}/stream") as socket:
+                hear(socket)
+                told = []
+                for frames in [*range(HELD + 1, HELD + 7), FAR]:
+                    allow(tmp_path / "data", frames)
+                    while not told or told[-1] < frames:
+                        told += [hear(socket).get("session", {}).get("computed", 0)]
+            computed = [frame for frame in told if frame > 0]
+            assert computed == sorted(computed)
+            assert len(set(computed)) > 5
+            wait_for(lambda: shown(client, session["id"])["goal"] is None)
+            arrived = shown(client, session["id"])
+            assert (arrived["position"], arrived["computed"], arrived["goal"]) == (FAR - 5, FAR, None)
+            assert diagnostics(client, session["id"]) == before
+
+    def test_it_can_be_interrupted(self, start_server: Any, tmp_path: Path) -> None:
+        """A killed worker leaves the goal, a pause stops where it has come to, and on its way it can be deleted."""
+        with (
+            start_server() as (server, client),
+            stopped(server, client, tmp_path) as session,
+        ):
+            for _ in range(2):
+                assert resume(client, session["id"])["goal"] == FAR
+                kill(server, client, session)
+            assert resume(client, session["id"])["goal"] == FAR
+            paused = steer(client, session["id"], "pause")
+            assert paused["goal"] is None
+            assert paused["position"] == paused["computed"] <= HELD
+            allow(tmp_path / "data")
+            assert steer(client, session["id"], "step")["position"] == paused["position"] + 1
+            steer(client, session["id"], "seek", frame=FAR)
+            kill(server, client, session)
+            allow(tmp_path / "data", HELD)
+            assert resume(client, session["id"])["goal"] == FAR
+            pid = server.pid_of(session["id"])
+            assert client.delete(f"/api/v1/sessions/{session['id']}").status_code == 204
+            wait_for(lambda: not psutil.pid_exists(pid))
+
+    def test_a_step_on_the_way_gives_up_no_frame(self, start_server: Any, tmp_path: Path) -> None:
+        """It moves where the session will stand, and a speed interrupts nothing: all that was known is known again."""
+        with (
+            start_server() as (server, client),
+            stopped(server, client, tmp_path) as session,
+            ThreadPoolExecutor(2) as pool,
+        ):
+            assert resume(client, session["id"])["goal"] == FAR
+            assert steer(client, session["id"], "speed", speed=2)["goal"] == FAR
+            first = pool.submit(steer, client, session["id"], "step")
+            wait_for(lambda: shown(client, session["id"])["goal_position"] == FAR - 4)
+            second = pool.submit(steer, client, session["id"], "seek", frame=2)
+            assert first.result()["goal"] == FAR
+            wait_for(lambda: shown(client, session["id"])["goal_position"] == 2)
+            allow(tmp_path / "data")
+            arrived = second.result()
+            assert (arrived["position"], arrived["computed"], arrived["goal"]) == (2, FAR, None)
+
+    def test_with_its_states_it_is_back_at_once(
+        self, start_server: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """What took long is kept on the disk while it is computed, and is not computed again."""
+        monkeypatch.setattr("pftrack_server.sessions.worker_handle.main", held_worker_that_keeps_all)
+        with start_server() as (server, client):
+            session = begin(client)
+            steer(client, session["id"], "seek", frame=FAR)
+            assert list(states_of(tmp_path, session).glob("b0.states"))
+            before = diagnostics(client, session["id"])
+            kill(server, client, session)
+            allow(tmp_path / "data", 0)
+            assert resume(client, session["id"])["computed"] == FAR
+            wait_for(lambda: shown(client, session["id"])["goal"] is None, 30)
+            assert shown(client, session["id"])["position"] == FAR
+            assert diagnostics(client, session["id"]) == before
+            client.delete(f"/api/v1/sessions/{session['id']}")
+            assert not states_of(tmp_path, session).exists()
+
+
+@pytest.fixture
+def held(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have workers stand still where a test says."""
+    monkeypatch.setattr("pftrack_server.sessions.worker_handle.main", held_worker)
+
+
+@pytest.fixture
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have the server answer before a session is where it was, on fast machines, too."""
+    monkeypatch.setattr("pftrack_server.sessions.manager.OPENING_S", 0.1)
+
+
+class TestCheckpoints:
+    def kept(self, folder: Path, **more: Any) -> WorkerConfig:
+        return dataclasses.replace(config(), states=str(folder / "states"), **more)
+
+    def test_what_took_long_is_written_once(self, tmp_path: Path) -> None:
+        """A branch is written down when computing it took some seconds, and begins there the next time."""
+        tree = RunTree(self.kept(tmp_path))
+        tree.run.seek(20)
+        checkpoints = Checkpoints(tree)
+        checkpoints.on_frame(KEEP_AFTER_S / 2)
+        assert not (tmp_path / "states").exists()
+        checkpoints.on_frame(KEEP_AFTER_S / 2)
+        assert RunTree(self.kept(tmp_path)).run.computed == 20
+
+    def test_the_disk_keeps_its_reserve(self, tmp_path: Path) -> None:
+        """Nothing is written where less would be left free than the server must leave."""
+        tree = RunTree(self.kept(tmp_path, reserve_bytes=1 << 60))
+        tree.run.seek(20)
+        tree.keep_states()
+        assert not (tmp_path / "states").exists()
+
+    def test_the_oldest_go_first(self, start_server: Any, tmp_path: Path) -> None:
+        """Of more checkpoints than there is room for, those that were not used for the longest time are deleted."""
+        with start_server(max_states_bytes=250) as (server, _):
+            files = server.app.state.services.store.files
+            for number in range(3):
+                folder = files.states_of(f"{number:016x}")
+                folder.mkdir()
+                (folder / "b0.states").write_bytes(bytes(100))
+                os.utime(folder / "b0.states", (number, number))
+            files.trim_states(250)
+            assert [path.parent.name[-1] for path in sorted(files.states.glob("*/*"))] == ["1", "2"]

@@ -1,0 +1,217 @@
+"""The worker's loop, in a thread of its own behind a real pipe."""
+
+import asyncio
+import contextlib
+import threading
+import time
+from collections.abc import AsyncIterator, Callable
+from typing import Any
+
+import numba
+import pytest
+
+from pftrack.process import AsyncEnd, BlockingEnd, pair
+from pftrack_server.sessions.worker.commands import ChangeValues, Pause, Play, Save, SetSpeed
+from pftrack_server.sessions.worker.protocol import Credit, Event, Progress, Reply, Request
+from pftrack_server.sessions.worker.run_tree import RunTree
+from pftrack_server.sessions.worker.worker import Worker
+from tests.apart import run
+from tests.server.sessions.test_run_tree import config
+
+SLOW = 0.03
+"""Times real time: a frame a second, so that a change has a while until the next one."""
+
+
+@contextlib.asynccontextmanager
+async def working(hear: Callable[[Event], None]) -> AsyncIterator[AsyncEnd]:
+    """Have a worker work, and hear its events."""
+    ours, theirs = pair()
+    lost = asyncio.Event()
+    web = await AsyncEnd.connect(ours, hear, lost.set)
+    worker = Worker(BlockingEnd(theirs), config(frames=600))
+
+    def serve() -> None:
+        with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):
+            worker.serve()
+
+    thread = threading.Thread(target=serve)
+    thread.start()
+    try:
+        yield web
+    finally:
+        web.close()
+        await asyncio.to_thread(thread.join, 10)
+        theirs.close()
+
+
+async def play_and_change(heard: list[Event]) -> None:
+    """Play slowly, and change a parameter between two frames while the way for a drawing is free."""
+    drawn = asyncio.Event()
+    answered = asyncio.Event()
+
+    def hear(event: Event) -> None:
+        heard.append(event)
+        if isinstance(event, Progress) and event.scene is not None:
+            drawn.set()
+        if isinstance(event, Reply) and event.number == 3:
+            answered.set()
+
+    async with working(hear) as web:
+        web.send(Request(1, SetSpeed.model_construct(speed=SLOW)))
+        web.send(Request(2, Play()))
+        web.send(Credit("scene"))
+        await asyncio.wait_for(drawn.wait(), 60)
+        await asyncio.sleep(0.4)
+        drawn.clear()
+        web.send(Credit("scene"))
+        await asyncio.wait_for(drawn.wait(), 60)
+        web.send(Credit("scene"))
+        await asyncio.sleep(0.05)
+        drawn.clear()
+        heard.clear()
+        web.send(Request(3, ChangeValues(values={"sample_count": 90}), "b1"))
+        await asyncio.wait_for(answered.wait(), 60)
+        await asyncio.wait_for(drawn.wait(), 60)
+
+
+async def play_with_one_credit_each(heard: list[Progress]) -> None:
+    """Play until twenty frames have been told of, after a credit for either form has been given once."""
+    far = asyncio.Event()
+
+    def hear(event: Event) -> None:
+        if isinstance(event, Progress):
+            heard.append(event)
+            if event.changes.get("position", 0) >= 20:
+                far.set()
+
+    async with working(hear) as web:
+        web.send(Credit("scene"))
+        web.send(Credit("flat"))
+        web.send(Request(1, Play()))
+        await asyncio.wait_for(far.wait(), 60)
+
+
+def test_a_credit_is_for_one_drawing() -> None:
+    """Whoever takes none is sent none; the scene and flat views share what is encoded for both."""
+    heard: list[Progress] = []
+    run(play_with_one_credit_each(heard))
+    (scene,) = (event.scene for event in heard if event.scene is not None)
+    (flat,) = (event.flat for event in heard if event.flat is not None)
+    assert scene is not None
+    assert flat is not None
+    if any(event.scene is not None and event.flat is not None for event in heard):
+        assert [picture.key for picture in scene.pictures.values()] == [picture.key for picture in flat.pictures]
+
+
+def test_a_change_leaves_the_way_free_for_the_frame_that_shows_it() -> None:
+    """The answer to a change tells its values without a drawing; the drawing after it is of the first changed frame."""
+    heard: list[Any] = []
+    run(play_and_change(heard))
+    answer = next(index for index, event in enumerate(heard) if isinstance(event, Reply))
+    told = [event for event in heard[:answer] if isinstance(event, Progress)]
+    (values,) = [event.changes["parameters"] for event in told if "parameters" in event.changes]
+    assert values["sample_count"] == 90
+    assert [event.scene for event in told] == [None] * len(told)
+    shown = next(event.changes for event in heard if isinstance(event, Progress) and event.scene is not None)
+    assert shown["position"] == heard[answer].result.frame
+
+
+async def play_until_behind(heard: list[Progress], seconds: float) -> None:
+    """Play until the worker says that it is so far behind, then pause."""
+    behind, paused = asyncio.Event(), asyncio.Event()
+
+    def hear(event: Event) -> None:
+        if isinstance(event, Progress):
+            heard.append(event)
+            if event.changes.get("behind_s", 0.0) >= seconds:
+                behind.set()
+        if isinstance(event, Reply) and event.number == 2:
+            paused.set()
+
+    async with working(hear) as web:
+        web.send(Request(1, Play()))
+        await asyncio.wait_for(behind.wait(), 60)
+        web.send(Request(2, Pause()))
+        await asyncio.wait_for(paused.wait(), 60)
+
+
+def test_a_run_that_is_too_slow_says_how_far_it_is_behind(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Frames that take longer than their time add up to seconds, which are forgotten with a pause."""
+
+    def slowly(tree: RunTree) -> dict[str, Any] | None:
+        time.sleep(0.2)
+        return forward(tree)
+
+    forward = RunTree.forward
+    monkeypatch.setattr(RunTree, "forward", slowly)
+    heard: list[Progress] = []
+    run(play_until_behind(heard, 0.5))
+    told = [event.changes["behind_s"] for event in heard if "behind_s" in event.changes]
+    assert told[:-1] == sorted(told[:-1])
+    assert told[-1] == 0.0
+
+
+async def play_until_compiled(heard: list[Progress]) -> None:
+    """Play until the worker says that it compiles nothing any more."""
+    over = asyncio.Event()
+
+    def hear(event: Event) -> None:
+        if isinstance(event, Progress):
+            heard.append(event)
+            if event.changes.get("compiling", 0) is None:
+                over.set()
+
+    async with working(hear) as web:
+        web.send(Request(1, Play()))
+        await asyncio.wait_for(over.wait(), 60)
+
+
+def test_a_run_that_has_to_compile_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It tells of each function before it falls silent, and with the frame that needed them that it is over."""
+    functions = [numba.njit(lambda x, k=k: x + k) for k in range(2)]
+    monkeypatch.setattr("pftrack.doctor.compiling.FUNCTIONS", functions)
+
+    def compiling(tree: RunTree) -> dict[str, Any] | None:
+        for function in functions:
+            function(1.5)
+        return forward(tree)
+
+    forward = RunTree.forward
+    monkeypatch.setattr(RunTree, "forward", compiling)
+    heard: list[Progress] = []
+    run(play_until_compiled(heard))
+    told = [event.changes["compiling"] for event in heard if "compiling" in event.changes]
+    assert told == [0, 1, None]
+
+
+@pytest.mark.parametrize("place", ["measures", "save"])
+def test_what_compiles_beside_a_step_is_over_as_well(monkeypatch: pytest.MonkeyPatch, place: str) -> None:
+    """Measures and a command that is refused compile outside a step, and the end of that is told all the same."""
+    function = numba.njit(lambda x: x - 1)
+    monkeypatch.setattr("pftrack.doctor.compiling.FUNCTIONS", [function])
+    original = getattr(RunTree, place)
+
+    def compiling(tree: RunTree, *arguments: Any) -> Any:
+        function(1.5)
+        if place == "save":
+            raise OSError("no room")
+        return original(tree, *arguments)
+
+    heard: list[Progress] = []
+
+    async def work() -> None:
+        over = asyncio.Event()
+
+        def hear(event: Event) -> None:
+            if isinstance(event, Progress):
+                heard.append(event)
+                if event.changes.get("compiling", 0) is None:
+                    over.set()
+
+        async with working(hear) as web:
+            monkeypatch.setattr(RunTree, place, compiling)
+            web.send(Request(1, Play()) if place == "measures" else Request(1, Save("x.pftrack")))
+            await asyncio.wait_for(over.wait(), 10)
+
+    run(work())
+    assert [event.changes["compiling"] for event in heard if "compiling" in event.changes] == [0, None]

@@ -1,0 +1,164 @@
+"""Pages, experiments, health and metrics."""
+
+import re
+import shutil
+from pathlib import Path
+
+import httpx
+import pytest
+
+from pftrack.core.model.parameters import declarations
+from pftrack.experiments import EXPERIMENTS
+from pftrack_server.web import pages
+from pftrack_server.web.metrics import METHODS
+from tests.server.host import begin, steer
+
+
+@pytest.mark.parametrize(
+    "path", ["/", "/work", "/lectures", "/lectures/x", "/references", "/session/new", "/session/0123456789abcdef"]
+)
+def test_pages(client: httpx.Client, path: str) -> None:
+    """Every page is served whole from this server."""
+    answer = client.get(path)
+    assert answer.status_code == 200
+    assert answer.headers["content-type"] == "text/html; charset=utf-8"
+    assert "http://" not in answer.text.replace("http://www.w3.org", "")
+
+
+@pytest.mark.parametrize("path", ["/", "/api/v1/experiments", "/static/shared/style.css", "/nowhere"])
+def test_heads(client: httpx.Client, path: str) -> None:
+    """Whatever can be fetched can be asked for its headers alone; what is wrong is as wrong as with GET."""
+    head, whole = client.head(path), client.get(path)
+    assert (head.status_code, head.content) == (whole.status_code, b"")
+    for name in ("content-type", "content-length", "cache-control"):
+        assert head.headers.get(name) == whole.headers.get(name)
+
+
+PAGES = Path(__file__).parents[3] / "frontend_static"
+VERSIONED = re.compile(r"^static/version/\w+/")
+
+
+@pytest.mark.parametrize("path", ["/static/shared/style.css", "/static/shared/api.js"])
+def test_files(client: httpx.Client, path: str) -> None:
+    """Pages' files are served, to be asked for again each time where their name has no version."""
+    answer = client.get(path)
+    assert answer.status_code == 200
+    assert answer.headers["cache-control"] == "no-cache"
+    again = client.get(path, headers={"if-none-match": answer.headers["etag"]})
+    assert again.status_code == 304
+
+
+def test_files_have_a_version(client: httpx.Client, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """A browser keeps what a page names; a file that has changed has another name, and an old name is asked for."""
+    monkeypatch.setattr(pages, "FRONTEND", Path(shutil.copytree(PAGES, tmp_path / "pages")))
+
+    def named() -> str:
+        found = re.search(r'src="(static/version/\w+/shared/apply_theme.js)"', client.get("/").text)
+        assert found
+        return found[1]
+
+    first = named()
+    assert first == named()
+    answer = client.get(first)
+    assert answer.text == client.get("/static/shared/apply_theme.js").text
+    assert answer.headers["cache-control"] == "max-age=31536000, immutable"
+    (tmp_path / "pages" / "shared" / "apply_theme.js").write_text("// another\n")
+    assert named() != first
+    never_served = client.get("/static/version/0123456789abcdef/shared/apply_theme.js")
+    assert (never_served.status_code, never_served.headers["cache-control"]) == (200, "no-cache")
+
+
+@pytest.mark.parametrize(
+    "path", ["/", "/work", "/references", "/session/new", "/sweep/new", "/sweep/x", "/sweep/x/run/y"]
+)
+def test_modules_are_named_in_the_page(client: httpx.Client, path: str) -> None:
+    """A page names every module that its scripts import, however deep, once; each of them is served."""
+    text = client.get(path).text
+    named = re.findall(r'<link rel="modulepreload" href="(.+?)">', text)
+    scripts = re.findall(r'<script type="module".*? src="(.+?)">', text)
+    files = {VERSIONED.sub("", address) for address in named}
+    assert len(named) == len(files)
+    assert set(scripts) <= set(named)
+    for address in named:
+        file = PAGES / VERSIONED.sub("", address)
+        for line in file.read_text().splitlines():
+            if found := re.match(r'(?:import|export|\}).* from "(\..+)";', line):
+                other = (file.parent / found[1]).resolve().relative_to(PAGES)
+                assert other.as_posix() in files, f"{address} imports {found[1]}"
+
+
+def test_experiments(client: httpx.Client) -> None:
+    """The list of experiments tells of each what the start page shows."""
+    listed = client.get("/api/v1/experiments").json()
+    assert [item["id"] for item in listed] == list(EXPERIMENTS)
+    for item in listed:
+        assert item["title"]
+        assert item["family"]
+        assert item["question"].endswith("?")
+        assert item["references"][0]["bibtex"].startswith("@")
+        assert item["default_tracker"] in [tracker["id"] for tracker in item["trackers"]]
+        assert item["thumbnail"] == f"api/v1/experiments/{item['id']}/thumbnail.png"
+
+
+def test_a_picture_is_the_newest(client: httpx.Client) -> None:
+    """A browser asks each time, and is sent an experiment's picture only when it is not the one that it has."""
+    address = "/api/v1/experiments/sine/thumbnail.png"
+    first = client.get(address)
+    assert first.content.startswith(b"\x89PNG")
+    assert first.headers["Cache-Control"] == "no-cache"
+    known = {"If-None-Match": first.headers["ETag"]}
+    again = client.get(address, headers=known)
+    assert (again.status_code, again.content, again.headers["ETag"]) == (304, b"", first.headers["ETag"])
+    assert client.get(address, headers={"If-None-Match": '"as it was drawn before"'}).content == first.content
+
+
+@pytest.mark.parametrize("name", ["ball", "linkage"])
+def test_declarations(client: httpx.Client, name: str) -> None:
+    """An experiment tells every parameter with title, unit, bounds, default and help, and the schema of all."""
+    detail = client.get(f"/api/v1/experiments/{name}").json()
+    known = declarations(type(EXPERIMENTS[name].simulate().parameters))
+    assert [item["name"] for item in detail["declarations"]] == [item.name for item in known]
+    assert set(detail["schema"]["properties"]) == {item.name for item in known}
+    assert [layer["name"] for layer in detail["layers"]] == [layer.name for layer in EXPERIMENTS[name].layers]
+    worlds = [(world["name"], world["unit"]) for world in detail["worlds"]]
+    assert worlds == [(world.name, world.unit) for world in EXPERIMENTS[name].worlds]
+
+
+def test_health(client: httpx.Client) -> None:
+    """The health checks tell that the server is alive and can work."""
+    assert client.get("/healthz").json() == {"status": "ok"}
+    assert client.get("/readyz").json() == {"status": "ready"}
+
+
+def test_metrics(client: httpx.Client) -> None:
+    """The metrics count sessions, frames and requests."""
+    session = begin(client)
+    steer(client, session["id"], "seek", frame=10)
+    text = client.get("/metrics").text
+    assert 'pftrack_sessions{state="ready"} 1.0' in text
+    assert "pftrack_frames 10.0" in text
+    assert 'pftrack_requests_total{method="POST",status="201"}' in text
+
+
+def test_metrics_name_the_methods_that_are_served(client: httpx.Client) -> None:
+    """Requests are counted by the methods that are served; one that a client makes up has no label of its own."""
+    client.put("/api/v1/uploads/nothing/truth/nothing")
+    client.request("PROPFIND", "/healthz")
+    text = client.get("/metrics").text
+    served = {method.upper() for path in client.get("/openapi.json").json()["paths"].values() for method in path}
+    assert served <= METHODS
+    assert 'pftrack_requests_total{method="PUT"' in text
+    assert 'pftrack_requests_total{method="other"' in text
+    assert "PROPFIND" not in text
+
+
+def test_openapi(client: httpx.Client) -> None:
+    """The interface describes itself, the shape of its errors included."""
+    schema = client.get("/openapi.json").json()
+    page = client.get("/docs").text
+    assert "http://" not in page
+    assert "/api/v1/sessions/{session}/commands" in page
+    for path, operations in schema["paths"].items():
+        for operation in operations.values():
+            assert operation["description"], path
+            assert "4XX" in operation["responses"], path

@@ -1,0 +1,89 @@
+"""The scene behind the server's one port: drawings reach it, changes in its panel reach the run."""
+
+import os
+import signal
+import time
+from typing import Any
+
+import httpx
+from websockets.sync.client import connect
+
+from tests.server.host import Server, begin, steer
+from tests.server.sessions.test_duplex import changes, computed, has_changed, hear, until
+from tests.server.web.test_leaks import protocol
+from tests.viewer.host import Peer
+from tests.waiting import wait_for
+
+
+def test_drawings_come_while_somebody_looks(server: Server, client: httpx.Client, session: dict[str, Any]) -> None:
+    """While somebody looks, every new frame reaches the scene; while nobody looks, nothing is drawn."""
+    with connect(f"{server.ws}/api/v1/sessions/{session['id']}/stream") as stream:
+        hear(stream)
+        drawn = drawings(server, session["id"])
+        steer(client, session["id"], "play")
+        until(stream, computed(10))
+        assert drawn == []
+        with Peer(f"{server.ws}/viz/{session['id']}") as peer:
+            assert peer.socket.subprotocol == protocol()
+            wait_for(lambda: peer.asked)
+            seen = len(drawn)
+            wait_for(lambda: len(drawn) >= seen + 5)
+
+
+def drawings(server: Server, session: str) -> list[int]:
+    """Return a list that gets the frame of every drawing that a worker sends."""
+    feed = server.manager.get(session).scene_feed
+    offer, frames = feed.offer, []
+
+    def offered(drawing: Any, frame: int) -> None:
+        frames.append(frame)
+        offer(drawing, frame)
+
+    feed.offer = offered
+    return frames
+
+
+def test_the_panel_changes_the_run(server: Server, client: httpx.Client, session: dict[str, Any]) -> None:
+    """A change in the scene's panel takes effect and is echoed; a wrong one is told as refused."""
+    found = server.manager.get(session["id"])
+    loop = found.scene_feed._loop
+    with connect(f"{server.ws}/api/v1/sessions/{session['id']}/stream") as stream:
+        hear(stream)
+        loop.call_soon_threadsafe(found._panel.ask, {"kind": "change", "values": {"sample_count": 150}})
+        echo = changes(until(stream, lambda m: "parameters" in changes(m))[-1])
+        assert echo["parameters"]["sample_count"] == 150
+        loop.call_soon_threadsafe(found._panel.ask, {"kind": "change", "values": {"sample_count": -3}})
+        refused = until(stream, lambda m: m["type"] == "refused")[-1]
+        assert (refused["field"], refused["value"]) == ("sample_count", -3)
+        loop.call_soon_threadsafe(found._panel.ask, {"kind": "speed", "speed": 2.0})
+        until(stream, has_changed(speed=2.0))
+
+
+def test_a_drag_is_a_few_changes(server: Server, client: httpx.Client, session: dict[str, Any]) -> None:
+    """Of the many values of a drag the newest counts, and one frame has one change."""
+    found = server.manager.get(session["id"])
+    for count in range(100, 160):
+        command = {"kind": "change", "values": {"sample_count": count}}
+        found.scene_feed._loop.call_soon_threadsafe(found._panel.ask, command)
+    wait_for(lambda: found.spec.run.parameters["sample_count"] == 159)
+    assert client.get(f"/api/v1/sessions/{session['id']}").json()["timeline"] == [
+        {"frame": 1, "values": {"sample_count": 159}, "before": {"sample_count": 800}}
+    ]
+
+
+def test_the_scene_survives_a_crash(server: Server, client: httpx.Client) -> None:
+    """The scene stays connected while its worker is made anew, and goes on."""
+    session = begin(client)
+    with (
+        connect(f"{server.ws}/viz/{session['id']}", subprotocols=[protocol()], max_size=None) as scene,
+        connect(f"{server.ws}/api/v1/sessions/{session['id']}/stream") as stream,
+    ):
+        scene.recv(timeout=10)
+        os.kill(server.pid_of(session["id"]), signal.SIGKILL)
+        until(stream, has_changed(state="crashed"))
+        drawn = drawings(server, session["id"])
+        client.post(f"/api/v1/sessions/{session['id']}/resume")
+        steer(client, session["id"], "play")
+        wait_for(lambda: drawn)
+        time.sleep(0.1)
+        assert scene.close_code is None

@@ -1,0 +1,347 @@
+"""Who may speak to a server: Host, Origin and token, for requests and websockets alike."""
+
+import socket
+from typing import Any
+
+import httpx
+import pytest
+from pydantic import SecretStr, ValidationError
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+from websockets.typing import Origin
+
+from pftrack_server.core.settings import Settings
+from pftrack_server.web.security import Guard
+from tests.apart import run
+from tests.server.host import Server, begin, error_of
+from tests.server.sessions.test_duplex import hear
+from tests.session_requests import session_request
+
+TOKEN = "a token that is long enough"
+FOREIGN = ["http://evil.example", "https://127.0.0.1.evil.example", "null", "http://[", "file://", "http://127.0.0.1:1"]
+
+
+class TestOrigin:
+    @pytest.mark.parametrize("origin", FOREIGN)
+    def test_foreign_pages_change_nothing(self, client: httpx.Client, origin: str) -> None:
+        """A state-changing request from another site's page is refused, whatever its method."""
+        session = begin(client)
+        url = f"/api/v1/sessions/{session['id']}"
+        for method, path in [
+            ("POST", "/api/v1/sessions"),
+            ("POST", f"{url}/commands"),
+            ("POST", "/api/v1/uploads"),
+            ("DELETE", url),
+            ("PUT", "/"),
+        ]:
+            error_of(client.request(method, path, headers={"origin": origin}, json={}), 403)
+        assert client.get(url).status_code == 200
+
+    @pytest.mark.parametrize("site", ["cross-site", "same-site"])
+    def test_browsers_that_name_the_site(self, client: httpx.Client, site: str) -> None:
+        """A browser's own word that a request comes from elsewhere is believed."""
+        error_of(
+            client.post(
+                "/api/v1/sessions", json=session_request({"experiment": "ball"}), headers={"sec-fetch-site": site}
+            ),
+            403,
+        )
+
+    def test_the_own_page_may(self, server: Server, client: httpx.Client) -> None:
+        """The server's own page may do everything."""
+        answer = client.post(
+            "/api/v1/sessions", json=session_request({"experiment": "ball"}), headers={"origin": server.origin}
+        )
+        assert answer.status_code == 201
+
+    @pytest.mark.parametrize("origin", FOREIGN)
+    @pytest.mark.parametrize("path", ["/api/v1/sessions/{}/stream", "/viz/{}", "/viz/{}/"])
+    def test_foreign_pages_open_no_websocket(
+        self, server: Server, session: dict[str, Any], origin: str, path: str
+    ) -> None:
+        """A websocket from another site's page is refused before it is accepted."""
+        with pytest.raises(InvalidStatus) as refusal, connect(server.ws + path.format(session["id"]), origin=origin):
+            pass
+        assert refusal.value.response.status_code == 403
+
+    def test_the_own_page_opens_a_websocket(self, server: Server, session: dict[str, Any]) -> None:
+        """The server's own page may listen."""
+        with connect(f"{server.ws}/api/v1/sessions/{session['id']}/stream", origin=server.origin) as socket:
+            assert hear(socket)["type"] == "hello"
+
+
+class TestHost:
+    @pytest.mark.parametrize("host", ["evil.example", "evil.example:8000", "", "127.0.0.1.evil.example", "[::2]:80"])
+    def test_rebound_names(self, server: Server, client: httpx.Client, session: dict[str, Any], host: str) -> None:
+        """A name that is not the server's is refused, for requests and websockets."""
+        error_of(client.get("/", headers={"host": host}), 400)
+        error_of(client.get("/healthz", headers={"host": host}), 400)
+
+    def test_rebound_websocket(self, server: Server, session: dict[str, Any]) -> None:
+        """A websocket to a name that is not the server's is refused, even if its Origin agrees."""
+        address = f"ws://evil.example:{server.port}{server.base}/api/v1/sessions/{session['id']}/stream"
+        origin = Origin(f"http://evil.example:{server.port}")
+        with (
+            socket.create_connection(("127.0.0.1", server.port)) as raw,
+            pytest.raises(InvalidStatus) as refusal,
+            connect(address, sock=raw, origin=origin),
+        ):
+            pass
+        assert refusal.value.response.status_code == 400
+
+    @pytest.mark.parametrize("host", ["localhost", "LOCALHOST:80", "127.0.0.1", "[::1]:8000"])
+    def test_own_names(self, client: httpx.Client, host: str) -> None:
+        """Every name of this machine is the server's."""
+        assert client.get("/healthz", headers={"host": host}).status_code == 200
+
+
+def _answered(path: str, token: str, scheme: str = "http") -> dict[str, str]:
+    """Return the headers with which the guard answers a link, or lets it pass."""
+    sent: list[Any] = []
+
+    async def send(message: Any) -> None:
+        sent.append(message)
+
+    async def app(scope: Any, receive: Any, send: Any) -> None:
+        await send({"type": "http.response.start", "status": 200, "headers": []})
+
+    scope = {
+        "type": "http",
+        "method": "GET",
+        "scheme": scheme,
+        "path": path,
+        "query_string": f"token={token}".encode(),
+        "headers": [(b"host", b"localhost")],
+    }
+    run(Guard(app, Settings(token=SecretStr(TOKEN)))(scope, None, send))  # type: ignore[arg-type]  # nothing is read
+    return {name.decode(): value.decode() for name, value in sent[0]["headers"]}
+
+
+class TestToken:
+    def test_nothing_without(self, start_server: Any) -> None:
+        """Where a token is asked for, nothing but the health checks answers without it."""
+        with start_server(token=TOKEN) as (server, client):
+            assert client.get("/healthz").status_code == 200
+            style = "/static/shared/style.css"
+            for path in ["/", "/api/v1/sessions", "/metrics", "/docs", style, "/viz/x/", "/?token=wrong"]:
+                error_of(client.get(path), 401)
+            error_of(client.post("/api/v1/sessions", json=session_request({"experiment": "ball"})), 401)
+            for path in ["/api/v1/sessions/x/stream", "/viz/x"]:
+                with pytest.raises(InvalidStatus) as refusal, connect(server.ws + path):
+                    pass
+                assert refusal.value.response.status_code == 401
+
+    @pytest.mark.parametrize("path", ["/healthz", "/readyz"])
+    def test_a_wrong_token_is_never_traded_for_the_right_one(self, path: str) -> None:
+        """Also where nobody is asked for a token, only the right one becomes a cookie."""
+        assert "set-cookie" not in _answered(path, "wrong")
+        assert "set-cookie" in _answered(path, TOKEN)
+
+    def test_the_link_becomes_a_cookie(self, start_server: Any) -> None:
+        """The link trades its token for a cookie that scripts cannot read, and takes it out of the address."""
+        with start_server(token=TOKEN) as (server, client):
+            welcome = client.get("/session/new", params={"token": TOKEN, "x": "1"})
+            assert welcome.status_code == 303
+            assert welcome.headers["location"] == f"{server.base}/session/new?x=1"
+            cookie = welcome.headers["set-cookie"].lower()
+            assert "httponly" in cookie
+            assert "samesite=lax" in cookie
+            assert client.get("/").status_code == 200
+            session = begin(client)
+            cookies = "; ".join(f"{name}={value}" for name, value in client.cookies.items())
+            address = f"{server.ws}/api/v1/sessions/{session['id']}/stream"
+            with connect(address, additional_headers={"cookie": cookies}) as socket:
+                assert hear(socket)["type"] == "hello"
+
+    @pytest.mark.parametrize(("scheme", "secure"), [("http", False), ("https", True)])
+    def test_the_cookie_of_a_server_behind_tls_stays_there(self, scheme: str, secure: bool) -> None:
+        """A browser never sends it over a line that others can read."""
+        cookie = _answered("/", TOKEN, scheme)["set-cookie"].lower()
+        assert ("secure" in cookie) is secure
+
+    @pytest.mark.parametrize("token", ["Übers Meer → und zurück", 'salt & pepper; 100% "a=b+c\\,#d'])
+    def test_a_token_of_any_characters(self, start_server: Any, token: str) -> None:
+        """Whoever chooses a token need not know what stands for what in an address or a cookie."""
+        with start_server(token=token) as (server, client):
+            printed = server.app.state.services.settings.link(server.port)
+            assert client.get(printed).status_code == 303
+            assert client.get("/").status_code == 200
+
+    def test_the_form_keeps_the_rest_of_the_address(self, start_server: Any) -> None:
+        """Whoever types the token comes to where the link led, whatever stands in it."""
+        with start_server(token=TOKEN) as (server, client):
+            asked = {"of": "hit rate", "x": "", "evil": '"><script>', "token": "wrong"}
+            page = client.get("/sweep/1", params=asked, headers={"accept": "text/html"})
+            assert page.status_code == 401
+            assert '<input type="hidden" name="of" value="hit rate">' in page.text
+            assert '<input type="hidden" name="x" value="">' in page.text
+            assert "<script>" not in page.text
+            assert 'value="wrong"' not in page.text
+            known = client.get("/sweep/1", params={**asked, "token": TOKEN})
+            assert known.headers["location"] == f"{server.base}/sweep/1?of=hit+rate&x=&evil=%22%3E%3Cscript%3E"
+
+    def test_bearer(self, start_server: Any) -> None:
+        """Programs give the token as a bearer."""
+        with start_server(token=TOKEN) as (_, client):
+            headers = {"authorization": f"Bearer {TOKEN}"}
+            assert client.get("/api/v1/sessions", headers=headers).status_code == 200
+            error_of(client.get("/api/v1/sessions", headers={"authorization": "Bearer wrong"}), 401)
+
+    @pytest.mark.parametrize("path", ["//evil.example/", "/\\evil.example", "///evil.example"])
+    def test_no_open_redirect(self, start_server: Any, path: str) -> None:
+        """The way from link to cookie leads nowhere else."""
+        with start_server(token=TOKEN) as (server, _):
+            with httpx.Client() as client:
+                answer = client.get(f"{server.url}{path}?token={TOKEN}")
+            assert answer.headers["location"].startswith("/")
+            assert answer.headers["location"][1] not in "/\\"
+
+    def test_a_cookie_does_not_replace_the_origin(self, start_server: Any) -> None:
+        """With the cookie, another site's page still changes nothing."""
+        with start_server(token=TOKEN) as (_, client):
+            client.get("/", params={"token": TOKEN})
+            answer = client.post(
+                "/api/v1/sessions", json=session_request({}), headers={"origin": "http://evil.example"}
+            )
+            error_of(answer, 403)
+
+
+class TestSettings:
+    @pytest.mark.parametrize("host", ["0.0.0.0", "192.168.1.5", "::", "example.org"])
+    def test_others_need_a_token(self, host: str) -> None:
+        """A server that others can reach has a token, made up if none is given, and tells it in its link."""
+        settings = Settings(host=host)
+        assert settings.token is not None
+        assert len(settings.token.get_secret_value()) >= 32
+        assert settings.token.get_secret_value() in settings.link(80)
+        assert settings.token.get_secret_value() not in repr(settings)
+        assert settings.token != Settings(host=host).token
+
+    @pytest.mark.parametrize("host", ["127.0.0.1", "::1", "localhost", "127.8.9.1"])
+    def test_loopback_needs_none(self, host: str) -> None:
+        """A server for this machine alone has no token."""
+        assert Settings(host=host).token is None
+        assert "token" not in Settings(host=host).link(80)
+
+    @pytest.mark.parametrize(
+        "unsafe",
+        [{"token": "short"}, {"allowed_hosts": ("pftrack.example",)}, {"allowed_hosts": ("*",)}, {"surprise": 1}],
+    )
+    def test_unsafe_combinations(self, unsafe: dict[str, Any]) -> None:
+        """Unsafe combinations are refused at start."""
+        with pytest.raises(ValidationError):
+            Settings(**unsafe)
+
+
+class TestHeaders:
+    @pytest.mark.parametrize("path", ["/", "/api/v1/experiments", "/nowhere", "/healthz", "/docs"])
+    def test_every_answer(self, client: httpx.Client, path: str) -> None:
+        """Every answer forbids framing by others, sniffing, and scripts from elsewhere."""
+        headers = client.get(path).headers
+        assert headers["x-content-type-options"] == "nosniff"
+        assert headers["x-frame-options"] == "SAMEORIGIN"
+        assert "frame-ancestors 'self'" in headers["content-security-policy"]
+        assert "unsafe-eval" not in headers["content-security-policy"]
+        assert "server" not in headers or path
+
+    def test_the_scene_has_its_own_policy(self, server: Server, client: httpx.Client, session: dict[str, Any]) -> None:
+        """Viser's client may run its inline scripts, and connect to nothing but this server."""
+        answer = client.get(f"/viz/{session['id']}/")
+        policy = answer.headers["content-security-policy"]
+        assert "connect-src 'self'" in policy
+        assert "'unsafe-eval'" not in policy
+        assert b"<html" in answer.content
+        assert client.get(f"/viz/{session['id']}").headers["location"] == f"{server.base}/viz/{session['id']}/"
+        error_of(client.get("/viz/0123456789abcdef/"), 404)
+
+
+class TestPaths:
+    @pytest.mark.parametrize(
+        "path",
+        [
+            "/static/../server/app.py",
+            "/static/%2e%2e/server/app.py",
+            "/static/..%2f..%2fetc/passwd",
+            "/static/shared/../../../../../../etc/passwd",
+            "/static//etc/passwd",
+            "/api/v1/runs/..%2f..%2fpftrack.sqlite/download",
+            "/api/v1/runs/%2e%2e/download",
+            "/api/v1/uploads/..%2f../frames/0.jpg",
+            "/api/v1/experiments/..%2f../thumbnail.png",
+            "/api/v1/sessions/..%2f..",
+            "/api/v1/runs/%00/download",
+            "/session.html%00",
+        ],
+    )
+    def test_names_never_become_paths(self, server: Server, client: httpx.Client, path: str) -> None:
+        """Whatever stands in an address, only the server's own files come back."""
+        answer = client.send(
+            client.build_request("GET", httpx.URL(server.url).copy_with(raw_path=(server.base + path).encode()))
+        )
+        error_of(answer, answer.status_code)
+        assert answer.status_code in {404, 422}
+
+
+class TestErrors:
+    @pytest.mark.parametrize(
+        ("method", "path", "status"),
+        [
+            ("GET", "/nowhere", 404),
+            ("GET", "/api/v1/nowhere", 404),
+            ("GET", "/api/v1/experiments/chess", 404),
+            ("GET", "/static/nothing.js", 404),
+            ("PUT", "/api/v1/sessions", 405),
+            ("POST", "/healthz", 405),
+            ("POST", "/api/v1/sessions", session_request(422)),
+            ("GET", "/api/v1/uploads/x/frames/0.jpg", 404),
+            ("POST", "/api/v1/uploads", 400),
+        ],
+    )
+    def test_one_shape(self, client: httpx.Client, method: str, path: str, status: int) -> None:
+        """Every error has the one shape, with a sentence."""
+        error_of(client.request(method, path), status)
+
+    def test_a_mistake_of_the_server(self, start_server: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+        """A mistake of the server's own is told without path and stack."""
+        with start_server() as (server, client):
+            monkeypatch.setattr(server.manager, "get", lambda _: 1 / 0)
+            answer = client.get("/api/v1/sessions/x")
+            assert answer.headers["x-content-type-options"] == "nosniff"
+            error = error_of(answer, 500)
+            assert "failed unexpectedly" in error["message"]
+
+    def test_a_body_too_large(self, client: httpx.Client) -> None:
+        """A body that is too large is refused, announced or not."""
+        error_of(client.post("/api/v1/sessions", content=b" " * 2_000_000), 413)
+
+        def endless() -> Any:
+            for _ in range(100):
+                yield b" " * 65536
+
+        headers = {"content-type": "application/json"}
+        error_of(client.post("/api/v1/sessions", content=endless(), headers=headers), 413)
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        ("pftrack.example", ("pftrack.example",)),
+        (" one.example, two.example ,", ("one.example", "two.example")),
+        ("", ()),
+    ],
+)
+def test_hosts_from_the_environment(monkeypatch: pytest.MonkeyPatch, text: str, names: tuple[str, ...]) -> None:
+    """Names of hosts are given with commas between."""
+    monkeypatch.setenv("PFTRACK_ALLOWED_HOSTS", text)
+    monkeypatch.setenv("PFTRACK_TOKEN", "sixteen characters")
+    assert Settings().allowed_hosts == names
+
+
+def test_hosts_that_are_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is wrong with names of hosts is told in a sentence, and so is what goes with them."""
+    monkeypatch.setenv("PFTRACK_ALLOWED_HOSTS", '["one.example"]')
+    with pytest.raises(ValidationError, match="names with commas between"):
+        Settings()
+    monkeypatch.setenv("PFTRACK_ALLOWED_HOSTS", "pftrack.example")
+    with pytest.raises(ValidationError, match="set PFTRACK_TOKEN, too"):
+        Settings()

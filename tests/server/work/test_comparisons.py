@@ -1,0 +1,207 @@
+"""Comparisons over REST: runs named in three ways, outlined at once, computed as a job, and refused in sentences."""
+
+import csv
+import io
+import json
+from typing import Any
+
+import httpx
+import pytest
+
+from pftrack.experiments import find
+from pftrack.runs.comparison import Comparison
+from pftrack.runs.run import Run
+from tests.server.follow_jobs import ended, written
+from tests.server.host import begin, command, error_of, steer
+from tests.server.uploads.test_uploads import send, video
+from tests.session_requests import session_request
+
+BALL = find("ball")
+
+
+def ball(tracker: str = "h-spf", frames: int = 30, **more: Any) -> dict[str, Any]:
+    return {"recipe": {"experiment": "ball", "tracker": tracker, "seed": 7, "frames": frames, **more}}
+
+
+def compare(client: httpx.Client, *runs: dict[str, Any]) -> dict[str, Any]:
+    answer = client.post("/api/v1/comparisons", json={"runs": list(runs)})
+    assert answer.status_code == 202, answer.text
+    begun: dict[str, Any] = answer.json()
+    return begun
+
+
+def outline(client: httpx.Client, *runs: dict[str, Any]) -> dict[str, Any]:
+    """Return what is known of a comparison from the start."""
+    known: dict[str, Any] = compare(client, *runs)["result"]
+    return known
+
+
+def refusal(client: httpx.Client, status: int, *runs: dict[str, Any]) -> str:
+    message: str = error_of(client.post("/api/v1/comparisons", json={"runs": list(runs)}), status)["message"]
+    return message
+
+
+def test_recipes_are_compared_as_the_library_compares_them(client: httpx.Client) -> None:
+    """What differs is told at once, with recipes no longer than what is common; then come the library's numbers."""
+    job = compare(client, ball(), ball("condensation", frames=25))
+    begun = job["result"]
+    assert [run["first"] for run in begun["runs"]] == [0, 0]
+    assert [run["recipe"]["frames"] for run in begun["runs"]] == [30, 25]
+    assert [run["shown"]["frames"] for run in begun["runs"]] == [25, 25]
+    assert [setting["name"] for setting in begun["settings"]] == ["tracker"]
+    done = ended(client, job)
+    runs = [Run(BALL, BALL.simulate(), tracker=name, seed=7, frames=25) for name in ("h-spf", "condensation")]
+    expected = Comparison.of(*runs).finish().as_dict()
+    assert done["state"] == "done"
+    found = done["result"]["found"]
+    assert found == {name: expected[name] for name in found}
+    assert [run["name"] for run in done["result"]["runs"]] == expected["names"]
+    assert client.delete(f"/api/v1/jobs/{job['id']}").status_code == 204
+    assert "no such job" in error_of(client.get(f"/api/v1/jobs/{job['id']}"), 404)["message"]
+
+
+def test_branches_and_saved_runs_are_named_by_references(client: httpx.Client) -> None:
+    """A branch parts from its run in the frame after it left, also from that run saved, and by another tracker."""
+    session = begin(client, tracker="h-spf")["id"]
+    steer(client, session, "seek", frame=12)
+    saved = client.post("/api/v1/runs", json={"session": session, "title": "Mine"}).json()["id"]
+    command(client, session, "branch", frame=12, values={"tracker": "apf"})
+    references = f"{session}:b0", f"{session}:b1", saved, f"{session}:b0:condensation"
+    begun = compare(client, *({"reference": reference} for reference in references))
+    assert [run["title"] for run in begun["result"]["runs"]][2:] == ["Mine", None]
+    found = ended(client, begun)["result"]["found"]
+    frames = {(it["first"], it["second"]): it["frame"] for it in found["partings"]}
+    assert (frames[0, 1], frames[0, 2], frames[1, 2]) == (13, None, 13)
+    assert found["first_difference"] == frames[0, 3] < 13
+
+
+def test_a_recording_is_found_and_named_where_it_is_missing(client: httpx.Client) -> None:
+    """Runs on an upload are compared picture by picture; without it the recipe is refused, and so is its saved run."""
+    upload = send(client, ("clip.mp4", video(12))).json()
+    mark = {"kind": "box", "x": 8, "y": 18, "width": 14, "height": 14}
+    early, late = (
+        {"recipe": {"experiment": "ball", "footage": {"sha256": upload["sha256"], "start": start, "mark": mark}}}
+        for start in (0, 3)
+    )
+    job = compare(client, early, late)
+    begun = job["result"]
+    assert [run["first"] for run in begun["runs"]] == [3, 0]
+    assert {run["upload"] for run in begun["runs"]} == {upload["id"]}
+    assert ended(client, job)["state"] == "done"
+    session = client.post("/api/v1/sessions", json=session_request(early)).json()["id"]
+    saved = client.post("/api/v1/runs", json={"session": session}).json()["id"]
+    client.delete(f"/api/v1/sessions/{session}")
+    assert client.delete(f"/api/v1/uploads/{upload['id']}").status_code == 204
+    linked = ({"recipe": run["recipe"]} for run in begun["runs"])
+    assert "no such upload here; upload clip.mp4 first" in refusal(client, 422, *linked)
+    assert "clip.mp4, which is no longer on this server; upload it first" in refusal(
+        client, 409, {"reference": saved}, {"reference": saved}
+    )
+
+
+@pytest.mark.parametrize(
+    ("runs", "status", "said"),
+    [
+        ([ball()], 422, "two to four runs to compare, got 1"),
+        ([ball()] * 5, 422, "two to four runs to compare, got 5"),
+        ([ball(), {"recipe": {"experiment": "sine"}}], 422, "in px, those of"),
+        ([ball(), {"recipe": {"experiment": "nothing"}}], 422, "nothing"),
+        ([ball(), ball(timeline=[{"frame": 0, "values": {"sample_count": -3}}])], 422, "ample_count must be"),
+        ([ball(), ball(frames=900_000)], 422, "on this server"),
+        ([ball(), {"reference": "0123456789abcdef"}], 404, "no saved run '0123456789abcdef' any more"),
+        ([ball(), {"reference": "0123456789abcdef:b0"}], 404, "no branch 'b0' of a session"),
+        ([ball(), {"reference": "0123456789abcdef:3"}], 404, "no such sweep"),
+        ([ball(), {"reference": "a:b:c:d"}], 422, "session:branch or sweep:run, got 'a:b:c:d'"),
+        ([ball(), {}], 422, "by a reference or by a recipe"),
+    ],
+)
+def test_what_cannot_be_compared_is_said(
+    client: httpx.Client, runs: list[dict[str, Any]], status: int, said: str
+) -> None:
+    """Wrong numbers of runs, other units, unknown and deleted runs and values out of bounds: a sentence each."""
+    assert said in refusal(client, status, *runs)
+
+
+def test_a_tracker_that_an_experiment_lacks_is_refused(client: httpx.Client, session: dict[str, Any]) -> None:
+    """The sentence lists those that there are."""
+    said = refusal(client, 422, ball(), {"reference": f"{session['id']}:b0:viterbi"})
+    assert "h-spf" in said
+    assert "viterbi" in said
+
+
+def test_a_comparison_that_is_cancelled_is_gone(client: httpx.Client) -> None:
+    """Its computing ends with it."""
+    begun = compare(client, ball(frames=20_000), ball("apf", frames=20_000))
+    assert begun["state"] == "working"
+    assert client.delete(f"/api/v1/jobs/{begun['id']}").status_code == 204
+    error_of(client.get(f"/api/v1/jobs/{begun['id']}"), 404)
+
+
+SAVED = "/api/v1/comparisons/saved"
+
+
+def test_a_comparison_is_kept_named_found_and_deleted(client: httpx.Client) -> None:
+    """What is kept makes it again; a name may be given at any time, and words find it."""
+    begun = outline(client, ball(), ball("condensation"))
+    runs = [{"recipe": run["recipe"]} for run in begun["runs"]]
+    body = {"title": "Two trackers", "runs": runs, "position": 4, "arrangement": "over"}
+    kept = client.post(SAVED, json=body).raise_for_status().json()
+    assert kept["title"] == "Two trackers"
+    assert (kept["experiments"], kept["trackers"]) == (["ball"], ["h-spf", "condensation"])
+    found = client.get(f"{SAVED}/{kept['id']}").json()
+    assert (found["position"], found["arrangement"]) == (4, "over")
+    again = outline(client, *({"recipe": run["recipe"]} for run in found["runs"]))
+    assert [run["recipe"] for run in again["runs"]] == [run["recipe"] for run in begun["runs"]]
+
+    renamed = client.patch(f"{SAVED}/{kept['id']}", json={"title": "  Why one is lost "}).raise_for_status().json()
+    assert renamed["title"] == "Why one is lost"
+    assert error_of(client.patch(f"{SAVED}/{kept['id']}", json={"title": " "}), 422)
+    work = client.get("/api/v1/work", params={"q": "why condensation"}).json()
+    assert [each["title"] for each in work["comparisons"]] == ["Why one is lost"]
+    assert work["found"]["comparisons"] == 1
+    assert [each["id"] for each in client.get(SAVED).json()] == [kept["id"]]
+
+    client.delete(f"{SAVED}/{kept['id']}").raise_for_status()
+    assert "no such comparison" in error_of(client.get(f"{SAVED}/{kept['id']}"), 404)["message"]
+    assert "no such comparison" in error_of(client.delete(f"{SAVED}/{kept['id']}"), 404)["message"]
+
+
+def test_what_is_no_comparison_is_not_kept(client: httpx.Client) -> None:
+    """One run alone, a name that cannot be seen, and an experiment that there is not."""
+    runs = [ball(), ball("condensation")]
+    assert client.post(SAVED, json={"title": "one", "runs": runs[:1]}).status_code == 422
+    assert client.post(SAVED, json={"title": "\u200b", "runs": runs}).status_code == 422
+    unknown = {"recipe": {"experiment": "no-such"}}
+    assert client.post(SAVED, json={"title": "x", "runs": [unknown, ball()]}).status_code in {404, 422}
+    assert client.get(SAVED).json() == []
+
+
+def test_a_comparison_is_written_as_files(client: httpx.Client) -> None:
+    """Each that is listed, by a job like those of runs; the table is that of the library."""
+    runs = [ball(), ball("condensation")]
+    offered = outline(client, *runs)["exports"]
+    assert [one["name"] for one in offered] == ["csv", "png", "svg", "json"]
+    written = {one["name"]: export(client, one["name"], runs) for one in offered}
+    compared = Comparison.of(
+        *(Run(BALL, BALL.simulate(), tracker=name, seed=7, frames=30) for name in ("h-spf", "condensation"))
+    ).finish()
+    rows = list(csv.DictReader(io.StringIO(written["csv"].decode())))
+    assert [row["name"] for row in rows] == [name for name in compared.names for _ in range(30)]
+    errors = [row.error for each in compared.rows for row in each]
+    assert [float(row["error"]) for row in rows] == errors
+    assert written["png"].startswith(b"\x89PNG")
+    assert b"<svg" in written["svg"]
+    told = json.loads(written["json"])
+    assert told["outcomes"] == compared.as_dict()["outcomes"]
+    recipes = [{"recipe": run["recipe"]} for run in told["runs"]]
+    assert outline(client, *recipes)["frames"] == 30, "it can be made again"
+    answer = client.post("/api/v1/comparisons/exports/docx", json={"runs": runs})
+    assert "there are csv, png, svg, json" in error_of(answer, 404)["message"]
+
+
+def export(client: httpx.Client, name: str, runs: list[dict[str, Any]]) -> bytes:
+    """Return a file of a comparison."""
+    body = {"runs": runs, "title": "Two: trackers/"}
+    begun = client.post(f"/api/v1/comparisons/exports/{name}", json=body)
+    assert begun.json()["name"] == f"compare-two-trackers.{name}"
+    return written(client, begun).content

@@ -1,0 +1,129 @@
+"""What else a session's run might have been, asked through the REST interface."""
+
+from typing import Any
+
+import httpx
+import numpy as np
+
+import pftrack
+from pftrack.analysis.other_seeds import ensemble
+from pftrack_server.schemas.jobs import ExplorationJob
+from tests.server.asking import columns, get
+from tests.server.confined import children
+from tests.server.follow_jobs import ended, taken
+from tests.server.host import begin, command, error_of, steer
+from tests.waiting import wait_for
+
+
+def explore(client: httpx.Client, session: str, **body: Any) -> dict[str, Any]:
+    answer = client.post(f"/api/v1/sessions/{session}/explorations", json=body)
+    assert answer.status_code == 202, answer.text
+    return dict(answer.json())
+
+
+def lost_session(client: httpx.Client, frames: int = 45) -> str:
+    session = begin(client, frames=frames, parameters={"occlusion_width_px": 100})
+    steer(client, session["id"], "seek", frame=20)
+    return str(session["id"])
+
+
+def test_a_line_of_what_if_opens_as_a_branch_that_holds(client: httpx.Client) -> None:
+    """A list comes, no change first; the seed of the best change makes a branch that has its target in the end."""
+    session = lost_session(client)
+    begun = explore(client, session, kind="what-if", frame=7, seconds=5)
+    assert (begun["kind"], begun["name"], begun["error"]) == ("exploration", "what-if", None)
+    found = ended(client, begun)
+    assert found["state"] == "done", found["error"]
+    assert begun.keys() == found.keys() == ExplorationJob.model_fields.keys(), "what it keeps for itself is not told"
+    told = found["result"]
+    assert (told["loss"], told["findings"][0]["verdict"]) == (7, "baseline")
+    assert told["first_lost_frame"] == columns(client, session)["lost"].index(True)
+    best = told["findings"][1]
+    assert best["share"] >= told["findings"][-1]["share"]
+    made = command(client, session, "branch", frame=told["begin"], values=best["values"], seed=best["seed"])
+    assert made.status_code == 200, made.text
+    assert made.json()["branch"] != begun["branch"]
+    steer(client, session, "seek", frame=told["end"])
+    lost = columns(client, session)["lost"][told["end"] - told["judged"] + 1 : told["end"] + 1]
+    assert best["holding"] == 0 or not any(lost)
+
+
+def test_what_was_cut_is_gone_on_with(client: httpx.Client) -> None:
+    """Whoever asks again with an exploration that has ended begins with what that has found."""
+    session = lost_session(client)
+    cut = ended(client, explore(client, session, kind="what-if", frame=7, seconds=1))
+    runs = {each["title"]: each["runs"] for each in cut["result"]["findings"]}
+    on = ended(client, explore(client, session, kind="what-if", frame=7, seconds=1, after=cut["id"]))
+    assert {"working", "failed"}.isdisjoint({cut["state"], on["state"]})
+    further = {each["title"]: each["runs"] for each in on["result"]["findings"]}
+    assert all(further[title] >= count for title, count in runs.items())
+    assert sum(further.values()) > sum(runs.values())
+    address = f"/api/v1/sessions/{session}/explorations"
+    error_of(client.post(address, json={"kind": "what-if", "after": "nothing"}), 404)
+    band = ended(client, explore(client, session, kind="ensemble", seconds=1))
+    for kind, before in (("what-if", band), ("ensemble", band), ("ensemble", on)):
+        other = ended(client, explore(client, session, kind=kind, seconds=1, after=before["id"]))
+        assert (other["state"], other["error"]) == ("done", None), "it begins with nothing known"
+
+
+def test_an_exported_page_says_what_would_have_saved_it(client: httpx.Client) -> None:
+    """What was found of the run as it is stands in its page, even when the list was closed; of another it does not."""
+    session = lost_session(client)
+    found = ended(client, explore(client, session, kind="what-if", frame=7, seconds=1))
+    client.delete(f"/api/v1/jobs/{found['id']}")
+    for is_there in (True, False):
+        page = taken(client, session, "html").text
+        assert (found["result"]["sentence"] in page) == is_there
+        steer(client, session, "restart", seed=77)
+
+
+def test_other_seeds_are_those_of_the_library(client: httpx.Client) -> None:
+    """The bands are those of an ensemble in Python, for the settings that are in force now."""
+    session = lost_session(client, 30)
+    found = ended(client, explore(client, session, kind="ensemble"))
+    expected = ensemble(
+        pftrack.run("ball", frames=30, seed=get(client, session)["recipe"]["seed"], occlusion_width_px=100)
+    )
+    told = found["result"]
+    assert (told["runs"], told["frames"], told["computed"]) == (40, 30, [40] * 30)
+    np.testing.assert_array_equal(told["holding"], expected.holding)
+    np.testing.assert_array_equal(told["middle"], expected.quantiles[1])
+
+
+def test_a_run_that_holds_is_told_so(client: httpx.Client) -> None:
+    """The refusal is a sentence, and comes when the run has been looked at."""
+    session = begin(client, frames=20)["id"]
+    found = ended(client, explore(client, session, kind="what-if"))
+    assert (found["state"], found["error"]) == ("failed", "The run has not lost its target so far")
+
+
+def test_what_is_cancelled_is_gone(client: httpx.Client) -> None:
+    """Nothing goes on, and nobody can ask for it; no other session has it either."""
+    session, other = lost_session(client), begin(client)["id"]
+    begun = explore(client, session, kind="what-if", seconds=300)
+    foreign = client.post(f"/api/v1/sessions/{other}/explorations", json={"kind": "what-if", "after": begun["id"]})
+    assert "no such exploration in this session" in error_of(foreign, 404)["message"]
+    address = f"/api/v1/jobs/{begun['id']}"
+    assert client.delete(address).status_code == 204
+    assert "no such job" in error_of(client.get(address), 404)["message"]
+
+
+def test_an_exploration_ends_with_its_session(client: httpx.Client) -> None:
+    """Its processes are gone long before its time is over, since nobody can ask for what they find."""
+    session = lost_session(client)
+    before = set(children())
+    explore(client, session, kind="what-if", seconds=300)
+    begun = wait_for(lambda: set(children()) - before, what="an exploration has processes")
+    client.delete(f"/api/v1/sessions/{session}")
+    wait_for(lambda: not (begun & set(children())), what="they are gone")
+
+
+def test_a_session_asks_a_few_questions_at_a_time(client: httpx.Client) -> None:
+    """The fourth is refused with a sentence that says how many there may be."""
+    session = lost_session(client)
+    begun = [explore(client, session, kind="what-if", seconds=300) for _ in range(3)]
+    refused = client.post(f"/api/v1/sessions/{session}/explorations", json={"kind": "ensemble"})
+    assert "at most 3 questions" in error_of(refused, 409)["message"]
+    for each in begun:
+        client.delete(f"/api/v1/jobs/{each['id']}")
+    assert explore(client, session, kind="ensemble")["state"] == "working"

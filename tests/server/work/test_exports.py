@@ -1,0 +1,172 @@
+"""Files of the frame that is shown: what an experiment declares is listed and can be fetched, and nothing else."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import cv2
+import httpx
+import numpy as np
+import pandas as pd
+import pytest
+
+from pftrack.core.model.recipe import Change
+from pftrack.experiments import find
+from pftrack.output.exports.formats import FORMATS, exports_of
+from pftrack.runs.run import Run
+from tests.notebooks import executed
+from tests.server.follow_jobs import asked, ended, taken, written
+from tests.server.host import begin, change_values, error_of, steer
+
+SMALL = {"image_width_px": 320, "feature_noise_px": 3, "hidden_weight": 0.0}
+
+
+def test_a_session_exports_what_its_experiment_offers(client: httpx.Client) -> None:
+    """Each file that is listed comes with its name and type; the points are those of the same run in the library."""
+    session = begin(client, experiment="head", parameters=SMALL, seed=1)
+    offered = {one["name"]: one for one in session["exports"]}
+    assert set(offered) == {one.name for one in exports_of(find("head"))}
+    steer(client, session["id"], "seek", frame=3)
+    address = f"/api/v1/sessions/{session['id']}/exports"
+    learned = ended(client, client.post(f"{address}/{offered.pop('learned')['name']}"))
+    assert "at least 15 frames with a frame known before them" in learned["error"]
+    for name, one in offered.items():
+        if one["group"] in {"film", "plots"}:
+            continue
+        answer = taken(client, session["id"], name)
+        assert answer.status_code == 200
+        assert answer.headers["content-type"].split(";")[0] == one["media_type"]
+        assert f'filename="head-3.{one["suffix"]}"' in answer.headers["content-disposition"]
+        assert len(answer.content) > 40
+    said = json.loads(taken(client, session["id"], "face-json").content)
+    run = Run(find("head"), find("head").simulate(), seed=1, timeline=(Change(0, SMALL),))
+    run.seek(3)
+    shape = run.current.state.memory.growth.shape
+    np.testing.assert_allclose(list(said["points"].values()), shape, atol=1e-4)
+    assert said["frames"] == 3
+
+
+def test_what_cannot_be_made_of_these_frames_is_told(client: httpx.Client) -> None:
+    """A learned motion needs more frames than the first: it is refused with the reason, and the session goes on."""
+    session = begin(client)
+    said = ended(client, client.post(f"/api/v1/sessions/{session['id']}/exports/learned"))["error"]
+    assert "xpected at least 10 frames with two frames known before them, got 0" in said
+    steer(client, session["id"], "seek", frame=40)
+    learned = find("ball").guidance.parse(taken(client, session["id"], "learned").text)
+    assert (learned.tracks, learned.experiment) == (1, "ball")
+
+
+def test_a_session_is_guided_by_a_learned_file(client: httpx.Client) -> None:
+    """A file is taken up in a session as a parameter is, whose numbers are the library's; a wrong one is refused."""
+    session = begin(client, tracker="guided")
+    address = f"/api/v1/sessions/{session['id']}"
+    steer(client, session["id"], "seek", frame=40)
+    text = taken(client, session["id"], "learned").text
+    wrong = change_values(client, session["id"], {"learned": text.replace('"ball"', '"fish"')})
+    assert "it was learned in 'fish', and this is 'ball'" in error_of(wrong, 422)["message"]
+    assert change_values(client, session["id"], {"learned": text}).status_code == 200
+    steer(client, session["id"], "restart")
+    steer(client, session["id"], "seek", frame=12)
+    ball = find("ball")
+    changes = (Change(0, {"learned": text}),)
+    run = Run(ball, ball.simulate(), tracker="guided", seed=session["recipe"].get("seed", 0), timeline=changes)
+    run.seek(12)
+    columns = client.get(f"{address}/diagnostics").json()
+    assert columns["columns"]["estimate"][12] == list(run.current.diagnostics.estimate)
+
+
+def test_a_session_is_taken_away_as_a_notebook_with_its_numbers(client: httpx.Client) -> None:
+    """What was changed on the way is in it; run, it comes to the estimates that the session has."""
+    session = begin(client, experiment="sine", seed=5)
+    address = f"/api/v1/sessions/{session['id']}"
+    steer(client, session["id"], "seek", frame=3)
+    assert change_values(client, session["id"], {"sample_count": 40}).status_code == 200
+    steer(client, session["id"], "seek", frame=9)
+    answer = taken(client, session["id"], "notebook")
+    assert answer.headers["content-type"] == "application/x-ipynb+json"
+    printed = executed(answer.content)
+    assert "The same estimates as in the run that was exported.\n" in printed
+    table = next(text for text in printed if "log_evidence" in text).splitlines()
+    said = client.get(f"{address}/diagnostics").json()["columns"]["log_evidence"]
+    place = table[0].split().index("log_evidence")
+    assert [float(row.split()[place]) for row in table[1:]] == pytest.approx(said, rel=1e-4)
+
+
+def test_what_is_not_offered_is_not_there(client: httpx.Client) -> None:
+    """An unknown name is told with a sentence, also where an experiment offers nothing of its own."""
+    session = begin(client, experiment="sine")
+    assert [one["name"] for one in session["exports"]] == [one.name for one in FORMATS]
+    answer = client.post(f"/api/v1/sessions/{session['id']}/exports/face-obj")
+    assert "no export 'face-obj'; there are csv" in error_of(answer, 404)["message"]
+
+
+def pictures_in(film: Path) -> int:
+    """Return how many pictures OpenCV reads of a film."""
+    reader, count = cv2.VideoCapture(str(film)), 0
+    while reader.read()[0]:
+        count += 1
+    return count
+
+
+def file_of(client: httpx.Client, begun: httpx.Response) -> tuple[httpx.Response, dict[str, Any]]:
+    """Wait for an export that was begun, and return its file and what is told of it."""
+    return written(client, begun), asked(client, begun.json())
+
+
+def test_a_film_is_written_beside_the_session_and_says_how_far_it_is(client: httpx.Client, tmp_path: Path) -> None:
+    """It has a picture for each frame that was computed, and the manifest with the session's own hash."""
+    session = begin(client, experiment="sine", seed=5)
+    address = f"/api/v1/sessions/{session['id']}"
+    steer(client, session["id"], "seek", frame=9)
+    film, told = file_of(client, client.post(f"{address}/exports/mp4"))
+    assert (told["name"], told["done"]) == ("sine-9.mp4", told["total"])
+    assert film.headers["content-type"] == "video/mp4"
+    place = tmp_path / "film.mp4"
+    place.write_bytes(film.content)
+    assert pictures_in(place) == 10
+    assert client.delete(f"/api/v1/jobs/{told['id']}").status_code == 204
+    assert "no such job" in error_of(client.get(told["result"]["address"]), 404)["message"]
+
+    # A page needs viser, which the confined child loads for itself; a browser is to save it, not to open it.
+    page, told = file_of(client, client.post(f"{address}/exports/html"))
+    assert told["name"] == "sine-9.html"
+    assert page.headers["content-disposition"].startswith("attachment")
+    assert '"frames":10' in page.text
+
+
+def test_a_saved_run_is_exported_from_its_file(client: httpx.Client, tmp_path: Path) -> None:
+    """It lists what there is; a table has the frames that it was saved with, and a plot that is not there is named."""
+    session = begin(client, experiment="sine", seed=5)
+    steer(client, session["id"], "seek", frame=7)
+    run = client.post("/api/v1/runs", json={"session": session["id"]}).json()
+    steer(client, session["id"], "seek", frame=9)
+    address = f"/api/v1/runs/{run['id']}/exports"
+    offered = client.get(address).json()
+    assert [one["name"] for one in offered["exports"]] == [one.name for one in FORMATS]
+    assert [plot["id"] for plot in offered["plots"]] == [plot.id for plot in find("sine").plots]
+    table, told = file_of(client, client.post(f"{address}/csv"))
+    place = tmp_path / told["name"]
+    place.write_bytes(table.content)
+    assert (place.name, pd.read_csv(place)["frame"].tolist()) == ("sine-condensation-7.csv", list(range(8)))
+    said = error_of(client.post(f"{address}/png", params={"plot": "gain"}), 409)["message"]
+    assert "ine has no plot 'gain', only error, sigma" in said
+    assert "no export 'docx'; there are csv" in error_of(client.post(f"{address}/docx"), 404)["message"]
+
+
+def test_a_file_that_is_too_large_or_stopped_leaves_nothing(start_server: Callable[..., Any]) -> None:
+    """A file has a limit, which is told; whether it fails or is stopped, its folder is gone."""
+    with start_server(max_export_bytes=2_000) as (served, client):
+        outgoing = served.app.state.services.store.files.outgoing
+        session = begin(client, experiment="sine", frames=4_000)
+        address = f"/api/v1/sessions/{session['id']}/exports"
+        small, _ = file_of(client, client.post(f"{address}/recipe"))
+        assert small.json()["experiment"] == "sine"
+        steer(client, session["id"], "seek", frame=400)
+        failed = ended(client, client.post(f"{address}/csv"))
+        assert (failed["state"], "File too large; make room" in failed["error"]) == ("failed", True)
+        assert error_of(client.get(f"/api/v1/jobs/{failed['id']}/file"), 409)["message"] == failed["error"]
+        begun = client.post(f"{address}/mp4").json()
+        assert "still being written" in error_of(client.get(f"/api/v1/jobs/{begun['id']}/file"), 409)["message"]
+        assert client.delete(f"/api/v1/jobs/{begun['id']}").status_code == 204
+        assert len(list(outgoing.iterdir())) == 1

@@ -1,0 +1,124 @@
+"""Runs that were saved elsewhere and take long to compute: they tell how far they are, and can be cancelled."""
+
+import json
+import zipfile
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import httpx
+import psutil
+import pytest
+
+from pftrack.core.model.recipe import Change
+from pftrack.experiments import find
+from pftrack.runs import record
+from pftrack.runs.run import Run
+from tests.server.follow_jobs import asked, ended, send_run
+from tests.server.host import Server, error_of
+from tests.waiting import wait_for
+
+FRAMES = 12
+
+
+@pytest.fixture(scope="module")
+def heavy(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """A saved run of which a frame takes some 0.15 s."""
+    ball = find("ball")
+    change = Change(0, {"sample_count": 100_000})
+    run = Run(ball, ball.simulate(), tracker="upf", frames=60, timeline=(change,))
+    run.seek(FRAMES - 1)
+    path = tmp_path_factory.mktemp("saved") / "heavy.pft"
+    record.save(run, path)
+    return path.read_bytes()
+
+
+def send(client: httpx.Client, content: bytes) -> dict[str, Any]:
+    answer = send_run(client, content, "heavy.pft")
+    assert answer.status_code == 202, answer.text
+    begun: dict[str, Any] = answer.json()
+    return begun
+
+
+def test_it_tells_how_far_it_is(client: httpx.Client, heavy: bytes) -> None:
+    """An import tells how many frames of how many are computed, and is a saved run in the end."""
+    begun = send(client, heavy)
+    assert (begun["kind"], begun["state"], begun["name"], begun["result"]) == ("import", "working", "heavy.pft", None)
+    assert begun in client.get("/api/v1/jobs").json() or asked(client, begun)["done"] > begun["done"]
+    seen: set[int] = set()
+
+    def arrived() -> bool:
+        now = asked(client, begun)
+        seen.add(now["done"])
+        assert now["total"] in {0, FRAMES}
+        return bool(now["state"] == "done")
+
+    wait_for(arrived, 60)
+    assert len(seen) > 3
+    run = client.get(f"/api/v1/runs/{asked(client, begun)['result']['id']}").json()
+    assert run["summary"]["reproduced"]
+    assert client.delete(f"/api/v1/jobs/{begun['id']}").status_code == 204
+    error_of(client.get(f"/api/v1/jobs/{begun['id']}"), 404)
+    client.delete(f"/api/v1/runs/{run['id']}")
+
+
+def test_it_can_be_cancelled(server: Server, client: httpx.Client, heavy: bytes) -> None:
+    """A cancelled import ends its process and leaves nothing."""
+    saved = client.get("/api/v1/runs").json()
+    begun = send(client, heavy)
+    wait_for(lambda: asked(client, begun)["done"] > 0, 30)
+    computing = [each.pid for each in psutil.Process().children(recursive=True)]
+    assert client.delete(f"/api/v1/jobs/{begun['id']}").status_code == 204
+    wait_for(lambda: sum(psutil.pid_exists(pid) for pid in computing) < len(computing))
+    files: Any = server.app.state.services.store.files
+    wait_for(lambda: not list(Path(files.incoming).iterdir()))
+    assert client.get("/api/v1/runs").json() == saved
+    assert begun["id"] not in [each["id"] for each in client.get("/api/v1/jobs").json()]
+    error_of(client.delete(f"/api/v1/jobs/{begun['id']}"), 404)
+
+
+def test_it_goes_on_while_somebody_asks(
+    server: Server, client: httpx.Client, heavy: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An import that nobody asks for any more is dropped, and says so to whoever comes later; one asked for arrives."""
+    monkeypatch.setattr("pftrack_server.jobs.jobs.LOOK_S", 0.5)
+    monkeypatch.setattr("pftrack_server.jobs.jobs.MOST_LOOKS", 2)
+    saved = client.get("/api/v1/runs").json()
+    jobs: Any = server.app.state.services.house.jobs
+    left, wanted = send(client, heavy)["id"], send(client, heavy)
+    wait_for(lambda: asked(client, wanted)["total"] and jobs._all[left].task.done(), 30)
+    dropped = client.get(f"/api/v1/jobs/{left}").json()
+    assert (dropped["state"], dropped["result"]) == ("failed", None)
+    assert "Nobody asked for this import for 1 s" in dropped["error"]
+    wait_for(lambda: asked(client, wanted)["state"] == "done", 60)
+    arrived = asked(client, wanted)["result"]["id"]
+    assert [run["id"] for run in client.get("/api/v1/runs").json()] == [arrived, *(run["id"] for run in saved)]
+    assert not list(Path(server.app.state.services.store.files.incoming).iterdir())
+    client.delete(f"/api/v1/runs/{arrived}")
+
+
+def test_short_work_does_not_wait_for_it(client: httpx.Client, heavy: bytes) -> None:
+    """While many runs are brought in the server is ready, and the rest waits for its turn."""
+    begun = [send(client, heavy) for _ in range(6)]
+    assert client.get("/readyz", timeout=20).status_code == 200
+    states = [asked(client, each) for each in begun]
+    assert sum(each["total"] == 0 for each in states) >= 3
+    for each in begun:
+        client.delete(f"/api/v1/jobs/{each['id']}")
+
+
+def test_why_it_failed_can_be_asked(client: httpx.Client, heavy: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What cannot be computed here says why, for a while; what is no run is refused at once."""
+    error_of(send_run(client, b"no run"), 422)
+    with zipfile.ZipFile(BytesIO(heavy)) as archive:
+        raw = json.loads(archive.read("run.json"))
+    raw["recipe"]["footage"] = {"name": "a clip.mp4"}
+    changed = BytesIO()
+    with zipfile.ZipFile(changed, "w") as archive:
+        archive.writestr("run.json", json.dumps(raw))
+    begun = send(client, changed.getvalue())
+    assert "a clip.mp4, which is not on this server" in ended(client, begun)["error"]
+    assert asked(client, begun)["state"] == "failed"
+    monkeypatch.setattr("pftrack_server.jobs.jobs.KEPT_S", 0.0)
+    error_of(client.get(f"/api/v1/jobs/{begun['id']}"), 404)
+    assert begun["id"] not in [each["id"] for each in client.get("/api/v1/jobs").json()]

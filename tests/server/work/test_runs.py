@@ -1,0 +1,197 @@
+"""Runs: saved, downloaded, brought in elsewhere and opened again, to the same numbers."""
+
+import json
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from pftrack.core.model.recipe import Change
+from pftrack.experiments import find
+from pftrack.runs import record
+from pftrack.runs.reproduction import load
+from pftrack.runs.run import Run
+from pftrack_server.work.runs import outcome
+from tests.server.follow_jobs import bring_in, import_refusal, send_run
+from tests.server.host import Server, begin, change_values, error_of, steer
+from tests.server.uploads.test_uploads import send, video
+
+
+def save(client: httpx.Client, session: str, **more: Any) -> dict[str, Any]:
+    answer = client.post("/api/v1/runs", json={"session": session, **more})
+    assert answer.status_code == 201, answer.text
+    saved: dict[str, Any] = answer.json()
+    return saved
+
+
+def made(client: httpx.Client) -> dict[str, Any]:
+    """A run with a change of tracker and a bookmark, 40 frames long."""
+    session = begin(client, parameters={"sample_count": 150})
+    steer(client, session["id"], "seek", frame=20)
+    change_values(client, session["id"], {"tracker": "apf"})
+    client.post(f"/api/v1/sessions/{session['id']}/bookmarks", json={"note": "here"})
+    steer(client, session["id"], "seek", frame=39)
+    steer(client, session["id"], "seek", frame=30)
+    return save(client, session["id"], title="My run")
+
+
+def estimates(client: httpx.Client, session: str) -> list[list[float]]:
+    found: list[list[float]] = client.get(f"/api/v1/sessions/{session}/diagnostics").json()["columns"]["estimate"]
+    return found
+
+
+def test_a_run_that_is_judged_by_its_end_says_so() -> None:
+    """The share is of the frames that the measure looks at, not of all."""
+    for experiment, last in (("linkage", 6), ("histogram", 10)):
+        name = find(experiment).simulate().success
+        told = {"experiment": experiment, "frames": 120, "labelled_frames": 120, "success": True}
+        said = outcome({**told, "success_measure": name, name: 1.0})
+        assert said == f"100 % held in the last {last} frames, 120 frames in all"
+
+
+def test_saved_and_listed(client: httpx.Client) -> None:
+    """A saved run is listed with what came of it, a picture and its date."""
+    run = made(client)
+    assert run["title"] == "My run"
+    assert (run["frames"], run["tracker"], run["seed"]) == (40, "apf", 7)
+    assert "40 frames" in run["outcome"]
+    assert run in client.get("/api/v1/runs").json()
+    assert client.get(f"/api/v1/runs/{run['id']}").json() == run
+    picture = client.get(run["thumbnail"])
+    assert picture.content.startswith(b"\x89PNG")
+    assert picture.headers["cache-control"] == "private, max-age=86400"
+    assert client.get(f"/api/v1/runs/{run['id']}").headers["cache-control"] == "private, no-cache"
+    for path in (run["thumbnail"], f"/api/v1/runs/{run['id']}/download"):
+        head, whole = client.head(path), client.get(path)
+        assert (head.status_code, head.content) == (200, b"")
+        assert head.headers["content-length"] == str(len(whole.content))
+    assert client.delete(f"/api/v1/runs/{run['id']}").status_code == 204
+    for path in ("", "/download", "/thumbnail.png"):
+        error_of(client.get(f"/api/v1/runs/{run['id']}{path}"), 404)
+
+
+def test_opened_again(client: httpx.Client) -> None:
+    """A saved run opens where it was saved, with its bookmarks and the same numbers."""
+    run = made(client)
+    answer = client.post(f"/api/v1/runs/{run['id']}/open")
+    assert answer.status_code == 201, answer.text
+    session = answer.json()
+    assert (session["position"], session["computed"], session["tracker"]) == (30, 39, "apf")
+    assert session["bookmarks"][0]["note"] == "here"
+    again = save(client, session["id"])
+    assert again["summary"]["estimates_sha256"] == run["summary"]["estimates_sha256"]
+
+
+def test_downloaded_and_replayed(client: httpx.Client, tmp_path: Path) -> None:
+    """A downloaded run replays in the library to the same numbers."""
+    run = made(client)
+    download = client.get(f"/api/v1/runs/{run['id']}/download")
+    assert download.headers["content-disposition"].endswith('.pft"')
+    path = tmp_path / "run.pft"
+    path.write_bytes(download.content)
+    replayed = load(path)
+    replayed.seek(39)
+    assert replayed.estimates_sha256 == run["summary"]["estimates_sha256"]
+
+
+def test_brought_in(client: httpx.Client) -> None:
+    """A run that was saved elsewhere is computed once in a confined process, listed, and opens."""
+    run = made(client)
+    content = client.get(f"/api/v1/runs/{run['id']}/download").content
+    brought = bring_in(client, content, "from a friend.pft")
+    assert brought["title"] == "from a friend"
+    assert brought["summary"]["estimates_sha256"] == run["summary"]["estimates_sha256"]
+    assert brought["summary"]["reproduced"] is True
+    assert client.post(f"/api/v1/runs/{brought['id']}/open").status_code == 201
+
+
+@pytest.mark.parametrize(
+    ("seed", "change", "words"),
+    [(2**53, 5, "between 0 and 9007199254740991"), (7, 20, "frames 0 to 19")],
+)
+def test_a_run_that_no_page_could_show(
+    client: httpx.Client, tmp_path: Path, seed: int, change: int, words: str
+) -> None:
+    """A seed that browsers round, and a change after the end, are refused with the bound."""
+    experiment = find("ball")
+    run = Run(experiment, experiment.simulate(), seed=seed, frames=20, timeline=(Change(change, {"sample_count": 90}),))
+    record.save(run, tmp_path / "run.pft")
+    content = (tmp_path / "run.pft").read_bytes()
+    assert words in import_refusal(client, content)
+
+
+@pytest.mark.parametrize("content", [b"", b"hello", b"PK\x03\x04" + b"\0" * 100, b"PK\x05\x06" + b"\0" * 18])
+def test_what_is_no_run(server: Server, client: httpx.Client, content: bytes) -> None:
+    """A file that is no run is refused with a sentence, and nothing of it is kept."""
+    files = server.app.state.services.store.files
+    before = len(list(files.runs.iterdir()))
+    assert "no saved run" in error_of(send_run(client, content), 422)["message"]
+    assert len(list(files.runs.iterdir())) == before
+    assert list(files.incoming.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("recipe", "words"),
+    [
+        ({"footage": {"mark": {"base64": "eHg="}}}, "not on this server; upload it first"),
+        ({"timeline": [{"frame": 0, "values": {"base64": "eHg="}}]}, "base64"),
+    ],
+)
+def test_a_run_that_speaks_of_bytes(client: httpx.Client, tmp_path: Path, recipe: dict[str, Any], words: str) -> None:
+    """No value of a record is taken for the bytes of an answer, whatever it is called."""
+    raw = {"format": "pftrack-run", "version": 2, "recipe": {"experiment": "ball", "frames": 5, **recipe}}
+    with zipfile.ZipFile(tmp_path / "run.pft", "w") as archive:
+        archive.writestr("run.json", json.dumps(raw | {"computed": 1, "estimates_sha256": "0" * 64}))
+    assert words in import_refusal(client, (tmp_path / "run.pft").read_bytes())
+
+
+def test_too_large(start_server: Any) -> None:
+    """A record that is too large is refused."""
+    with start_server(max_record_bytes=1000) as (_, client):
+        error_of(send_run(client, b"x" * 2000), 413)
+
+
+def test_a_run_on_a_video(client: httpx.Client) -> None:
+    """A run on a video opens on the upload with the same content, and says so when it is not there."""
+    clip = video(20)
+    upload = send(client, ("ball.mp4", clip)).json()
+    session = begin(client, upload=upload["id"], box=[10, 20, 10, 10], start=1)
+    steer(client, session["id"], "seek", frame=12)
+    numbers = estimates(client, session["id"])
+    run = save(client, session["id"])
+    client.delete(f"/api/v1/sessions/{session['id']}")
+    content = client.get(f"/api/v1/runs/{run['id']}/download").content
+    answer = client.post(f"/api/v1/runs/{run['id']}/open")
+    assert answer.status_code == 201, answer.text
+    opened = answer.json()
+    assert (opened["upload"], opened["recipe"]["footage"]["start"]) == (upload["id"], 1)
+    assert opened["recipe"]["footage"]["mark"] == {"kind": "box", "x": 10, "y": 20, "width": 10, "height": 10}
+    assert estimates(client, opened["id"]) == numbers
+    client.delete(f"/api/v1/sessions/{opened['id']}")
+    client.delete(f"/api/v1/uploads/{upload['id']}")
+    message = error_of(client.post(f"/api/v1/runs/{run['id']}/open"), 409)["message"]
+    assert message == "The run was made on ball.mp4, which is no longer on this server; upload it first."
+    assert "upload it first" in import_refusal(client, content)
+    again = send(client, ("other name.mp4", clip)).json()
+    answer = client.post(f"/api/v1/runs/{run['id']}/open")
+    assert answer.status_code == 201, answer.text
+    assert answer.json()["upload"] == again["id"]
+
+
+def test_saving_nothing(client: httpx.Client) -> None:
+    """A session that is not there cannot be saved."""
+    error_of(client.post("/api/v1/runs", json={"session": "0123456789abcdef"}), 404)
+    error_of(client.post("/api/v1/runs", json={}), 422)
+
+
+def test_runs_outlive_the_server(start_server: Any) -> None:
+    """Saved runs and uploads are there after a restart of the server."""
+    with start_server() as (_, client):
+        run = made(client)
+        upload = send(client, ("ball.mp4", video(5))).json()
+    with start_server() as (_, client):
+        assert client.get("/api/v1/runs").json() == [run]
+        assert client.get("/api/v1/uploads").json() == [upload]
+        assert client.post(f"/api/v1/runs/{run['id']}/open").status_code == 201
