@@ -1,23 +1,26 @@
 """Write the types of what server and pages say to each other for the pages' type checker.
 
-The pydantic models of the server, and those of the figures of lessons, are the only definition. `python -m
-tools.message_types` writes them as TypeScript interfaces; a test fails when a file is older than the models.
+What routes take and answer, what streams say, and the figures of lessons are the only definition: pydantic models, and
+dataclasses of the library. `python -m tools.message_types` writes them as TypeScript interfaces; a test fails when a
+file is older than they are.
 """
 
-import importlib
-import pkgutil
 from collections.abc import Iterator
+from dataclasses import is_dataclass
 from pathlib import Path
 from typing import Any, get_args
 
-from pydantic import BaseModel
-from pydantic.json_schema import GenerateJsonSchema, JsonSchemaMode, models_json_schema
+from fastapi.routing import APIRoute, iter_route_contexts
+from pydantic import BaseModel, TypeAdapter
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaMode
 
 from pftrack.teaching.lessons.figure import Figure
-from pftrack_server import schemas
+from pftrack_server.schemas.jobs import Job
+from pftrack_server.schemas.snapshot import SessionSnapshot
+from pftrack_server.schemas.stream import Message, Painted
 from pftrack_server.sessions.session import Answer
-from pftrack_server.sessions.worker import commands
 from pftrack_server.sessions.worker.commands import Command
+from pftrack_server.web.routes import router
 
 __all__ = ["files"]
 
@@ -45,10 +48,14 @@ def files() -> dict[Path, str]:
 
 
 def _messages() -> str:
-    """Return an interface for each of the server's models, and a union of each stream's messages."""
-    models = sorted(_models(), key=lambda model: (model.__module__, model.__name__))
-    texts, names = _interfaces([(model, "validation" if _is_request(model) else "serialization") for model in models])
-    return HEAD.format("the server's models") + "\n" + "\n".join([*texts, _commands(), *_unions(models, names)])
+    """Return an interface for each type that is sent, and a union of each stream's messages."""
+    messages = sorted(set(_subclasses(Message)), key=lambda it: (it.__module__, it.__name__))
+    routes = (each.original_route for each in iter_route_contexts(router.routes))
+    kinds = {it for route in routes if isinstance(route, APIRoute) for it in _kinds_of(route)}
+    kinds |= {*messages, Painted, SessionSnapshot, Job}
+    found = sorted(kinds, key=lambda it: (it.__module__, it.__name__))
+    texts, names = _interfaces([(it, "validation" if _is_request(it) else "serialization") for it in found])
+    return HEAD.format("the server's models") + "\n" + "\n".join([*texts, _commands(), *_unions(messages, names)])
 
 
 def _figures() -> str:
@@ -60,9 +67,10 @@ def _figures() -> str:
     return HEAD.format("pftrack/teaching/lessons/figure.py") + "\n" + "\n".join([*texts, union])
 
 
-def _interfaces(models: list[tuple[type[BaseModel], JsonSchemaMode]]) -> tuple[list[str], set[str]]:
-    """Return an interface for each model and all that it consists of, and their names."""
-    _, schema = models_json_schema(models, ref_template="{model}", schema_generator=_Told)
+def _interfaces(kinds: list[tuple[type, JsonSchemaMode]]) -> tuple[list[str], set[str]]:
+    """Return an interface for each type and all that it consists of, and their names."""
+    asked = [(number, mode, TypeAdapter(kind)) for number, (kind, mode) in enumerate(kinds)]
+    _, schema = TypeAdapter.json_schemas(asked, ref_template="{model}", schema_generator=_Told)
     names = {key: _name(key) for key in schema["$defs"]}
     texts = [
         _interface(names[key], body, names)
@@ -71,19 +79,35 @@ def _interfaces(models: list[tuple[type[BaseModel], JsonSchemaMode]]) -> tuple[l
     return texts, set(names.values())
 
 
-def _models() -> Iterator[type[BaseModel]]:
-    modules = (it.name for it in pkgutil.iter_modules(schemas.__path__, f"{schemas.__name__}."))
-    for module in (*modules, commands.__name__):
-        for value in vars(importlib.import_module(module)).values():
-            if isinstance(value, type) and issubclass(value, BaseModel) and value.__module__ == module:
-                is_base = value.__name__ in {"Message", "RequestBody", "RunCommand"}
-                is_base |= value.__pydantic_generic_metadata__["origin"] is not None
-                yield from [] if is_base else [value]
+def _kinds_of(route: APIRoute) -> Iterator[type]:
+    """Yield the models and dataclasses that a route takes and answers."""
+    others = (answer.get("model") for answer in route.responses.values())
+    for told in (
+        route.response_model,
+        *others,
+        *(field.field_info.annotation for field in route.dependant.body_params),
+    ):
+        yield from _within(told)
 
 
-def _is_request(model: type[BaseModel]) -> bool:
+def _within(annotation: Any) -> Iterator[type]:  # noqa: ANN401 - any annotation
+    """Yield the models and dataclasses that an annotation is made of."""
+    if isinstance(annotation, type) and (issubclass(annotation, BaseModel) or is_dataclass(annotation)):
+        yield annotation
+    for each in get_args(annotation):
+        yield from _within(each)
+
+
+def _subclasses(base: type[BaseModel]) -> Iterator[type[BaseModel]]:
+    for each in base.__subclasses__():
+        yield each
+        yield from _subclasses(each)
+
+
+def _is_request(kind: type) -> bool:
     """Tell whether it comes from a page, which may leave out what has a default."""
-    return model.model_config.get("extra") == "forbid"
+    config: dict[str, Any] = getattr(kind, "model_config", {})
+    return config.get("extra") == "forbid"
 
 
 def _name(key: str) -> str:

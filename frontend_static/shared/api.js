@@ -199,7 +199,7 @@ const truthPath = (id, of, form = "truth") => upload(id, `${form}?${query({ expe
  * @property {(id: string, branch: string) => Promise<Messages.Columns>} diagnostics
  * @property {(id: string, note: string) => Promise<Messages.Bookmark>} bookmark
  * @property {(id: string, bookmark: string) => Promise<null>} unbookmark
- * @property {(id: string, frame?: number) => Promise<Messages.ExplanationPublic>} explanation Of the first lasting loss, or at a frame.
+ * @property {(id: string, frame?: number) => Promise<Messages.Explanation>} explanation Of the first lasting loss, or at a frame.
  * @property {(id: string) => string} frameAddress
  * @property {(files: File[], onProgress: OnProgress, columns?: Record<string, number>) => Transfer<Messages.UploadPublic>} sendUpload
  * @property {(text: string) => Promise<Messages.TablePublic>} table

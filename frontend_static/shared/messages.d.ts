@@ -63,14 +63,6 @@ export interface BranchPublic {
   colour: string;
 }
 
-/** One branch: where it left which other, and all that makes it again. */
-export interface BranchSpec {
-  title: string;
-  parent: string | null;
-  frame: number;
-  run: RunSnapshot;
-}
-
 /** The cells that have changed, by their number: row after row of the y axis. */
 export interface Cells {
   version: 1;
@@ -339,20 +331,17 @@ export interface Declaration {
   accept: string;
 }
 
-/** What went wrong at a moment of a run. */
-export interface DiagnosisPublic {
-  /** First frame of the loss, or the one that was asked about; null if none is */
+/** What is wrong at a moment of a run. */
+export interface Diagnosis {
   frame: number | null;
   lost: boolean;
-  /** The first of all in which the target is lost; null if none is */
-  first_lost_frame: number | null;
-  /** Who says whether it is lost: truth, tracker, or nobody */
   witness: "truth" | "tracker" | "";
-  /** What began first */
+  signs: Sign[];
+  first_lost_frame: number | null;
+  /** What began first; "unclear" where nothing is found. */
   cause: "sample-impoverishment" | "overconfident-weights" | "look-alike-capture" | "wrong-dynamics" | "occlusion-longer-than-memory" | "degenerate-resampling" | "mirror-pose" | "shrinking-covariance" | "template-drift" | "detector-seized-by-background" | "target-not-in-the-picture" | "unclear";
+  /** What went wrong, in a sentence. */
   sentence: string;
-  /** By when they began */
-  signs: SignPublic[];
 }
 
 /** What the cure changes. */
@@ -421,13 +410,11 @@ export interface EstimateRequest {
 }
 
 /** A column of numbers in the frames around what it shows. */
-export interface EvidencePublic {
+export interface Evidence {
   name: string;
   title: string;
   unit: string;
-  /** Frame of the first number */
   first: number;
-  /** A number a frame; null where there is none */
   values: (number | null)[];
 }
 
@@ -514,8 +501,10 @@ export interface ExperimentPublic {
 }
 
 /** What can be said of a loss. */
-export interface ExplanationPublic {
-  diagnosis: DiagnosisPublic;
+export interface Explanation {
+  diagnosis: Diagnosis;
+  what_if: Report | null;
+  untried: string;
 }
 
 /** What to find out of the active branch of a session. */
@@ -993,7 +982,7 @@ export interface InspectionPublic {
   impossible: boolean;
   parts: (Amount | Residual | Histograms | PatchesPublic | Contributions)[];
   state: StateValue[];
-  particle: ParticlePublic | null;
+  particle: ParticleFinding | null;
   /** What the tracker's step of this frame was made of */
   update: (Amount | Residual | Histograms | PatchesPublic | Contributions)[];
   courses: Course[];
@@ -1325,22 +1314,17 @@ export interface Paired {
   high: number | null;
 }
 
-/** A particle, where it comes from and what became of it. */
-export interface ParticlePublic {
+/** What there is to say of one particle. */
+export interface ParticleFinding {
   particle: number;
-  /** What has drawn it, where several filters have; the numbers are of that one */
   filter: string;
-  /** Its place among the particles of that filter */
   number: number;
   count: number;
   weight: number;
   rank: number;
   sampler: string;
-  /** Its parent in the frame before, the parent of that, and so on */
   ancestors: number[];
-  /** The frame in which its line begins, without a parent; null if not so far back */
   begins: number | null;
-  /** How many in each of the frames after, as far as they were computed */
   descendants: number[];
 }
 
@@ -1671,51 +1655,6 @@ export interface RunPublic {
   page: string;
 }
 
-/** What moves of a run, the active branch of a session; also where a worker has to begin. */
-export interface RunSnapshot {
-  branch: string;
-  /** Branch that is drawn beside the active one */
-  second: string | null;
-  recipe: Recipe;
-  /** In force for the next frame */
-  tracker: string;
-  /** In force for the next frame */
-  parameters: Record<string, boolean | number | string>;
-  /** Ways in which error bands are off in the next frame, with a sentence */
-  doubts: Record<string, string>;
-  timeline: ChangePublic[];
-  thresholds: ThresholdPublic[];
-  /** How often it was restarted, which drops its past */
-  restarts: number;
-  /** Frame that is shown */
-  position: number;
-  /** Furthest frame computed */
-  computed: number;
-  /** Frame at which a change leaves this branch; null where it counts from its next frame on */
-  branch_point: number | null;
-  /** Frame to which it is computing, while it is; a pause stops it */
-  goal: number | null;
-  /** Frame that it shows when it has come to its goal */
-  goal_position: number | null;
-  playing: boolean;
-  /** Times real time; 0 is as fast as possible */
-  speed: number;
-  /** How far a frame is behind its time, s, since it plays at this speed */
-  behind_s: number;
-  /** Probability, 0 to 1, that the target is lost, from which on it stops playing; null for never */
-  stop_at: number | null;
-  /** Why it has stopped playing by itself, a few words */
-  stopped: string;
-  /** While it compiles what it uses first: how many functions so far */
-  compiling: number | null;
-  /** What is wrong in the file of a filter, where something is */
-  problem: Problem | null;
-  /** How the target separates from its surroundings where it is, and since when */
-  look: string;
-  /** Measures of the branch so far, by name */
-  measured: Record<string, number | null>;
-}
-
 /** A comparison to keep. */
 export interface SavedComparisonCreate {
   title: string;
@@ -1820,41 +1759,6 @@ export interface SessionCreate {
   position?: number;
   /** Name chosen by the client: by it, it can end a session whose answer it has not seen */
   id?: string | null;
-}
-
-/** What is fixed of a session while it lives. */
-export interface SessionDescription {
-  title: string;
-  /** Its clip, or the preset that it began as; empty if it is neither */
-  subject: string;
-  unit: string;
-  target: string;
-  series: Series[];
-  plots: Plot[];
-  readings: Reading[];
-  measures: MeasurePublic[];
-  /** Name of the measure that decides on success */
-  success_measure: string;
-  /** Files that can be made of the run, or of the frame that is shown */
-  exports: ExportPublic[];
-  /** Parameters to turn first: those that its preset is about */
-  about: string[];
-  /** What to look at, where it began as a preset that says so */
-  watch: string;
-  /** Of a table of truth that can be given; empty if none can */
-  truth_columns: string[];
-  /** How truth is marked in pictures; null if it cannot be */
-  truth_mark: TruthMark | null;
-  declarations: Declaration[];
-  trackers: TrackerPublic[];
-  /** Numbers that can be fitted to what was seen, by tracker */
-  fittable: Record<string, string[]>;
-  layers: Layer[];
-  worlds: World[];
-  width: number;
-  height: number;
-  frame_rate_hz: number;
-  frames: number;
 }
 
 /** The complete state; the first message of every connection. */
@@ -2013,23 +1917,6 @@ export interface SessionSnapshot {
   bookmarks: Bookmark[];
 }
 
-/** Everything that is kept of a session. */
-export interface SessionSpec {
-  id: string;
-  name: string;
-  sweep: string | null;
-  upload: string | null;
-  follow: string | null;
-  truth: Record<string, number[]> | null;
-  branch: string;
-  branches: Record<string, BranchSpec>;
-  branches_made: number;
-  bookmarks: Bookmark[];
-  created: string;
-  remark: string | null;
-  description: SessionDescription | null;
-}
-
 /** What people call a session. */
 export interface SessionUpdate {
   /** As it is to be called; by its clip or preset again if empty */
@@ -2072,17 +1959,17 @@ export interface SightingPublic {
 }
 
 /** That a cause is at work. */
-export interface SignPublic {
-  cause: "sample-impoverishment" | "overconfident-weights" | "look-alike-capture" | "wrong-dynamics" | "occlusion-longer-than-memory" | "degenerate-resampling" | "mirror-pose" | "shrinking-covariance" | "template-drift" | "detector-seized-by-background" | "target-not-in-the-picture" | "unclear";
-  title: string;
-  /** Frame since when */
+export interface Sign {
   since: number;
-  /** How clearly, 0 to 1 */
   strength: number;
-  /** What was measured, a sentence with its numbers */
-  words: string;
   numbers: Record<string, number | null>;
-  evidence: EvidencePublic[];
+  evidence: Evidence[];
+  /** The cause. */
+  cause: "sample-impoverishment" | "overconfident-weights" | "look-alike-capture" | "wrong-dynamics" | "occlusion-longer-than-memory" | "degenerate-resampling" | "mirror-pose" | "shrinking-covariance" | "template-drift" | "detector-seized-by-background" | "target-not-in-the-picture" | "unclear";
+  /** What the cause is called in a sentence. */
+  title: string;
+  /** The sentence with its numbers, as far as they are known. */
+  words: string;
 }
 
 /** The same computation in two forms. */
@@ -2388,21 +2275,6 @@ export interface World {
   up: [number, number, number];
   front: [number, number, number];
   viewpoints: Viewpoint[];
-}
-
-export interface _Follow {
-  title: string;
-  sessions: FollowedPublic[];
-  lesson: string | null;
-  arrangement: Record<string, unknown>;
-  most_forks: number;
-  forks: number;
-  is_open: boolean;
-  expires: string;
-  poll: PollPublic | null;
-}
-
-export interface _Public {
 }
 
 /** What a page can ask of a session's run. */

@@ -12,6 +12,7 @@ from pftrack.analysis.counterfactuals import ROUNDS, LossError, Report, what_if
 from pftrack.analysis.diagnosis import Diagnosis, diagnose
 from pftrack.analysis.other_seeds import ReplayError
 from pftrack.core.entry_points import PRESENTERS, load
+from pftrack.core.model.series import as_json
 from pftrack.runs.run import Run
 
 
@@ -38,11 +39,7 @@ class Explanation:
 
     def as_dict(self) -> dict[str, Any]:
         """Return all of it as JSON values."""
-        return {
-            "diagnosis": self.diagnosis.as_dict(),
-            "what_if": None if self.what_if is None else self.what_if.as_dict(),
-            "untried": self.untried,
-        }
+        return as_json(self)
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows."""

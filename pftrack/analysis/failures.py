@@ -131,7 +131,7 @@ def measure(failing: FailureRun, cured: FailureRun) -> tuple[Measured, ...]:
     if failing.sign is None or failing.diagnosis.frame is None:
         return ()
     frame = failing.diagnosis.frame
-    found = [_measure(name, failing.course, cured.course, frame) for name in failing.sign.evidence]
+    found = [_measure(name, failing.course, cured.course, frame) for name in failing.sign.kind.evidence]
     return tuple(each for each in found if np.isfinite([each.failing, each.cured]).any())
 
 

@@ -9,9 +9,10 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import ConfigDict, Field, with_config
 
 from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.likelihood import (
@@ -93,6 +94,7 @@ KEPT_BYTES = 32 * 1024 * 1024
 """That the clouds of earlier frames may take which are kept while one looks."""
 
 
+@with_config(ConfigDict(arbitrary_types_allowed=True))
 @dataclass(frozen=True, slots=True)
 class ParticleFinding:
     """What there is to say of one particle.
@@ -121,7 +123,7 @@ class ParticleFinding:
     sampler: str
     ancestors: tuple[int, ...]
     begins: int | None
-    path: Floats
+    path: Annotated[Floats, Field(exclude=True)]
     descendants: tuple[int, ...]
 
 
@@ -147,7 +149,6 @@ class Finding:
     """What is found at one state of the frame that is shown.
 
     Attributes:
-        frame: The frame.
         place: (2,) where it is in the picture, px; None if it has no place.
         title: What the likelihood compares.
         log_likelihood: What it says, with the values that are in force; None for a tracker that cannot be asked.
@@ -156,7 +157,6 @@ class Finding:
         particle: What there is to say of the particle, if it is one.
     """
 
-    frame: int
     place: Floats | None
     title: str
     log_likelihood: float | None
@@ -215,7 +215,7 @@ class Inspection:
         """Return what the likelihood says of the estimate."""
         model = self.tracker.model
         if model is None or not model.title:
-            return Finding(self.run.position, None, "", None, (), ())
+            return Finding(None, "", None, (), ())
         known = self._known(model)
         state = model.centre(self.run.current.state)
         return self._ask(model, known, state, self._place(model, known, state))
@@ -236,7 +236,7 @@ class Inspection:
             named = tuple(zip(cloud.components, state.tolist(), strict=False))
             said = None if cloud.log_likelihoods is None else float(cloud.log_likelihoods[particle])
             title = "" if said is None else model.title
-            return Finding(self.run.position, place, title, said, (), named, own)
+            return Finding(place, title, said, (), named, own)
         known = self._known(model)
         return self._ask(model, known, state, self._place(model, known, state), own)
 
@@ -343,7 +343,6 @@ class Inspection:
         frame, parameters = self.run.current.frame, self.parameters
         (number,) = model.log_likelihood(state[None], frame, parameters, known)
         return Finding(
-            frame.index,
             place,
             model.title,
             -np.inf if np.isnan(number) else float(number),

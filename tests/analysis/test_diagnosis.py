@@ -65,7 +65,7 @@ def test_a_cause_is_told_without_the_truth(cause: CauseId, tracker: str, values:
     found = diagnose_course(without_truth(run), first)
     assert found.cause == cause
     assert "nan" not in " ".join(sign.words for sign in found.signs)
-    assert not {"error", "excess", "true_step"} & {one.name for shown in found.evidence for one in shown}
+    assert not {"error", "excess", "true_step"} & {one.name for sign in found.signs for one in sign.evidence}
 
 
 def test_a_filter_that_is_too_sure_is_refuted_by_its_innovations() -> None:
@@ -76,7 +76,7 @@ def test_a_filter_that_is_too_sure_is_refuted_by_its_innovations() -> None:
     numbers = found.signs[0].numbers
     assert numbers["nis"] > numbers["limit"] == pytest.approx(5.99, abs=0.01)
     assert "it would be below 6.0 in 95 of 100 frames" in found.signs[0].words
-    assert found.evidence[0][0].name == "nis"
+    assert found.signs[0].evidence[0].name == "nis"
 
 
 def unaided(run: Run) -> Diagnosis:
@@ -100,7 +100,7 @@ def test_a_pose_near_its_mirror_image_is_told_as_one_of_both() -> None:
     found = unaided(pftrack.run(flawed))
     assert found.cause == "mirror-pose"
     assert found.signs[0].numbers["gap"] < 1
-    assert found.evidence[0][0].name == "mirror_gap"
+    assert found.signs[0].evidence[0].name == "mirror_gap"
 
 
 @pytest.mark.parametrize(
@@ -246,7 +246,7 @@ def test_several_causes_are_told_in_the_order_in_which_they_began() -> None:
     )
     hidden = sum(row.hidden is True for row in run.diagnostics[6:15])
     assert found.signs[0].numbers["frames"] == hidden == 4
-    error = next(one for one in found.evidence[0] if one.name == "error")
+    error = next(one for one in found.signs[0].evidence if one.name == "error")
     assert (error.unit, error.first) == ("px", 0)
     assert error.values == tuple(row.error for row in run.diagnostics[error.first : error.first + len(error.values)])
 

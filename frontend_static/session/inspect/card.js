@@ -5,7 +5,7 @@ import { h } from "../../shared/dom.js";
 import { number, quantity } from "../../shared/format.js";
 import { partElement } from "./parts.js";
 
-/** @import { InspectionPublic, ParticlePublic, StateValue } from "../../shared/messages.js" */
+/** @import { InspectionPublic, ParticleFinding, StateValue } from "../../shared/messages.js" */
 
 /**
  * @param {InspectionPublic} found
@@ -43,7 +43,7 @@ function headline({ subject, title, place, log_likelihood: value, impossible }) 
 }
 
 /**
- * @param {ParticlePublic} particle
+ * @param {ParticleFinding} particle
  * @param {number} frame
  */
 function particleList({ filter, number: place, count, weight, rank, sampler, ancestors, begins, descendants }, frame) {

@@ -4,11 +4,11 @@ import { h } from "../../shared/dom.js";
 import { miniature } from "../../shared/figure/miniature.js";
 import { quantity } from "../../shared/format.js";
 
-/** @import { EvidencePublic } from "../../shared/messages.js" */
+/** @import { Evidence } from "../../shared/messages.js" */
 /** @import { Axis, Line } from "../../shared/figure/traces.js" */
 
 /**
- * @param {EvidencePublic} column
+ * @param {Evidence} column
  * @param {number} since The frame that is marked.
  * @param {AbortSignal} signal Takes the figure away.
  */

@@ -10,7 +10,7 @@ import { later } from "../../shared/timing.js";
 import { isGone } from "../history.js";
 import { evidence } from "./evidence.js";
 
-/** @import { DiagnosisPublic, SignPublic } from "../../shared/messages.js" */
+/** @import { Diagnosis, Sign } from "../../shared/messages.js" */
 /** @import { Mounted } from "../mount.js" */
 
 const SKELETON_AFTER_MS = 200;
@@ -68,7 +68,7 @@ export class Why {
   }
 
   /**
-   * @param {DiagnosisPublic} diagnosis
+   * @param {Diagnosis} diagnosis
    * @param {AbortSignal} signal
    */
   #show({ sentence, signs }, signal) {
@@ -77,7 +77,7 @@ export class Why {
   }
 
   /**
-   * @param {SignPublic} sign
+   * @param {Sign} sign
    * @param {AbortSignal} signal
    */
   #sign({ title, since, words, evidence: columns }, signal) {

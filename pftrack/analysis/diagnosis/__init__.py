@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from pydantic import computed_field
 
-from pftrack.analysis.diagnosis.course import COLUMNS, Course, Moment, Rule, Sign, course_of
+from pftrack.analysis.diagnosis.course import COLUMNS, Course, Evidence, Moment, Rule, Sign, course_of
 from pftrack.analysis.diagnosis.rules import RULES
 from pftrack.core.model.measures import Witness
 from pftrack.core.model.preset import CAUSES, CauseId
@@ -51,25 +52,6 @@ BY_WITNESS: dict[Witness, str] = {
 
 
 @dataclass(frozen=True)
-class Evidence:
-    """A column of numbers in the frames around what it shows.
-
-    Attributes:
-        name: Of the column.
-        title: What it is, a few words.
-        unit: Of its numbers; empty for pure ones.
-        first: Frame of the first number.
-        values: A number a frame, None where there is none.
-    """
-
-    name: str
-    title: str
-    unit: str
-    first: int
-    values: tuple[float | None, ...]
-
-
-@dataclass(frozen=True)
 class Diagnosis:
     """What is wrong at a moment of a run.
 
@@ -78,7 +60,6 @@ class Diagnosis:
         lost: Whether the target is lost there.
         witness: Who says so.
         signs: What is at work, ordered by when it began.
-        evidence: The numbers of each sign, in the same order.
         first_lost_frame: The first frame of all in which the target is lost, for however short a time.
     """
 
@@ -86,14 +67,15 @@ class Diagnosis:
     lost: bool
     witness: Witness
     signs: tuple[Sign, ...] = ()
-    evidence: tuple[tuple[Evidence, ...], ...] = ()
     first_lost_frame: int | None = None
 
+    @computed_field  # type: ignore[prop-decorator]
     @property
     def cause(self) -> CauseId:
         """What began first; "unclear" where nothing is found."""
         return self.signs[0].cause if self.signs else "unclear"
 
+    @computed_field  # type: ignore[prop-decorator]
     @property
     def sentence(self) -> str:
         """What went wrong, in a sentence."""
@@ -111,27 +93,7 @@ class Diagnosis:
 
     def as_dict(self) -> dict[str, Any]:
         """Return all of it as JSON values."""
-        return {
-            "frame": self.frame,
-            "lost": self.lost,
-            "first_lost_frame": self.first_lost_frame,
-            "witness": self.witness,
-            "cause": self.cause,
-            "sentence": self.sentence,
-            "signs": [*map(_tell, self.signs, self.evidence)],
-        }
-
-
-def _tell(sign: Sign, shown: tuple[Evidence, ...]) -> dict[str, Any]:
-    return {
-        "cause": sign.cause,
-        "since": sign.since,
-        "words": sign.words,
-        "title": CAUSES[sign.cause],
-        "strength": to_json(round(sign.strength, 3)),
-        "numbers": {name: to_json(float(number)) for name, number in sign.numbers.items()},
-        "evidence": [as_json(one) for one in shown],
-    }
+        return as_json(self)
 
 
 NEVER = "The target is not lost in any frame computed so far."
@@ -192,16 +154,16 @@ def diagnose_course(course: Course, frame: int | None = None, rules: Sequence[Ru
     if not course.lost[at]:
         last = at if moment.knows_truth else at + DOUBT
         found = [sign for sign in found if sign.since <= last]
-    signs = tuple(replace(sign, unit=course.unit) for sign in sorted(found, key=lambda sign: sign.since))
-    shown = tuple(_evidence(course, sign, at) for sign in signs)
-    return Diagnosis(at, bool(course.lost[at]), loss.witnesses[at], signs, shown, loss.first_lost_frame)
+    ordered = sorted(found, key=lambda sign: sign.since)
+    signs = tuple(replace(sign, unit=course.unit, evidence=_evidence(course, sign, at)) for sign in ordered)
+    return Diagnosis(at, bool(course.lost[at]), loss.witnesses[at], signs, loss.first_lost_frame)
 
 
 def _evidence(course: Course, sign: Sign, at: int) -> tuple[Evidence, ...]:
     first = max(min(sign.since, at) - LEAD_IN, 0)
     behind = min(max(sign.since, at) + LEAD_OUT, len(course) - 1) + 1
     shown = []
-    for name in sign.evidence:
+    for name in sign.kind.evidence:
         values = getattr(course, name)[first:behind]
         if np.isfinite(values).any():
             numbers = tuple(to_json(value) for value in values.tolist())

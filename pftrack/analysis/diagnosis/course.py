@@ -11,14 +11,14 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from string import Formatter
-from typing import TypeAlias
+from typing import Annotated, TypeAlias
 
 import numpy as np
-from pydantic import with_config
+from pydantic import Field, PlainSerializer, computed_field, with_config
 
 from pftrack.core.arrays import Bools, Floats
-from pftrack.core.model.preset import CauseId
-from pftrack.core.model.series import Series, SeriesRole
+from pftrack.core.model.preset import CAUSES, CauseId
+from pftrack.core.model.series import Known, Series, SeriesRole
 from pftrack.core.model.tracker import Diagnostics
 from pftrack.core.texts import CLOSED, read_as
 from pftrack.runs.loss import LASTING_FRAMES, Loss
@@ -501,6 +501,25 @@ KINDS = {kind.name: kind for kind in read_as(Kind, Path(__file__).with_name("sig
 
 
 @dataclass(frozen=True)
+class Evidence:
+    """A column of numbers in the frames around what it shows.
+
+    Attributes:
+        name: Of the column.
+        title: What it is, a few words.
+        unit: Of its numbers; empty for pure ones.
+        first: Frame of the first number.
+        values: A number a frame, None where there is none.
+    """
+
+    name: str
+    title: str
+    unit: str
+    first: int
+    values: tuple[float | None, ...]
+
+
+@dataclass(frozen=True)
 class Sign:
     """That a cause is at work.
 
@@ -510,24 +529,29 @@ class Sign:
         strength: How clearly, from 0 to 1.
         numbers: What was measured, by name.
         unit: Of the run's estimates.
+        evidence: The numbers that show it.
     """
 
-    kind: Kind
+    kind: Annotated[Kind, Field(exclude=True)]
     since: int
-    strength: float
-    numbers: dict[str, float]
-    unit: str = ""
+    strength: Annotated[float, PlainSerializer(lambda value: round(value, 3), return_type=float)]
+    numbers: dict[str, Known]
+    unit: Annotated[str, Field(exclude=True)] = ""
+    evidence: tuple[Evidence, ...] = ()
 
+    @computed_field  # type: ignore[prop-decorator]
     @property
     def cause(self) -> CauseId:
         """The cause."""
         return self.kind.cause
 
+    @computed_field  # type: ignore[prop-decorator]
     @property
-    def evidence(self) -> tuple[str, ...]:
-        """Names of the columns of the course that show it."""
-        return self.kind.evidence
+    def title(self) -> str:
+        """What the cause is called in a sentence."""
+        return CAUSES[self.cause]
 
+    @computed_field  # type: ignore[prop-decorator]
     @property
     def words(self) -> str:
         """The sentence with its numbers, as far as they are known."""

@@ -10,13 +10,13 @@ from typing import Annotated, Protocol
 from fastapi import APIRouter, Depends, Path, Query, Request, WebSocket
 from starlette.responses import RedirectResponse, Response
 
+from pftrack.analysis.explanation import Explanation
 from pftrack.sources.truth import LARGEST_FILE_BYTES
 from pftrack_server.core.base_path import address_of
 from pftrack_server.core.errors import ApiError, ConflictError, NotFoundError
 from pftrack_server.core.experiments import find_experiment
 from pftrack_server.core.requests import MULTIPART, TakesFiles, service, unless_client_gone
 from pftrack_server.jobs.child_tasks import TheTasks
-from pftrack_server.schemas.inspection import ExplanationPublic
 from pftrack_server.schemas.messages import SessionPublic
 from pftrack_server.schemas.sessions import (
     BookmarkCreate,
@@ -155,9 +155,10 @@ async def give_truth(
 
 
 @router.get("/{session}/explanation")
-async def explain(session: ASession, frame: Annotated[int | None, Query(ge=0)] = None) -> ExplanationPublic:
+async def explain(session: ASession, frame: Annotated[int | None, Query(ge=0)] = None) -> Explanation:
     """Tell why the target was lost in the active branch, in its first lasting loss or at a frame."""
-    return ExplanationPublic.model_validate(await session.order(Explain(frame)))
+    explanation: Explanation = await session.order(Explain(frame))
+    return explanation
 
 
 @router.get("/{session}/frame.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})

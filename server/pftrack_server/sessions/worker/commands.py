@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
 
 from pydantic import AfterValidator, BaseModel, Field, TypeAdapter
 
+from pftrack.analysis.explanation import Explanation
 from pftrack.core.model.parameters import NOT_BOOLEAN, Value
 from pftrack.core.model.recipe import Seed
 from pftrack_server.schemas.body import FrameNumber, Name, RequestBody, Title, Values
@@ -322,6 +323,6 @@ class Explain(Order):
     interrupts: ClassVar[bool] = False
     frame: int | None
 
-    def carry_out(self, worker: "Worker") -> dict[str, Any]:
-        """Return the explanation as JSON values."""
+    def carry_out(self, worker: "Worker") -> Explanation:
+        """Return the explanation."""
         return worker.tree.explain(self.frame)

@@ -20,7 +20,6 @@ from pftrack.vision.rendering import png
 from pftrack_server.schemas.inspection import (
     GenealogyPublic,
     InspectionPublic,
-    ParticlePublic,
     PartPublic,
     PatchesPublic,
     StateValue,
@@ -100,7 +99,7 @@ class FrameView:
             impossible=finding.log_likelihood == -math.inf,
             parts=[_part(each) for each in finding.parts],
             state=[StateValue(name=one.name, unit=one.unit, value=value) for one, value in finding.state],
-            particle=finding.particle and ParticlePublic.model_validate(finding.particle),
+            particle=finding.particle,
             update=[_part(each) for each in inspection.update_parts()],
             courses=inspection.courses(),
             genealogy=None if lineage is None else _genealogy(lineage),

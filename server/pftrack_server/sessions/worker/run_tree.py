@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from pftrack.analysis.explanation import explain
+from pftrack.analysis.explanation import Explanation, explain
 from pftrack.core.files import free_bytes
 from pftrack.core.model.band import DIRECTIONS
 from pftrack.core.model.drawing import Drawing
@@ -131,8 +131,8 @@ class RunTree:
         said = describe_course([row.number(BESIDE.name) for row in rows])
         return said and f"{said}."
 
-    def explain(self, frame: int | None) -> dict[str, Any]:
-        """Return why the target was lost in the active branch, as JSON values.
+    def explain(self, frame: int | None) -> Explanation:
+        """Return why the target was lost in the active branch.
 
         Args:
             frame: The frame to ask about; the first lasting loss if None.
@@ -142,7 +142,7 @@ class RunTree:
         """
         if frame is not None and not 0 <= frame <= self.run.computed:
             raise ParameterError("frame", frame, f"a frame that has been computed, 0 to {self.run.computed}")
-        return explain(self.run, frame).as_dict()
+        return explain(self.run, frame)
 
     def before_loss(self) -> int:
         """Return the frame from which to watch how the target was lost.
