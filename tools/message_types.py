@@ -15,10 +15,10 @@ from pydantic import BaseModel, TypeAdapter
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaMode
 
 from pftrack.teaching.lessons.figure import Figure
-from pftrack_server.schemas.jobs import Job
-from pftrack_server.schemas.snapshot import SessionSnapshot
-from pftrack_server.schemas.stream import Message, Painted
+from pftrack_server.jobs.jobs import Job
+from pftrack_server.sessions.duplex import Message, Painted
 from pftrack_server.sessions.session import Answer
+from pftrack_server.sessions.spec import SessionSnapshot
 from pftrack_server.sessions.worker.commands import Command
 from pftrack_server.web.routes import router
 

@@ -2284,7 +2284,7 @@ export type Command = Play | Pause | Step | Seek | BeforeLoss | SetSpeed | StopA
 export type CommandAnswer = SessionPublic | Changed | InspectionPublic;
 
 /** What a session's stream says. */
-export type SessionMessage = Changes | SessionHello | Refused | Pong;
+export type SessionMessage = Pong | Changes | SessionHello | Refused;
 
 /** What a sweep's stream says. */
 export type SweepMessage = Cells | SweepHello | Progress;

@@ -7,7 +7,6 @@ on: diagnostics to the page's stream, drawings to the viser scene, everything th
 - `app`, `services`: the factory that puts everything together, and what the handlers work with
 - `command`: what `pftrack serve` calls; `resource_limits`: what its shell allows
 - `errors`: the one shape of everything that goes wrong
-- `schemas`: the shapes of what goes in and out
 - `middleware`: who may speak, and how much; what Prometheus may ask
 - `api`: the REST handlers, the streams and the way to the scene; `api_docs`: their description
 - `pages`: the dashboard's files; `documentation`: the help beside them

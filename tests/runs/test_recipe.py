@@ -14,9 +14,8 @@ from pftrack.experiments import find
 from pftrack.experiments.own.code import trust
 from pftrack.runs.record import read, save
 from pftrack.runs.reproduction import load, make
-from pftrack_server.schemas.sessions import SessionCreate
-from pftrack_server.schemas.snapshot import RunSnapshot
-from pftrack_server.schemas.spec import BranchSpec, SessionSpec
+from pftrack_server.sessions.create import SessionCreate
+from pftrack_server.sessions.spec import BranchSpec, RunSnapshot, SessionSpec
 from tests.experiments.head.heads import Pictures, pictures
 
 TEXT = "def should_resample(log_weights):\n    return True\n"

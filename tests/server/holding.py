@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from pftrack.core.files import write_whole
-from pftrack_server.schemas.snapshot import Goal
+from pftrack_server.sessions.spec import Goal
 from pftrack_server.sessions.worker import process, worker
 from pftrack_server.sessions.worker.protocol import WorkerConfig
 from pftrack_server.sessions.worker.run_tree import RunTree

@@ -8,7 +8,7 @@ from pftrack.core.model.parameters import flat
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.runs.run import Run
-from pftrack_server.schemas.snapshot import TRANSITIONS, Phase
+from pftrack_server.sessions.spec import TRANSITIONS, Phase
 
 __all__ = ["EXPERIMENT", "FIXED", "FRAMES", "BranchModel", "SavedRun", "SessionModel", "hash_of"]
 

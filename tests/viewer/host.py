@@ -18,8 +18,8 @@ from websockets.typing import Subprotocol
 
 from pftrack.core.model.drawing import COLOURS, Drawing, Ellipse, Key, Layer, Picture, Points, Polyline, Text, World
 from pftrack.core.model.parameters import Declaration, Value
+from pftrack_server.core.panel import PanelDescription, PanelValues
 from pftrack_server.core.pictures import PictureEncoder
-from pftrack_server.schemas.panel import PanelDescription, PanelValues
 from pftrack_server.viewer import CONTENT_SECURITY_POLICY, Viewer, bridge, client_asset, client_page
 from tests.conftest import BASE
 from tests.waiting import wait_for

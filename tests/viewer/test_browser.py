@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.drawing import Mesh
-from pftrack_server.schemas.panel import PanelValues
+from pftrack_server.core.panel import PanelValues
 from tests.conftest import FRUGAL
 from tests.viewer.conftest import NEEDS_CHROMIUM, until
 from tests.viewer.host import Session, Site, drawing

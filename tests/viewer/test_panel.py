@@ -4,7 +4,7 @@ import threading
 import time
 
 from pftrack.core.model.parameters import Value
-from pftrack_server.schemas.panel import PanelValues
+from pftrack_server.core.panel import PanelValues
 from tests.viewer.host import DECLARATIONS, Peer, Session, Site, drawing
 from tests.waiting import wait_for
 

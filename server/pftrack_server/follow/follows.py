@@ -4,6 +4,7 @@ import asyncio
 from collections.abc import Coroutine, Sequence
 from datetime import UTC, datetime, timedelta
 
+from pftrack_server.core.bodies import printable
 from pftrack_server.core.errors import (
     ConflictError,
     CrowdedError,
@@ -22,7 +23,6 @@ from pftrack_server.follow.participant import Participant
 from pftrack_server.follow.poll import Poll
 from pftrack_server.follow.records import PollRecords
 from pftrack_server.lessons.service import Lessons
-from pftrack_server.schemas.body import printable
 from pftrack_server.schemas.follows import (
     LONGEST_ANSWER,
     LONGEST_QUESTION,
@@ -33,9 +33,9 @@ from pftrack_server.schemas.follows import (
     PollKept,
 )
 from pftrack_server.schemas.lessons import ComputingPublic
-from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.sessions.create import new_spec
 from pftrack_server.sessions.manager import Manager
+from pftrack_server.sessions.spec import SessionSpec
 
 MOST = 50
 """Classes at one time."""

@@ -10,13 +10,32 @@ import contextlib
 import time
 from collections.abc import Callable, Coroutine
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, Generic, Literal, TypeAlias, TypeVar
 
 import structlog
+from pydantic import BaseModel, Field
 
 from pftrack_server.core.errors import ApiError, ClientGoneError, NotFoundError, UnavailableError
-from pftrack_server.schemas.jobs import AnyJob
 from pftrack_server.store.system_errors import failure_message
+
+Result = TypeVar("Result")
+
+
+class Job(BaseModel, Generic[Result]):
+    """Work under way, or what came of it."""
+
+    id: str
+    kind: str
+    name: str = Field(description="Of the file that is read or written, or what is compared, fitted or explored")
+    state: Literal["working", "done", "failed"] = "working"
+    done: int = Field(0, description="Steps done")
+    total: int = Field(0, description="Steps to do; 0 until that is known")
+    result: Result | None = Field(None, description="What has been found so far; all of it once it is done")
+    error: str | None = Field(None, description="Why it has failed, a sentence")
+
+    def refresh(self) -> None:
+        """Say what has been found so far, where that grows; called before anybody looks."""
+
 
 log = structlog.get_logger(__name__)
 
@@ -30,7 +49,7 @@ MOST_LOOKS = 10
 """Looks without a question after which it is dropped: 150 s, since browsers let a hidden page ask once a minute only.
 They are counted, so that a while in which this very process was stopped is one look and not hundreds of seconds."""
 
-OneJob = TypeVar("OneJob", bound=AnyJob)
+OneJob = TypeVar("OneJob", bound=Job[Any])
 
 OnStep: TypeAlias = Callable[[int, int], None]
 """(steps done, all that there are) -> None."""
@@ -50,7 +69,7 @@ class _Entry:
         unasked: Looks since somebody asked for it.
     """
 
-    job: AnyJob
+    job: Job[Any]
     drop: Callable[[], object]
     task: asyncio.Task[None] = field(init=False)
     ended: float | None = None
@@ -63,7 +82,7 @@ class Jobs:
     def __init__(self) -> None:
         self._all: dict[str, _Entry] = {}
 
-    def all(self) -> list[AnyJob]:
+    def all(self) -> list[Job[Any]]:
         """Return those under way, and those that ended a while ago, the newest first; this asks for all of them."""
         self._forget()
         return [self.get(name) for name in reversed(self._all)]
@@ -72,7 +91,7 @@ class Jobs:
         """Return those of a kind that are under way; this asks for none."""
         return [each.job for each in self._all.values() if each.ended is None and isinstance(each.job, kind)]
 
-    def get(self, name: str) -> AnyJob:
+    def get(self, name: str) -> Job[Any]:
         """Return a job, which then goes on.
 
         Raises:

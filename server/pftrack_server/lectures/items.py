@@ -8,13 +8,13 @@ from typing import Final
 from pftrack.core.model.parameters import ParameterError
 from pftrack.experiments import EXPERIMENTS
 from pftrack.teaching.lessons.lesson import Lesson
+from pftrack_server.core.bodies import printable
 from pftrack_server.core.errors import NotFoundError, RefusedError
 from pftrack_server.core.experiments import find_experiment
 from pftrack_server.lessons.service import Lessons
-from pftrack_server.schemas.body import printable
-from pftrack_server.schemas.jobs import ComparedRun
 from pftrack_server.schemas.lectures import Kind, LectureAsks, LectureItem, LectureItemPublic, LectureRun
 from pftrack_server.work.failures import failure_named
+from pftrack_server.work.sources import ComparedRun
 
 USUAL_MINUTES: Final[dict[Kind, float]] = {
     "lesson": 8,

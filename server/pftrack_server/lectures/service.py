@@ -6,7 +6,6 @@ from pftrack_server.core.errors import ConflictError, DamagedError, NotFoundErro
 from pftrack_server.lectures.file import LectureText, read, write
 from pftrack_server.lectures.items import ItemViews, check_names
 from pftrack_server.lessons.service import Lessons
-from pftrack_server.schemas.jobs import ComparedRun
 from pftrack_server.schemas.lectures import (
     LectureItem,
     LecturePublic,
@@ -17,7 +16,7 @@ from pftrack_server.schemas.lectures import (
 from pftrack_server.store import Store
 from pftrack_server.store.files import new_name, now
 from pftrack_server.store.tables import LectureRow
-from pftrack_server.work.sources import House, find_run
+from pftrack_server.work.sources import ComparedRun, House, find_run
 
 MOST = 200
 """Lectures kept."""

@@ -5,10 +5,10 @@ from pftrack.core.model.recipe import Recipe
 from pftrack.experiments import find as find_experiment
 from pftrack.teaching.lessons.lesson import Demonstration, Lesson, Question, Scenario, Verdict, question_recipe
 from pftrack.teaching.lessons.library import Library
+from pftrack_server.core.panel import controls_of
 from pftrack_server.lessons.results import Job
 from pftrack_server.lessons.service import missing
 from pftrack_server.lessons.text import inline, paragraphs
-from pftrack_server.schemas.controls import controls_of
 from pftrack_server.schemas.lessons import (
     CheckedPublic,
     CheckPublic,

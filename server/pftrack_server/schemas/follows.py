@@ -6,8 +6,8 @@ from pydantic import AfterValidator, BaseModel, Field, model_validator
 from pydantic_core import to_json
 
 from pftrack.core.model.parameters import NOT_BOOLEAN
-from pftrack_server.schemas.body import FrameNumber, GivenTitle, Name, RequestBody
-from pftrack_server.schemas.stream import Message
+from pftrack_server.core.bodies import FrameNumber, GivenTitle, Name, RequestBody
+from pftrack_server.sessions.duplex import Message
 
 LARGEST_ARRANGEMENT = 16 * 1024
 LONGEST_QUESTION, LONGEST_ANSWER = 300, 100

@@ -5,9 +5,9 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from pftrack.core.model.parameters import NOT_BOOLEAN
-from pftrack_server.schemas.body import FrameNumber, GivenTitle, Name, RequestBody
+from pftrack_server.core.bodies import FrameNumber, GivenTitle, Name, RequestBody
 from pftrack_server.schemas.follows import PollAnswers, PollQuestion
-from pftrack_server.schemas.jobs import ComparedRun
+from pftrack_server.work.sources import ComparedRun
 
 Kind = Literal["lesson", "failure", "session", "comparison", "question", "poll"]
 KINDS: tuple[Kind, ...] = ("lesson", "failure", "session", "comparison", "question", "poll")

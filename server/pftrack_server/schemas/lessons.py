@@ -6,8 +6,8 @@ from pydantic import BaseModel, ConfigDict, Field, StrictFloat, StrictInt, Stric
 
 from pftrack.core.model.parameters import Declaration, Value
 from pftrack.core.model.recipe import Recipe, Seed
-from pftrack_server.schemas.body import RequestBody, Values
-from pftrack_server.schemas.controls import ControlPublic
+from pftrack_server.core.bodies import RequestBody, Values
+from pftrack_server.core.panel import ControlPublic
 
 
 class _Public(BaseModel):

@@ -3,19 +3,35 @@
 from collections.abc import Sequence
 from typing import Any
 
+from pydantic import Field
+
 from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.recipe import Footage, Recipe
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.own.code import with_digests
+from pftrack_server.core.bodies import FrameNumber, RequestBody
 from pftrack_server.core.errors import RefusedError
 from pftrack_server.core.experiments import find_experiment
-from pftrack_server.schemas.sessions import SessionCreate
-from pftrack_server.schemas.snapshot import FIRST, Bookmark, RunSnapshot
-from pftrack_server.schemas.spec import BranchSpec, SessionSpec
+from pftrack_server.sessions.spec import FIRST, Bookmark, BranchSpec, RunSnapshot, SessionSpec
 from pftrack_server.store import Store
 from pftrack_server.store.files import new_name, now
 from pftrack_server.store.tables import UploadRow
 from pftrack_server.uploads.truth import rows_of
+
+
+class SessionCreate(RequestBody):
+    """A new session."""
+
+    recipe: Recipe
+    upload: str | None = Field(
+        None, max_length=64, description="Name of the upload that the recipe's footage is; its hash does as well"
+    )
+    position: FrameNumber = 0
+    id: str | None = Field(
+        None,
+        pattern=r"^[0-9a-f]{16}$",
+        description="Name chosen by the client: by it, it can end a session whose answer it has not seen",
+    )
 
 
 def as_spec(body: SessionCreate, store: Store) -> SessionSpec:

@@ -17,9 +17,8 @@ import structlog
 from pftrack_server.core.errors import ConflictError, NotFoundError, UnavailableError
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
-from pftrack_server.schemas.snapshot import Phase
-from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.sessions.session import Session
+from pftrack_server.sessions.spec import Phase, SessionSpec
 from pftrack_server.sessions.worker.commands import Play, ReviseFilter
 from pftrack_server.sessions.worker.protocol import WorkerConfig
 from pftrack_server.store import Store

@@ -8,36 +8,44 @@ from http import HTTPStatus
 from typing import Annotated, Protocol
 
 from fastapi import APIRouter, Depends, Path, Query, Request, WebSocket
+from pydantic import Field
 from starlette.responses import RedirectResponse, Response
 
 from pftrack.analysis.explanation import Explanation
 from pftrack.sources.truth import LARGEST_FILE_BYTES
 from pftrack_server.core.base_path import address_of
+from pftrack_server.core.bodies import RequestBody, Title
 from pftrack_server.core.errors import ApiError, ConflictError, NotFoundError
 from pftrack_server.core.experiments import find_experiment
 from pftrack_server.core.requests import MULTIPART, TakesFiles, service, unless_client_gone
 from pftrack_server.jobs.child_tasks import TheTasks
-from pftrack_server.schemas.messages import SessionPublic
-from pftrack_server.schemas.sessions import (
-    BookmarkCreate,
-    Columns,
-    SessionCreate,
-    SessionUpdate,
-)
-from pftrack_server.schemas.snapshot import Bookmark, Phase
-from pftrack_server.schemas.spec import SessionSpec
-from pftrack_server.schemas.uploads import TruthPublic
-from pftrack_server.sessions.create import as_spec
+from pftrack_server.sessions.create import SessionCreate, as_spec
 from pftrack_server.sessions.duplex import GONE, converse
 from pftrack_server.sessions.manager import Manager, Prepare
 from pftrack_server.sessions.session import Answer, Session
+from pftrack_server.sessions.spec import Bookmark, Phase, SessionSpec
+from pftrack_server.sessions.state import Columns
+from pftrack_server.sessions.stream import SessionPublic
 from pftrack_server.sessions.worker.commands import Command, Explain, MakeBranch, Picture
 from pftrack_server.store.files import new_name
 from pftrack_server.store.filters import TheFilters
 from pftrack_server.store.store import AStore
 from pftrack_server.store.tables import UploadRow
 from pftrack_server.uploads.multipart import receive
-from pftrack_server.uploads.truth import rows_of, store_truth
+from pftrack_server.uploads.truth import TruthPublic, rows_of, store_truth
+
+
+class SessionUpdate(RequestBody):
+    """What people call a session."""
+
+    name: Title = Field(description="As it is to be called; by its clip or preset again if empty")
+
+
+class BookmarkCreate(RequestBody):
+    """A bookmark on the frame that is shown."""
+
+    note: str = Field("", max_length=500)
+
 
 router = APIRouter(prefix="/sessions", tags=["sessions"])
 

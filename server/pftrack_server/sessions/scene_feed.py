@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 import structlog
 
+from pftrack_server.core.panel import PanelDescription, PanelValues
 from pftrack_server.core.pictures import SceneDrawing
-from pftrack_server.schemas.description import SessionDescription
-from pftrack_server.schemas.panel import PanelDescription, PanelValues
+from pftrack_server.sessions.spec import SessionDescription
 
 if TYPE_CHECKING:
     from pftrack_server.viewer import Endpoint, Viewer

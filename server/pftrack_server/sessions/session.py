@@ -11,20 +11,18 @@ from contextlib import nullcontext, suppress
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from pftrack_server.core.errors import ConflictError, NotFoundError
+from pftrack_server.core.panel import PanelValues
 from pftrack_server.core.settings import Settings
-from pftrack_server.schemas import messages
-from pftrack_server.schemas.description import SessionDescription
-from pftrack_server.schemas.inspection import InspectionPublic
-from pftrack_server.schemas.panel import PanelValues
-from pftrack_server.schemas.snapshot import LIVE, Bookmark, Phase
-from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.sessions.panel_commands import PanelCommands
 from pftrack_server.sessions.scene_feed import SceneFeed
+from pftrack_server.sessions.spec import LIVE, Bookmark, Phase, SessionDescription, SessionSpec
 from pftrack_server.sessions.state import SessionState
+from pftrack_server.sessions.stream import Refused, SessionPublic
 from pftrack_server.sessions.worker import protocol
 from pftrack_server.sessions.worker.commands import (
     Changed,
     Command,
+    InspectionPublic,
     MakeBranch,
     Order,
     Picture,
@@ -39,7 +37,7 @@ if TYPE_CHECKING:
 
 ConfigOf = Callable[[SessionSpec], Awaitable[protocol.WorkerConfig]]
 MOST_BOOKMARKS = 500
-Answer: TypeAlias = messages.SessionPublic | Changed | InspectionPublic
+Answer: TypeAlias = SessionPublic | Changed | InspectionPublic
 """What a command is answered with."""
 
 
@@ -112,7 +110,7 @@ class Session:
         """What is fixed of it while it lives."""
         return self.state.description
 
-    def view(self) -> messages.SessionPublic:
+    def view(self) -> SessionPublic:
         """Return it as everybody outside sees it."""
         return self.state.view()
 
@@ -269,7 +267,7 @@ class Session:
     # ------------------------------------------------------------ what the scene's panel hears
 
     def _tell_refusal(self, detail: dict[str, Any]) -> None:
-        self.stream.emit(messages.Refused(**detail))
+        self.stream.emit(Refused(**detail))
         self.scene_feed.refuse(detail["message"])
 
     def _tell_panel(self) -> None:

@@ -7,18 +7,34 @@ snapshot, which is what the pages know: each change of it is told as the fields 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from pydantic import BaseModel
+
 from pftrack.core.model.drawing import BRANCHES, hexadecimal
 from pftrack.core.model.measures import judge_loss
 from pftrack.runs.loss import loss_start
 from pftrack_server.core.errors import ConflictError
-from pftrack_server.schemas import messages
-from pftrack_server.schemas.controls import controls_of
-from pftrack_server.schemas.description import SessionDescription
-from pftrack_server.schemas.sessions import Columns
-from pftrack_server.schemas.snapshot import TRANSITIONS, Bookmark, BranchPublic, Phase, RunSnapshot, SessionSnapshot
-from pftrack_server.schemas.spec import BranchSpec, SessionSpec
-from pftrack_server.sessions.stream import SessionStream
+from pftrack_server.core.panel import controls_of
+from pftrack_server.sessions.spec import (
+    TRANSITIONS,
+    Bookmark,
+    BranchPublic,
+    BranchSpec,
+    Phase,
+    RunSnapshot,
+    SessionDescription,
+    SessionSnapshot,
+    SessionSpec,
+)
+from pftrack_server.sessions.stream import Changes, Hello, SessionPublic, SessionStream
 from pftrack_server.sessions.worker.protocol import Ready
+
+
+class Columns(BaseModel):
+    """The diagnostics of a branch, a list a column."""
+
+    branch: str
+    columns: dict[str, list[Any]]
+
 
 OF_BRANCHES = frozenset({"branch", "second", "tracker"})
 """Fields that the list of the branches shows."""
@@ -133,10 +149,10 @@ class SessionState:
             raise ConflictError("The session has not started yet.")
         return self.spec.description
 
-    def view(self) -> messages.SessionPublic:
+    def view(self) -> SessionPublic:
         """Return the session as everybody outside sees it: what is fixed, what moves, and where it is found."""
         spec = self.spec
-        return messages.SessionPublic.model_construct(
+        return SessionPublic.model_construct(
             **vars(self.description),
             **vars(self.snapshot),
             id=spec.id,
@@ -149,9 +165,9 @@ class SessionState:
             viewer=f"viz/{spec.id}/",
         )
 
-    def hello(self) -> messages.Hello:
+    def hello(self) -> Hello:
         """Return the complete state."""
-        return messages.Hello(session=self.view(), diagnostics=self.columns(self.spec.branch))
+        return Hello(session=self.view(), diagnostics=self.columns(self.spec.branch))
 
     def columns(self, branch: str) -> dict[str, list[Any]]:
         """Return the diagnostics of a branch."""
@@ -317,7 +333,7 @@ class SessionState:
         news = {name: value for name, value in fields.items() if value != getattr(self.snapshot, name)}
         if news or rows:
             self.snapshot = self.snapshot.model_copy(update=news)
-            self.stream.emit(messages.Changes(session=news, rows=list(rows)))
+            self.stream.emit(Changes(session=news, rows=list(rows)))
 
 
 def branch_views(spec: SessionSpec) -> list[BranchPublic]:

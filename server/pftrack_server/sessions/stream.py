@@ -11,11 +11,56 @@ worker for a drawing as soon as one page could take it; the worker encodes it on
 
 from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 from contextlib import contextmanager
+from typing import Annotated, Any, Literal
 
-from pftrack_server.schemas.messages import Hello
-from pftrack_server.schemas.stream import Message, encode
+from pydantic import Field, WithJsonSchema
+
+from pftrack_server.core.panel import SPEEDS, ControlPublic
+from pftrack_server.sessions.duplex import Message, encode
 from pftrack_server.sessions.listeners import Listener, Listeners
+from pftrack_server.sessions.spec import SessionDescription, SessionSnapshot
 from pftrack_server.sessions.worker.codec import EncodedDrawing
+
+
+class SessionPublic(SessionDescription, SessionSnapshot):
+    """A session as everybody outside sees it: what is fixed of it, what moves, and where it is found."""
+
+    id: str
+    speeds: tuple[float, ...] = SPEEDS
+    controls: list[ControlPublic]
+    sweep: str | None
+    upload: str | None
+    created: str
+    page: str
+    thumbnail: str
+    viewer: str
+
+
+class Hello(Message):
+    """The complete state; the first message of every connection."""
+
+    type: Literal["hello"] = "hello"
+    session: SessionPublic
+    diagnostics: dict[str, list[Any]]
+
+
+class Changes(Message):
+    """What has changed of all that moves, and the frames computed; the other fields of the session are as they were."""
+
+    type: Literal["changes"] = "changes"
+    session: Annotated[dict[str, Any], WithJsonSchema({"type": "object", "partial": SessionSnapshot.__name__})]
+    rows: list[dict[str, Any]] = Field([], description="Diagnostics of frames of the branch that is active then")
+
+
+class Refused(Message):
+    """A change that came through the scene's panel was refused."""
+
+    type: Literal["refused"] = "refused"
+    message: str
+    field: str | None = None
+    bound: str | None = None
+    value: Any = None
+
 
 WINDOW = 2
 """Drawings on their way to one page: one that is painted while the next one travels."""

@@ -18,7 +18,7 @@ from pftrack.process import AsyncEnd, Child, Ending, describe, ending
 from pftrack_server.core.errors import UnavailableError
 from pftrack_server.core.processes import FORK_SERVER
 from pftrack_server.core.resource_limits import allowed_cpu_seconds
-from pftrack_server.schemas.snapshot import RunSnapshot
+from pftrack_server.sessions.spec import RunSnapshot
 from pftrack_server.sessions.worker.commands import Order
 from pftrack_server.sessions.worker.process import load_compiled, main
 from pftrack_server.sessions.worker.protocol import (

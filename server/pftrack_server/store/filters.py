@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Annotated, TypeAlias
 
 import structlog
+from pydantic import BaseModel, ConfigDict, Field
 
 from pftrack.core.files import write_whole
 from pftrack.core.model.recipe import Recipe
@@ -21,8 +22,42 @@ from pftrack.experiments.own.code import HINTS, digest_of
 from pftrack.experiments.own.extension import name_of
 from pftrack_server.core.errors import ConflictError, NotFoundError
 from pftrack_server.core.requests import service
-from pftrack_server.schemas.filters import ComponentPublic, FilterPublic, HintPublic
 from pftrack_server.store.files import DataDirectory
+
+
+class HintPublic(BaseModel):
+    """What a function of a filter's file is for."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    name: str
+    arguments: list[str] = Field(description="Those that it may name")
+    returns: str
+    about: str
+
+
+class ComponentPublic(BaseModel):
+    """One column of the states."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    name: str
+    unit: str
+
+
+class FilterPublic(BaseModel):
+    """A file with a filter of the server's owner."""
+
+    name: str = Field(description="Of its tracker")
+    file: str
+    experiment: str = Field(description="Whose target it follows")
+    digest: str = Field(description="Hash of its text, by which recipes name it")
+    text: str
+    editable: bool = Field(description="Whether pages may write it")
+    hints: list[HintPublic]
+    components: list[ComponentPublic] = Field(description="Columns of the states with the usual parameters")
+    observed: str = Field(description="What the functions find in a frame")
+
 
 log = structlog.get_logger(__name__)
 

@@ -6,24 +6,51 @@ import json
 from typing import Any
 
 import structlog
+from pydantic import BaseModel
 
+from pftrack.core.model.parameters import Value
 from pftrack.sweep import Plan
 from pftrack.sweep.axis import SweepError
 from pftrack.sweep.work import Recording
 from pftrack_server.core.errors import ApiError, ConflictError, NotFoundError, UnavailableError
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
-from pftrack_server.schemas.sweeps import EstimatePublic, EstimateRequest, SweepCreate, ValuesPublic
 from pftrack_server.store import Store
 from pftrack_server.store.files import is_name, new_name, now
 from pftrack_server.store.filters import FilterFiles
 from pftrack_server.store.tables import SweepRow, UploadRow
 from pftrack_server.sweeps import functions
 from pftrack_server.sweeps.computing import ask
-from pftrack_server.sweeps.planning import BYTES_A_RUN, as_plan, cells_of, within_limits
+from pftrack_server.sweeps.planning import BYTES_A_RUN, EstimateRequest, SweepCreate, as_plan, cells_of, within_limits
 from pftrack_server.sweeps.results import upload_of
 from pftrack_server.sweeps.sweep import CANCELLED, DELETED, RESTARTED, STOPPED, Sweep, check_idle, default_title
 from pftrack_server.uploads.intake import index_of, limits_of
+
+
+class ValuesPublic(BaseModel):
+    """The first values of an axis as it would be, and how many there are."""
+
+    name: str
+    count: int
+    first: list[Value]
+
+
+class EstimatePublic(BaseModel):
+    """The size of a sweep before it starts.
+
+    `seconds` is missing where it was not measured; `problem` says why this server would not carry the sweep out now.
+    """
+
+    runs: int
+    conditions: int
+    cells: int
+    frames: int
+    axes: list[ValuesPublic]
+    jobs: int
+    bytes: int
+    seconds: float | None = None
+    problem: str | None = None
+
 
 log = structlog.get_logger(__name__)
 

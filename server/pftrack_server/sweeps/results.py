@@ -9,10 +9,11 @@ session computes the same numbers as its row, and is paused shortly before the l
 import math
 import threading
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel
 
 from pftrack.core.model.parameters import Value, declarations
 from pftrack.core.model.recipe import Footage
@@ -21,22 +22,108 @@ from pftrack.sweep import Comparison, Plan, Result, compare, partial_of, read_ch
 from pftrack.sweep.axis import SweepError
 from pftrack.sweep.cells import CellMap, Code, Counts, Quantity, cells, columns, count, quantities, samples
 from pftrack_server.core.errors import ConflictError, NotFoundError, RefusedError
-from pftrack_server.schemas.spec import SessionSpec
-from pftrack_server.schemas.sweeps import (
-    AxisPublic,
-    CellsPublic,
-    ComparisonPublic,
-    Correction,
-    MapPublic,
-    Pair,
-    RowPublic,
-    RowsPublic,
-    Test,
-    Verdict,
-)
 from pftrack_server.sessions.create import new_spec
+from pftrack_server.sessions.spec import SessionSpec
 from pftrack_server.store import Store
 from pftrack_server.store.tables import UploadRow
+
+Test = Literal["chi-square", "fisher", "rank-sum"]
+
+Correction = Literal["none", "holm"]
+
+Verdict = Literal["first", "second", "none", "untested"]
+
+Pair: TypeAlias = tuple[str | None, str | None]
+"""Names of the axes of a map, across and up; None pools all values."""
+
+
+class AxisPublic(BaseModel):
+    """An axis with what a map needs to write beside it."""
+
+    name: str
+    title: str
+    unit: str
+    kind: str
+    values: list[Value]
+
+
+class MapPublic(BaseModel):
+    """The cells of one method, a list for each quantity.
+
+    The lists are as long as `at` of a message, or as the map has cells, row after row of the y axis. What is not known
+    is null. `error` is the mean over the successful runs, and each of `measures` by its name that over all runs.
+    """
+
+    tracker: str
+    runs: list[int]
+    problems: list[int]
+    successes: list[int | None]
+    rate: list[float | None]
+    low: list[float | None]
+    high: list[float | None]
+    error: list[float | None]
+    lost_frames: list[float | None]
+    measures: dict[str, list[float | None]] = {}
+
+
+class ComparisonPublic(BaseModel):
+    """Two methods against each other, cell by cell.
+
+    `measure` is "success", "error" or the name of one of the sweep's measures. `difference` is positive where the first
+    is better: that of the success rates, of the mean errors of successful runs, or of a measure's means over all runs.
+    `paired` is the mean difference between runs on the same scenes, of which there are `pairs`, with its 95 % interval.
+    `verdict` is the outcome of the test; "untested" where its conditions of use do not hold.
+    """
+
+    first: str
+    second: str
+    measure: str
+    test: Test
+    level: float
+    correction: Correction
+    difference: list[float | None]
+    paired: list[float | None]
+    paired_low: list[float | None]
+    paired_high: list[float | None]
+    pairs: list[int]
+    verdict: list[Verdict]
+    p_value: list[float | None]
+
+
+class CellsPublic(BaseModel):
+    """A sweep seen over one or two of its axes; the others, and the trials, are pooled."""
+
+    x: AxisPublic
+    y: AxisPublic | None
+    planned: int
+    done: int
+    maps: list[MapPublic]
+    comparison: ComparisonPublic | None = None
+
+
+class RowPublic(BaseModel):
+    """One run of a sweep."""
+
+    run: int
+    tracker: str
+    trial: int
+    seed: int
+    conditions: dict[str, Value]
+    success: bool | None
+    mean_error: float | None
+    lost_frames: int | None
+    first_lost_frame: int | None
+    measures: dict[str, float | None] = {}
+    problem: str | None
+
+
+class RowsPublic(BaseModel):
+    """Some runs of a cell, failures first, and how many there are."""
+
+    total: int
+    failures: int
+    rows: list[RowPublic]
+
 
 TOTAL: Pair = (None, None)
 

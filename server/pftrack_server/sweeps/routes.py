@@ -14,31 +14,28 @@ from starlette.responses import FileResponse, Response, StreamingResponse
 
 from pftrack.sweep import csv_pieces
 from pftrack.sweep.axis import MOST_RUNS, SweepError
+from pftrack_server.core.bodies import Name, RequestBody
 from pftrack_server.core.errors import ApiError, ConflictError
 from pftrack_server.core.requests import AnExperiment, SettingsNow, service
-from pftrack_server.schemas.messages import SessionPublic
-from pftrack_server.schemas.sweeps import (
-    CellsPublic,
-    Correction,
-    EstimatePublic,
-    EstimateRequest,
-    OpenRequest,
-    RowsPublic,
-    SweepCreate,
-    SweepPublic,
-    Test,
-)
 from pftrack_server.sessions.duplex import GONE, converse
 from pftrack_server.sessions.routes import Begin
+from pftrack_server.sessions.stream import SessionPublic
 from pftrack_server.store import Store
 from pftrack_server.store.store import AStore
 from pftrack_server.sweeps import functions
 from pftrack_server.sweeps.computing import ask
 from pftrack_server.sweeps.functions import Pictures
-from pftrack_server.sweeps.manager import Sweeps
-from pftrack_server.sweeps.planning import example
-from pftrack_server.sweeps.results import session_spec
-from pftrack_server.sweeps.sweep import Sweep
+from pftrack_server.sweeps.manager import EstimatePublic, Sweeps
+from pftrack_server.sweeps.planning import EstimateRequest, SweepCreate, example
+from pftrack_server.sweeps.results import CellsPublic, Correction, RowsPublic, Test, session_spec
+from pftrack_server.sweeps.sweep import Sweep, SweepPublic
+
+
+class OpenRequest(RequestBody):
+    """With which method to open a run; with its own if none is named."""
+
+    tracker: Name | None = None
+
 
 router = APIRouter(tags=["sweeps"])
 

@@ -14,10 +14,12 @@ from collections import deque
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import structlog
+from pydantic import BaseModel
 
+from pftrack.core.model.parameters import Value
 from pftrack.experiments import EXPERIMENTS
 from pftrack.process import Ending, Fault, Outcome, Refusal, Reply, Worker
 from pftrack.sweep import Plan, begin, partial_of
@@ -25,12 +27,85 @@ from pftrack.sweep.work import Recording
 from pftrack_server.core.errors import ConflictError
 from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.core.settings import Settings
-from pftrack_server.schemas.description import MeasurePublic
-from pftrack_server.schemas.stream import encode
-from pftrack_server.schemas.sweeps import Cells, CellsPublic, Hello, MapPublic, Progress, State, SweepPublic
+from pftrack_server.sessions.duplex import Message, encode
 from pftrack_server.sessions.listeners import Listener, Listeners
+from pftrack_server.sessions.spec import MeasurePublic, TrackerPublic
 from pftrack_server.sweeps import computing, functions
-from pftrack_server.sweeps.results import Results, axis_view, fixed_views
+from pftrack_server.sweeps.results import AxisPublic, CellsPublic, MapPublic, Results, axis_view, fixed_views
+
+State = Literal["running", "stopped", "done"]
+
+
+class SweepPublic(BaseModel):
+    """A sweep.
+
+    `fixed` is `parameters` with titles and units; `successes` counts over all runs so far, where the experiment knows
+    success; `problems` counts runs whose values are at odds with each other; `recording` is the name of the recording
+    on which all runs are, if there is one; without `has_truth` there is no error, and `measures` are what the methods
+    say of themselves.
+    """
+
+    id: str
+    title: str
+    experiment: str
+    unit: str
+    judged: bool
+    has_truth: bool = True
+    axes: list[AxisPublic]
+    trackers: list[TrackerPublic]
+    measures: list[MeasurePublic] = []
+    trials: int
+    frames: int
+    recording: str | None = None
+    seed: int
+    loss_probability: bool = False
+    parameters: dict[str, Value]
+    fixed: list[AxisPublic]
+    runs: int
+    conditions: int
+    done: int
+    successes: int | None = None
+    problems: int
+    state: State
+    message: str | None = None
+    rate: float | None = None
+    seconds: float
+    seconds_left: float | None = None
+    created: str
+    outcome: str
+    page: str
+
+
+class Hello(Message):
+    """The complete state; the first message of every connection."""
+
+    type: Literal["hello"] = "hello"
+    sweep: SweepPublic
+    cells: CellsPublic
+
+
+class Progress(Message):
+    """Progress and state of the sweep. Rates are in runs a second, times in seconds."""
+
+    type: Literal["progress"] = "progress"
+    state: State
+    message: str | None
+    done: int
+    successes: int | None
+    rate: float | None
+    seconds: float
+    seconds_left: float | None
+    outcome: str
+
+
+class Cells(Message):
+    """The cells that have changed, by their number: row after row of the y axis."""
+
+    type: Literal["cells"] = "cells"
+    done: int
+    at: list[int]
+    maps: list[MapPublic]
+
 
 KEPT = "The computed runs are kept; resume the sweep to continue."
 CANCELLED = f"The sweep was cancelled. {KEPT}"

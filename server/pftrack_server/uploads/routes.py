@@ -10,6 +10,7 @@ from pathlib import PurePath
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Path, Query, Request
+from pydantic import BaseModel, ConfigDict, Field
 from starlette.responses import Response
 
 from pftrack.experiments import EXPERIMENTS
@@ -17,6 +18,7 @@ from pftrack.experiments.experiment import Experiment
 from pftrack.sources.limits import SourceError
 from pftrack.sources.results.table import COLUMNS, preview
 from pftrack.sources.truth import LARGEST_FILE_BYTES
+from pftrack_server.core.bodies import RequestBody
 from pftrack_server.core.errors import NotFoundError, RefusedError
 from pftrack_server.core.requests import (
     MULTIPART,
@@ -29,21 +31,68 @@ from pftrack_server.core.requests import (
 )
 from pftrack_server.jobs.child_tasks import TheTasks
 from pftrack_server.jobs.functions import TargetSearch, find_mark, frame_jpeg
-from pftrack_server.schemas.uploads import (
-    ColumnMeaning,
-    SightingPublic,
-    SuitabilityPublic,
-    TableHead,
-    TablePublic,
-    TruthPublic,
-    UploadPublic,
-)
 from pftrack_server.store.store import AStore
 from pftrack_server.store.tables import UploadRow
 from pftrack_server.uploads.intake import check_room, index_of, limits_of, take_in
 from pftrack_server.uploads.multipart import receive
-from pftrack_server.uploads.suitability import Suitabilities
-from pftrack_server.uploads.truth import discard_truth, load_truth, store_truth, table_of
+from pftrack_server.uploads.suitability import Suitabilities, SuitabilityPublic
+from pftrack_server.uploads.truth import TruthPublic, discard_truth, load_truth, store_truth, table_of
+
+
+class UploadPublic(BaseModel):
+    """An upload and what was found in it."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    id: str
+    name: str
+    kind: str
+    frames: int
+    width: int
+    height: int
+    frame_rate_hz: float
+    duration_s: float
+    sha256: str
+    warnings: list[str]
+    size_bytes: int
+    created: str
+
+
+class TableHead(RequestBody):
+    """The beginning of a table whose columns have names of its own."""
+
+    text: Annotated[str, Field(max_length=65_536, description="Its first lines")]
+
+
+class ColumnMeaning(BaseModel):
+    """What a column of a table of boxes may be."""
+
+    name: str
+    title: str
+
+
+class TablePublic(BaseModel):
+    """What a person has to see of a table to say what its columns are."""
+
+    header: list[str] = Field(description="Names of its columns")
+    rows: list[list[str]] = Field(description="Its first lines")
+    guess: dict[str, int] = Field(description="Place of the column of each meaning, as far as its name tells")
+    meanings: list[ColumnMeaning]
+
+
+class SightingPublic(BaseModel):
+    """The result of a search for a target in an upload.
+
+    As long as there is no mark and `looked` is less than `of`, one may go on looking.
+    """
+
+    frame: int = Field(description="Where it was found, or the last frame that was looked into")
+    mark: dict[str, Any] | None = Field(description="The target, of the kind that is found; null if it was not found")
+    placed: list[str] = Field(description="Handles of the mark that a model has placed rather than the picture shown")
+    remarks: list[str] = Field(description="What to look at, or why nothing was found")
+    looked: int = Field(description="How many frames were looked into")
+    of: int = Field(description="How many frames there are to look into")
+
 
 router = APIRouter(prefix="/uploads", tags=["uploads"])
 

@@ -10,13 +10,32 @@ from collections import OrderedDict
 from collections.abc import Mapping
 from typing import Any
 
+from pydantic import BaseModel, Field
+
+from pftrack.core.model.setup import Grade
 from pftrack.experiments.experiment import Experiment
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.jobs.functions import weigh_target
-from pftrack_server.schemas.uploads import SuitabilityPublic
 from pftrack_server.store import Store
 from pftrack_server.uploads.intake import index_of, limits_of
+
+
+class SuitabilityPublic(BaseModel):
+    """Whether a target can be followed, looked at before it is tracked."""
+
+    value: float = Field(description="0..1, the higher the better")
+    grade: Grade = Field(description="The same in words")
+    remark: str = Field(description="What was found, a sentence")
+    advice: list[str] = Field(description="What would help, a sentence each")
+    better: dict[str, Any] | None = Field(
+        description="A mark of the same target that suits better; null if none is known"
+    )
+    picture: str | None = Field(
+        description="The likelihood over the picture as a data address, from purple for 0 to yellow for its peak; null "
+        "for a likelihood that is not one of places"
+    )
+
 
 MOST_KEPT = 64
 

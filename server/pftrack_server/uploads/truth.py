@@ -9,6 +9,7 @@ import shutil
 from pathlib import Path
 
 import structlog
+from pydantic import BaseModel, Field
 
 from pftrack.core.files import write_whole
 from pftrack.experiments.experiment import Experiment
@@ -16,10 +17,19 @@ from pftrack.sources.truth import write_table
 from pftrack_server.core.errors import ConflictError
 from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.jobs.functions import read_truth
-from pftrack_server.schemas.uploads import TruthPublic
 from pftrack_server.store import Store
 from pftrack_server.store.tables import UploadRow
 from pftrack_server.uploads.multipart import Received
+
+
+class TruthPublic(BaseModel):
+    """Summary of the truth that is known of an upload."""
+
+    frames: int = Field(description="How many frames there is truth of")
+    first: int
+    last: int
+    warnings: list[str]
+
 
 log = structlog.get_logger(__name__)
 

@@ -11,7 +11,7 @@ from typing import Any
 import viser
 
 from pftrack.core.model.parameters import Declaration, Value
-from pftrack_server.schemas.controls import ControlPublic, control_of
+from pftrack_server.core.panel import ControlPublic, control_of
 
 Handle = Any  # viser's handles are generic over their value and assign through `__setattr__`
 

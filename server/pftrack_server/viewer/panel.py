@@ -20,7 +20,7 @@ import viser
 
 from pftrack.core.model.drawing import Key, Layer, World
 from pftrack.core.model.parameters import Declaration, Value
-from pftrack_server.schemas.panel import SPEEDS, PanelDescription, PanelValues
+from pftrack_server.core.panel import SPEEDS, PanelDescription, PanelValues
 from pftrack_server.viewer.camera import PRESETS
 from pftrack_server.viewer.controls import Control, Handle
 from pftrack_server.viewer.legend import caption_html, legend_html

@@ -17,8 +17,8 @@ from pftrack.core.model.parameters import ParameterError, Value, declarations, f
 from pftrack.core.model.recipe import Change
 from pftrack.runs.manifest import title_of
 from pftrack.runs.run import EndOfRun, PastError, Run
+from pftrack_server.core.panel import PanelDescription, PanelValues
 from pftrack_server.core.pictures import PictureEncoder
-from pftrack_server.schemas.panel import PanelDescription, PanelValues
 from pftrack_server.viewer.viewer import Viewer
 
 

@@ -17,8 +17,8 @@ import viser
 
 from pftrack.core.model.drawing import LayerRole
 from pftrack_server.core.log import RateLimitedLogger
+from pftrack_server.core.panel import PanelDescription, PanelValues
 from pftrack_server.core.pictures import SceneDrawing
-from pftrack_server.schemas.panel import PanelDescription, PanelValues
 from pftrack_server.viewer import viser_adapter, worlds
 from pftrack_server.viewer.camera import PRESETS, Cameras
 from pftrack_server.viewer.pacing import FASTEST_S, Pacer

@@ -4,9 +4,19 @@ import asyncio
 from typing import Annotated
 
 from fastapi import APIRouter, Path
+from pydantic import Field
 
-from pftrack_server.schemas.filters import FilterPublic, FilterUpdate
-from pftrack_server.store.filters import TheFilters
+from pftrack.core.model.parameters import LONGEST_FILE
+from pftrack_server.core.bodies import RequestBody
+from pftrack_server.store.filters import FilterPublic, TheFilters
+
+
+class FilterUpdate(RequestBody):
+    """A new text of a file."""
+
+    text: str = Field(min_length=1, max_length=LONGEST_FILE)
+    before: str = Field(max_length=100, description="Hash of the text that it takes the place of")
+
 
 router = APIRouter(prefix="/filters", tags=["filters"])
 

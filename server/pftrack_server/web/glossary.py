@@ -1,10 +1,29 @@
 """The glossary: what the words on the pages mean."""
 
 from fastapi import APIRouter
+from pydantic import BaseModel, ConfigDict, Field
 
 from pftrack.core.model.glossary import GLOSSARY, Section
 from pftrack.experiments import EXPERIMENTS
-from pftrack_server.schemas.glossary import SectionPublic, TermPublic
+
+
+class TermPublic(BaseModel):
+    """A word and what it means."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    name: str
+    meaning: str
+    also: list[str] = Field(description="Other forms in which pages have it")
+
+
+class SectionPublic(BaseModel):
+    """Words that belong together."""
+
+    title: str
+    experiment: str | None = Field(description="Whose own words they are; null of those that all experiments share")
+    terms: list[TermPublic]
+
 
 router = APIRouter(prefix="/glossary", tags=["experiments"])
 

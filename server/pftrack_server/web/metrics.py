@@ -9,10 +9,10 @@ from prometheus_client.core import GaugeMetricFamily
 from prometheus_client.registry import Collector
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from pftrack_server.schemas.snapshot import Phase
-from pftrack_server.schemas.sweeps import State
 from pftrack_server.sessions.manager import Manager
+from pftrack_server.sessions.spec import Phase
 from pftrack_server.sweeps.manager import Sweeps
+from pftrack_server.sweeps.sweep import State
 
 METHODS = {"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE"}
 

@@ -4,26 +4,95 @@ Of a kept comparison the recipes of its runs are stored. What came of them is co
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
-from pydantic import TypeAdapter
+from pydantic import BaseModel, Field, TypeAdapter
 
 from pftrack.core.model.recipe import Recipe
 from pftrack.output.exports.comparisons import COMPARISON_FORMATS
-from pftrack.runs.comparison import MOST_RUNS, ComparisonOutline, ComparisonResult
+from pftrack.runs.comparison import MOST_RUNS, ComparisonOutline, ComparisonResult, Setting
+from pftrack_server.core.bodies import FrameNumber, GivenTitle, RequestBody
 from pftrack_server.core.errors import ConflictError, DamagedError, RefusedError
 from pftrack_server.core.experiments import find_experiment
 from pftrack_server.core.settings import Settings
-from pftrack_server.jobs.jobs import OnStep
-from pftrack_server.schemas.description import ExportPublic
-from pftrack_server.schemas.jobs import ComparedPublic, ComparedRun, ComparisonJob, RunComparisonPublic
-from pftrack_server.schemas.work import SavedComparisonCreate, SavedComparisonDetail, SavedComparisonPublic
+from pftrack_server.jobs.jobs import Job, OnStep
+from pftrack_server.sessions.spec import ExportPublic
 from pftrack_server.sessions.worker.protocol import WorkerConfig
 from pftrack_server.store import Store
 from pftrack_server.store.files import new_name, now
 from pftrack_server.store.tables import ComparisonRow
 from pftrack_server.work.run_functions import compare_runs, outline_comparison
-from pftrack_server.work.sources import House, NamedRun, find_run
+from pftrack_server.work.sources import ComparedRun, House, NamedRun, find_run
+
+
+class ComparedPublic(BaseModel):
+    """One of the runs of a comparison."""
+
+    name: str = Field(description="By what is special about it")
+    title: str | None = Field(description="What people call it, where it has such a name")
+    colour: str
+    first: int = Field(description="Its frame that is the first of those that are compared")
+    recipe: Recipe
+    shown: Recipe = Field(description="The same, no longer than what is compared")
+    upload: str | None
+
+
+class RunComparisonPublic(BaseModel):
+    """What is known of a comparison; its frames are those in common, counted from 0 on."""
+
+    unit: str
+    frames: int
+    runs: list[ComparedPublic]
+    settings: tuple[Setting, ...] = Field(description="What differs, and that alone")
+    exports: list[ExportPublic] = Field(description="Files that can be made of it")
+    found: ComparisonResult | None = Field(None, description="What came of the runs, once they have been computed")
+
+
+class ComparisonJob(Job[RunComparisonPublic]):
+    """A comparison of runs; its steps are frames of all of them."""
+
+    kind: Literal["comparison"] = "comparison"
+
+
+Arrangement = Literal["side", "over"]
+"""Side by side, or one over the other."""
+
+
+class SavedRun(RequestBody):
+    """What makes a run of a saved comparison."""
+
+    recipe: Recipe
+
+
+class SavedComparisonCreate(RequestBody):
+    """A comparison to keep."""
+
+    title: GivenTitle
+    runs: list[SavedRun] = Field(min_length=2, max_length=MOST_RUNS)
+    position: FrameNumber = Field(0, description="The frame to begin at, of those that all runs have")
+    arrangement: Arrangement = "side"
+
+
+class SavedComparisonPublic(BaseModel):
+    """A saved comparison."""
+
+    id: str
+    title: str
+    experiments: list[str] = Field(description="Of its runs, each once")
+    trackers: list[str] = Field(
+        description="Of its runs, in their order; empty where a recipe leaves it to the experiment"
+    )
+    created: str
+    page: str
+
+
+class SavedComparisonDetail(SavedComparisonPublic):
+    """A saved comparison with all that makes it again."""
+
+    runs: list[SavedRun]
+    position: int
+    arrangement: Arrangement
+
 
 OUTLINE, RESULT = TypeAdapter(ComparisonOutline), TypeAdapter(ComparisonResult)
 

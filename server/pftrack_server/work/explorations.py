@@ -7,20 +7,50 @@ more, when it is cancelled, or with its session.
 import asyncio
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, TypeAdapter
 
 from pftrack.analysis.counterfactuals import Report, join, read_record, record
-from pftrack.analysis.other_seeds import Bands
+from pftrack.analysis.other_seeds import Bands, Scene
+from pftrack.core.model.parameters import NOT_BOOLEAN
 from pftrack.process import Budget
+from pftrack_server.core.bodies import FrameNumber, RequestBody
 from pftrack_server.core.errors import ConflictError, NotFoundError, UnavailableError
-from pftrack_server.jobs.jobs import OnStep
-from pftrack_server.schemas.jobs import ExplorationCreate, ExplorationJob
+from pftrack_server.jobs.jobs import Job, OnStep
 from pftrack_server.sessions.session import Session
 from pftrack_server.store.files import new_name
 from pftrack_server.work.run_functions import explore_changes, explore_seeds
 from pftrack_server.work.sources import House
+
+LONGEST_S = 300.0
+
+
+class ExplorationCreate(RequestBody):
+    """What to find out of the active branch of a session."""
+
+    kind: Literal["what-if", "ensemble"]
+    frame: FrameNumber | None = Field(
+        None, description="Of what-if, in the loss that is meant; the first that lasts if not given"
+    )
+    scene: Scene = Field("same", description="Of ensemble, whether each run sees what its own seed makes of the scene")
+    after: str | None = Field(
+        None,
+        max_length=64,
+        description="Of what-if, an exploration with whose findings this one goes on",
+    )
+    seconds: Annotated[float, Field(ge=1.0, le=LONGEST_S), NOT_BOOLEAN] = Field(
+        20.0, description="After so long it ends with what it has found"
+    )
+
+
+class ExplorationJob(Job[Report | Bands]):
+    """What would have saved a run (a report), or what runs with other seeds do (bands)."""
+
+    kind: Literal["exploration"] = "exploration"
+    session: str
+    branch: str
+
 
 NICENESS: Mapping[str, int] = {"ensemble": 6, "what-if": 14}
 """They come after every session. A band follows a slider, and is soon there; a list fills for as long as one looks."""

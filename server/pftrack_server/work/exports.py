@@ -7,7 +7,9 @@ child computes the run from its recipe.
 import re
 import shutil
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, Literal
+
+from pydantic import BaseModel, Field
 
 from pftrack.core.model.setup import N, find_export
 from pftrack.experiments import EXPERIMENTS
@@ -15,13 +17,27 @@ from pftrack.output.exports.comparisons import COMPARISON_FORMATS, ComparisonExp
 from pftrack.output.exports.formats import RunExport, check_plot, exports_of
 from pftrack_server.core.errors import NotFoundError
 from pftrack_server.core.experiments import find_experiment
-from pftrack_server.jobs.jobs import OnStep
-from pftrack_server.schemas.jobs import ComparedRun, ExportedFile, ExportJob
-from pftrack_server.schemas.spec import SessionSpec
+from pftrack_server.jobs.jobs import Job, OnStep
+from pftrack_server.sessions.spec import SessionSpec
 from pftrack_server.store.files import new_name
 from pftrack_server.work.comparisons import prepare
 from pftrack_server.work.run_functions import write_comparison, write_export
-from pftrack_server.work.sources import House
+from pftrack_server.work.sources import ComparedRun, House
+
+
+class ExportedFile(BaseModel):
+    """A file that was written."""
+
+    title: str = Field(description="What kind of file it is")
+    media_type: str
+    address: str = Field(description="Where it can be fetched")
+
+
+class ExportJob(Job[ExportedFile]):
+    """A file that is being written; the first half of its steps computes the run."""
+
+    kind: Literal["export"] = "export"
+
 
 LONGEST = 60
 """Characters of a run's name that the name of a file has."""

@@ -1,36 +1,68 @@
 """Jobs: what takes a while is begun beside what it is about, and followed, cancelled and fetched here."""
 
 from http import HTTPStatus
-from typing import Annotated
+from typing import Annotated, Any, TypeAlias
 
 from fastapi import APIRouter, Path, Query, Request
+from pydantic import BaseModel, ConfigDict, Field
 from starlette.responses import FileResponse
 
 from pftrack.output.exports.formats import exports_of
+from pftrack_server.core.bodies import RequestBody, Title
 from pftrack_server.core.errors import ConflictError, NotFoundError
 from pftrack_server.core.experiments import find_experiment
 from pftrack_server.core.requests import TICKET, service, unless_client_gone
 from pftrack_server.jobs.child_tasks import Queues
-from pftrack_server.schemas.description import ExportPublic
-from pftrack_server.schemas.jobs import (
-    AnyJob,
-    ComparisonCreate,
-    ComparisonExportCreate,
-    ComparisonJob,
-    ExplorationCreate,
-    ExplorationJob,
-    ExportJob,
-    FitCreate,
-    FitJob,
-)
-from pftrack_server.schemas.uploads import QueuePublic
-from pftrack_server.schemas.work import ExportsPublic, PlotChoice
+from pftrack_server.jobs.jobs import Job
 from pftrack_server.sessions.routes import ASession
+from pftrack_server.sessions.spec import ExportPublic
 from pftrack_server.work import exports, runs
-from pftrack_server.work.comparisons import compare
-from pftrack_server.work.explorations import Explorations
+from pftrack_server.work.comparisons import ComparisonJob, compare
+from pftrack_server.work.explorations import ExplorationCreate, ExplorationJob, Explorations
+from pftrack_server.work.exports import ExportJob
 from pftrack_server.work.routes import ARun, TheHouse
-from pftrack_server.work.sources import reopen
+from pftrack_server.work.runs import FitCreate, FitJob, ImportJob
+from pftrack_server.work.sources import ComparedRun, reopen
+
+
+class QueuePublic(BaseModel):
+    """Where a request waits."""
+
+    before: int = Field(description="How many come before it")
+
+
+class ComparisonCreate(RequestBody):
+    """Two to four runs to compare."""
+
+    runs: list[ComparedRun] = Field(max_length=64)
+
+
+class ComparisonExportCreate(ComparisonCreate):
+    """Two to four runs whose comparison shall be written as a file."""
+
+    title: Title = Field("", description="By which the file is called")
+
+
+AnyJob: TypeAlias = Annotated[
+    ExportJob | ImportJob | FitJob | ComparisonJob | ExplorationJob, Field(discriminator="kind")
+]
+
+
+class PlotChoice(BaseModel):
+    """A plot of which a picture can be made."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    id: str
+    title: str
+
+
+class ExportsPublic(BaseModel):
+    """What a saved run can be exported as."""
+
+    exports: list[ExportPublic]
+    plots: list[PlotChoice] = Field(description='What `plot` may name for an export of the group "plots"')
+
 
 router = APIRouter(tags=["jobs"])
 TheExplorations = Annotated[Explorations, service(Explorations)]
@@ -40,14 +72,14 @@ Name = Annotated[str, Path(max_length=64)]
 PlotId = Annotated[str | None, Query(max_length=64, description="The one plot that a picture shows; all if not given.")]
 
 
-@router.get("/jobs")
-async def list_jobs(house: TheHouse) -> list[AnyJob]:
+@router.get("/jobs", response_model=list[AnyJob])
+async def list_jobs(house: TheHouse) -> list[Job[Any]]:
     """List the jobs under way, and what came of those of the last minutes, the newest first."""
     return house.jobs.all()
 
 
-@router.get("/jobs/{job}")
-async def show_job(job: Name, house: TheHouse) -> AnyJob:
+@router.get("/jobs/{job}", response_model=AnyJob)
+async def show_job(job: Name, house: TheHouse) -> Job[Any]:
     """Tell how far a job is, and what it has found; one that nobody asks for is dropped after 150 s."""
     return house.jobs.get(job)
 

@@ -9,41 +9,76 @@ from collections.abc import Callable, Iterable, Sequence, Sized
 from datetime import datetime
 from functools import partial
 from http import HTTPStatus
-from typing import Annotated, TypeVar
+from typing import Annotated, Literal, TypeVar
 from zoneinfo import ZoneInfo
 
 from fastapi import APIRouter, Depends, Path, Query, Request
+from pydantic import BaseModel, Field
 from starlette.responses import FileResponse, Response
 
 from pftrack.experiments import EXPERIMENTS
+from pftrack_server.core.bodies import GivenTitle, RequestBody, Title
 from pftrack_server.core.errors import ConflictError, DamagedError, NotFoundError
 from pftrack_server.core.requests import MULTIPART, SettingsNow, TakesFiles, kept_picture, service, unless_client_gone
 from pftrack_server.jobs.child_tasks import TheTasks
-from pftrack_server.schemas.jobs import ImportJob
-from pftrack_server.schemas.messages import SessionPublic
-from pftrack_server.schemas.sweeps import SweepPublic
-from pftrack_server.schemas.uploads import UploadPublic
-from pftrack_server.schemas.work import (
-    Kind,
-    NewTitle,
-    RunCreate,
-    RunPublic,
-    SavedComparisonCreate,
-    SavedComparisonDetail,
-    SavedComparisonPublic,
-    WorkCounts,
-    WorkPublic,
-)
 from pftrack_server.sessions.routes import AManager, Begin
+from pftrack_server.sessions.stream import SessionPublic
 from pftrack_server.store.files import is_name
 from pftrack_server.store.store import AStore
 from pftrack_server.store.tables import ComparisonRow, RunRow, UploadRow
 from pftrack_server.sweeps.routes import ASweeps
+from pftrack_server.sweeps.sweep import SweepPublic
 from pftrack_server.uploads.multipart import receive
-from pftrack_server.work.comparisons import detail_view, save, saved_view
+from pftrack_server.uploads.routes import UploadPublic
+from pftrack_server.work.comparisons import (
+    SavedComparisonCreate,
+    SavedComparisonDetail,
+    SavedComparisonPublic,
+    detail_view,
+    save,
+    saved_view,
+)
 from pftrack_server.work.exports import run_file_name
-from pftrack_server.work.runs import bring_in, check_room, compare, save_run
+from pftrack_server.work.runs import ImportJob, RunPublic, bring_in, check_room, compare, save_run
 from pftrack_server.work.sources import House, reopen
+
+Kind = Literal["sessions", "runs", "comparisons", "sweeps", "uploads"]
+
+
+class RunCreate(RequestBody):
+    """Which session's active branch to save."""
+
+    session: str = Field(max_length=64)
+    title: Title | None = None
+
+
+class NewTitle(RequestBody):
+    """What people call a saved run or comparison."""
+
+    title: GivenTitle
+
+
+class WorkCounts(BaseModel):
+    """How many there are of each kind."""
+
+    sessions: int
+    runs: int
+    comparisons: int
+    sweeps: int
+    uploads: int
+
+
+class WorkPublic(BaseModel):
+    """What was found, the newest of each kind first."""
+
+    sessions: list[SessionPublic]
+    runs: list[RunPublic]
+    comparisons: list[SavedComparisonPublic]
+    sweeps: list[SweepPublic]
+    uploads: list[UploadPublic]
+    found: WorkCounts = Field(description="How many have all the words, those beyond the limit included")
+    total: WorkCounts = Field(description="How many there are")
+
 
 router = APIRouter(tags=["work"])
 

@@ -3,23 +3,22 @@
 import asyncio
 import shutil
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
-from pydantic import TypeAdapter
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, computed_field
 
-from pftrack.analysis.fitting import Fit
+from pftrack.analysis.fitting import MOST_NUMBERS, Fit
 from pftrack.core.files import settle
 from pftrack.core.model.measures import HIT_RATE
 from pftrack.experiments import find
 from pftrack.runs.loss import loss_words
 from pftrack.runs.record import Record
+from pftrack_server.core.bodies import Name, RequestBody
 from pftrack_server.core.errors import ConflictError, DiskFullError
 from pftrack_server.core.resource_limits import mebibytes
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
-from pftrack_server.jobs.jobs import OnStep
-from pftrack_server.schemas.jobs import FitJob, ImportJob
-from pftrack_server.schemas.work import RunPublic
+from pftrack_server.jobs.jobs import Job, OnStep
 from pftrack_server.sessions.session import Session
 from pftrack_server.sessions.worker.commands import Save
 from pftrack_server.store import Store
@@ -29,6 +28,53 @@ from pftrack_server.uploads.intake import index_of, limits_of
 from pftrack_server.uploads.multipart import Received
 from pftrack_server.work.run_functions import compare_record, fit_run, read_record, weigh_record
 from pftrack_server.work.sources import House
+
+
+class FitCreate(RequestBody):
+    """What to fit."""
+
+    numbers: list[Name] = Field(min_length=1, max_length=MOST_NUMBERS, description="Names of parameters of the tracker")
+
+
+class RunPublic(BaseModel):
+    """A saved run."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    id: str
+    title: str
+    experiment: str
+    tracker: str
+    seed: int
+    frames: int
+    created: str
+    outcome: str
+    summary: dict[str, Any]
+
+    @computed_field  # type: ignore[prop-decorator]
+    @property
+    def thumbnail(self) -> str:
+        """Address of its picture."""
+        return f"api/v1/runs/{self.id}/thumbnail.png"
+
+    @computed_field  # type: ignore[prop-decorator]
+    @property
+    def page(self) -> str:
+        """Address of the page that lists it."""
+        return f"work?show=runs#run-{self.id}"
+
+
+class ImportJob(Job[RunPublic]):
+    """A run that was sent and is being computed; its steps are frames."""
+
+    kind: Literal["import"] = "import"
+
+
+class FitJob(Job[Fit]):
+    """A fit of numbers to what a session's run has seen."""
+
+    kind: Literal["fit"] = "fit"
+
 
 FIT = TypeAdapter(Fit)
 

@@ -1,16 +1,38 @@
 """Source code: what computes runs, comparisons and sweeps again, as Python and as a command."""
 
 import asyncio
+from typing import Annotated
 
 from fastapi import APIRouter
+from pydantic import BaseModel, ConfigDict, Field
 
+from pftrack.core.model.parameters import NOT_BOOLEAN
 from pftrack.runs.reproduction import comparison_code, run_code
 from pftrack.sweep.work import sweep_code
+from pftrack_server.core.bodies import RequestBody
 from pftrack_server.core.experiments import find_experiment
-from pftrack_server.schemas.source_code import SourceCodePublic, SourceCodeRequest
 from pftrack_server.sweeps.routes import ASweep
 from pftrack_server.work.routes import TheHouse
-from pftrack_server.work.sources import find_run
+from pftrack_server.work.sources import ComparedRun, find_run
+
+
+class SourceCodeRequest(RequestBody):
+    """Of which runs: of one, or of several that are compared."""
+
+    runs: list[ComparedRun] = Field(min_length=1, max_length=4)
+    frames: Annotated[int, Field(ge=1, le=10_000_000), NOT_BOOLEAN] | None = Field(
+        None, description="How many frames of each; all if left out"
+    )
+
+
+class SourceCodePublic(BaseModel):
+    """The same computation in two forms."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    python: str
+    command: str
+
 
 router = APIRouter(tags=["source code"])
 

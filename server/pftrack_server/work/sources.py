@@ -13,24 +13,43 @@ import dataclasses
 from collections.abc import Awaitable, Callable
 from typing import Any, NamedTuple
 
+from pydantic import Field, model_validator
+
+from pftrack.core.model.recipe import Recipe
 from pftrack.runs.record import Record
+from pftrack_server.core.bodies import RequestBody
 from pftrack_server.core.errors import ConflictError, NotFoundError, RefusedError
 from pftrack_server.core.experiments import find_experiment
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.jobs.jobs import Jobs, OnStep
-from pftrack_server.schemas.jobs import ComparedRun
-from pftrack_server.schemas.sessions import SessionCreate
-from pftrack_server.schemas.snapshot import FIRST, Bookmark
-from pftrack_server.schemas.spec import SessionSpec
-from pftrack_server.sessions.create import as_spec, new_spec
+from pftrack_server.sessions.create import SessionCreate, as_spec, new_spec
 from pftrack_server.sessions.manager import Manager
+from pftrack_server.sessions.spec import FIRST, Bookmark, SessionSpec
 from pftrack_server.sessions.worker.protocol import WorkerConfig
 from pftrack_server.store import Store
 from pftrack_server.store.tables import RunRow
 from pftrack_server.sweeps.manager import Sweeps
 from pftrack_server.sweeps.results import session_spec
 from pftrack_server.work.run_functions import read_record
+
+
+class ComparedRun(RequestBody):
+    """A run to compare: one that is here, by its name, or what makes it."""
+
+    reference: str | None = Field(
+        None,
+        max_length=200,
+        description="A saved run, `session:branch` or `sweep:run`; with `:tracker` the same by another",
+    )
+    recipe: Recipe | None = None
+    upload: str | None = Field(None, max_length=64, description="Name of the upload that the recipe's footage is")
+
+    @model_validator(mode="after")
+    def _one_of_both(self) -> "ComparedRun":
+        if (self.reference is None) == (self.recipe is None):
+            raise ValueError("A run to compare is named by a reference or by a recipe")
+        return self
 
 
 class House(NamedTuple):

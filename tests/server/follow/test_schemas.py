@@ -7,7 +7,7 @@ import pytest
 from pydantic import ValidationError
 
 from pftrack_server.schemas.follows import FollowCreate, FollowUpdate, PollCreate
-from pftrack_server.schemas.stream import Message, encode
+from pftrack_server.sessions.duplex import Message, encode
 
 
 class Told(Message):

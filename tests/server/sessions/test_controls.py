@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from pftrack.core.model.parameters import Declaration
-from pftrack_server.schemas.controls import control_of, controls_of
+from pftrack_server.core.panel import control_of, controls_of
 
 
 def declare(kind: str, **more: Any) -> Declaration:

@@ -9,8 +9,8 @@ import httpx
 import pytest
 from websockets.sync.client import connect
 
-from pftrack_server.schemas.snapshot import Phase
 from pftrack_server.sessions.session import Session
+from pftrack_server.sessions.spec import Phase
 from pftrack_server.sessions.worker_handle import WorkerLostError
 from pftrack_server.store.tables import SessionRow
 from tests.server.asking import columns, get

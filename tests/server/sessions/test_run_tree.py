@@ -12,8 +12,7 @@ from pftrack.core.model.drawing import Text
 from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.experiments import EXPERIMENTS, find
-from pftrack_server.schemas.description import SessionDescription
-from pftrack_server.schemas.snapshot import RunSnapshot
+from pftrack_server.sessions.spec import RunSnapshot, SessionDescription
 from pftrack_server.sessions.worker.protocol import WorkerConfig
 from pftrack_server.sessions.worker.run_tree import RunTree
 

@@ -24,7 +24,7 @@ from pftrack.core.model.parameters import flat
 from pftrack.experiments import find
 from pftrack.runs.scoring import estimates_hash
 from pftrack_server.core.settings import Settings
-from pftrack_server.schemas.snapshot import Phase
+from pftrack_server.sessions.spec import Phase
 from tests.server.asking import columns, get, timeline_of
 from tests.server.host import Server, begin, change_values, command, error_of, running, steer
 from tests.server.session_model import EXPERIMENT, FIXED, FRAMES, BranchModel, SavedRun, SessionModel

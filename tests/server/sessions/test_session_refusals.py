@@ -9,7 +9,7 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from pftrack.core.model.marks import Mark
 from pftrack.core.model.recipe import Change, Footage, Recipe
-from pftrack_server.schemas.body import RequestBody
+from pftrack_server.core.bodies import RequestBody
 from tests.server.host import Server, begin, change_values, command, error_of, steer
 from tests.session_requests import session_request
 

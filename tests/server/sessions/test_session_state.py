@@ -8,9 +8,17 @@ import pytest
 
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.experiments import find
-from pftrack_server.schemas.description import SessionDescription, TrackerPublic
-from pftrack_server.schemas.snapshot import AWAKE, TRANSITIONS, ChangePublic, Phase, RunSnapshot
-from pftrack_server.schemas.spec import BranchSpec, SessionSpec
+from pftrack_server.sessions.spec import (
+    AWAKE,
+    TRANSITIONS,
+    BranchSpec,
+    ChangePublic,
+    Phase,
+    RunSnapshot,
+    SessionDescription,
+    SessionSpec,
+    TrackerPublic,
+)
 from pftrack_server.sessions.state import History, SessionState
 from pftrack_server.sessions.worker.protocol import Ready
 

@@ -12,8 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pftrack.core.model.drawing import Drawing, Picture
-from pftrack_server.schemas.messages import Changes
-from pftrack_server.sessions.stream import LONGEST_QUEUE, WINDOW, Page, SessionStream
+from pftrack_server.sessions.stream import LONGEST_QUEUE, WINDOW, Changes, Page, SessionStream
 from pftrack_server.sessions.worker.codec import DrawingEncoder
 from tests.apart import run
 from tests.server.drawings import Reader

@@ -7,7 +7,7 @@ import numpy as np
 
 import pftrack
 from pftrack.analysis.other_seeds import ensemble
-from pftrack_server.schemas.jobs import ExplorationJob
+from pftrack_server.work.explorations import ExplorationJob
 from tests.server.asking import columns, get
 from tests.server.confined import children
 from tests.server.follow_jobs import ended, taken

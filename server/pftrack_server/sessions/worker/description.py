@@ -15,8 +15,16 @@ from pftrack.experiments.own.extension import parameters_of
 from pftrack.experiments.shared.loss_probability import LOSS_PROBABILITY
 from pftrack.output.exports.formats import exports_of
 from pftrack.runs.run import Run
-from pftrack_server.schemas.description import ExportPublic, MeasurePublic, SessionDescription, TrackerPublic, TruthMark
-from pftrack_server.schemas.snapshot import ChangePublic, ThresholdPublic, ThresholdStep
+from pftrack_server.sessions.spec import (
+    ChangePublic,
+    ExportPublic,
+    MeasurePublic,
+    SessionDescription,
+    ThresholdPublic,
+    ThresholdStep,
+    TrackerPublic,
+    TruthMark,
+)
 
 
 def describe(run: Run) -> SessionDescription:

@@ -17,14 +17,14 @@ from pftrack.output.displays import draw_arrows, draw_likelihood, draw_place
 from pftrack.runs.inspection import Finding, Inspection
 from pftrack.runs.run import Run
 from pftrack.vision.rendering import png
-from pftrack_server.schemas.inspection import (
+from pftrack_server.sessions.worker.commands import (
     GenealogyPublic,
+    Inspect,
     InspectionPublic,
     PartPublic,
     PatchesPublic,
     StateValue,
 )
-from pftrack_server.sessions.worker.commands import Inspect
 
 MOST_LINES = 60
 """Of a genealogy: more cannot be told apart on a page."""

@@ -10,8 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias
 
 from pftrack_server.core.pictures import SceneDrawing
-from pftrack_server.schemas.description import SessionDescription
-from pftrack_server.schemas.snapshot import RunSnapshot
+from pftrack_server.sessions.spec import RunSnapshot, SessionDescription
 from pftrack_server.sessions.worker.codec import EncodedDrawing
 from pftrack_server.sessions.worker.commands import Order
 

@@ -20,7 +20,7 @@ from pftrack.runs import reproduction
 from pftrack.runs.run import Run
 from pftrack.sources.limits import DEFAULT_LIMITS
 from pftrack.sources.sequence import open_sequence
-from pftrack_server.schemas.snapshot import Problem
+from pftrack_server.sessions.spec import Problem
 from pftrack_server.sessions.worker.protocol import WorkerConfig
 
 

@@ -25,10 +25,8 @@ from pftrack.runs import checkpoint, record
 from pftrack.runs.loss import Loss
 from pftrack.runs.loss_probability import LossAccount
 from pftrack.runs.run import PastError, Run
-from pftrack_server.schemas.description import SessionDescription
-from pftrack_server.schemas.inspection import InspectionPublic
-from pftrack_server.schemas.snapshot import Goal, RunSnapshot
-from pftrack_server.sessions.worker.commands import Inspect
+from pftrack_server.sessions.spec import Goal, RunSnapshot, SessionDescription
+from pftrack_server.sessions.worker.commands import Inspect, InspectionPublic
 from pftrack_server.sessions.worker.description import describe, describe_timeline
 from pftrack_server.sessions.worker.frame_view import FrameView
 from pftrack_server.sessions.worker.protocol import WorkerConfig

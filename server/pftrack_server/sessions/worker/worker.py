@@ -23,7 +23,7 @@ from pftrack.runs.run import EndOfRun, PastError
 from pftrack.sources.limits import SourceError
 from pftrack.vision.rendering import png, render
 from pftrack_server.core.pictures import PictureEncoder
-from pftrack_server.schemas.snapshot import Goal, Problem, RunSnapshot, differences
+from pftrack_server.sessions.spec import Goal, Problem, RunSnapshot, differences
 from pftrack_server.sessions.worker.codec import DrawingEncoder
 from pftrack_server.sessions.worker.protocol import (
     OPENING,

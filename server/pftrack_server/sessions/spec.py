@@ -7,12 +7,92 @@ name for that: what is declared here and set where it is known travels to the pa
 
 from collections.abc import Mapping
 from enum import StrEnum
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, Literal, NamedTuple, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from pftrack.core.model.parameters import Value
+from pftrack.core.model.drawing import Layer, World
+from pftrack.core.model.marks import Editor
+from pftrack.core.model.measures import How
+from pftrack.core.model.parameters import Declaration, Value
 from pftrack.core.model.recipe import Recipe
+from pftrack.core.model.series import Plot, Reading, Series
+from pftrack.output.exports.formats import Group
+
+
+class MeasurePublic(BaseModel):
+    """The declaration of a measure."""
+
+    name: str
+    title: str
+    description: str = Field(description="Its definition, one sentence")
+    how: How = Field(description="A share of the frames, their median, or how many there were until one missed")
+    unit: str
+    better: Literal["higher", "lower"]
+    source: str = Field(description="Author, title and year of whoever defined it; empty for the project's own")
+
+
+class TrackerPublic(BaseModel):
+    """A tracker that can be chosen."""
+
+    id: str
+    title: str
+    replays: bool = Field(False, description="It says again what was recorded; no seed or setting changes that")
+
+
+class ExportPublic(BaseModel):
+    """A file that can be made of a run, or of the frame that is shown."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    name: str
+    title: str
+    short: str = Field(description="What it is called beside others of its group; the title if empty")
+    suffix: str
+    media_type: str
+    group: Group = Field(description='What kind of thing it is; of "plots", one plot can be asked for by its id')
+
+
+class TruthMark(BaseModel):
+    """The kind of mark by which a person says what is true of a picture."""
+
+    editor: Editor
+    parts: list[str] = Field(description="Where in the mark the values of the columns after the frame's number stand")
+
+
+class SessionDescription(BaseModel):
+    """What is fixed of a session while it lives."""
+
+    title: str
+    subject: str = Field("", description="Its clip, or the preset that it began as; empty if it is neither")
+    unit: str = "px"
+    target: str = "target"
+    series: list[Series] = []
+    plots: list[Plot] = []
+    readings: list[Reading] = []
+    measures: list[MeasurePublic] = []
+    success_measure: str = Field("", description="Name of the measure that decides on success")
+    exports: list[ExportPublic] = Field(
+        [], description="Files that can be made of the run, or of the frame that is shown"
+    )
+    about: list[str] = Field([], description="Parameters to turn first: those that its preset is about")
+    watch: str = Field("", description="What to look at, where it began as a preset that says so")
+    truth_columns: list[str] = Field([], description="Of a table of truth that can be given; empty if none can")
+    truth_mark: TruthMark | None = Field(None, description="How truth is marked in pictures; null if it cannot be")
+    declarations: list[Declaration] = []
+    trackers: list[TrackerPublic]
+    fittable: dict[str, list[str]] = Field({}, description="Numbers that can be fitted to what was seen, by tracker")
+    layers: list[Layer] = []
+    worlds: list[World] = []
+    width: int
+    height: int
+    frame_rate_hz: float
+    frames: int
+
+    def tracker_title(self, tracker: str) -> str:
+        """Return what people call a tracker."""
+        return next((known.title for known in self.trackers if known.id == tracker), tracker)
+
 
 FIRST = "b0"
 """Name of a session's first branch."""
@@ -33,8 +113,10 @@ class Phase(StrEnum):
 
 AWAKE = frozenset({Phase.READY, Phase.PLAYING, Phase.ENDED})
 """There is a worker that listens."""
+
 LIVE = AWAKE | {Phase.STARTING}
 """There is a worker, or there is about to be one."""
+
 TRANSITIONS: Mapping[Phase, frozenset[Phase]] = {
     Phase.SUSPENDED: frozenset({Phase.STARTING, Phase.CLOSED}),
     Phase.CRASHED: frozenset({Phase.STARTING, Phase.CLOSED}),
@@ -43,7 +125,6 @@ TRANSITIONS: Mapping[Phase, frozenset[Phase]] = {
     Phase.CLOSED: frozenset(),
 }
 """To which phases each leads; nothing else is ever made of a session."""
-
 
 Snapshot = TypeVar("Snapshot", bound=BaseModel)
 
@@ -176,3 +257,72 @@ class SessionSnapshot(RunSnapshot):
 def differences(before: Snapshot, after: Snapshot) -> dict[str, Any]:
     """Return the fields of a snapshot that have changed since an earlier one, with their values."""
     return {name: value for name, value in after if value != getattr(before, name)}
+
+
+class BranchSpec(BaseModel):
+    """One branch: where it left which other, and all that makes it again.
+
+    Attributes:
+        title: What people call it.
+        parent: The branch that it left.
+        frame: Where it left that.
+        run: Its run as it was told of last, without the truth, which the session keeps.
+    """
+
+    title: str
+    parent: str | None = None
+    frame: int = 0
+    run: RunSnapshot
+
+
+class SessionSpec(BaseModel):
+    """Everything that is kept of a session.
+
+    Attributes:
+        id: Its name.
+        name: What a person called it; empty if nobody did.
+        sweep: Name of the sweep of which it is a run.
+        upload: Name of the upload that its footage is.
+        follow: Name of the class whose follower has it; it ends with that.
+        truth: Of the footage, once for all branches, since it may have a row for each of thousands of frames.
+        branch: The active branch.
+        branches: By name.
+        branches_made: How many there ever were, so that no name comes twice.
+        bookmarks: In the order of their frames.
+        created: When.
+        remark: What a person should know of it, such as that it came to other numbers than the run that was saved.
+        description: What is fixed of it, as its worker reported it; None before the first one has.
+    """
+
+    id: str
+    name: str = ""
+    sweep: str | None = None
+    upload: str | None = None
+    follow: str | None = None
+    truth: dict[int, tuple[float, ...]] | None = None
+    branch: str = FIRST
+    branches: dict[str, BranchSpec]
+    branches_made: int = 1
+    bookmarks: list[Bookmark] = []
+    created: str = ""
+    remark: str | None = None
+    description: SessionDescription | None = None
+
+    @property
+    def active(self) -> BranchSpec:
+        """The active branch."""
+        return self.branches[self.branch]
+
+    @property
+    def run(self) -> RunSnapshot:
+        """What moves of the active branch, as it was told of last."""
+        return self.active.run
+
+    @property
+    def recipe(self) -> Recipe:
+        """The recipe of the active branch, without the truth."""
+        return self.run.recipe
+
+    def next_branch(self) -> str:
+        """Return a name that no branch had before."""
+        return f"b{self.branches_made}"

@@ -23,10 +23,14 @@ def _not_blank(title: str) -> str:
 
 
 FrameNumber = Annotated[int, Field(ge=0, le=10_000_000), NOT_BOOLEAN]
+
 Name = Annotated[str, Field(max_length=64)]
+
 Values = dict[Name, Any]
+
 Title = Annotated[str, Field(max_length=200), AfterValidator(printable)]
 """What people call something; an empty one leaves that to the server."""
+
 GivenTitle = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(printable), AfterValidator(_not_blank)]
 """The same, where there has to be one."""
 
