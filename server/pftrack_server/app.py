@@ -12,11 +12,10 @@ from pftrack_server.core.body_limit import BodyLimit
 from pftrack_server.core.errors import ErrorBody
 from pftrack_server.core.settings import Settings
 from pftrack_server.follow.access import AccessGuard
-from pftrack_server.web import api_docs, health, pages, scene
-from pftrack_server.web.base_path import BasePath
+from pftrack_server.web import documentation, health, pages, scene
 from pftrack_server.web.errors import install
-from pftrack_server.web.head import HeadAsGet
-from pftrack_server.web.metrics import Metrics, Stopwatch
+from pftrack_server.web.health import Metrics, Stopwatch
+from pftrack_server.web.middleware import BasePath, HeadAsGet
 from pftrack_server.web.routes import router
 from pftrack_server.web.security import Guard
 from pftrack_server.web.services import Services
@@ -64,7 +63,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.include_router(router)
     app.include_router(health.router)
     app.include_router(scene.router)
-    app.include_router(api_docs.router)
+    app.include_router(documentation.router)
     pages.install(app)
     # The last one added is the first to see a request.
     app.add_middleware(AccessGuard)

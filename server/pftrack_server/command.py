@@ -10,15 +10,13 @@ import typer
 def serve(
     filters: Annotated[
         list[Path] | None,
-        typer.Argument(metavar="[FILE.py]...", help="Filters of your own, which stand among the trackers."),
+        typer.Argument(metavar="[FILE.py]...", help="Your own filters, listed among the trackers."),
     ] = None,
-    host: Annotated[
-        str | None, typer.Option(help="Address to listen on; other than loopback asks for a token.")
-    ] = None,
+    host: Annotated[str | None, typer.Option(help="Address to listen on; any but loopback requires a token.")] = None,
     port: Annotated[int | None, typer.Option(help="Port to listen on; 0 takes a free one.")] = None,
-    data_dir: Annotated[Path | None, typer.Option(help="Where uploads, runs and the database live.")] = None,
+    data_dir: Annotated[Path | None, typer.Option(help="Folder for uploads, runs and the database.")] = None,
     base_path: Annotated[
-        str | None, typer.Option(help="What all addresses of the server begin with, such as /any/prefix.")
+        str | None, typer.Option(help="Prefix of all addresses of the server, such as /any/prefix.")
     ] = None,
 ) -> None:
     """Serve the dashboard, and print the link to it."""

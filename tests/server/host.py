@@ -16,7 +16,7 @@ import uvicorn
 from pftrack_server.app import create_app
 from pftrack_server.core.base_path import encode_path
 from pftrack_server.core.settings import Settings
-from pftrack_server.web.connections import configuration
+from pftrack_server.web.serving import configuration
 from tests.session_requests import session_request
 
 

@@ -31,12 +31,12 @@ class Settings(BaseSettings):
 
     host: str = Field("127.0.0.1", description="Address to listen on.")
     port: int = Field(8000, ge=0, le=65535, description="Port to listen on; 0 takes a free one.")
-    data_dir: Path = Field(Path("~/.local/share/pftrack"), description="Where uploads, runs and the database live.")
+    data_dir: Path = Field(Path("~/.local/share/pftrack"), description="Folder for uploads, runs and the database.")
     token: SecretStr | None = Field(None, description="Password of the link; made at start where one is needed.")
     allowed_hosts: Annotated[tuple[str, ...], NoDecode] = Field(
         (), description="Further names under which browsers may reach the server, with commas between."
     )
-    base_path: str = Field("", description="What all addresses of the server begin with, such as /any/prefix.")
+    base_path: str = Field("", description="Prefix of all addresses of the server, such as /any/prefix.")
     trusted_proxies: Annotated[tuple[str, ...], NoDecode] = Field(
         (), description="Addresses and networks of proxies whose X-Forwarded headers count, with commas between."
     )
@@ -48,7 +48,9 @@ class Settings(BaseSettings):
     max_sessions: int = Field(
         24, ge=1, le=1000, description="Sessions with a live worker at one time; one that nobody watches gives way."
     )
-    max_stored_sessions: int = Field(500, ge=1, description="Sessions kept, the suspended ones included.")
+    max_stored_sessions: int = Field(
+        500, ge=1, description="Sessions kept; the oldest suspended one without name and bookmarks gives way."
+    )
     max_branches: int = Field(24, ge=1, description="Branches of one session.")
     max_frames: int = Field(20_000, ge=2, description="Frames of one run.")
     max_pixels: int = Field(1920 * 1080 * 2, ge=1, description="Pixels of one frame of an upload.")

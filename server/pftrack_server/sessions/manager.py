@@ -134,11 +134,8 @@ class Manager:
             Exception: Whatever refused the spec, or failed in preparing.
         """
         await asyncio.to_thread(self._store.disk_budget.check)
-        if len(self._sessions) >= self._settings.max_stored_sessions:
-            raise UnavailableError(
-                f"The server keeps at most {self._settings.max_stored_sessions} sessions, the suspended ones included; "
-                "end one first."
-            )
+        while len(self._sessions) >= self._settings.max_stored_sessions:
+            await self._drop_oldest()
         if spec.id in self._sessions:
             raise ConflictError(f"There is already a session {spec.id}.")
         session = self._session(spec)
@@ -253,6 +250,19 @@ class Manager:
                 )
             longest_left = min(unused, key=lambda session: session.left)
             await longest_left.suspend("Another session needed the place; this one continues where it was.")
+
+    async def _drop_oldest(self) -> None:
+        """End the session that was left longest ago, of those without worker, name and bookmarks."""
+        asleep = {Phase.SUSPENDED, Phase.CRASHED}
+        plain = [it for it in self._sessions.values() if it.phase in asleep and not (it.spec.name or it.spec.bookmarks)]
+        if not plain:
+            raise UnavailableError(
+                f"The server keeps at most {self._settings.max_stored_sessions} sessions, and each of them is open, "
+                "named or bookmarked. End some in My work, and try again."
+            )
+        oldest = min(plain, key=lambda session: session.left)
+        log.info("a session gives way to a new one", session=oldest.spec.id)
+        await self.end(oldest)
 
     def _session(self, spec: SessionSpec) -> Session:
         return Session(spec, self._settings, self.config)

@@ -1,5 +1,7 @@
 """Every exception becomes an answer in the one shape of errors, also one that nobody expected."""
 
+import asyncio
+import json
 import sys
 from http import HTTPStatus
 from typing import Any
@@ -23,7 +25,6 @@ from pftrack.sweep.axis import SweepError
 from pftrack_server.core.base_path import route_path
 from pftrack_server.core.errors import ApiError, response, shape
 from pftrack_server.store.system_errors import describe
-from pftrack_server.web.long_numbers import field_of_long_number
 
 log = structlog.get_logger(__name__)
 
@@ -45,6 +46,12 @@ class ErrorBoundary:
 
         try:
             await self._app(scope, receive, note_start)
+        except asyncio.CancelledError:
+            # Nothing but the end of the server cancels a request; uvicorn would write a traceback of it.
+            if scope["type"] != "http" or begun:
+                raise
+            message = "The server is being stopped. Try again when it is back."
+            await response(HTTPStatus.SERVICE_UNAVAILABLE, shape(message))(scope, receive, send)
         except Exception:
             if scope["type"] != "http":
                 raise
@@ -164,3 +171,28 @@ def _first(error: RequestValidationError) -> dict[str, Any]:
 
 def _sentence_case(text: str) -> str:
     return text[:1].upper() + text[1:]
+
+
+TOO_LONG = object()
+
+
+def field_of_long_number(body: bytes) -> str | None:
+    """Return the name of the first field whose whole number has too many digits; None if there is none."""
+    most = sys.get_int_max_str_digits()
+
+    def read(digits: str) -> object:
+        return TOO_LONG if most and len(digits.lstrip("-")) > most else 0
+
+    try:
+        found = _find(json.loads(body, parse_int=read), ())
+    except (ValueError, RecursionError):
+        return None
+    return None if found is None else ".".join(found)
+
+
+def _find(value: Any, place: tuple[str, ...]) -> tuple[str, ...] | None:  # noqa: ANN401 - any JSON
+    if value is TOO_LONG:
+        return place
+    members = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    below = (_find(member, (*place, str(name))) for name, member in members)
+    return next((found for found in below if found is not None), None)

@@ -13,7 +13,7 @@ say so.
    sees a page that asks for it. Those who come by the link of a class have none; they are checked at its own door
    (`pftrack_server.follow.access`), to which all addresses below `/f/` lead.
 
-Scheme, host and path are by then those that the browser has used (`pftrack_server.web.base_path`).
+Scheme, host and path are by then those that the browser has used (`pftrack_server.web.middleware`).
 """
 
 import hashlib

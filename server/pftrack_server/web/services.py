@@ -21,7 +21,7 @@ from pftrack_server.store import Store
 from pftrack_server.store.filters import FilterFiles
 from pftrack_server.sweeps.manager import Sweeps
 from pftrack_server.uploads.suitability import Suitabilities
-from pftrack_server.web.metrics import Metrics
+from pftrack_server.web.health import Metrics
 from pftrack_server.work.explorations import Explorations
 from pftrack_server.work.sources import House
 

@@ -1,28 +1,141 @@
-"""Serving: what `pftrack serve` does, from the settings to the end of the server."""
+"""Serving: what `pftrack serve` does, from the settings to the end of the server.
 
+A connection that says nothing keeps nobody out. A client has some seconds to send the head of a request, which has a
+longest length, and some to send the next one after an answer. When the process has nearly as many connections as it may
+have files, those that have been silent for longest make room. Bodies have a limit of their own
+(`pftrack_server.core.body_limit`); a proxy watches over slow clients.
+"""
+
+import asyncio
 import errno
 import gc
 import logging
 import signal
 import socket
 import sys
+import time
 from collections.abc import Callable, Mapping
-from typing import NoReturn
+from http import HTTPStatus
+from typing import Any, NoReturn
 
 import structlog
 import uvicorn
 from fastapi import FastAPI
 from pydantic import ValidationError
+from starlette.types import ASGIApp
+from uvicorn.protocols.http.httptools_impl import STATUS_LINE, HttpToolsProtocol
 
-from pftrack_server.core.resource_limits import name_cpu_limit, notices, too_few_files
+from pftrack_server.core.errors import response, shape
+from pftrack_server.core.resource_limits import most_connections, name_cpu_limit, notices, too_few_files
 from pftrack_server.core.settings import Settings
 from pftrack_server.store import Store
-from pftrack_server.web.connections import configuration
 
 log = structlog.get_logger(__name__)
 
 GRACE_S = 5
 FAILED, WRONG_USE = 1, 2
+
+HEAD_S = 20.0
+"""Time for the head of a request."""
+LARGEST_HEAD = 64 * 1024
+LARGEST_MESSAGE = 64 * 1024
+CLOSING = {"connection": "close"}
+
+
+class Connection(HttpToolsProtocol):
+    """A connection of uvicorn's that ends when no request comes."""
+
+    silent_since: float | None = None
+    """When it began to wait for a request; None while there is one."""
+    _deadline: asyncio.TimerHandle | None = None
+    _head_bytes: int | None = None
+    """Length of the head so far; None while none is coming."""
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]  # as uvicorn's own
+        """Begin to wait, in the place of one that has waited longer if there are too many."""
+        super().connection_made(transport)
+        self._wait()
+        if len(self.connections) > most_connections():
+            known = [each for each in self.connections if isinstance(each, Connection) and each is not self]
+            silent = [(each.silent_since, each) for each in known if each.silent_since is not None]
+            if silent:
+                min(silent, key=lambda pair: pair[0])[1].transport.abort()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Wait no longer."""
+        self._on_activity()
+        super().connection_lost(exc)
+
+    def data_received(self, data: bytes) -> None:
+        """Give up a head that is too long."""
+        super().data_received(data)
+        if self._head_bytes is not None:
+            self._head_bytes += len(data)
+            if self._head_bytes > LARGEST_HEAD:
+                self.transport.abort()
+
+    def send_400_response(self, msg: str) -> None:
+        """Refuse what is not HTTP, or no address, in the shape of every error."""
+        del msg  # plain text
+        answer = response(HTTPStatus.BAD_REQUEST, shape("What was sent is no valid HTTP request"), CLOSING)
+        lines = [STATUS_LINE[answer.status_code], *(b"%b: %b\r\n" % header for header in answer.raw_headers), b"\r\n"]
+        self.transport.write(b"".join(lines) + bytes(answer.body))
+        self.transport.close()
+
+    def on_message_begin(self) -> None:
+        """Give the rest of the head its time."""
+        super().on_message_begin()
+        self._head_bytes = 0
+        self._wait()
+
+    def on_headers_complete(self) -> None:
+        """Wait no longer: there is a request."""
+        super().on_headers_complete()
+        self._head_bytes = None
+        self._on_activity()
+
+    def on_response_complete(self) -> None:
+        """Wait for the next request: uvicorn's own deadline ends with any byte, as of a body that nobody reads."""
+        has_next = bool(self.pipeline)
+        super().on_response_complete()
+        if not has_next:
+            self._wait()
+
+    def _wait(self) -> None:
+        self._on_activity()
+        self.silent_since = time.monotonic()
+        self._deadline = self.loop.call_later(HEAD_S, self._give_up)
+
+    def _on_activity(self) -> None:
+        self.silent_since = None
+        if self._deadline is not None:
+            self._deadline.cancel()
+            self._deadline = None
+
+    def _give_up(self) -> None:
+        self.transport.abort()
+
+
+def configuration(app: ASGIApp, **more: Any) -> uvicorn.Config:  # noqa: ANN401 - uvicorn's own options
+    """Return how uvicorn serves the app.
+
+    Args:
+        app: What is served.
+        **more: Further options of `uvicorn.Config`.
+    """
+    return uvicorn.Config(
+        app,
+        http=Connection,
+        ws="websockets-sansio",
+        log_config=None,
+        access_log=False,
+        server_header=False,
+        proxy_headers=False,
+        ws_max_size=LARGEST_MESSAGE,
+        # Particles hardly shrink, and deflating them takes ten times as long as sending them.
+        ws_per_message_deflate=False,
+        **more,
+    )
 
 
 class AnnouncingServer(uvicorn.Server):

@@ -11,7 +11,7 @@ from websockets.sync.client import connect
 
 from pftrack_server.core.base_path import address_of, encode_path, read_base_path, route_path
 from pftrack_server.core.settings import Settings
-from pftrack_server.web.base_path import BasePath
+from pftrack_server.web.middleware import BasePath
 from tests.apart import run
 from tests.conftest import BASE
 from tests.server.host import begin, error_of

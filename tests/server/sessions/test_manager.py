@@ -165,3 +165,16 @@ def test_probes_come_one_after_the_other(client: httpx.Client, server: Server) -
         asked = [pool.submit(client.get, "/readyz") for _ in range(8)]
         assert all(each.result().status_code == 200 for each in asked)
     assert most == 1
+
+
+def test_the_oldest_plain_session_gives_way(start_server: Any) -> None:
+    """At the limit a suspended session without name and bookmarks ends for a new one; else the new one is refused."""
+    with start_server(max_stored_sessions=2) as (server, client):
+        named, plain = (begin(client)["id"] for _ in range(2))
+        client.patch(f"/api/v1/sessions/{named}", json={"name": "Keep"})
+        body = session_request({"experiment": "ball"})
+        assert "My work" in error_of(client.post("/api/v1/sessions", json=body), 503)["message"]
+        for name in (named, plain):
+            server.run(server.manager.get(name).suspend("Nobody is here."))
+        newest = begin(client)["id"]
+        assert [each["id"] for each in client.get("/api/v1/sessions").json()] == [newest, named]

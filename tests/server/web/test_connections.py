@@ -11,10 +11,9 @@ from typing import Any
 
 import httpx
 import pytest
-import uvicorn
 
 from pftrack_server.core.body_limit import BodyLimit
-from pftrack_server.web import connections
+from pftrack_server.web import serving
 from tests.apart import run
 from tests.conftest import BASE
 from tests.server import hostile
@@ -40,7 +39,7 @@ def test_a_connection_without_a_request_ends(start_server: Any, monkeypatch: pyt
     with start_server() as (server, _):
         for first in (b"", START + b"healthz HTTP/1.1\r\nHost: localhost\r\n\r\n"):
             # On a busy machine a first request takes its time.
-            monkeypatch.setattr(connections, "HEAD_S", 20.0 if first else 0.3)
+            monkeypatch.setattr(serving, "HEAD_S", 20.0 if first else 0.3)
             with (
                 socket.create_connection(("127.0.0.1", server.port), timeout=30) as raw,
                 contextlib.suppress(BrokenPipeError, ConnectionResetError),
@@ -48,7 +47,7 @@ def test_a_connection_without_a_request_ends(start_server: Any, monkeypatch: pyt
                 if first:
                     raw.sendall(first)
                     assert b"200 OK" in raw.recv(4000)
-                    monkeypatch.setattr(connections, "HEAD_S", 0.3)
+                    monkeypatch.setattr(serving, "HEAD_S", 0.3)
                     # The time of the next head had begun to run before; that of the one after it is the new one.
                     raw.sendall(first)
                 raw.sendall(said)
@@ -76,7 +75,7 @@ def test_what_comes_after_an_early_answer_keeps_no_connection(
     """Neither a body that nobody reads nor empty lines put off the end."""
     with start_server(token=TOKEN) as (server, _), socket.create_connection(("127.0.0.1", server.port), 30) as raw:
         length = 1_000_000 if said.strip() else 0
-        monkeypatch.setattr(connections, "HEAD_S", 1.0)
+        monkeypatch.setattr(serving, "HEAD_S", 1.0)
         raw.sendall(b"POST %s/ HTTP/1.1\r\nHost: localhost\r\nContent-Length: %d\r\n\r\n" % (BASE.encode(), length))
         assert raw.recv(4000).startswith(b"HTTP/1.1 401")
         with contextlib.suppress(BrokenPipeError, ConnectionResetError):
@@ -96,71 +95,9 @@ def test_a_head_has_a_longest_length(server: Server) -> None:
             raise AssertionError("ten million bytes of headers were taken")
 
 
-UPGRADE = (
-    b"GET / HTTP/1.1\r\nHost: localhost\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
-    b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
-)
-
-
-async def generous(scope: Any, receive: Any, send: Any) -> None:
-    """Send more than any buffer holds."""
-    part = bytes(1 << 20)
-    if scope["type"] == "lifespan":
-        return
-    if scope["type"] == "http":
-        await send({"type": "http.response.start", "status": 200, "headers": []})
-        for _ in range(200):
-            await send({"type": "http.response.body", "body": part, "more_body": True})
-        return
-    await send({"type": "websocket.accept"})
-    while True:
-        await send({"type": "websocket.send", "bytes": part})
-
-
-@pytest.mark.parametrize(
-    "request_of", [b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n", UPGRADE], ids=["answer", "stream"]
-)
-def test_who_takes_nothing_is_given_up(monkeypatch: pytest.MonkeyPatch, request_of: bytes) -> None:
-    """It would hold its connection for good; whoever takes a little all the time is served."""
-    monkeypatch.setattr(connections, "TAKING_S", 0.5)
-
-    async def narrow(port: int) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
-        raw = socket.socket()
-        raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-        raw.connect(("127.0.0.1", port))
-        reader, writer = await asyncio.open_connection(sock=raw, limit=1)
-        writer.write(request_of)
-        return reader, writer
-
-    async def act() -> None:
-        listening = socket.create_server(("127.0.0.1", 0))
-        listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
-        server = uvicorn.Server(connections.configuration(generous, lifespan="off"))
-        serving = asyncio.create_task(server.serve(sockets=[listening]))
-        ends = [await narrow(listening.getsockname()[1]) for _ in range(2)]
-        _, (slow, _) = ends
-        open_connections = server.server_state.connections
-        async with asyncio.timeout(30):
-            most = 0
-            while not (most == 2 and len(open_connections) == 1):
-                most = max(most, len(open_connections))
-                assert await slow.read(1 << 20)
-                await asyncio.sleep(0.02)
-        for _ in range(100):
-            assert await slow.read(1 << 20)
-            await asyncio.sleep(0.02)
-        assert len(open_connections) == 1
-        for _, writer in ends:
-            writer.transport.abort()
-        server.should_exit = True
-        await serving
-
-    run(act())
-
-
 def test_silent_connections_make_room(start_server: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """When there are too many, those that have been silent for longest end, and requests are answered all the time."""
-    monkeypatch.setattr(connections, "most_connections", lambda: 20)
+    monkeypatch.setattr(serving, "most_connections", lambda: 20)
     with start_server() as (server, client):
         silent = []
         for _ in range(60):
@@ -172,32 +109,6 @@ def test_silent_connections_make_room(start_server: Any, monkeypatch: pytest.Mon
             assert other.get("/healthz").status_code == 200
         for raw in silent:
             raw.close()
-
-
-def test_slow_uploads_make_room(start_server: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """When there are too many, those that come most slowly end; others are answered, and none holds a file open."""
-    monkeypatch.setattr(connections, "most_connections", lambda: 20)
-    monkeypatch.setattr(connections, "SLOW_S", 0.0)
-    part = b'--x\r\nContent-Disposition: form-data; name="file"; filename="a.mp4"\r\n\r\n' + bytes(1000)
-    head = (
-        f"POST {BASE}/api/v1/uploads HTTP/1.1\r\nHost: localhost\r\nContent-Length: 100000\r\n"
-        "Content-Type: multipart/form-data; boundary=x\r\n\r\n"
-    )
-    incoming = tmp_path / "data" / "incoming"
-    with start_server() as (server, _), contextlib.ExitStack() as held:
-        slow = []
-        for number in range(40):
-            raw = held.enter_context(socket.create_connection(("127.0.0.1", server.port), timeout=30))
-            raw.sendall(head.encode() + part)
-            slow.append(raw)
-            if number == 10:
-                wait_for(lambda: len([path for path in incoming.glob("*/*") if path.stat().st_size]) == 11)
-                links = [str(link.readlink()) for link in Path("/proc/self/fd").iterdir() if link.is_symlink()]
-                assert not [link for link in links if link.startswith(str(incoming))]
-        with httpx.Client(base_url=server.url) as other:
-            assert other.get("/healthz").status_code == 200
-        wait_for(lambda: len(server.uvicorn.server_state.connections) <= 20)
-        assert sum(is_closed(raw) for raw in slow[:10]) >= 5
 
 
 def test_a_body_that_pauses_is_given_up() -> None:

@@ -2,7 +2,7 @@
 
 from starlette.types import Message, Receive, Scope, Send
 
-from pftrack_server.web.head import HeadAsGet
+from pftrack_server.web.middleware import HeadAsGet
 from tests.apart import run
 
 

@@ -1,4 +1,4 @@
-"""Pages that are left before their websocket is open, or take nothing from it."""
+"""Pages that are left before they are answered, by the page or by a server that stops."""
 
 import asyncio
 import socket
@@ -14,8 +14,8 @@ from structlog.testing import capture_logs
 from uvicorn.protocols.utils import ClientDisconnected
 
 from pftrack_server.sessions.duplex import converse
-from pftrack_server.web.connections import configuration
-from pftrack_server.web.errors import install
+from pftrack_server.web.errors import ErrorBoundary, install
+from pftrack_server.web.serving import configuration
 from tests.apart import run
 from tests.waiting import wait_for
 
@@ -45,6 +45,30 @@ def test_a_page_that_is_left_is_no_error_of_the_system() -> None:
     with capture_logs() as logged, pytest.raises(ClientDisconnected):
         run(app(scope, receive, send))
     assert logged == []
+
+
+def test_a_request_that_the_end_of_the_server_cuts_off_is_answered() -> None:
+    """Uvicorn cancels what takes too long when it stops; that is an answer, and no traceback."""
+    sent: list[Message] = []
+
+    async def wait_for_ever(*_: object) -> None:
+        await asyncio.Event().wait()
+
+    async def receive() -> Message:
+        return {"type": "http.request"}
+
+    async def send(message: Message) -> None:
+        sent.append(message)
+
+    async def act() -> None:
+        request = asyncio.ensure_future(ErrorBoundary(wait_for_ever)({"type": "http"}, receive, send))
+        await asyncio.sleep(0)
+        request.cancel()
+        await request
+
+    run(act())
+    assert sent[0]["status"] == 503
+    assert b"being stopped" in sent[1]["body"]
 
 
 OPENING = (

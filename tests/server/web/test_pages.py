@@ -10,7 +10,7 @@ import pytest
 from pftrack.core.model.parameters import declarations
 from pftrack.experiments import EXPERIMENTS
 from pftrack_server.web import pages
-from pftrack_server.web.metrics import METHODS
+from pftrack_server.web.health import METHODS
 from tests.server.host import begin, steer
 
 

@@ -1,4 +1,4 @@
-"""Where the server is for a browser, which a proxy in front of it may have changed.
+"""A request as the browser has sent it, whatever a proxy has made of it; and HEAD, which is answered as GET.
 
 What a trusted proxy says takes the place of what the request itself says: `X-Forwarded-Proto` that of the scheme,
 `X-Forwarded-Host` that of the host, and `X-Forwarded-Prefix` is what the proxy has taken off the path, which comes
@@ -8,6 +8,9 @@ named one, or with a Host that is not this server's: a page of a stranger, opene
 send such headers as well.
 
 What lies outside the base does not exist.
+
+Whatever can be fetched can be asked for its headers alone (RFC 9110, section 9.3.2). FastAPI's routes know GET alone,
+so everything behind sees a GET, and of the answer only the head goes out.
 """
 
 import ipaddress
@@ -15,7 +18,7 @@ from http import HTTPStatus
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import RedirectResponse
-from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from pftrack_server.core.base_path import address_of, encode_path, read_base_path
 from pftrack_server.core.settings import Settings
@@ -97,3 +100,30 @@ class BasePath:
 def _last(headers: Headers, name: str) -> str:
     """Return what the nearest proxy says: each puts what it adds behind what was there."""
     return headers.getlist(name)[-1].rpartition(",")[2].strip() if name in headers else ""
+
+
+class HeadAsGet:
+    """ASGI middleware that answers HEAD with the head of the answer to GET."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass a request on."""
+        if scope["type"] != "http" or scope["method"] != "HEAD":
+            await self._app(scope, receive, send)
+            return
+        ended = False
+
+        async def receive_until_ended() -> Message:
+            return {"type": "http.disconnect"} if ended else await receive()
+
+        async def send_head(message: Message) -> None:
+            nonlocal ended
+            if message["type"] != "http.response.body":
+                await send(message)
+            elif not ended:
+                ended = True
+                await send({"type": "http.response.body", "body": b""})
+
+        await self._app({**scope, "method": "GET"}, receive_until_ended, send_head)
