@@ -5,15 +5,11 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import astuple, dataclass, replace
-from math import isnan
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
-from rich.progress import Progress as Bar
 from typer.core import TyperGroup
 
 from pftrack.cli.experiments import PresetName, TrackerName, find_experiment, find_preset, read_filters, with_filters
@@ -23,6 +19,7 @@ from pftrack.cli.output import (
     CommandError,
     Jobs,
     Json,
+    Tick,
     assign,
     check_writable,
     compiling,
@@ -47,7 +44,7 @@ if TYPE_CHECKING:
     from pftrack.core.model.source import Kind
     from pftrack.experiments.experiment import Experiment
     from pftrack.filters.learning.diffusion import Guidance, Learned
-    from pftrack.sweep import Plan, Progress, Result
+    from pftrack.sweep import Plan, Progress
     from pftrack.sweep.work import Recording
 
 
@@ -292,9 +289,11 @@ def _compute(
 ) -> None:
     from pftrack.sweep import carry_out, summary
     from pftrack.sweep.axis import SweepStopped
+    from pftrack.sweep.report.study import Study, totals
 
     begun = perf_counter()
-    with _stoppable() as stop, _bar(plan.experiment if plan else out.stem) as show:
+    with _stoppable() as stop, progress(plan.experiment if plan else out.stem) as tick:
+        show = _Shown(tick)
         try:
             result = carry_out(plan, out, jobs=jobs, cluster=cluster, recording=recording, progress=show, stop=stop)
         except SweepStopped:
@@ -307,55 +306,26 @@ def _compute(
     if json:
         emit(figures)
     else:
-        _print(result, float(figures["seconds"]))
+        for shown in totals(Study.of(result)):
+            table(shown.title, shown.columns, shown.rows)
+            typer.echo("")
+        typer.echo(f"{result.plan.runs:,} rows in {result.path}, {_duration(float(figures['seconds']))}")
     if figures["problems"]:
         note(f"pftrack: {figures['problems']:,} runs could not be computed; the column problem says why")
-
-
-def _print(result: "Result", seconds: float) -> None:
-    from pftrack.core.model.measures import MEAN_LOSS_PROBABILITY
-    from pftrack.sweep.cells import cells
-
-    rows = []
-    plan, judged = result.plan, result.plan.has_truth
-    said = [it for it in plan.measures if not judged or it is MEAN_LOSS_PROBABILITY]
-    for name, found in cells(result).items():
-        rate = f"{found.rate[0, 0]:.3f}" if found.judged[0, 0] else ""
-        interval = f"{found.low[0, 0]:.3f} to {found.high[0, 0]:.3f}" if found.judged[0, 0] else ""
-        error = "" if isnan(found.mean_error[0, 0]) else f"{found.mean_error[0, 0]:.4g}"
-        by_itself = (found.measures[it.name][0, 0] for it in said)
-        numbers = ["" if isnan(it) else f"{it:.4g}" for it in by_itself]
-        rows.append((name, f"{found.runs[0, 0]:,}", *((rate, interval, error) if judged else ()), *numbers))
-    columns = [*(("success", "95 % interval", "mean error") if judged else ()), *(it.title.lower() for it in said)]
-    table("", ("tracker", "runs", *columns), rows)
-    typer.echo(f"\n{plan.runs:,} rows in {result.path}, {_duration(seconds)}")
 
 
 class _Shown:
     """What the progress bar shows, and how many lost workers were reported."""
 
-    def __init__(self, bar: Bar, title: str) -> None:
-        self.seen = 0, 0
-        self._bar, self._task = bar, bar.add_task(title, total=None, rate="", left="")
-        self._lost = 0
+    def __init__(self, tick: Tick) -> None:
+        self.seen, self._tick, self._lost = (0, 0), tick, 0
 
     def __call__(self, progress: "Progress") -> None:
         self.seen = progress.done, progress.runs
-        rate = f"{progress.rate:,.0f} runs/s" if progress.rate else "measuring"
-        left = "" if progress.seconds_left is None else f"{_duration(progress.seconds_left)} left"
-        self._bar.update(self._task, completed=progress.done, total=progress.runs, rate=rate, left=left)
+        self._tick(*self.seen)
         if progress.lost_workers > self._lost:
             self._lost = progress.lost_workers
             note("pftrack: a worker was lost; its chunk is computed again")
-
-
-@contextmanager
-def _bar(title: str) -> Iterator[_Shown]:
-    console = Console(stderr=True)
-    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()
-    more = TextColumn("{task.fields[rate]}"), TextColumn("{task.fields[left]}")
-    with Bar(*columns, *more, console=console, transient=True, disable=not console.is_terminal) as bar:
-        yield _Shown(bar, title)
 
 
 @contextmanager

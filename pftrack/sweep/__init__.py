@@ -33,6 +33,7 @@ from pftrack.sweep.cells import (
     quantity_named,
     samples,
     significance,
+    summary,
 )
 from pftrack.sweep.driver import Estimate, Progress, carry_out, estimate
 from pftrack.sweep.journal import (
@@ -45,7 +46,6 @@ from pftrack.sweep.journal import (
     read_result,
     resume,
     rows_of,
-    summary,
 )
 from pftrack.sweep.plan import Plan, Single
 from pftrack.sweep.work import Recording

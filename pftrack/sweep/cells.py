@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from itertools import pairwise
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -204,6 +204,21 @@ def cells(source: Result | Counts, x: str | None = None, y: str | None = None) -
     """
     counts = source if isinstance(source, Counts) else _count(source, x, y)
     return {name: _map(counts, place) for place, name in enumerate(counts.plan.trackers)}
+
+
+def summary(result: Result) -> dict[str, Any]:
+    """Return the runs, those with a problem, and the success rate over all and by tracker; rates null if not judged."""
+    totals = cells(result)
+    judged, successes = (
+        {name: int(getattr(one, which)[0, 0]) for name, one in totals.items()} for which in ("judged", "successes")
+    )
+    total = sum(judged.values())
+    return {
+        "runs": sum(int(one.runs[0, 0]) for one in totals.values()),
+        "problems": sum(int(one.problems[0, 0]) for one in totals.values()),
+        "success_rate": sum(successes.values()) / total if total else None,
+        "success_rate_by_tracker": {name: successes[name] / count if count else None for name, count in judged.items()},
+    }
 
 
 def significance(

@@ -400,24 +400,3 @@ def _literal(column: arrow.Array) -> arrow.Array:
     """Return a column of texts as cells of CSV; each text is looked at once, however often it is there."""
     encoded = column.combine_chunks().dictionary_encode()
     return arrow.array([literal(it) for it in encoded.dictionary.to_pylist()], arrow.string()).take(encoded.indices)
-
-
-def summary(result: Result) -> dict[str, Any]:
-    """Return the runs, those with a problem, and the success rate over all and by tracker; rates null if not judged."""
-    runs = problems = 0
-    judged = dict.fromkeys(result.plan.trackers, 0)
-    successes = dict.fromkeys(result.plan.trackers, 0)
-    for piece in result.pieces(["tracker", "success", "problem"]):
-        runs += len(piece)
-        problems += len(piece) - piece["problem"].null_count
-        counted = piece.group_by("tracker").aggregate([("success", "count"), ("success", "sum")])
-        for row in counted.to_pylist():
-            judged[row["tracker"]] += row["success_count"]
-            successes[row["tracker"]] += row["success_sum"] or 0
-    total = sum(judged.values())
-    return {
-        "runs": runs,
-        "problems": problems,
-        "success_rate": sum(successes.values()) / total if total else None,
-        "success_rate_by_tracker": {name: successes[name] / count if count else None for name, count in judged.items()},
-    }

@@ -2,7 +2,3 @@
 
 `study` says what is looked at and has its numbers; `files` draws it, and writes both, with the page.
 """
-
-from pftrack.sweep.report.files import Report, export_result, write_report
-
-__all__ = ["Report", "export_result", "write_report"]

@@ -49,8 +49,19 @@ from pftrack.output.figures.style import (
 )
 from pftrack.runs.manifest import FORMAT
 from pftrack.sweep.axis import Axis, SweepError, find_declaration
-from pftrack.sweep.cells import COMMON, SUCCESS, TEST_TITLES, CellMap, Code, Comparison, Correction, Quantity, samples
-from pftrack.sweep.journal import Result, csv_pieces, summary
+from pftrack.sweep.cells import (
+    COMMON,
+    SUCCESS,
+    TEST_TITLES,
+    CellMap,
+    Code,
+    Comparison,
+    Correction,
+    Quantity,
+    samples,
+    summary,
+)
+from pftrack.sweep.journal import Result, csv_pieces
 from pftrack.sweep.report.study import Study, Table, format_value, label, tables
 
 # Figures of a report: curves and boxes over one axis at a time, and maps over two.

@@ -5,7 +5,7 @@ There are tables of success by tracker and along every axis, and of one tracker 
 
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
+from itertools import combinations, compress
 from math import isnan
 from typing import Literal
 
@@ -207,7 +207,12 @@ def tables(study: Study) -> tuple[Table, ...]:
     """Return all tables."""
     along = tuple(_along(study, axis) for axis in study.result.plan.axes if len(axis.values) > 1)
     compared = tuple(_compare(study, quantity) for quantity in study.quantities if study.pairs)
-    return (_by_tracker(study), *_measures(study), *along, *compared)
+    return (*totals(study), *along, *compared)
+
+
+def totals(study: Study) -> tuple[Table, ...]:
+    """Return the tables of what came of each tracker, over all runs."""
+    return (_by_tracker(study), *_measures(study))
 
 
 def _by_tracker(study: Study) -> Table:
@@ -228,7 +233,9 @@ def _by_tracker(study: Study) -> Table:
             )
         )
     columns = "tracker", "runs", "success", "95 % interval", error, "lost frames", "not computed"
-    return Table("By tracker", columns, tuple(rows))
+    kept = [any(texts) for texts in zip(*rows, strict=True)]
+    columns, *shown = (tuple(compress(line, kept)) for line in (columns, *rows))
+    return Table("By tracker", columns, tuple(shown))
 
 
 def _measures(study: Study) -> tuple[Table, ...]:
