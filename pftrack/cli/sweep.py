@@ -44,7 +44,8 @@ if TYPE_CHECKING:
     from pftrack.core.model.source import Kind
     from pftrack.experiments.experiment import Experiment
     from pftrack.filters.learning.diffusion import Guidance, Learned
-    from pftrack.sweep import Plan, Progress
+    from pftrack.sweep import Plan
+    from pftrack.sweep.driver import Progress
     from pftrack.sweep.work import Recording
 
 

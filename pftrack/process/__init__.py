@@ -6,19 +6,8 @@ read what came from elsewhere (`calls`): alone for one task, or kept in a pool (
 they do not need (`limits`): memory, processor time, files, the network, and what a fork has brought along.
 """
 
-from pftrack.process.calls import Fault, Outcome, Refusal, Reply, Step, report
-from pftrack.process.child import (
-    AsyncEnd,
-    BlockingEnd,
-    Child,
-    Ending,
-    command,
-    describe,
-    ending,
-    environment,
-    pair,
-    run,
-)
+from pftrack.process.calls import Fault, Outcome, Refusal, Reply, report
+from pftrack.process.child import AsyncEnd, BlockingEnd, Child, Ending, describe, ending, run
 from pftrack.process.fork_server import ForkServer
 from pftrack.process.limits import (
     MEBIBYTE,
@@ -28,7 +17,6 @@ from pftrack.process.limits import (
     end_with_parent,
     give_way,
     leave_interrupts_to_parent,
-    stand_alone,
     take_secret,
 )
 from pftrack.process.pool import BackgroundLoop, BlockingPool, CallError, Pool, Worker, WorkerLostError, run_task
@@ -50,21 +38,16 @@ __all__ = [
     "Pool",
     "Refusal",
     "Reply",
-    "Step",
     "Worker",
     "WorkerLostError",
-    "command",
     "confine",
     "describe",
     "end_with_parent",
     "ending",
-    "environment",
     "give_way",
     "leave_interrupts_to_parent",
-    "pair",
     "report",
     "run",
     "run_task",
-    "stand_alone",
     "take_secret",
 ]

@@ -33,19 +33,10 @@ from time import process_time
 from pydantic import with_config
 
 from pftrack.core.texts import CLOSED, read_as
-from pftrack.reproduce.finding import (
-    Entry,
-    Finding,
-    Form,
-    Record,
-    describe_verdicts,
-    hash_sources,
-    not_run,
-    read_record,
-)
+from pftrack.reproduce.finding import Entry, Finding, Form, Record, hash_sources, not_run
 from pftrack.reproduce.pool import Pool
 
-__all__ = ["RESULTS", "Entry", "Finding", "Pool", "Record", "describe_verdicts", "is_older", "read_record", "reproduce"]
+__all__ = ["RESULTS", "is_older", "reproduce"]
 
 
 @with_config(CLOSED)

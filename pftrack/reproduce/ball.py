@@ -25,10 +25,10 @@ from pftrack.experiments.shared.recording import LAYOUTS
 from pftrack.reproduce.finding import Finding, References
 from pftrack.reproduce.pool import RUNS_A_PIECE, Pool
 from pftrack.sweep import Plan, Result
-from pftrack.sweep import compare as compare_methods
 from pftrack.sweep.axis import Axis
 from pftrack.sweep.cells import CellMap, Code, quantity_named, samples, significance
 from pftrack.sweep.cells import cells as map_cells
+from pftrack.sweep.cells import compare as compare_methods
 from pftrack.sweep.table import Chunks
 from pftrack.sweep.work import as_text, compute_chunk
 

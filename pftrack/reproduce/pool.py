@@ -23,9 +23,9 @@ from pftrack.core.model.tracker import Diagnostics
 from pftrack.experiments import find
 from pftrack.output.figures.style import save
 from pftrack.runs.run import Run
-from pftrack.sweep import Plan, Progress, Result, carry_out, partial_of, read_result
+from pftrack.sweep import Plan, Result, carry_out, partial_of, read_result
 from pftrack.sweep.axis import SweepError
-from pftrack.sweep.driver import hand_out, open_workers
+from pftrack.sweep.driver import Progress, hand_out, open_workers
 from pftrack.sweep.work import Workers
 from pftrack.vision.rendering import png
 

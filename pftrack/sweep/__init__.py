@@ -11,83 +11,36 @@ truth is not known, runs are measured by what the tracker says of itself.
 
 What methods are compared by is a *quantity*: success, the error, or a measure that the experiment declares.
 
-In order of use: `parse_axis`, `Plan`, `begin` or `carry_out`, `resume`, `read_result`, `cells`, `samples`, `compare`.
+In order of use: `parse_axis`, `Plan`, `begin` or `carry_out`, `resume`, `read_result`, `cells`, `compare`;
+`pftrack.sweep.cells` has what is compared, `pftrack.sweep.journal` the files.
 """
 
 from pftrack.sweep.axis import MOST_RUNS, Axis, SweepError, SweepStopped, parse_axis
-from pftrack.sweep.cells import (
-    CellMap,
-    Code,
-    Comparison,
-    Counts,
-    Paired,
-    Quantity,
-    Samples,
-    Significance,
-    UsedTest,
-    cells,
-    columns,
-    compare,
-    count,
-    quantities,
-    quantity_named,
-    samples,
-    significance,
-    summary,
-)
-from pftrack.sweep.driver import Estimate, Progress, carry_out, estimate
-from pftrack.sweep.journal import (
-    Journal,
-    Result,
-    begin,
-    csv_pieces,
-    partial_of,
-    read_chunk,
-    read_result,
-    resume,
-    rows_of,
-)
-from pftrack.sweep.plan import Plan, Single
+from pftrack.sweep.cells import Comparison, cells, compare, summary
+from pftrack.sweep.driver import carry_out, estimate
+from pftrack.sweep.journal import Result, begin, partial_of, read_chunk, read_result, resume, rows_of
+from pftrack.sweep.plan import Plan
 from pftrack.sweep.work import Recording
 
 __all__ = [
     "MOST_RUNS",
     "Axis",
-    "CellMap",
-    "Code",
     "Comparison",
-    "Counts",
-    "Estimate",
-    "Journal",
-    "Paired",
     "Plan",
-    "Progress",
-    "Quantity",
     "Recording",
     "Result",
-    "Samples",
-    "Significance",
-    "Single",
     "SweepError",
     "SweepStopped",
-    "UsedTest",
     "begin",
     "carry_out",
     "cells",
-    "columns",
     "compare",
-    "count",
-    "csv_pieces",
     "estimate",
     "parse_axis",
     "partial_of",
-    "quantities",
-    "quantity_named",
     "read_chunk",
     "read_result",
     "resume",
     "rows_of",
-    "samples",
-    "significance",
     "summary",
 ]

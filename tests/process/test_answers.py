@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.process import Fault, Refusal, Reply, Step
-from pftrack.process.calls import Answer, pack, unpack
+from pftrack.process import Fault, Refusal, Reply
+from pftrack.process.calls import Answer, Step, pack, unpack
 
 VALUES = st.recursive(
     st.none() | st.booleans() | st.integers(-(2**70), 2**70) | st.floats(allow_nan=False) | st.text() | st.binary(),

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from pftrack.process import Ending, command, describe, ending, environment
+from pftrack.process import Ending, describe, ending
+from pftrack.process.child import command, environment
 
 
 def test_a_child_finds_our_packages_and_not_the_current_folder(tmp_path: Path) -> None:

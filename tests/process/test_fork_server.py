@@ -14,7 +14,8 @@ from pathlib import Path
 import psutil
 import pytest
 
-from pftrack.process import BlockingEnd, Child, ForkServer, describe, end_with_parent, environment
+from pftrack.process import BlockingEnd, Child, ForkServer, describe, end_with_parent
+from pftrack.process.child import environment
 from tests import waiting
 
 PRELOAD = "pftrack.process"

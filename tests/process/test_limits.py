@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from pftrack.process import environment
+from pftrack.process.child import environment
 
 CONFINE = "from pftrack.process import confine; import resource, sys, json\n"
 

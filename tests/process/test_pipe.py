@@ -5,7 +5,8 @@ from typing import Any
 
 import pytest
 
-from pftrack.process import AsyncEnd, BlockingEnd, pair
+from pftrack.process import AsyncEnd, BlockingEnd
+from pftrack.process.child import pair
 from tests.apart import run
 
 

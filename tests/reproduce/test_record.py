@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from pftrack.reproduce import RESULTS, Pool, finding, is_older, reproduce
+from pftrack.reproduce import RESULTS, finding, is_older, reproduce
 from pftrack.reproduce.finding import Finding, Form, Record, Statement, read_record
+from pftrack.reproduce.pool import Pool
 
 NAMES = ("one-step", "hand-steps")
 

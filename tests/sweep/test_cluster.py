@@ -16,8 +16,9 @@ import pytest
 from pftrack.core.model.recipe import Footage
 from pftrack.reproduce.pool import Pool
 from pftrack.sources.sequence import open_sequence
-from pftrack.sweep import Plan, Progress, Result, begin, carry_out, resume
+from pftrack.sweep import Plan, Result, begin, carry_out, resume
 from pftrack.sweep.axis import SweepError
+from pftrack.sweep.driver import Progress
 from pftrack.sweep.table import Chunks
 from pftrack.sweep.work import Recording
 from tests.server.uploads.test_uploads import video

@@ -14,8 +14,9 @@ import psutil
 import pyarrow as pa
 import pytest
 
-from pftrack.sweep import Plan, Progress, Result, begin, carry_out, estimate, resume
+from pftrack.sweep import Plan, Result, begin, carry_out, estimate, resume
 from pftrack.sweep.axis import Axis, SweepError, SweepStopped
+from pftrack.sweep.driver import Progress
 from pftrack.sweep.table import TIMING, Chunks
 from tests.waiting import wait_for
 

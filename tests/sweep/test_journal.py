@@ -8,9 +8,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from pftrack import __version__
-from pftrack.sweep import Plan, Result, begin, carry_out, partial_of, read_chunk, read_result, resume
+from pftrack.sweep import Plan, Result, begin, carry_out, partial_of, read_result, resume
 from pftrack.sweep.axis import SweepError
-from pftrack.sweep.journal import METADATA
+from pftrack.sweep.journal import METADATA, read_chunk
 from pftrack.sweep.table import Chunks
 from pftrack.sweep.work import as_text, compute_chunk
 

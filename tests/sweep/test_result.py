@@ -8,8 +8,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from pftrack.sweep import Plan, Result, csv_pieces, read_result, rows_of, summary
+from pftrack.sweep import Plan, Result, read_result, rows_of, summary
 from pftrack.sweep.axis import SweepError
+from pftrack.sweep.journal import csv_pieces
 
 
 def test_rows_of_a_cell_come_failures_first(finished: Result) -> None:

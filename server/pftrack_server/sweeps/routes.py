@@ -12,8 +12,8 @@ from fastapi import APIRouter, Depends, Path, Query, WebSocket
 from starlette.background import BackgroundTask
 from starlette.responses import FileResponse, Response, StreamingResponse
 
-from pftrack.sweep import csv_pieces
 from pftrack.sweep.axis import MOST_RUNS, SweepError
+from pftrack.sweep.journal import csv_pieces
 from pftrack_server.core.bodies import Name, RequestBody
 from pftrack_server.core.errors import ApiError, ConflictError
 from pftrack_server.core.requests import AnExperiment, SettingsNow, service

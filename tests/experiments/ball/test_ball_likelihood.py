@@ -18,7 +18,7 @@ from pftrack.experiments.ball.model import dynamics_of as dynamics
 from pftrack.experiments.shared.filtered import filtered
 from pftrack.experiments.shared.sampling import AUXILIARY, CONDENSATION, HARD
 from pftrack.filters import auxiliary, bootstrap
-from pftrack.process import environment
+from pftrack.process.child import environment
 
 SIZE = (160, 120)
 ROWS, COLUMNS = np.mgrid[: SIZE[1], : SIZE[0]]

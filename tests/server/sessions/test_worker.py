@@ -10,7 +10,8 @@ from typing import Any
 import numba
 import pytest
 
-from pftrack.process import AsyncEnd, BlockingEnd, pair
+from pftrack.process import AsyncEnd, BlockingEnd
+from pftrack.process.child import pair
 from pftrack_server.sessions.worker.commands import ChangeValues, Pause, Play, Save, SetSpeed
 from pftrack_server.sessions.worker.protocol import Credit, Event, Progress, Reply, Request
 from pftrack_server.sessions.worker.run_tree import RunTree
