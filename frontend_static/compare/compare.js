@@ -10,7 +10,7 @@ import { Table } from "./table.js";
 import { JointView } from "./joint_view.js";
 
 /** @import { ViewKind } from "../session/view_choice.js" */
-/** @import { ComparedPublic, ComparedRun, ComparisonJob, ComparisonResult, ExportPublic, Recipe, RunComparisonPublic } from "../shared/messages.js" */
+/** @import { ComparedPublic, ComparedRun, ComparisonJob, ComparisonResult, FileKind, Recipe, RunComparisonPublic } from "../shared/messages.js" */
 /** @import { Column } from "./column.js" */
 /** @import { Arrangement, Wanted } from "../shared/comparison_link.js" */
 /** @import { Member } from "./joint_view.js" */
@@ -26,7 +26,7 @@ import { JointView } from "./joint_view.js";
  */
 
 /** @typedef {Pick<ComparedPublic, "name"|"title"|"colour"|"first">} Run */
-/** @typedef {Pick<RunComparisonPublic, "unit"|"settings"> & {runs: (Run & {recipe?: Recipe})[], exports?: ExportPublic[]}} Outline */
+/** @typedef {Pick<RunComparisonPublic, "unit"|"settings"> & {runs: (Run & {recipe?: Recipe})[], exports?: FileKind[]}} Outline */
 /** @typedef {Pick<ComparisonJob, "state"|"done"|"total"|"error"> & {result: ComparisonResult|null}} Outcome */
 
 /**

@@ -5,7 +5,7 @@ import { linkTo, newSweep, presetRecipe } from "../shared/share_link.js";
 import { Thumbnail } from "../shared/thumbnail.js";
 import { h, html } from "../vendor/preact.js";
 
-/** @import { CompilationPublic, ExperimentPublic, PresetPublic } from "../shared/messages.js" */
+/** @import { CompilationPublic, ExperimentPublic, Preset } from "../shared/messages.js" */
 
 /** So many presets stand on a card at once, the others in a fold. */
 const SHOWN = 2;
@@ -53,7 +53,7 @@ function Card({ experiment, compilation }) {
 
 /**
  * @param {ExperimentPublic} experiment
- * @param {PresetPublic[]} presets
+ * @param {Preset[]} presets
  */
 function presetList(experiment, presets) {
   const links = presets.map((preset) => {

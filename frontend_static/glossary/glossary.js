@@ -4,9 +4,9 @@ import { api } from "../shared/api.js";
 import { answer, showPage } from "../shared/page.js";
 import { html } from "../vendor/preact.js";
 
-/** @import { SectionPublic } from "../shared/messages.js" */
+/** @import { Section } from "../shared/messages.js" */
 
-/** @param {SectionPublic} section */
+/** @param {Section} section */
 function meanings({ title, terms }) {
   const listed = terms.map(({ name, meaning }) => html`<dt>${name}</dt><dd>${meaning}</dd>`);
   return terms.length > 0 && html`<section aria-label=${title}><h2>${title}</h2><dl>${listed}</dl></section>`;

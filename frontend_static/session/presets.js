@@ -4,9 +4,9 @@ import { fill, h } from "../shared/dom.js";
 import { icon } from "../shared/icons.js";
 import { popover } from "./popover.js";
 
-/** @import { PresetPublic } from "../shared/messages.js" */
+/** @import { Preset } from "../shared/messages.js" */
 
-/** @param {(preset: PresetPublic) => void} choose Called with the preset that is chosen. */
+/** @param {(preset: Preset) => void} choose Called with the preset that is chosen. */
 export function presetMenu(choose) {
   const list = h("ul", { class: "menu-list preset-list" });
   const title = "Presets: what to look at in this experiment (P)";
@@ -14,7 +14,7 @@ export function presetMenu(choose) {
   const element = popover(button, list);
   return {
     element,
-    /** @param {PresetPublic[]} presets */
+    /** @param {Preset[]} presets */
     fill(presets) {
       button.hidden = presets.length === 0;
       fill(list, presets.map((preset) => entry(preset, choose)));
@@ -29,8 +29,8 @@ export function presetMenu(choose) {
 }
 
 /**
- * @param {PresetPublic} preset
- * @param {(preset: PresetPublic) => void} choose
+ * @param {Preset} preset
+ * @param {(preset: Preset) => void} choose
  */
 function entry(preset, choose) {
   const words = [h("span", {}, preset.title), h("span", { class: "hint" }, preset.watch)];

@@ -27,7 +27,7 @@ import { sessionTitle } from "./timeline.js";
 import { guide } from "./tour/tour.js";
 import { wideNote } from "./wide_note.js";
 
-/** @import { ExperimentDetail, PresetPublic, SessionPublic } from "../shared/messages.js" */
+/** @import { ExperimentDetail, Preset, SessionPublic } from "../shared/messages.js" */
 
 /** @type {ExperimentDetail|null} */
 let experiment = null;
@@ -73,7 +73,7 @@ start.begun
  *
  * A class that sees this page comes along.
  *
- * @param {PresetPublic} preset
+ * @param {Preset} preset
  */
 function openPreset(preset) {
   const { session } = store;

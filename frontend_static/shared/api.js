@@ -179,13 +179,13 @@ const truthPath = (id, of, form = "truth") => upload(id, `${form}?${query({ expe
 /**
  * @typedef {object} Api Every request that the pages make, but for those of sweeps.
  * @property {() => Promise<Messages.ExperimentPublic[]>} experiments
- * @property {() => Promise<Messages.SectionPublic[]>} glossary
+ * @property {() => Promise<Messages.Section[]>} glossary
  * @property {(id: string, recording?: string) => Promise<Messages.ExperimentDetail>} experiment With the parameters of a kind of recording, if one is named.
  * @property {() => Promise<Messages.PluginPublic[]>} plugins
  * @property {() => Promise<Messages.CompilationPublic>} compilation
  * @property {() => Promise<Messages.FilterPublic[]>} filters
  * @property {(name: string, text: string, before: string) => Promise<Messages.FilterPublic>} writeFilter
- * @property {(runs: Messages.ComparedRun[], frames?: number) => Promise<Messages.SourceCodePublic>} sourceCode
+ * @property {(runs: Messages.ComparedRun[], frames?: number) => Promise<Messages.SourceCode>} sourceCode
  * @property {() => Promise<Messages.FailurePublic[]>} failures
  * @property {(id: string) => Promise<Messages.FailurePublic>} failure By id or number.
  * @property {(id: string, signal: AbortSignal) => Promise<Messages.FailureResult>} course

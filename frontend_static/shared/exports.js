@@ -8,13 +8,13 @@ import { fill, h } from "./dom.js";
 import { cancelJob, followJob, onMeter } from "./jobs.js";
 import { attempt, toast } from "./toast.js";
 
-/** @import { ExportJob, ExportPublic } from "./messages.js" */
+/** @import { ExportJob, FileKind } from "./messages.js" */
 
-/** @typedef {{id: string, title: string}} PlotChoice */
+/** @typedef {{id: string, title: string}} Plot */
 
 /** @typedef {(name: string, plot: string) => Promise<ExportJob>} Begin Has the server write a file; all plots if that is "". */
 
-/** @type {[ExportPublic["group"], string][]} In the order in which they are listed. */
+/** @type {[FileKind["group"], string][]} In the order in which they are listed. */
 const GROUPS = [
   ["numbers", "Numbers of all frames"],
   ["boxes", "Boxes that are believed"],
@@ -33,7 +33,7 @@ const GROUPS = [
 export function exportLists(begin) {
   const lists = h("div", {});
   const writing = h("ul", { class: "export-jobs", "aria-label": "Being written" });
-  const draw = (/** @type {readonly ExportPublic[]} */ offered, /** @type {readonly PlotChoice[]} */ plots) => {
+  const draw = (/** @type {readonly FileKind[]} */ offered, /** @type {readonly Plot[]} */ plots) => {
     const choice = plotChoice(plots);
     fill(
       lists,
@@ -50,14 +50,14 @@ export function exportLists(begin) {
   return { element: h("div", { class: "exports" }, lists, writing), draw };
 }
 
-/** @param {readonly PlotChoice[]} plots */
+/** @param {readonly Plot[]} plots */
 function plotChoice(plots) {
   const options = [{ id: "", title: "All plots" }, ...plots].map(({ id, title }) => h("option", { value: id }, title));
   return h("select", { "aria-label": "Which plot" }, options);
 }
 
 /**
- * @param {ExportPublic} offered
+ * @param {FileKind} offered
  * @param {() => void} press
  */
 function button({ name, title, short }, press) {

@@ -271,8 +271,8 @@ export interface CompilationPublic {
   ready: string[];
 }
 
-/** One column of the states. */
-export interface ComponentPublic {
+/** One coordinate of a state. */
+export interface Component {
   name: string;
   unit: string;
 }
@@ -452,7 +452,7 @@ export interface ExperimentDetail {
   default_tracker: string;
   frames: number;
   trackers: Record<string, string>[];
-  presets: PresetPublic[];
+  presets: Preset[];
   thumbnail: string;
   declarations: Declaration[];
   layers: Layer[];
@@ -496,7 +496,7 @@ export interface ExperimentPublic {
   default_tracker: string;
   frames: number;
   trackers: Record<string, string>[];
-  presets: PresetPublic[];
+  presets: Preset[];
   thumbnail: string;
 }
 
@@ -556,18 +556,6 @@ export interface ExportJob {
   error: string | null;
 }
 
-/** A file that can be made of a run, or of the frame that is shown. */
-export interface ExportPublic {
-  name: string;
-  title: string;
-  /** What it is called beside others of its group; the title if empty */
-  short: string;
-  suffix: string;
-  media_type: string;
-  /** What kind of thing it is; of "plots", one plot can be asked for by its id */
-  group: "numbers" | "boxes" | "truth" | "film" | "plots" | "documents" | "model";
-}
-
 /** A file that was written. */
 export interface ExportedFile {
   /** What kind of file it is */
@@ -579,9 +567,9 @@ export interface ExportedFile {
 
 /** What a saved run can be exported as. */
 export interface ExportsPublic {
-  exports: ExportPublic[];
+  exports: FileKind[];
   /** What `plot` may name for an export of the group "plots" */
-  plots: PlotChoice[];
+  plots: Plot[];
 }
 
 /** The failure before another in the gallery, or the one after it. */
@@ -675,6 +663,17 @@ export interface FigureShown {
   figure: Record<string, unknown>;
 }
 
+/** A kind of file that can be made of a run, or of a comparison. */
+export interface FileKind {
+  name: string;
+  title: string;
+  suffix: string;
+  media_type: string;
+  group: "numbers" | "boxes" | "truth" | "film" | "plots" | "documents" | "model";
+  beside: boolean;
+  short: string;
+}
+
 /** A file with a filter of the server's owner. */
 export interface FilterPublic {
   /** Of its tracker */
@@ -687,9 +686,9 @@ export interface FilterPublic {
   text: string;
   /** Whether pages may write it */
   editable: boolean;
-  hints: HintPublic[];
+  hints: Hint[];
   /** Columns of the states with the usual parameters */
-  components: ComponentPublic[];
+  components: Component[];
   /** What the functions find in a frame */
   observed: string;
 }
@@ -911,10 +910,9 @@ export interface Handle {
   at: [number, number];
 }
 
-/** What a function of a filter's file is for. */
-export interface HintPublic {
+/** What a function is for. */
+export interface Hint {
   name: string;
-  /** Those that it may name */
   arguments: string[];
   returns: string;
   about: string;
@@ -1375,12 +1373,6 @@ export interface Plot {
   needs_truth: boolean;
 }
 
-/** A plot of which a picture can be made. */
-export interface PlotChoice {
-  id: string;
-  title: string;
-}
-
 /** An experiment of another package than pftrack. */
 export interface PluginPublic {
   name: string;
@@ -1440,19 +1432,17 @@ export interface Pong {
   sent: number;
 }
 
-/** A named starting point. */
-export interface PresetPublic {
+/** A named starting point that shows something. */
+export interface Preset {
   name: string;
   title: string;
   tracker: string;
   parameters: Record<string, boolean | number | string>;
   seed: number;
-  /** Parameters that it is about: those that it sets, and further ones */
-  about: string[];
-  /** What to look at when it is opened */
   watch: string;
-  /** What a guided tour says of it; null if it is not made for one */
   tour: Tour | null;
+  /** Names of all parameters that it is about: those that it sets beyond the scene's, then the further ones. */
+  about: string[];
 }
 
 /** Why a person's own filter cannot go on. */
@@ -1627,7 +1617,7 @@ export interface RunComparisonPublic {
   /** What differs, and that alone */
   settings: Setting[];
   /** Files that can be made of it */
-  exports: ExportPublic[];
+  exports: FileKind[];
   /** What came of the runs, once they have been computed */
   found: ComparisonResult | null;
 }
@@ -1725,12 +1715,11 @@ export interface Score {
   nis_limits: [number, number] | null;
 }
 
-/** Words that belong together. */
-export interface SectionPublic {
+/** Terms that belong together. */
+export interface Section {
   title: string;
-  /** Whose own words they are; null of those that all experiments share */
+  terms: Term[];
   experiment: string | null;
-  terms: TermPublic[];
 }
 
 /** Go to a frame; pftrack computes the frames on the way. */
@@ -1833,7 +1822,7 @@ export interface SessionPublic {
   /** Name of the measure that decides on success */
   success_measure: string;
   /** Files that can be made of the run, or of the frame that is shown */
-  exports: ExportPublic[];
+  exports: FileKind[];
   /** Parameters to turn first: those that its preset is about */
   about: string[];
   /** What to look at, where it began as a preset that says so */
@@ -1973,7 +1962,7 @@ export interface Sign {
 }
 
 /** The same computation in two forms. */
-export interface SourceCodePublic {
+export interface SourceCode {
   python: string;
   command: string;
 }
@@ -2111,10 +2100,9 @@ export interface TablePublic {
 }
 
 /** A word and what it means. */
-export interface TermPublic {
+export interface Term {
   name: string;
   meaning: string;
-  /** Other forms in which pages have it */
   also: string[];
 }
 
@@ -2243,15 +2231,6 @@ export interface VoteRequest {
   answer: number;
 }
 
-/** How many there are of each kind. */
-export interface WorkCounts {
-  sessions: number;
-  runs: number;
-  comparisons: number;
-  sweeps: number;
-  uploads: number;
-}
-
 /** What was found, the newest of each kind first. */
 export interface WorkPublic {
   sessions: SessionPublic[];
@@ -2260,9 +2239,9 @@ export interface WorkPublic {
   sweeps: SweepPublic[];
   uploads: UploadPublic[];
   /** How many have all the words, those beyond the limit included */
-  found: WorkCounts;
+  found: Record<string, number>;
   /** How many there are */
-  total: WorkCounts;
+  total: Record<string, number>;
 }
 
 /** A space with a unit, an extent, an upright axis and sides from which to look at it. */

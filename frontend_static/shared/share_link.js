@@ -1,6 +1,6 @@
 /** What a session shall be like, as it travels in the fragment of a link, which no server logs. */
 
-/** @import { PresetPublic, SessionCreate, SweepCreate } from "./messages.js" */
+/** @import { Preset, SessionCreate, SweepCreate } from "./messages.js" */
 
 /** @typedef {SessionCreate & {play?: boolean}} NewSession What POST sessions takes, and whether the session shall play. */
 
@@ -17,7 +17,7 @@ export function linkTo(body) {
  * What makes the run of an experiment's preset.
  *
  * @param {{id: string}} experiment
- * @param {Pick<PresetPublic, "tracker"|"seed"|"parameters">} preset
+ * @param {Pick<Preset, "tracker"|"seed"|"parameters">} preset
  */
 export function presetRecipe({ id }, { tracker, seed, parameters }) {
   return { experiment: id, tracker, seed, timeline: [{ frame: 0, values: parameters }] };

@@ -6,12 +6,12 @@ import { openDialog } from "./dialog.js";
 import { fill, h } from "./dom.js";
 import { icon } from "./icons.js";
 
-/** @import { SourceCodePublic } from "./messages.js" */
+/** @import { SourceCode } from "./messages.js" */
 
 /**
  * The lines, asked for when they are looked at.
  *
- * @param {() => Promise<SourceCodePublic>} ask
+ * @param {() => Promise<SourceCode>} ask
  */
 export function sourceCode(ask) {
   const place = h("div", { class: "source-code" });
@@ -30,7 +30,7 @@ export function sourceCode(ask) {
 /**
  * A button that shows the lines in a dialog.
  *
- * @param {() => Promise<SourceCodePublic>} ask
+ * @param {() => Promise<SourceCode>} ask
  */
 export function sourceCodeButton(ask) {
   const open = () =>

@@ -7,7 +7,7 @@ import { api } from "./api.js";
 import { h } from "./dom.js";
 import { Tooltip } from "./tooltip.js";
 
-/** @import { SectionPublic, TermPublic } from "./messages.js" */
+/** @import { Section, Term } from "./messages.js" */
 
 /** Where all words are. */
 export const GLOSSARY = "glossary";
@@ -21,7 +21,7 @@ class Words {
   #known;
   #pattern;
 
-  /** @param {SectionPublic[]} sections */
+  /** @param {Section[]} sections */
   constructor(sections) {
     // What comes later, an experiment's own, goes before what all share.
     this.#known = new Map(sections.flatMap(({ terms }) => terms.flatMap((term) => [term.name, ...term.also].map((form) => [form.toLowerCase(), term]))));
@@ -33,7 +33,7 @@ class Words {
    * The words in a text, with where they are.
    *
    * @param {string} text
-   * @returns {{from: number, to: number, term: TermPublic}[]}
+   * @returns {{from: number, to: number, term: Term}[]}
    */
   in(text) {
     return [...text.matchAll(this.#pattern)].flatMap(({ 0: form, index }) => {
@@ -43,7 +43,7 @@ class Words {
   }
 }
 
-/** @type {Promise<SectionPublic[]>|null} */
+/** @type {Promise<Section[]>|null} */
 let sections = null;
 /** @type {Map<string, Promise<Words>>} By experiment. */
 const words = new Map();

@@ -26,7 +26,7 @@ const sweep = pathOf("sweeps");
  * @property {(id: string, question: Query) => Promise<Messages.CellsPublic>} cells
  * @property {(id: string, question: Query) => Promise<Messages.RowsPublic>} rows
  * @property {(id: string, run: string|number, tracker?: string|null) => Promise<Messages.SessionPublic>} open
- * @property {(id: string) => Promise<import("../shared/messages.js").SourceCodePublic>} sourceCode
+ * @property {(id: string) => Promise<import("../shared/messages.js").SourceCode>} sourceCode
  * @property {(id: string, format: string) => string} downloadAddress
  */
 

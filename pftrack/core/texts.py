@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeAlias, TypeVar
 
 import yaml
-from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 """The same, ten times faster, where PyYAML was built with libyaml."""
@@ -42,6 +42,9 @@ def _lines(mapping: yaml.MappingNode, above: str) -> Iterator[tuple[str, int]]:
 
 CLOSED = ConfigDict(extra="forbid")
 """Of a dataclass that a file declares: pydantic refuses what is not one of its fields."""
+
+Origin: TypeAlias = Annotated[str, Field(exclude=True)]
+"""File and line where something is declared, which no answer and no file tells."""
 
 T = TypeVar("T")
 

@@ -272,7 +272,7 @@ class Experiment:
     @property
     def glossary(self) -> Section:
         """Its own words: those that it declares, and its trackers."""
-        return Section(self.title, (*self.terms, *(tracker.term for tracker in self.trackers.values())))
+        return Section(self.title, (*self.terms, *(tracker.term for tracker in self.trackers.values())), self.id)
 
     def check_starts(self) -> None:
         """Refuse presets and failures that name what the experiment does not have; the registry asks when it loads it.

@@ -11,10 +11,10 @@ import { leaveAddress, rememberTour } from "../../shared/tour_link.js";
 import { Callout } from "./callout.js";
 
 /** @import { Child } from "../../shared/elements.js" */
-/** @import { PresetPublic } from "../../shared/messages.js" */
+/** @import { Preset } from "../../shared/messages.js" */
 /** @import { Mounted } from "../mount.js" */
 
-/** @typedef {NonNullable<PresetPublic["tour"]>} Tour */
+/** @typedef {NonNullable<Preset["tour"]>} Tour */
 
 /** The loss is let go on for so many frames, so that it is seen. */
 const SEEN_FRAMES = 10;

@@ -47,10 +47,12 @@ class Section:
     Attributes:
         title: What they are about.
         terms: In the order in which they are best read.
+        experiment: Whose own words they are; None of those that all experiments share.
     """
 
     title: str
     terms: tuple[Term, ...]
+    experiment: str | None = None
 
 
 def read_glossary(path: Path) -> tuple[Section, ...]:

@@ -7,13 +7,13 @@ mended without Python. `read_presets` reads them, and `Experiment` checks that w
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Annotated, Literal, TypeAlias, get_args
 
-from pydantic import with_config
+from pydantic import Field, computed_field, with_config
 
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Change, Recipe
-from pftrack.core.texts import CLOSED, read_as
+from pftrack.core.texts import CLOSED, Origin, read_as
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,12 +56,13 @@ class Preset:
     tracker: str
     parameters: Mapping[str, Value] = field(default_factory=dict)
     seed: int = 0
-    about: tuple[str, ...] = ()
+    about: Annotated[tuple[str, ...], Field(exclude=True)] = ()
     watch: str = ""
-    scene: tuple[str, ...] = ()
+    scene: Annotated[tuple[str, ...], Field(exclude=True)] = ()
     tour: Tour | None = None
-    origin: str = field(default="", compare=False, repr=False)
+    origin: Origin = field(default="", compare=False, repr=False)
 
+    @computed_field(alias="about")  # type: ignore[prop-decorator]
     @property
     def subjects(self) -> tuple[str, ...]:
         """Names of all parameters that it is about: those that it sets beyond the scene's, then the further ones."""
@@ -110,19 +111,10 @@ CauseId: TypeAlias = Literal[
     "unclear",
 ]
 
-CAUSES: dict[CauseId, str] = {
-    "sample-impoverishment": "sample impoverishment",
-    "overconfident-weights": "overconfident weights",
+CAUSES: dict[CauseId, str] = {cause: cause.replace("-", " ") for cause in get_args(CauseId)} | {
     "look-alike-capture": "look-alike capture",
-    "wrong-dynamics": "wrong dynamics",
-    "occlusion-longer-than-memory": "occlusion longer than memory",
-    "degenerate-resampling": "degenerate resampling",
-    "mirror-pose": "mirror pose",
-    "shrinking-covariance": "shrinking covariance",
     "template-drift": "drift of the model",
     "detector-seized-by-background": "seized by the background",
-    "target-not-in-the-picture": "target not in the picture",
-    "unclear": "unclear",
 }
 """What they are called in a sentence."""
 
@@ -191,7 +183,7 @@ class Failure:
     seed: int = 0
     frames: int | None = None
     timeline: tuple[Change, ...] = ()
-    origin: str = field(default="", compare=False, repr=False)
+    origin: Origin = field(default="", compare=False, repr=False)
 
     def recipe(self, experiment: str, *, cured: bool = False, seed: int | None = None) -> Recipe:
         """Return what makes the run that fails, or the one that does not.

@@ -42,7 +42,7 @@ from pydantic import with_config
 
 from pftrack.core.model.parameters import LONGEST_FILE, Value, Within, parameter
 from pftrack.core.model.recipe import FILTER_HASH, Recipe
-from pftrack.core.texts import CLOSED, read_as
+from pftrack.core.texts import CLOSED, Origin, read_as
 from pftrack.filters.alone import named_arguments
 
 # The parameters of a filter in a file: a dataclass with defaults, from which declarations are made.
@@ -311,7 +311,7 @@ class Hint:
     arguments: tuple[str, ...]
     returns: str = ""
     about: str = ""
-    origin: str = field(default="", compare=False, repr=False)
+    origin: Origin = field(default="", compare=False, repr=False)
 
 
 _DECLARED = read_as(Hint, Path(__file__).with_name("functions.yaml"), "name")

@@ -18,14 +18,14 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal, Protocol, TypeAlias, cast
 
-from pydantic import with_config
+from pydantic import ConfigDict, with_config
 
 from pftrack.core.entry_points import load
 from pftrack.core.files import part_of, settle, write_whole
 from pftrack.core.model.faults import without_faults
 from pftrack.core.model.setup import Export, Exported, ExportError
 from pftrack.core.model.source import FrameIndex
-from pftrack.core.texts import CLOSED, read_as
+from pftrack.core.texts import Origin, read_as
 from pftrack.experiments.experiment import Experiment
 from pftrack.output.exports.files import (
     believed_file,
@@ -145,7 +145,7 @@ class Write(Protocol):
         """
 
 
-@with_config(CLOSED)
+@with_config(ConfigDict(extra="forbid", revalidate_instances="subclass-instances"))
 @dataclass(frozen=True, slots=True)
 class FileKind:
     """A kind of file that can be made of a run, or of a comparison.
@@ -168,7 +168,7 @@ class FileKind:
     group: Group
     beside: bool = False
     short: str = ""
-    origin: str = ""
+    origin: Origin = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -17,7 +17,7 @@ from pftrack.core.model.measures import How
 from pftrack.core.model.parameters import Declaration, Value
 from pftrack.core.model.recipe import Recipe
 from pftrack.core.model.series import Plot, Reading, Series
-from pftrack.output.exports.formats import Group
+from pftrack.output.exports.formats import FileKind
 
 
 class MeasurePublic(BaseModel):
@@ -40,19 +40,6 @@ class TrackerPublic(BaseModel):
     replays: bool = Field(False, description="It says again what was recorded; no seed or setting changes that")
 
 
-class ExportPublic(BaseModel):
-    """A file that can be made of a run, or of the frame that is shown."""
-
-    model_config = ConfigDict(from_attributes=True)
-
-    name: str
-    title: str
-    short: str = Field(description="What it is called beside others of its group; the title if empty")
-    suffix: str
-    media_type: str
-    group: Group = Field(description='What kind of thing it is; of "plots", one plot can be asked for by its id')
-
-
 class TruthMark(BaseModel):
     """The kind of mark by which a person says what is true of a picture."""
 
@@ -72,9 +59,7 @@ class SessionDescription(BaseModel):
     readings: list[Reading] = []
     measures: list[MeasurePublic] = []
     success_measure: str = Field("", description="Name of the measure that decides on success")
-    exports: list[ExportPublic] = Field(
-        [], description="Files that can be made of the run, or of the frame that is shown"
-    )
+    exports: list[FileKind] = Field([], description="Files that can be made of the run, or of the frame that is shown")
     about: list[str] = Field([], description="Parameters to turn first: those that its preset is about")
     watch: str = Field("", description="What to look at, where it began as a preset that says so")
     truth_columns: list[str] = Field([], description="Of a table of truth that can be given; empty if none can")

@@ -13,36 +13,17 @@ from pathlib import Path
 from typing import Annotated, TypeAlias
 
 import structlog
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, Field
 
 from pftrack.core.files import write_whole
+from pftrack.core.model.likelihood import Component
 from pftrack.core.model.recipe import Recipe
 from pftrack.experiments import find
-from pftrack.experiments.own.code import HINTS, digest_of
+from pftrack.experiments.own.code import HINTS, Hint, digest_of
 from pftrack.experiments.own.extension import name_of
 from pftrack_server.core.errors import ConflictError, NotFoundError
 from pftrack_server.core.requests import service
 from pftrack_server.store.files import DataDirectory
-
-
-class HintPublic(BaseModel):
-    """What a function of a filter's file is for."""
-
-    model_config = ConfigDict(from_attributes=True)
-
-    name: str
-    arguments: list[str] = Field(description="Those that it may name")
-    returns: str
-    about: str
-
-
-class ComponentPublic(BaseModel):
-    """One column of the states."""
-
-    model_config = ConfigDict(from_attributes=True)
-
-    name: str
-    unit: str
 
 
 class FilterPublic(BaseModel):
@@ -54,8 +35,8 @@ class FilterPublic(BaseModel):
     digest: str = Field(description="Hash of its text, by which recipes name it")
     text: str
     editable: bool = Field(description="Whether pages may write it")
-    hints: list[HintPublic]
-    components: list[ComponentPublic] = Field(description="Columns of the states with the usual parameters")
+    hints: tuple[Hint, ...]
+    components: tuple[Component, ...] = Field(description="Columns of the states with the usual parameters")
     observed: str = Field(description="What the functions find in a frame")
 
 
@@ -199,8 +180,8 @@ class FilterFiles:
             digest=digest_of(text),
             text=text,
             editable=self._editable,
-            hints=[HintPublic.model_validate(hint) for hint in HINTS],
-            components=[ComponentPublic.model_validate(one) for one in model.components(parameters)],
+            hints=HINTS,
+            components=model.components(parameters),
             observed=model.observed,
         )
 

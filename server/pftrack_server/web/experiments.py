@@ -11,8 +11,8 @@ from starlette.responses import Response
 
 from pftrack.core.model.drawing import Layer, World
 from pftrack.core.model.marks import Editor
-from pftrack.core.model.parameters import Declaration, Value
-from pftrack.core.model.preset import Tour
+from pftrack.core.model.parameters import Declaration
+from pftrack.core.model.preset import Preset
 from pftrack.core.model.source import Kind
 from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.experiment import Experiment
@@ -20,19 +20,6 @@ from pftrack_server.core.requests import AnExperiment
 from pftrack_server.jobs.functions import draw_experiment
 from pftrack_server.jobs.results import TheResults
 from pftrack_server.store.filters import FilterFiles, TheFilters
-
-
-class PresetPublic(BaseModel):
-    """A named starting point."""
-
-    name: str
-    title: str
-    tracker: str
-    parameters: dict[str, Value]
-    seed: int
-    about: list[str] = Field(description="Parameters that it is about: those that it sets, and further ones")
-    watch: str = Field(description="What to look at when it is opened")
-    tour: Tour | None = Field(description="What a guided tour says of it; null if it is not made for one")
 
 
 class CitationPublic(BaseModel):
@@ -69,7 +56,7 @@ class ExperimentPublic(BaseModel):
     default_tracker: str
     frames: int
     trackers: list[dict[str, str]]
-    presets: list[PresetPublic]
+    presets: tuple[Preset, ...]
     thumbnail: str
 
 
@@ -176,18 +163,6 @@ def _public_fields(experiment: Experiment, filters: FilterFiles) -> dict[str, An
         "suits": experiment.video.suits is not None,
         "advice": experiment.video.advice,
         "truth_columns": list(experiment.video.truth.form.columns) if experiment.video.truth else [],
-        "presets": [
-            PresetPublic(
-                name=preset.name,
-                title=preset.title,
-                tracker=preset.tracker,
-                parameters=dict(preset.parameters),
-                seed=preset.seed,
-                about=list(preset.subjects),
-                watch=preset.watch,
-                tour=preset.tour,
-            )
-            for preset in experiment.presets
-        ],
+        "presets": experiment.presets,
         "thumbnail": f"api/v1/experiments/{experiment.id}/thumbnail.png",
     }

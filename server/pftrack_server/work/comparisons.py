@@ -10,13 +10,13 @@ from pydantic import BaseModel, Field, TypeAdapter
 
 from pftrack.core.model.recipe import Recipe
 from pftrack.output.exports.comparisons import COMPARISON_FORMATS
+from pftrack.output.exports.formats import FileKind
 from pftrack.runs.comparison import MOST_RUNS, ComparisonOutline, ComparisonResult, Setting
 from pftrack_server.core.bodies import FrameNumber, GivenTitle, RequestBody
 from pftrack_server.core.errors import ConflictError, DamagedError, RefusedError
 from pftrack_server.core.experiments import find_experiment
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.jobs import Job, OnStep
-from pftrack_server.sessions.spec import ExportPublic
 from pftrack_server.sessions.worker.protocol import WorkerConfig
 from pftrack_server.store import Store
 from pftrack_server.store.files import new_name, now
@@ -44,7 +44,7 @@ class RunComparisonPublic(BaseModel):
     frames: int
     runs: list[ComparedPublic]
     settings: tuple[Setting, ...] = Field(description="What differs, and that alone")
-    exports: list[ExportPublic] = Field(description="Files that can be made of it")
+    exports: list[FileKind] = Field(description="Files that can be made of it")
     found: ComparisonResult | None = Field(None, description="What came of the runs, once they have been computed")
 
 
@@ -138,7 +138,7 @@ async def compare(house: House, runs: Sequence[ComparedRun]) -> ComparisonJob:
         frames=outline.frames,
         runs=[_compared(*each, frames=outline.frames) for each in described],
         settings=outline.settings,
-        exports=[ExportPublic.model_validate(one) for one in COMPARISON_FORMATS],
+        exports=list(COMPARISON_FORMATS),
     )
 
     async def work(on_step: OnStep) -> RunComparisonPublic:

@@ -4,10 +4,11 @@ from http import HTTPStatus
 from typing import Annotated, Any, TypeAlias
 
 from fastapi import APIRouter, Path, Query, Request
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, Field
 from starlette.responses import FileResponse
 
-from pftrack.output.exports.formats import exports_of
+from pftrack.core.model.series import Plot
+from pftrack.output.exports.formats import FileKind, exports_of
 from pftrack_server.core.bodies import RequestBody, Title
 from pftrack_server.core.errors import ConflictError, NotFoundError
 from pftrack_server.core.experiments import find_experiment
@@ -15,7 +16,6 @@ from pftrack_server.core.requests import TICKET, service, unless_client_gone
 from pftrack_server.jobs.child_tasks import Queues
 from pftrack_server.jobs.jobs import Job
 from pftrack_server.sessions.routes import ASession
-from pftrack_server.sessions.spec import ExportPublic
 from pftrack_server.work import exports, runs
 from pftrack_server.work.comparisons import ComparisonJob, compare
 from pftrack_server.work.explorations import ExplorationCreate, ExplorationJob, Explorations
@@ -48,20 +48,11 @@ AnyJob: TypeAlias = Annotated[
 ]
 
 
-class PlotChoice(BaseModel):
-    """A plot of which a picture can be made."""
-
-    model_config = ConfigDict(from_attributes=True)
-
-    id: str
-    title: str
-
-
 class ExportsPublic(BaseModel):
     """What a saved run can be exported as."""
 
-    exports: list[ExportPublic]
-    plots: list[PlotChoice] = Field(description='What `plot` may name for an export of the group "plots"')
+    exports: list[FileKind]
+    plots: list[Plot] = Field(description='What `plot` may name for an export of the group "plots"')
 
 
 router = APIRouter(tags=["jobs"])
@@ -136,8 +127,8 @@ def list_exports(run: ARun) -> ExportsPublic:
     """List what a saved run can be exported as."""
     experiment = find_experiment(run.experiment)
     return ExportsPublic(
-        exports=[ExportPublic.model_validate(one) for one in exports_of(experiment)],
-        plots=[PlotChoice.model_validate(plot) for plot in experiment.plots],
+        exports=list(exports_of(experiment)),
+        plots=list(experiment.plots),
     )
 
 

@@ -5,11 +5,11 @@ Each word has to occur in what is known of a thing.
 
 import asyncio
 import re
-from collections.abc import Callable, Iterable, Sequence, Sized
+from collections.abc import Callable, Iterable, Sequence
 from datetime import datetime
 from functools import partial
 from http import HTTPStatus
-from typing import Annotated, Literal, TypeVar
+from typing import Annotated, Any, Literal
 from zoneinfo import ZoneInfo
 
 from fastapi import APIRouter, Depends, Path, Query, Request
@@ -58,16 +58,6 @@ class NewTitle(RequestBody):
     title: GivenTitle
 
 
-class WorkCounts(BaseModel):
-    """How many there are of each kind."""
-
-    sessions: int
-    runs: int
-    comparisons: int
-    sweeps: int
-    uploads: int
-
-
 class WorkPublic(BaseModel):
     """What was found, the newest of each kind first."""
 
@@ -76,8 +66,8 @@ class WorkPublic(BaseModel):
     comparisons: list[SavedComparisonPublic]
     sweeps: list[SweepPublic]
     uploads: list[UploadPublic]
-    found: WorkCounts = Field(description="How many have all the words, those beyond the limit included")
-    total: WorkCounts = Field(description="How many there are")
+    found: dict[Kind, int] = Field(description="How many have all the words, those beyond the limit included")
+    total: dict[Kind, int] = Field(description="How many there are")
 
 
 router = APIRouter(tags=["work"])
@@ -103,7 +93,6 @@ ARun = Annotated[RunRow, Depends(_run)]
 AComparison = Annotated[ComparisonRow, Depends(_comparison)]
 
 Name = Annotated[str, Path(max_length=64)]
-Thing = TypeVar("Thing", SessionPublic, RunRow, ComparisonRow, SweepPublic, UploadRow)
 MOST = 500
 UTC = ZoneInfo("UTC")
 RECORD = "application/vnd.pftrack.run"
@@ -288,39 +277,23 @@ async def find_work(
     """Find sessions, saved runs, comparisons, sweeps and uploads by words, the newest first."""
     words = Words(q)
     now = datetime.now(zone)
-    started = [session.view() for session in manager.all if session.spec.description]
-    planned = [sweep.view() for sweep in sweeps.all]
     runs, uploads = await asyncio.gather(asyncio.to_thread(store.all, RunRow), asyncio.to_thread(store.all, UploadRow))
-    kept = await asyncio.to_thread(store.all, ComparisonRow)
-    these = _having(words, now, started, _of_session)
-    saved = _having(words, now, runs, _of_run)
-    compared = _having(words, now, kept, _of_comparison)
-    swept = _having(words, now, planned, _of_sweep)
-    sent = _having(words, now, uploads, _of_upload)
-
-    def most(kind: Kind) -> int:
-        return limit if show in {None, kind} else 0
-
-    return WorkPublic(
-        sessions=these[: most("sessions")],
-        runs=[RunPublic.model_validate(row) for row in saved[: most("runs")]],
-        comparisons=[saved_view(row) for row in compared[: most("comparisons")]],
-        sweeps=swept[: most("sweeps")],
-        uploads=[UploadPublic.model_validate(row) for row in sent[: most("uploads")]],
-        found=_count(these, saved, compared, swept, sent),
-        total=_count(started, runs, kept, planned, uploads),
-    )
-
-
-def _count(sessions: Sized, runs: Sized, comparisons: Sized, sweeps: Sized, uploads: Sized) -> WorkCounts:
-    return WorkCounts(
-        sessions=len(sessions), runs=len(runs), comparisons=len(comparisons), sweeps=len(sweeps), uploads=len(uploads)
-    )
+    there: dict[Kind, Sequence[Any]] = {
+        "sessions": [session.view() for session in manager.all if session.spec.description],
+        "runs": runs,
+        "comparisons": [saved_view(row) for row in await asyncio.to_thread(store.all, ComparisonRow)],
+        "sweeps": [sweep.view() for sweep in sweeps.all],
+        "uploads": uploads,
+    }
+    found = {kind: _having(words, now, things, TEXTS[kind]) for kind, things in there.items()}
+    listed = {kind: things[:limit] if show in {None, kind} else [] for kind, things in found.items()}
+    counts = [{kind: len(things) for kind, things in each.items()} for each in (found, there)]
+    return WorkPublic.model_validate({**listed, "found": counts[0], "total": counts[1]}, from_attributes=True)
 
 
 def _having(
-    words: Words, now: datetime, things: Sequence[Thing], texts: Callable[[Thing], tuple[object, ...]]
-) -> list[Thing]:
+    words: Words, now: datetime, things: Sequence[Any], texts: Callable[[Any], tuple[object, ...]]
+) -> list[Any]:
     return [thing for thing in things if words.occur_in(*texts(thing), date_words(thing.created, now))]
 
 
@@ -333,9 +306,8 @@ def _of_run(row: RunRow) -> tuple[object, ...]:
     return row.title, experiment_words(row.experiment, [row.tracker]), row.outcome, f"seed {row.seed}"
 
 
-def _of_comparison(row: ComparisonRow) -> tuple[object, ...]:
-    told = saved_view(row)
-    return row.title, *(experiment_words(experiment, told.trackers) for experiment in told.experiments)
+def _of_comparison(saved: SavedComparisonPublic) -> tuple[object, ...]:
+    return saved.title, *(experiment_words(experiment, saved.trackers) for experiment in saved.experiments)
 
 
 def _of_sweep(sweep: SweepPublic) -> tuple[object, ...]:
@@ -345,3 +317,13 @@ def _of_sweep(sweep: SweepPublic) -> tuple[object, ...]:
 
 def _of_upload(row: UploadRow) -> tuple[object, ...]:
     return row.name, row.kind
+
+
+TEXTS: dict[Kind, Callable[[Any], tuple[object, ...]]] = {
+    "sessions": _of_session,
+    "runs": _of_run,
+    "comparisons": _of_comparison,
+    "sweeps": _of_sweep,
+    "uploads": _of_upload,
+}
+"""What is known of a thing of each kind, in which the words are looked for."""

@@ -4,10 +4,10 @@ import asyncio
 from typing import Annotated
 
 from fastapi import APIRouter
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from pftrack.core.model.parameters import NOT_BOOLEAN
-from pftrack.runs.reproduction import comparison_code, run_code
+from pftrack.runs.reproduction import SourceCode, comparison_code, run_code
 from pftrack.sweep.work import sweep_code
 from pftrack_server.core.bodies import RequestBody
 from pftrack_server.core.experiments import find_experiment
@@ -25,29 +25,19 @@ class SourceCodeRequest(RequestBody):
     )
 
 
-class SourceCodePublic(BaseModel):
-    """The same computation in two forms."""
-
-    model_config = ConfigDict(from_attributes=True)
-
-    python: str
-    command: str
-
-
 router = APIRouter(tags=["source code"])
 
 
 @router.post("/source-code")
-async def write_source_code(body: SourceCodeRequest, house: TheHouse) -> SourceCodePublic:
+async def write_source_code(body: SourceCodeRequest, house: TheHouse) -> SourceCode:
     """Write what computes runs again; of several, what compares them. The truth of a recording is no part of it."""
     named = await asyncio.gather(*(find_run(run, house) for run in body.runs))
     recipes = [each.spec.recipe.with_footage(truth=None) for each in named]
     runs = [(recipe, find_experiment(recipe.experiment)) for recipe in recipes]
-    made = run_code(*runs[0], body.frames) if len(runs) == 1 else comparison_code(runs, body.frames)
-    return SourceCodePublic.model_validate(made)
+    return run_code(*runs[0], body.frames) if len(runs) == 1 else comparison_code(runs, body.frames)
 
 
 @router.get("/sweeps/{sweep}/source-code")
-async def write_sweep_code(sweep: ASweep) -> SourceCodePublic:
+async def write_sweep_code(sweep: ASweep) -> SourceCode:
     """Write what computes a sweep again."""
-    return SourceCodePublic.model_validate(sweep_code(sweep.plan))
+    return sweep_code(sweep.plan)

@@ -17,7 +17,6 @@ from pftrack.output.exports.formats import exports_of
 from pftrack.runs.run import Run
 from pftrack_server.sessions.spec import (
     ChangePublic,
-    ExportPublic,
     MeasurePublic,
     SessionDescription,
     ThresholdPublic,
@@ -46,7 +45,7 @@ def describe(run: Run) -> SessionDescription:
         readings=list(experiment.readings),
         measures=[MeasurePublic(**measure.as_dict()) for measure in experiment.measures_on(setup.footage)],
         success_measure=setup.success,
-        exports=[ExportPublic.model_validate(one) for one in exports_of(experiment)],
+        exports=list(exports_of(experiment)),
         about=[*own, *experiment.subjects(preset, footage)],
         watch=preset.watch if preset else "",
         truth_columns=list(truth.form.columns) if truth else [],
