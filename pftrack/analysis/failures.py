@@ -12,6 +12,7 @@ from pftrack.analysis.diagnosis import Diagnosis, course_of_run, diagnose_course
 from pftrack.analysis.diagnosis.course import COLUMNS, Course, Sign, middle
 from pftrack.core.model.preset import ORDER, Failure
 from pftrack.core.model.recipe import Recipe
+from pftrack.core.model.series import Known
 from pftrack.core.model.tracker import Diagnostics
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.loss import loss_words
@@ -84,8 +85,8 @@ class Measured:
 
     title: str
     unit: str
-    failing: float
-    cured: float
+    failing: Known
+    cured: Known
 
 
 def gallery(experiments: Mapping[str, Experiment]) -> tuple[Entry, ...]:

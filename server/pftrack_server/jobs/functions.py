@@ -15,12 +15,13 @@ from typing import Any, TypeAlias
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel, Field
 
-from pftrack.analysis.failures import FailureRun, entry, measure, run_failure
+from pftrack.analysis.failures import FailureRun, Measured, entry, measure, run_failure
 from pftrack.core.model.marks import read_mark
 from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.recipe import Change
-from pftrack.core.model.series import to_json
+from pftrack.core.model.series import Known
 from pftrack.core.model.setup import Sighting
 from pftrack.core.model.source import FrameIndex, FrameSequence
 from pftrack.experiments import EXPERIMENTS, find
@@ -93,28 +94,49 @@ def draw_experiment(experiment_id: str) -> dict[str, Any]:
     return {"png": base64.b64encode(picture).decode()}
 
 
+class FailureSide(BaseModel):
+    """What came of one of the two runs of a failure."""
+
+    errors: list[Known] = Field(description="Of each frame; null where the truth is unknown")
+    lost: list[bool] = Field(description="Whether the target is lost in a frame")
+    shown: bool = Field(description="Whether the run fails in this way")
+    finding: str = Field(description="What was found in its numbers, a sentence")
+    numbers: dict[str, Known] = Field(description="What the sentence is said from; empty where it does not fail so")
+    why: str = Field(description="Why its target was lost, told from its numbers alone, a sentence")
+
+
+class FailureResult(BaseModel):
+    """Both runs of a failure, computed on this server."""
+
+    unit: str
+    frame: int | None = Field(description="In which the target is lost; null if it is not lost here")
+    measured: tuple[Measured, ...] = Field(description="From that frame on: medians, and shares of frames in %")
+    failing: FailureSide
+    cured: FailureSide
+
+
 def run_with_and_without_cure(failure_id: str) -> dict[str, Any]:
-    """Return how the run of a failure went, and the cured one."""
+    """Return how the run of a failure went, and the cured one, as `FailureResult` has it."""
     shown = entry(EXPERIMENTS, failure_id)
     failing, cured = (run_failure(shown, cured=it) for it in (False, True))
-    measured = [
-        {"title": it.title, "unit": it.unit, "failing": to_json(it.failing), "cured": to_json(it.cured)}
-        for it in measure(failing, cured)
-    ]
-    both = {"failing": _run_json(failing), "cured": _run_json(cured)}
-    return {"unit": shown.experiment.unit, "frame": failing.diagnosis.frame, "measured": measured, **both}
+    return FailureResult(
+        unit=shown.experiment.unit,
+        frame=failing.diagnosis.frame,
+        measured=measure(failing, cured),
+        failing=_side(failing),
+        cured=_side(cured),
+    ).model_dump(mode="json")
 
 
-def _run_json(done: FailureRun) -> dict[str, Any]:
-    numbers = done.sign.numbers if done.sign else {}
-    return {
-        "errors": [to_json(math.nan if row.error is None else row.error) for row in done.rows],
-        "lost": [row.is_lost for row in done.rows],
-        "shown": done.shown,
-        "finding": done.finding,
-        "numbers": {name: to_json(number) for name, number in numbers.items()},
-        "why": done.diagnosis.sentence,
-    }
+def _side(done: FailureRun) -> FailureSide:
+    return FailureSide(
+        errors=[math.nan if row.error is None else row.error for row in done.rows],
+        lost=[row.is_lost for row in done.rows],
+        shown=done.shown,
+        finding=done.finding,
+        numbers=done.sign.numbers if done.sign else {},
+        why=done.diagnosis.sentence,
+    )
 
 
 def frame_jpeg(path: str, index: str | None, number: int, limits: Limits) -> bytes:
@@ -202,7 +224,8 @@ def weigh_target(
     remark, *advice = found.sentences
     picture = None
     if found.likelihood is not None:
-        picture = _jpeg(over(sequence.picture(frame), found.likelihood, width=THUMBNAIL_WIDTH_PX))
+        shown = _jpeg(over(sequence.picture(frame), found.likelihood, width=THUMBNAIL_WIDTH_PX))
+        picture = f"data:image/jpeg;base64,{base64.b64encode(shown).decode()}"
     return {
         "value": found.value,
         "grade": found.grade,

@@ -4,7 +4,6 @@ A person draws a box, moves it, and moves it back: what was found lately is kept
 twice. It is small, and none of it is worth a place on the disk.
 """
 
-import base64
 import json
 from collections import OrderedDict
 from collections.abc import Mapping
@@ -69,15 +68,10 @@ class Suitabilities:
             where = str(self._store.files.upload(upload))
             index = await index_of(self._store, self._settings, tasks, upload)
             limits = limits_of(self._settings)
-            found = await tasks.run(weigh_target, where, index, experiment.id, frame, mark, limits)
-            self._found[key] = _public(found)
+            self._found[key] = SuitabilityPublic(
+                **await tasks.run(weigh_target, where, index, experiment.id, frame, mark, limits)
+            )
             while len(self._found) > MOST_KEPT:
                 self._found.popitem(last=False)
         self._found.move_to_end(key)
         return self._found[key]
-
-
-def _public(found: dict[str, Any]) -> SuitabilityPublic:
-    picture = found.pop("picture")
-    encoded = f"data:image/jpeg;base64,{base64.b64encode(picture).decode()}" if picture else None
-    return SuitabilityPublic(**found, picture=encoded)

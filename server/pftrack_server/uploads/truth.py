@@ -34,13 +34,10 @@ class TruthPublic(BaseModel):
 log = structlog.get_logger(__name__)
 
 
-class _StoredTruth(TruthPublic):
-    """What is kept beside an upload: the summary, and the rows by number of the frame."""
+class StoredTruth(TruthPublic):
+    """What is kept beside an upload: the summary, which alone is answered, and the rows by number of the frame."""
 
     rows: dict[int, tuple[float, ...]]
-
-    def summary(self) -> TruthPublic:
-        return TruthPublic(**self.model_dump(exclude={"rows"}))
 
 
 async def store_truth(
@@ -54,7 +51,7 @@ async def store_truth(
     """
     try:
         path, size = str(received.paths[0]), (upload.width, upload.height)
-        read = _StoredTruth(**await tasks.run(read_truth, path, experiment.id, upload.frames, size))
+        read = StoredTruth(**await tasks.run(read_truth, path, experiment.id, upload.frames, size))
     finally:
         await asyncio.to_thread(shutil.rmtree, folder, ignore_errors=True)
     try:
@@ -62,18 +59,12 @@ async def store_truth(
         await asyncio.to_thread(write_whole, _place(store, upload.id, experiment), content)
     except FileNotFoundError:
         raise ConflictError("The upload was deleted in the meantime.") from None
-    return read.summary()
-
-
-def load_truth(store: Store, upload: str, experiment: Experiment) -> TruthPublic | None:
-    """Return in short what is kept, if anything is."""
-    kept = _load(store, upload, experiment)
-    return kept.summary() if kept else None
+    return read
 
 
 def rows_of(store: Store, upload: str, experiment: Experiment) -> dict[int, tuple[float, ...]] | None:
     """Return what is kept, by number of the frame, if anything is."""
-    kept = _load(store, upload, experiment)
+    kept = load_truth(store, upload, experiment)
     return kept.rows if kept else None
 
 
@@ -88,9 +79,10 @@ def discard_truth(store: Store, upload: str, experiment: Experiment) -> None:
     _place(store, upload, experiment).unlink(missing_ok=True)
 
 
-def _load(store: Store, upload: str, experiment: Experiment) -> _StoredTruth | None:
+def load_truth(store: Store, upload: str, experiment: Experiment) -> StoredTruth | None:
+    """Return what is kept, if anything is."""
     try:
-        return _StoredTruth.model_validate_json(_place(store, upload, experiment).read_bytes())
+        return StoredTruth.model_validate_json(_place(store, upload, experiment).read_bytes())
     except FileNotFoundError:
         return None
     except ValueError:

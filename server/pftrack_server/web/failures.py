@@ -5,9 +5,9 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Path
 
 from pftrack.analysis.failures import Entry
-from pftrack_server.jobs.functions import run_with_and_without_cure
+from pftrack_server.jobs.functions import FailureResult, run_with_and_without_cure
 from pftrack_server.jobs.results import TheResults
-from pftrack_server.work.failures import FailurePublic, FailureResult, failure_named, failures, public
+from pftrack_server.work.failures import FailurePublic, failure_named, failures, public
 
 router = APIRouter(prefix="/failures", tags=["failures"])
 

@@ -1,7 +1,5 @@
 """The gallery of failures: what is declared of each."""
 
-from typing import Any
-
 from pydantic import BaseModel, Field
 
 from pftrack.analysis.failures import Entry, entry, gallery
@@ -48,36 +46,6 @@ class FailurePublic(BaseModel):
     page: str
     previous: FailureNeighbour | None
     next: FailureNeighbour | None
-
-
-class FailureRun(BaseModel):
-    """What came of one of the two runs."""
-
-    errors: list[float | None] = Field(description="Of each frame; null where the truth is unknown")
-    lost: list[bool] = Field(description="Whether the target is lost in a frame")
-    shown: bool = Field(description="Whether the run fails in this way")
-    finding: str = Field(description="What was found in its numbers, a sentence")
-    numbers: dict[str, Any] = Field(description="What the sentence is said from; empty where it does not fail so")
-    why: str = Field(description="Why its target was lost, told from its numbers alone, a sentence")
-
-
-class MeasuredPublic(BaseModel):
-    """What shows a failure, in its run and in the cured one; null where a run has no such number."""
-
-    title: str
-    unit: str
-    failing: float | None
-    cured: float | None
-
-
-class FailureResult(BaseModel):
-    """Both runs of a failure, computed on this server."""
-
-    unit: str
-    frame: int | None = Field(description="In which the target is lost; null if it is not lost here")
-    measured: list[MeasuredPublic] = Field(description="From that frame on: medians, and shares of frames in %")
-    failing: FailureRun
-    cured: FailureRun
 
 
 def failures() -> list[FailurePublic]:
