@@ -4,7 +4,7 @@ import { h } from "../shared/dom.js";
 import { miniature } from "../shared/figure/miniature.js";
 import { quantity } from "../shared/format.js";
 
-/** @import { FailureResult, FailureRun } from "../shared/messages.js" */
+/** @import { FailureResult, FailureSide } from "../shared/messages.js" */
 /** @import { Axis, Line } from "../shared/figure/traces.js" */
 
 /**
@@ -52,14 +52,14 @@ function axis(high) {
 }
 
 /**
- * @param {FailureRun} run
+ * @param {FailureSide} run
  * @param {string} unit
  */
 function errorWords(run, unit) {
   return `up to ${quantity(largestOf(run), unit)} ${unit}, in the end ${quantity(run.errors.at(-1) ?? null, unit)} ${unit}`;
 }
 
-/** @param {FailureRun} run */
+/** @param {FailureSide} run */
 function largestOf({ errors }) {
   return errors.reduce((/** @type {number} */ most, error) => Math.max(most, error ?? 0), 0);
 }

@@ -4,7 +4,7 @@ import { fill, h } from "../shared/dom.js";
 import { parameterValue } from "../shared/format.js";
 import { trackerTitle } from "../session/timeline.js";
 
-/** @import { ControlPublic, Declaration, LessonDetail, SessionPublic } from "../shared/messages.js" */
+/** @import { Declaration, LessonDetail, SessionPublic } from "../shared/messages.js" */
 /** @import { Value } from "../shared/format.js" */
 
 /**
@@ -44,7 +44,7 @@ function list(entries) {
  * @returns {Entry[]}
  */
 export function ofSession(session) {
-  const { declarations, controls, parameters, timeline, about, tracker, recipe } = session;
+  const { declarations, parameters, timeline, about, tracker, recipe } = session;
   /** @type {Record<string, Value>} */
   const before = Object.assign({}, ...timeline.filter(({ frame }) => frame > 0).map((change) => change.before).reverse());
   const isRead = (/** @type {Declaration} */ { trackers }) => trackers.length === 0 || trackers.includes(tracker);
@@ -52,7 +52,7 @@ export function ofSession(session) {
   return [
     { title: "Tracker", value: method(tracker), isFirst: "tracker" in before, ...was(before.tracker, tracker, method) },
     { title: "Seed", value: String(recipe.seed), isFirst: false },
-    ...turnable(declarations, controls).filter(isRead).map((declaration) => {
+    ...turnable(declarations, parameters).filter(isRead).map((declaration) => {
       const { name, title } = declaration;
       const told = (/** @type {Value} */ value) => parameterValue(value, declaration);
       const changed = was(before[name], parameters[name], told);
@@ -67,8 +67,8 @@ export function ofSession(session) {
  * @param {number} seed
  * @returns {Entry[]}
  */
-export function ofLesson({ declarations, controls, asked, random, seed: first }, parameters, seed) {
-  const turned = turnable(declarations, controls).map((declaration) => {
+export function ofLesson({ declarations, asked, random, seed: first }, parameters, seed) {
+  const turned = turnable(declarations, asked).map((declaration) => {
     const { name, title } = declaration;
     const told = (/** @type {Value} */ value) => parameterValue(value, declaration);
     return { title, value: told(parameters[name]), isFirst: true, ...was(asked[name], parameters[name], told) };
@@ -78,10 +78,10 @@ export function ofLesson({ declarations, controls, asked, random, seed: first },
 
 /**
  * @param {readonly Declaration[]} declarations
- * @param {readonly ControlPublic[]} controls
+ * @param {Record<string, Value>} values
  */
-function turnable(declarations, controls) {
-  return declarations.filter(({ name, kind }) => kind !== "colour" && controls.some((control) => control.name === name));
+function turnable(declarations, values) {
+  return declarations.filter(({ name, kind }) => kind !== "colour" && name in values);
 }
 
 /**

@@ -4,7 +4,7 @@ import { makeControl, numberBox } from "../session/panel/control.js";
 import { fill, h } from "../shared/dom.js";
 import { iconButton } from "../shared/icons.js";
 
-/** @import { ControlPublic, Declaration } from "../shared/messages.js" */
+/** @import { Declaration } from "../shared/messages.js" */
 /** @import { Value } from "../shared/format.js" */
 /** @import { Control } from "../session/panel/control.js" */
 
@@ -61,14 +61,13 @@ export class Controls {
  * The controls of declared parameters, in order.
  *
  * @param {readonly Declaration[]} declarations
- * @param {readonly ControlPublic[]} controls
+ * @param {Record<string, Value>} values In force; a parameter without one has no control.
  * @returns {Turnable[]}
  */
-export function declared(declarations, controls) {
-  return controls.flatMap((turning) => {
-    const declaration = declarations.find(({ name }) => name === turning.name);
-    if (declaration === undefined) return [];
-    return [{ name: turning.name, title: declaration.title, make: (propose) => makeControl(declaration, turning, propose) }];
+export function declared(declarations, values) {
+  return declarations.flatMap((declaration) => {
+    const { name, title } = declaration;
+    return name in values ? [{ name, title, make: (propose) => makeControl(declaration, values[name], propose) }] : [];
   });
 }
 

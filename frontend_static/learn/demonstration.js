@@ -48,7 +48,7 @@ export class Demonstration {
    * @param {AbortSignal} signal
    */
   constructor(places, lesson, on, signal) {
-    const { question, declarations, controls, random, asked, seed } = lesson;
+    const { question, declarations, defaults, random, asked, seed } = lesson;
     this.#lesson = lesson;
     this.#places = places;
     this.#values = { ...asked };
@@ -64,7 +64,7 @@ export class Demonstration {
       },
       signal,
     );
-    const turnables = [...declared(declarations, controls), ...(random ? [seedControl] : [])];
+    const turnables = [...declared(declarations, defaults), ...(random ? [seedControl] : [])];
     this.#controls = new Controls(places.controls, turnables, {
       propose: (name, value) => this.#turn(name, value, false),
       reset: (name) => this.#turn(name, name === SEED ? seed : lesson.defaults[name], false),

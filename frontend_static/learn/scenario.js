@@ -140,7 +140,7 @@ function inForce(session) {
 function unlocked(session, names) {
   const trackers = session.trackers.map(({ id, title }) => /** @type {[string, string]} */ ([id, title]));
   const all = [
-    ...declared(session.declarations, session.controls),
+    ...declared(session.declarations, session.parameters),
     { name: TRACKER, title: "Tracker", make: (/** @type {(value: Value) => void} */ propose) => choice("Tracker", TRACKER_HINT, trackers, propose) },
     { name: SEED, title: "Seed", make: (/** @type {(value: Value) => void} */ propose) => numberBox("Seed", SEED_HINT, { min: 0 }, propose) },
   ];

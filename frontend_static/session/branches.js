@@ -105,12 +105,10 @@ export function branchDialog({ store, commands, steering }, preferred) {
  * @param {Record<string, Value>} values Takes what is changed.
  */
 function parameters(session, values) {
-  const turnings = new Map(session.controls.map((turning) => [turning.name, turning]));
   const made = session.declarations.flatMap((declaration) => {
     const { name, live, kind } = declaration;
-    const turning = turnings.get(name);
-    if (turning === undefined || !live || kind === "file") return [];
-    const control = makeControl(declaration, turning, (value) => (values[name] = value));
+    if (!(name in session.parameters) || !live || kind === "file") return [];
+    const control = makeControl(declaration, session.parameters[name], (value) => (values[name] = value));
     control.show(session.parameters[name]);
     return [{ name, element: control.element }];
   });

@@ -292,15 +292,6 @@ export interface Contributions {
   kind: "contributions";
 }
 
-/** The control of a parameter, in addition to its declaration. */
-export interface ControlPublic {
-  name: string;
-  label: string;
-  hint: string;
-  step: number | null;
-  slider: [number, number] | null;
-}
-
 /** A number with a limit over the last frames, such as the normalised innovation squared. */
 export interface Course {
   title: string;
@@ -329,6 +320,10 @@ export interface Declaration {
   threshold_of: string;
   sets: number;
   accept: string;
+  /** Its title with its unit, as a control is called. */
+  label: string;
+  /** What it does, between which bounds, and whether a change restarts the run. */
+  hint: string;
 }
 
 /** What is wrong at a moment of a run. */
@@ -611,13 +606,13 @@ export interface FailureResult {
   /** In which the target is lost; null if it is not lost here */
   frame: number | null;
   /** From that frame on: medians, and shares of frames in % */
-  measured: MeasuredPublic[];
-  failing: FailureRun;
-  cured: FailureRun;
+  measured: Measured[];
+  failing: FailureSide;
+  cured: FailureSide;
 }
 
-/** What came of one of the two runs. */
-export interface FailureRun {
+/** What came of one of the two runs of a failure. */
+export interface FailureSide {
   /** Of each frame; null where the truth is unknown */
   errors: (number | null)[];
   /** Whether the target is lost in a frame */
@@ -627,7 +622,7 @@ export interface FailureRun {
   /** What was found in its numbers, a sentence */
   finding: string;
   /** What the sentence is said from; empty where it does not fail so */
-  numbers: Record<string, unknown>;
+  numbers: Record<string, number | null>;
   /** Why its target was lost, told from its numbers alone, a sentence */
   why: string;
 }
@@ -1133,7 +1128,6 @@ export interface LessonDetail {
   tries: string[];
   notice: string;
   declarations: Declaration[];
-  controls: ControlPublic[];
   defaults: Record<string, boolean | number | string>;
   /** Whether the seed matters */
   random: boolean;
@@ -1227,8 +1221,8 @@ export interface MeasurePublic {
   source: string;
 }
 
-/** What shows a failure, in its run and in the cured one; null where a run has no such number. */
-export interface MeasuredPublic {
+/** What shows a failure, in its run and in the cured one, in the frames from its loss to the end. */
+export interface Measured {
   title: string;
   unit: string;
   failing: number | null;
@@ -1843,7 +1837,6 @@ export interface SessionPublic {
   frames: number;
   id: string;
   speeds: number[];
-  controls: ControlPublic[];
   sweep: string | null;
   upload: string | null;
   created: string;

@@ -205,7 +205,7 @@ def what_others_change_is_shown(view: FlatPage, server: Server) -> None:
         lambda: view.page.get_by_label("Tracker", exact=True).input_value() == "condensation", "the tracker, too"
     )
     readers = {item["name"]: item for item in view.session["declarations"]}
-    controls = {item["name"]: item["label"] for item in view.session["controls"]}
+    controls = {item["name"]: item["label"] for item in view.session["declarations"]}
     panel = view.page.locator(".control")  # a fold may be called as what is in it is, and files are in their own menu
     for name in (name for name in controls if readers[name]["kind"] != "file"):
         reads = not readers[name]["trackers"] or "condensation" in readers[name]["trackers"]

@@ -147,7 +147,7 @@ def the_panel_folds_to_what_it_is_about_and_keeps_its_folds(shown: SessionPage, 
     """
     panel = shown.page.locator(".controls")
     panel.get_by_label("Occluder width (px)", exact=True).first.wait_for()
-    labels = {each["name"]: each["label"] for each in shown.session["controls"]}
+    labels = {each["name"]: each["label"] for each in shown.session["declarations"]}
     about = shown.session["about"]
     assert 0 < len(about) < 6
     for name, label in labels.items():

@@ -54,7 +54,7 @@ def test_a_lesson_tells_all_but_its_answer(client: httpx.Client, name: str) -> N
     told = client.get(f"{URL}/{name}").json()
     assert told == client.get(f"{URL}/{lesson.number}").json()
     assert 'class="unread"' not in json.dumps(told)
-    assert [each["name"] for each in told["controls"]] == list(told["defaults"])
+    assert [each["name"] for each in told["declarations"]] == list(told["defaults"])
     assert set(told["question"]) == {"text", "kind", "unit", "bounds", "choices", "panel", "along"}
     assert told["notice"]
     assert (told["scenario"] is None) == isinstance(lesson.body, Demonstration)

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from pftrack.core.model.parameters import Declaration
-from pftrack_server.core.panel import control_of, controls_of
+from pftrack_server.viewer.controls import slider_range
 
 
 def declare(kind: str, **more: Any) -> Declaration:
@@ -21,28 +21,18 @@ def declare(kind: str, **more: Any) -> Declaration:
         (declare("number", minimum=-640, maximum=640, useful=(120, 200), step=1), (100, 200)),
         (declare("number", minimum=5, maximum=5, useful=(100, 100)), None),
         (declare("number", minimum=0), None),
-        (declare("boolean"), None),
-        (declare("choice", choices=("a", "b")), None),
     ],
 )
 def test_a_slider_covers_the_useful_range_and_the_value(
     declaration: Declaration, slider: tuple[float, float] | None
 ) -> None:
     """A value beyond the useful range widens it; what has no range has no slider."""
-    control = control_of(declaration, 100)
-    assert control.slider == slider
-    assert slider is None or control.step
+    assert slider_range(declaration, 100) == slider
 
 
 def test_the_words_name_unit_bounds_and_restart() -> None:
     """A label carries the unit; the hint says what it does, how far it goes, and what a change costs."""
-    control = control_of(declare("number", minimum=0, maximum=200, unit="px", live=False), 7)
-    assert control.label == "Width (px)"
-    assert control.hint == "How wide. From 0 to 200 px. A change restarts the run."
-    assert control_of(declare("boolean"), True).hint == "How wide."
-
-
-def test_what_has_no_value_has_no_control() -> None:
-    """Only parameters that the session has are offered, in their order."""
-    declarations = [declare("boolean", name=name) for name in "cab"]
-    assert [each.name for each in controls_of(declarations, {"b": True, "c": False})] == ["c", "b"]
+    declaration = declare("number", minimum=0, maximum=200, unit="px", live=False)
+    assert declaration.label == "Width (px)"
+    assert declaration.hint == "How wide. From 0 to 200 px. A change restarts the run."
+    assert declare("boolean").hint == "How wide."

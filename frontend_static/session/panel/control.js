@@ -3,7 +3,7 @@
 import { h } from "../../shared/dom.js";
 import { explain, explainControl } from "../../shared/terms.js";
 
-/** @import { ControlPublic, Declaration } from "../../shared/messages.js" */
+/** @import { Declaration } from "../../shared/messages.js" */
 /** @import { Value } from "../../shared/format.js" */
 
 /**
@@ -18,20 +18,21 @@ let made = 0;
 
 /**
  * @param {Declaration} declaration
- * @param {ControlPublic} turning
+ * @param {Value} value In force: the slider of a number reaches it.
  * @param {(value: Value) => void} propose
  * @returns {Control}
  */
-export function makeControl(declaration, turning, propose) {
+export function makeControl(declaration, value, propose) {
+  const { label, hint } = declaration;
   switch (declaration.kind) {
     case "boolean":
-      return checkbox(turning.label, turning.hint, propose);
+      return checkbox(label, hint, propose);
     case "choice":
-      return choice(turning.label, turning.hint, declaration.choices.map((text) => [text, text]), propose);
+      return choice(label, hint, declaration.choices.map((text) => [text, text]), propose);
     case "colour":
-      return colour(turning, propose);
+      return colour(declaration, propose);
     default:
-      return amount(declaration, turning, propose);
+      return amount(declaration, Number(value), propose);
   }
 }
 
@@ -84,15 +85,17 @@ export function numberBox(label, hint, bounds, propose) {
 }
 
 /**
+ * A box that takes whatever is allowed, with a slider over the useful range, widened to the value in force.
+ *
  * @param {Declaration} declaration
- * @param {ControlPublic} turning
+ * @param {number} inForce
  * @param {(value: number) => void} propose
  * @returns {Control}
  */
-function amount({ minimum, maximum }, { label, hint, step, slider }, propose) {
+function amount({ label, hint, minimum, maximum, step, useful }, inForce, propose) {
   const bounds = { min: minimum, max: maximum };
-  if (slider === null) return numberBox(label, hint, bounds, propose);
-  const [low, high] = slider;
+  const [low, high] = useful === null ? [inForce, inForce] : [Math.min(useful[0], inForce), Math.max(useful[1], inForce)];
+  if (low === high) return numberBox(label, hint, bounds, propose);
   const range = h("input", { type: "range", min: low, max: high, step: step ?? "any", "aria-label": label, "aria-description": hint });
   const { box, show: showInBox } = numberInput(bounds, (value) => {
     range.value = String(value);
@@ -111,7 +114,7 @@ function amount({ minimum, maximum }, { label, hint, step, slider }, propose) {
 }
 
 /**
- * @param {ControlPublic} turning
+ * @param {Declaration} declaration
  * @param {(value: string) => void} propose
  * @returns {Control}
  */

@@ -87,13 +87,12 @@ export class Panel {
     const trackers = session.trackers.map(({ id, title }) => /** @type {[string, string]} */ ([id, title]));
     this.#controls.set(TRACKER, choice("Tracker", TRACKER_HINT, trackers, propose(TRACKER)));
     this.#controls.set(SEED, numberBox("Seed", SEED_HINT, { min: 0 }, propose(SEED)));
-    const turnings = new Map(session.controls.map((turning) => [turning.name, turning]));
     /** @type {Group["members"]} */
     const members = session.declarations.flatMap((declaration) => {
-      const turning = turnings.get(declaration.name);
+      const value = session.parameters[declaration.name];
       // Files are brought in by the menu of files, which both views have.
-      if (turning === undefined || declaration.kind === "file") return [];
-      const control = makeControl(declaration, turning, propose(declaration.name));
+      if (value === undefined || declaration.kind === "file") return [];
+      const control = makeControl(declaration, value, propose(declaration.name));
       this.#controls.set(declaration.name, control);
       return [{ control, declaration }];
     });

@@ -12,7 +12,7 @@ from functools import cache
 from types import MappingProxyType
 from typing import Any, ClassVar, Literal, Self, TypeAlias, TypeVar, Unpack, get_args, get_origin
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError, computed_field
 from pydantic.fields import FieldInfo
 
 Value: TypeAlias = bool | int | float | str
@@ -123,6 +123,20 @@ class Declaration(BaseModel):
     threshold_of: str = ""
     sets: int = 1
     accept: str = ""
+
+    @computed_field  # type: ignore[prop-decorator]
+    @property
+    def label(self) -> str:
+        """Its title with its unit, as a control is called."""
+        return f"{self.title} ({self.unit})" if self.unit else self.title
+
+    @computed_field  # type: ignore[prop-decorator]
+    @property
+    def hint(self) -> str:
+        """What it does, between which bounds, and whether a change restarts the run."""
+        unit = f" {self.unit}" if self.unit else ""
+        bounds = "" if self.minimum is None else f"From {self.minimum:g} to {self.maximum:g}{unit}."
+        return " ".join(filter(None, (self.description, bounds, "" if self.live else "A change restarts the run.")))
 
 
 class Parameters(BaseModel):

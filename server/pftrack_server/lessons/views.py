@@ -5,7 +5,6 @@ from pftrack.core.model.recipe import Recipe
 from pftrack.experiments import find as find_experiment
 from pftrack.teaching.lessons.lesson import Demonstration, Lesson, Question, Scenario, Verdict, question_recipe
 from pftrack.teaching.lessons.library import Library
-from pftrack_server.core.panel import controls_of
 from pftrack_server.lessons.results import Job
 from pftrack_server.lessons.service import missing
 from pftrack_server.lessons.text import inline, paragraphs
@@ -49,7 +48,6 @@ def detail_view(lesson: Lesson, library: Library) -> LessonDetail:
         tries=[inline(each) for each in lesson.tries],
         notice=inline(lesson.notice),
         declarations=list(declared),
-        controls=controls_of(declared, defaults),
         defaults=defaults,
         random=isinstance(body, Demonstration) and body.random,
         seed=body.seed if isinstance(body, Demonstration) else body.recipe.seed,

@@ -7,7 +7,6 @@ from pydantic import BaseModel, ConfigDict, Field, StrictFloat, StrictInt, Stric
 from pftrack.core.model.parameters import Declaration, Value
 from pftrack.core.model.recipe import Recipe, Seed
 from pftrack_server.core.bodies import RequestBody, Values
-from pftrack_server.core.panel import ControlPublic
 
 
 class _Public(BaseModel):
@@ -103,7 +102,6 @@ class LessonDetail(LessonPublic):
     tries: list[str]
     notice: str
     declarations: list[Declaration]
-    controls: list[ControlPublic]
     defaults: dict[str, Value]
     random: bool = Field(description="Whether the seed matters")
     seed: int

@@ -13,7 +13,6 @@ from pftrack.core.model.drawing import BRANCHES, hexadecimal
 from pftrack.core.model.measures import judge_loss
 from pftrack.runs.loss import loss_start
 from pftrack_server.core.errors import ConflictError
-from pftrack_server.core.panel import controls_of
 from pftrack_server.sessions.spec import (
     TRANSITIONS,
     Bookmark,
@@ -156,7 +155,6 @@ class SessionState:
             **vars(self.description),
             **vars(self.snapshot),
             id=spec.id,
-            controls=controls_of(self.description.declarations, self.snapshot.parameters),
             sweep=spec.sweep,
             upload=spec.upload,
             created=spec.created,

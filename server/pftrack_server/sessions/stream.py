@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, WithJsonSchema
 
-from pftrack_server.core.panel import SPEEDS, ControlPublic
+from pftrack_server.core.panel import SPEEDS
 from pftrack_server.sessions.duplex import Message, encode
 from pftrack_server.sessions.listeners import Listener, Listeners
 from pftrack_server.sessions.spec import SessionDescription, SessionSnapshot
@@ -27,7 +27,6 @@ class SessionPublic(SessionDescription, SessionSnapshot):
 
     id: str
     speeds: tuple[float, ...] = SPEEDS
-    controls: list[ControlPublic]
     sweep: str | None
     upload: str | None
     created: str

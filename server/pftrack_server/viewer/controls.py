@@ -11,7 +11,6 @@ from typing import Any
 import viser
 
 from pftrack.core.model.parameters import Declaration, Value
-from pftrack_server.core.panel import ControlPublic, control_of
 
 Handle = Any  # viser's handles are generic over their value and assign through `__setattr__`
 
@@ -65,18 +64,18 @@ class Control:
 
 
 def _make(server: viser.ViserServer, declaration: Declaration, value: Value) -> tuple[Handle, ...]:
-    control, shown = control_of(declaration, value), _to_handle(declaration, value)
+    shown = _to_handle(declaration, value)
     match declaration.kind:
         case "integer" | "number":
-            return _make_number(server.gui, declaration, control, shown)
+            return _make_number(server.gui, declaration, shown)
         case "file":  # files come by the page, which checks who sends them
             return ()
         case _:
-            return (_make_one(server.gui, declaration, control, shown),)
+            return (_make_one(server.gui, declaration, shown),)
 
 
-def _make_one(gui: viser.GuiApi, declaration: Declaration, control: ControlPublic, shown: Handle) -> Handle:
-    label, hint = control.label, control.hint
+def _make_one(gui: viser.GuiApi, declaration: Declaration, shown: Handle) -> Handle:
+    label, hint = declaration.label, declaration.hint
     match declaration.kind:
         case "boolean":
             return gui.add_checkbox(label, shown, hint=hint)
@@ -86,23 +85,29 @@ def _make_one(gui: viser.GuiApi, declaration: Declaration, control: ControlPubli
             return gui.add_rgb(label, shown, hint=hint)
 
 
-def _make_number(
-    gui: viser.GuiApi, declaration: Declaration, control: ControlPublic, shown: Handle
-) -> tuple[Handle, ...]:
+def _make_number(gui: viser.GuiApi, declaration: Declaration, shown: Handle) -> tuple[Handle, ...]:
     number = int if declaration.kind == "integer" else float
     low, high = declaration.minimum, declaration.maximum
     if low is None or high is None or not low <= shown <= high or low == high:
-        return (gui.add_number(control.label, shown, hint=control.hint),)
-    step = number(control.step or 1)
+        return (gui.add_number(declaration.label, shown, hint=declaration.hint),)
+    step, label, hint = number(declaration.step or 1), declaration.label, declaration.hint
     bounds = number(low), number(high)
-    slider = tuple(number(bound) for bound in control.slider or ())
+    slider = tuple(number(bound) for bound in slider_range(declaration, shown) or ())
     if slider == bounds:
-        return (gui.add_slider(control.label, *bounds, step, shown, marks=(), hint=control.hint),)
-    box = gui.add_number(control.label, shown, min=bounds[0], max=bounds[1], step=step, hint=control.hint)
+        return (gui.add_slider(label, *bounds, step, shown, marks=(), hint=hint),)
+    box = gui.add_number(label, shown, min=bounds[0], max=bounds[1], step=step, hint=hint)
     if not slider:
         return (box,)
     # Without a label: the style sheet gives such a slider the whole width and hides its box.
-    return box, gui.add_slider("", slider[0], slider[1], step, shown, marks=(), hint=control.hint)
+    return box, gui.add_slider("", slider[0], slider[1], step, shown, marks=(), hint=hint)
+
+
+def slider_range(declaration: Declaration, value: float) -> tuple[float, float] | None:
+    """Return from where to where the slider of a number goes: its useful range, widened to the value in force."""
+    if declaration.useful is None:
+        return None
+    low, high = min(declaration.useful[0], value), max(declaration.useful[1], value)
+    return (low, high) if low < high else None
 
 
 def _to_handle(declaration: Declaration, value: Value) -> Handle:
