@@ -76,11 +76,6 @@ class ParticleSet:
         """Return states and log weights by name, for a file."""
         return {"states": self.states, "log_weights": self.log_weights}
 
-    @property
-    def nbytes(self) -> int:
-        """About how much memory it takes, bytes."""
-        return self.states.nbytes + 2 * self.log_weights.nbytes + self.ancestors.nbytes
-
     @cached_property
     def weights(self) -> Floats:
         """(N,) normalised weights."""

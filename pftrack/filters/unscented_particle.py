@@ -43,11 +43,6 @@ class UnscentedParticles(ParticleSet):
         super().__post_init__()
         check(missing=True, states=(self.states, "N d"), covariances=(self.covariances, "N d d"))
 
-    @property
-    def nbytes(self) -> int:
-        """About how much memory it takes, bytes."""
-        return super().nbytes + self.covariances.nbytes
-
 
 def step(
     particles: ParticleSet,

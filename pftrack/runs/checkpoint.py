@@ -16,6 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from pftrack.core.files import part_of
 from pftrack.core.model.tracker import Diagnostics, TrackState
 from pftrack.core.version import __version__
@@ -34,6 +36,30 @@ ARRAYS = {
 
 BUDGET_BYTES = 32 * 1024 * 1024
 
+STATE_BYTES = 1024
+"""About what a state takes beside its arrays."""
+
+
+def bytes_of(value: object, known: set[int]) -> int:
+    """Return how much memory the arrays within a value take, bytes, without those that are known; they then are, too.
+
+    Args:
+        value: A state: arrays, and dataclasses, tuples, lists and mappings of these.
+        known: Ids of arrays that are counted already, since states share what does not change from frame to frame.
+    """
+    match value:
+        case np.ndarray():
+            size = 0 if id(value) in known else value.nbytes
+            known.add(id(value))
+            return size
+        case tuple() | list():
+            return sum(bytes_of(part, known) for part in value)
+        case Mapping():
+            return sum(bytes_of(part, known) for part in value.values())
+        case _ if dataclasses.is_dataclass(value):
+            return sum(bytes_of(getattr(value, part.name), known) for part in dataclasses.fields(value))
+    return 0
+
 
 class Keyframes:
     """States at regular intervals, as many as the memory budget allows; the interval doubles when it is used up.
@@ -47,7 +73,7 @@ class Keyframes:
         self._budget_bytes = budget_bytes
         self._states: dict[int, TrackState] = {}
         self._newest: dict[int, TrackState] = {}
-        self._bytes = 0
+        self._bytes, self._known = 0, set[int]()
 
     def offer(self, frame: int, state: TrackState) -> None:
         """Keep the state if its frame is due, as frame 0 always is, or until a newer one comes; once for each frame."""
@@ -55,12 +81,18 @@ class Keyframes:
             self._newest = {frame: state}
         if frame % self._interval or frame in self._states:
             return
-        self._states[frame] = state
-        self._bytes += state.nbytes
+        self._keep(frame, state)
         while self._bytes > self._budget_bytes and len(self._states) > 1:
             self._interval *= 2
-            self._states = {index: kept for index, kept in self._states.items() if index % self._interval == 0}
-            self._bytes = sum(kept.nbytes for kept in self._states.values())
+            states, self._states = self._states, {}
+            self._bytes, self._known = 0, set()
+            for index, kept in states.items():
+                if index % self._interval == 0:
+                    self._keep(index, kept)
+
+    def _keep(self, frame: int, state: TrackState) -> None:
+        self._states[frame] = state
+        self._bytes += STATE_BYTES + bytes_of(state, self._known)
 
     def latest(self, frame: int) -> tuple[int, TrackState]:
         """Return the newest state that is kept at or before a frame, and its number."""

@@ -67,10 +67,6 @@ class Bank:
     def sigma(self) -> NDArray[np.float64]:
         return np.array([0.1 + 0.1 * float(1.0 - self.weights.max())])
 
-    @property
-    def nbytes(self) -> int:
-        return 1024
-
     def arrays(self) -> Mapping[str, NDArray[np.float64]]:
         return {"places": self.places, "weights": self.weights}
 

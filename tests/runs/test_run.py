@@ -1,5 +1,6 @@
 """Runs: the same numbers whichever way one comes."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -11,7 +12,7 @@ from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.tracker import Step
 from pftrack.experiments import find
-from pftrack.runs.checkpoint import Keyframes
+from pftrack.runs.checkpoint import STATE_BYTES, Keyframes, bytes_of
 from pftrack.runs.run import EndOfRun, PastError, Run
 from tests.making import whole_run
 
@@ -217,7 +218,7 @@ def test_keyframes_stay_within_their_budget() -> None:
     """When the budget is used up every other keyframe goes; frame 0 always stays."""
     run = ball(frames=40)
     states = [step.state for step in run]
-    keyframes = Keyframes(interval=1, budget_bytes=400_000)
+    keyframes = Keyframes(interval=1, budget_bytes=300_000)
     for frame, state in enumerate(states):
         keyframes.offer(frame, state)
     assert keyframes.latest(0)[0] == 0
@@ -229,10 +230,18 @@ def test_keyframes_stay_within_their_budget() -> None:
 def test_a_keyframe_counts_once_in_the_budget() -> None:
     """A state that is offered again, as by a checkpoint, takes no more of the budget."""
     states = [step.state for step in ball(frames=3)]
-    keyframes = Keyframes(interval=1, budget_bytes=3 * states[0].nbytes)
+    keyframes = Keyframes(interval=1, budget_bytes=3 * (STATE_BYTES + bytes_of(states[1], set())))
     for frame in (0, 0, 0, 1, 1, 2):
         keyframes.offer(frame, states[frame])
     assert list(keyframes.states) == [0, 1, 2]
+
+
+def test_what_states_share_counts_once_in_the_budget() -> None:
+    """Arrays that a state has from the one before take memory once."""
+    state = ball(frames=3).current.state
+    known: set[int] = set()
+    assert bytes_of(state, known) >= state.particles.states.nbytes
+    assert bytes_of(replace(state, log_evidence=1.0), known) == 0
 
 
 def test_signals_run_beside_their_exact_answer() -> None:

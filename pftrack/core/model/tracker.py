@@ -40,10 +40,6 @@ class TrackState(Protocol):
     def log_evidence(self) -> float:
         """Log p(z_t | z_{1:t-1}) up to the constant that the likelihood leaves out."""
 
-    @property
-    def nbytes(self) -> int:
-        """About how much memory it takes, bytes."""
-
     def arrays(self) -> Mapping[str, NDArray[Any]]:
         """Return the belief's arrays by name, for a file; empty if mean and covariance are all there is."""
 

@@ -357,13 +357,6 @@ class FishState:
         """(4,) posterior mean (a, b, theta, phi), px and rad."""
         return self.mean[[0, 1, 4, 5]]
 
-    @property
-    def nbytes(self) -> int:
-        """About how much memory it takes, bytes."""
-        particles = self.particles
-        arrays = (particles.states, particles.ancestors, self.changes)
-        return 1024 + 2 * particles.log_weights.nbytes + sum(array.nbytes for array in arrays)
-
     def arrays(self) -> Mapping[str, Floats]:
         """Return states and log weights of the particles."""
         return self.particles.arrays()

@@ -385,12 +385,6 @@ class HandState:
         found: Floats = np.sqrt((self.beam.weights[:, None] * squares).sum(axis=0))
         return found
 
-    @property
-    def nbytes(self) -> int:
-        """About how much memory it takes, bytes."""
-        own = 1024 + len(self.beam) * (3 * 25 + 20) * 8
-        return own if self.particles is None else own + self.particles.states.nbytes
-
     def arrays(self) -> Mapping[str, NDArray[Any]]:
         """Return poses, log weights and parents of the beam, and the particles' if there are any."""
         found: dict[str, NDArray[Any]] = {

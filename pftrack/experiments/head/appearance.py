@@ -145,12 +145,6 @@ class HeadMemory:
     reliefs: Reliefs | None = None
 
     @property
-    def nbytes(self) -> int:
-        """About how much memory it takes that other frames do not share, bytes; flat templates may be new in any."""
-        grown = 0 if self.growth is None else self.growth.nbytes
-        return grown + self.templates.pixels.nbytes
-
-    @property
     def lost(self) -> bool:
         """Whether there is no face."""
         return self.lost_frames > 0

@@ -237,11 +237,6 @@ class Chain:
         """(6,) directions theta*_1..3, rad, and lengths r_1..3, px."""
         return np.concatenate([directions(joints(self.mean)), self.mean[-LINKS:]])
 
-    @property
-    def nbytes(self) -> int:
-        """About how much memory it takes, bytes."""
-        return 256 + self.mean.nbytes + self.covariance.nbytes + self.attitude.nbytes
-
     def arrays(self) -> Mapping[str, Floats]:
         """Return mean, covariance and attitude."""
         return {"means": self.mean, "covariances": self.covariance, "attitudes": self.attitude}

@@ -196,11 +196,6 @@ class LengthParticles(ParticleSet):
     history: Floats
     key: bytes
 
-    @property
-    def nbytes(self) -> int:
-        """About how much memory it takes, bytes."""
-        return super().nbytes + sum(one.nbytes for one in (*self.chains, self.values, self.history, self.origins))
-
     @override
     def arrays(self) -> Mapping[str, NDArray[Any]]:
         """Return states, log weights, lengths and factors, and the filters' means and covariances."""

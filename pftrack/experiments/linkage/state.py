@@ -36,10 +36,6 @@ class Hypothesis(Protocol):
     def pose(self) -> Floats:
         """(6,) in the middle of it: the directions theta*_1..3, rad, and the lengths r_1..3, px."""
 
-    @property
-    def nbytes(self) -> int:
-        """About how much memory it takes, bytes."""
-
     def arrays(self) -> Mapping[str, Floats]:
         """Return its arrays by name, for a file."""
 
@@ -121,14 +117,6 @@ class LinkageState:
     def in_space(self) -> bool:
         """Whether the chain moves in space rather than in a plane."""
         return self.reference is not None
-
-    @property
-    def nbytes(self) -> int:
-        """About how much memory it takes, bytes."""
-        if isinstance(self.belief, ParticleSet):
-            return 2048 + self.belief.nbytes
-        members: tuple[Hypothesis, ...] = self.belief.members
-        return 2048 + sum(member.nbytes for member in members)
 
     def arrays(self) -> Mapping[str, NDArray[Any]]:
         """Return particles, or what the hypotheses are made of, with log weights."""

@@ -125,11 +125,6 @@ class Region:
         """Whether it is of a chain in space."""
         return bool(self.array.shape[1] != 2 * LINKS)
 
-    @property
-    def nbytes(self) -> int:
-        """About how much memory it takes, bytes."""
-        return 128 + self.array.nbytes
-
     def arrays(self) -> Mapping[str, Floats]:
         """Return its array, and the scale of the angles in it."""
         return {"regions": self.array, "scale": np.array(self.scale)}

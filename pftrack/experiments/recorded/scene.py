@@ -430,12 +430,6 @@ class BeliefState:
         """Nothing is known of it: 0."""
         return 0.0
 
-    @property
-    def nbytes(self) -> int:
-        """About how much memory it takes, bytes."""
-        held = [self.beliefs.selected, *self.beliefs.others]
-        return 4096 + sum(3 * one.particles.nbytes for one in held if one.particles is not None)
-
     def arrays(self) -> Mapping[str, Floats]:
         """Return states and log weights of the particles; empty without."""
         if self.particles is None:

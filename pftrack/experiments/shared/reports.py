@@ -321,16 +321,6 @@ class PointState:
         """(tracked,) posterior standard deviations."""
         return self.posterior.standard_deviations[: self.tracked]
 
-    @property
-    def nbytes(self) -> int:
-        """About how much memory it takes, bytes."""
-        size = 1024
-        if self.particles is not None:
-            size += self.particles.nbytes
-        if self.lineage is not None:
-            size += self.lineage.paths.nbytes
-        return size
-
     def arrays(self) -> Mapping[str, Floats]:
         """Return states and log weights of the particles; empty without."""
         return self.particles.arrays() if self.particles is not None else {}

@@ -55,12 +55,6 @@ class Observed:
     frames: int
     counts: Ints
 
-    @property
-    def nbytes(self) -> int:
-        """How much memory it takes."""
-        arrays = self.positions, self.told, self.variances, self.filled, self.everything.gram, self.counts
-        return sum(array.nbytes for array in arrays)
-
 
 def begin(count: int) -> Observed:
     """Return what is known before the first frame of `count` points."""
@@ -205,15 +199,6 @@ class Belief:
     def log_evidence(self) -> float:
         """The log density that the belief gave to the last frame before it was taken; 0 where a method has none."""
         return 0.0 if self.own is None else self.own.log_evidence
-
-    @property
-    def nbytes(self) -> int:
-        """How much memory it takes."""
-        known = self.known
-        if isinstance(known, Online):
-            arrays = known.rows, known.precisions, known.second, known.motion, known.motion_covariances
-            return sum(array.nbytes for array in arrays)
-        return 0 if self.own is None else 2 * self.own.precision.nbytes
 
 
 def plain(

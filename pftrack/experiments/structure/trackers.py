@@ -217,11 +217,6 @@ class StructureState:
         variances = np.diagonal(self.placed.covariances, axis1=1, axis2=2)
         return np.asarray(np.sqrt(np.maximum(variances, 0.0)).ravel())
 
-    @property
-    def nbytes(self) -> int:
-        """About how much memory it takes, bytes."""
-        return self.seen.nbytes + self.belief.nbytes + 4096
-
     def arrays(self) -> Mapping[str, NDArray[Any]]:
         """Return the shape's covariances and the camera, for a file."""
         return {"covariances": self.placed.covariances, "camera": self.placed.camera}

@@ -220,11 +220,6 @@ class Corners:
         frames = self.index - self.born
         return (frames >= GONE_FRAMES) & (2 * self.still >= frames)
 
-    @property
-    def nbytes(self) -> int:
-        """How much memory they take, bytes."""
-        return 3 * self.templates.nbytes + 5 * self.places.nbytes
-
     def select(self, numbers: Ints) -> "Corners":
         """Return some of the corners, given by their numbers (M,), in that order."""
         arrays: dict[str, Any] = {name: it[numbers] for name, it in vars(self).items() if isinstance(it, np.ndarray)}

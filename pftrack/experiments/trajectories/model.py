@@ -189,12 +189,6 @@ class TrajectoriesState:
         rows[np.arange(len(rows))[:, None] < self.born] = np.nan
         return rows, _apart(rows[:, :, 0], rows[:, :, 2]) > self.outlier_px
 
-    @property
-    def nbytes(self) -> int:
-        """About how much memory it takes, bytes."""
-        arrays = self.raw.nbytes + self.filtered.nbytes + self.smoothed.nbytes + 4096
-        return self.belief.nbytes + arrays + (0 if self.corners is None else self.corners.nbytes)
-
     def arrays(self) -> Mapping[str, NDArray[Any]]:
         """Return the positions, and the particles of the selected track where there are some, for a file."""
         arrays = {"filtered": self.filtered[0], "smoothed": self.smoothed, "raw": self.raw[0]}

@@ -91,11 +91,6 @@ class Cloud:
         """The arrays."""
         return Stored(self.offsets, self.nodes, self.parents, self.counts, self.logs, self.known)
 
-    @property
-    def nbytes(self) -> int:
-        """How much memory it takes."""
-        return sum(array.nbytes for array in self.arrays)
-
     def age(self, track: int, age: int) -> tuple[Floats, Floats]:
         """Return the positions (n, 2) of a track some frames ago, px, and the share (n,) of today's of each."""
         first, last = self.offsets[track, age : age + 2]

@@ -44,11 +44,6 @@ class Gaussians:
             of = {"means": (self.means, "A K 2 2"), "covariances": (self.covariances, "A K 3")}
             check(missing=True, drives=(self.drives, "A K"), **of)
 
-    @property
-    def nbytes(self) -> int:
-        """How much memory it takes."""
-        return self.means.nbytes + self.covariances.nbytes + self.drives.nbytes
-
 
 def nothing(count: int) -> Gaussians:
     """Return what is believed of `count` tracks before their first frame."""

@@ -115,12 +115,6 @@ class Growing:
         return blocks[np.arange(count), :, np.arange(count)].copy()
 
     @property
-    def nbytes(self) -> int:
-        """About how much memory it takes that other frames do not share, bytes."""
-        # The covariance is kept beside the precision once somebody has asked for it.
-        return 2048 + 2 * self.own.precision.nbytes + 3 * self.shape.nbytes
-
-    @property
     def free_energy(self) -> float:
         """The log density of the last frame under the own shape before it was taken, up to a constant."""
         return self.own.log_evidence

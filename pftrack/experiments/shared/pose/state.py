@@ -222,20 +222,6 @@ class Belief:
         """(F,) the share of the solid's prediction as learned up to this frame; None where there is no choice."""
         return self.kept.mixture.ratios if isinstance(self.kept, Layered) else None
 
-    @property
-    def nbytes(self) -> int:
-        """About how much memory it takes, bytes."""
-        own = 8192 + 6 * self.positions.size * 8
-        match self.kept:
-            case ParticleSet():
-                return self.kept.nbytes + self.positions.nbytes + 1024
-            case RaoBlackwell():
-                return own + self.kept.cameras.nbytes
-            case _:
-                angles = getattr(self.kept.upper, "theta_particles", None)
-                own += 0 if angles is None else angles.nbytes
-                return own if self.rival is None else 2 * own
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PoseState:
@@ -292,11 +278,6 @@ class PoseState:
     def feature_covariances(self) -> Floats:
         """(F, 2, 2) px^2."""
         return self.belief.covariances
-
-    @property
-    def nbytes(self) -> int:
-        """About how much memory it takes, bytes."""
-        return self.belief.nbytes + getattr(self.memory, "nbytes", 0)
 
     def arrays(self) -> Mapping[str, NDArray[Any]]:
         """Return the particles of the features by name."""
