@@ -114,6 +114,7 @@ class Hypotheses:
 SeriesValue: TypeAlias = float | tuple[float, ...] | Interval | Hypotheses
 
 
+@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class Reduction:
     """One number that is kept of a series over a whole run, such as a column of a sweep.
@@ -134,6 +135,7 @@ class Reduction:
     component: str = ""
 
 
+@with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class Series:
     """The declaration of something measured in every frame.

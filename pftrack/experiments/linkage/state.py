@@ -22,7 +22,7 @@ from pftrack.experiments.declared import read_reported
 from pftrack.experiments.linkage.model import LINKS, Bounds
 from pftrack.experiments.linkage.scene import LinkageSceneParameters, in_degrees
 from pftrack.experiments.shared import reports
-from pftrack.experiments.shared.filtered import NIS, measure_innovation
+from pftrack.experiments.shared.filtered import measure_innovation
 from pftrack.experiments.shared.reports import hypotheses_cloud, loss_share, particle_count
 from pftrack.filters.beam import Beam
 from pftrack.filters.kalman import NormalisedInnovation
@@ -132,7 +132,7 @@ SERIES = tuple(read_reported(Path(__file__).parent).values())
 """Of every tracker: the range of each length, directions, hypotheses, and what happened. The range is two standard
 deviations to either side, the middle 95 % of particles, or all that is not excluded; of hypotheses, of all together."""
 
-GAUSSIAN_SERIES = (*SERIES, *NIS, Series("seen_px", "what was measured", "px", "vector", role="measured"))
+GAUSSIAN_SERIES = (*SERIES, *reports.NIS, Series("seen_px", "what was measured", "px", "vector", role="measured"))
 
 PARTICLE_SERIES = (*SERIES, *reports.CLOUD)
 

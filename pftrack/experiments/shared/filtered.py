@@ -18,7 +18,7 @@ from typing_extensions import override
 from pftrack.core.arrays import Floats
 from pftrack.core.model.likelihood import Amount, Cloud, Component, Part, Residual
 from pftrack.core.model.model import LinearStep, Model, State, Values
-from pftrack.core.model.series import Reduction, Series, SeriesValue
+from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Tracker
 from pftrack.core.numerics.random import Gaussian, Generator, Purpose, Stream
@@ -30,9 +30,6 @@ from pftrack.filters.dynamics import Sampled
 from pftrack.filters.kalman import Innovation, NormalisedInnovation
 from pftrack.filters.particles import ParticleSet
 from pftrack.filters.resampling import RESAMPLERS, Resampler, systematic
-
-EXACT = Series("exact", "exact mean", shape="vector")
-"""Mean of the exact posterior, which for a linear model is known beside the approximate one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +119,7 @@ class PointModel(Model):
     @property
     def series(self) -> tuple[Series, ...]:
         """The particles, and the exact answer where it is known."""
-        return (*reports.CLOUD, EXACT) if self.scales else reports.CLOUD
+        return (*reports.CLOUD, reports.EXACT) if self.scales else reports.CLOUD
 
     def measure(self, state: State) -> Mapping[str, SeriesValue]:
         """Report the particles, and the exact answer beside theirs."""
@@ -242,7 +239,7 @@ class Kalman(Filter[PointModel]):
         return replace(
             super().join(model),
             start=partial(_start_exact, model),
-            series=NIS,
+            series=reports.NIS,
             measure=lambda state: measure_innovation(state.innovation),
             sampling="exact",
         )
@@ -276,28 +273,11 @@ def filtered(model: M, *filters: Filter[M]) -> dict[str, Tracker]:
 # should be as large as numbers are measured, and above its limit in one frame of twenty. Larger, the filter is too sure
 # of itself; smaller, it could be surer (Bar-Shalom, Li, Kirubarajan 2001, section 5.4).
 
-NIS = (
-    Series(
-        "nis",
-        "normalised innovation squared",
-        role="nis",
-        reductions=(Reduction("mean_nis", "mean normalised innovation squared", "mean"),),
-    ),
-    Series(
-        "nis_freedom",
-        "numbers measured",
-        role="nis_freedom",
-        reductions=(Reduction("mean_nis_freedom", "mean numbers measured in a frame", "mean"),),
-    ),
-    Series("nis_limit", "limit of 95 %", role="nis_limit"),
-)
-"""Series of every tracker that predicts its measurement as a Gaussian; a frame without a measurement lacks them."""
-
 LIMIT_DIGITS = 6
 
 
 def measure_innovation(innovation: NormalisedInnovation | None) -> Mapping[str, SeriesValue]:
-    """Return the values of `NIS`; none where nothing was measured."""
+    """Return the values of `reports.NIS`; none where nothing was measured."""
     if innovation is None:
         return {}
     squared, freedom = innovation

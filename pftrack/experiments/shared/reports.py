@@ -5,6 +5,7 @@ The state is a posterior over the vector of one point, or of one signal, by part
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal, Self, TypeAlias
 
 from pydantic import model_validator
@@ -12,41 +13,20 @@ from pydantic import model_validator
 from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.likelihood import Cloud
 from pftrack.core.model.parameters import ParameterError, Parameters, parameter
-from pftrack.core.model.series import Reduction, Series, SeriesValue
+from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.numerics.random import Gaussian
+from pftrack.core.texts import read_as
 from pftrack.filters.auxiliary import WeightRule
 from pftrack.filters.dynamics import Lineage
 from pftrack.filters.kalman import NormalisedInnovation
 from pftrack.filters.learning.online_em import Learner
 from pftrack.filters.particles import ParticleSet
 
-CLOUD = (
-    Series("ess", "ESS", role="ess"),
-    Series("particles", "particles", role="particles"),
-    Series("resampled", "resampled", role="resampled"),
-    Series("unique_ancestors", "different parents"),
-)
-"""Of every particle filter: effective sample size, number of particles, whether parents were drawn in this frame, and
-how many different parents the particles have."""
-
-SAMPLERS = Series(
-    "samples",
-    "proposals",
-    shape="vector",
-    role="share",
-    components=("prediction", "observation"),
-    colours=("prediction", "observation"),
-    reductions=(Reduction("observation_share", "share of particles by observation", "share", "observation"),),
-)
-"""Of filters that draw by prediction or by observation: how many particles came from which."""
-
-ALERT = Series(
-    "switched",
-    "switched",
-    role="flag",
-    reductions=(Reduction("switches", "switches between samplers or noises", "count"),),
-)
-"""Whether another sampler, or another process noise, was used than in the frame before."""
+_DECLARED = {series.name: series for series in read_as(Series, Path(__file__).with_name("series.yaml"), "name")}
+CLOUD = tuple(_DECLARED[name] for name in ("ess", "particles", "resampled", "unique_ancestors"))
+SAMPLERS, ALERT, EXACT = _DECLARED["samples"], _DECLARED["switched"], _DECLARED["exact"]
+NIS = tuple(_DECLARED[name] for name in ("nis", "nis_freedom", "nis_limit"))
+"""What many trackers report; `series.yaml` says of which trackers."""
 
 
 def cloud(particles: ParticleSet, *, resampled: bool) -> Mapping[str, SeriesValue]:

@@ -27,7 +27,7 @@ from pftrack.core.numerics.elementary import exponential
 from pftrack.core.numerics.random import Gaussian, Generator, Purpose, Stream
 from pftrack.experiments.declared import read_reported
 from pftrack.experiments.shared import reports
-from pftrack.experiments.shared.filtered import NIS, Update, measure_innovation
+from pftrack.experiments.shared.filtered import Update, measure_innovation
 from pftrack.experiments.trajectories.model import (
     BLOCK,
     KEPT_FRAMES,
@@ -374,7 +374,7 @@ TRACKERS: dict[str, Tracker] = {
             gaussian_method,
             LinearTrack(normal),
             "exact",
-            *NIS,
+            *reports.NIS,
         ),
     )
 }

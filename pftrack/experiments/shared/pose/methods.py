@@ -8,15 +8,17 @@ take over from another in mid-run.
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
 from pftrack.core.arrays import Floats
 from pftrack.core.geometry import rotation
-from pftrack.core.model.series import Reduction, Series, SeriesValue
+from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.numerics.matrices import least_squares, pinhole_jacobian, product
 from pftrack.core.numerics.random import Gaussian, Generator
+from pftrack.core.texts import read_as
 from pftrack.experiments.shared.pose import layered
 from pftrack.experiments.shared.pose.calibrated import PoseTrackerParameters
 from pftrack.experiments.shared.pose.layered import FeatureLikelihood, Layered
@@ -286,37 +288,17 @@ def _camera(solid: Solid, positions: Floats, theta: Floats) -> Floats:
     return np.column_stack([slopes, positions.mean(axis=0) - product(slopes, solid.points_mm.mean(axis=0))])
 
 
+REPORTED = read_as(Series, Path(__file__).with_name("reported.yaml"), "name")
+OF_LAYERS = ("alpha", "samples", "unique_ancestors")
+"""What joint particles do not have."""
+
+
 def report(method: Method, features: tuple[str, ...]) -> tuple[Series, ...]:
     """Return the series of a method that tracks a solid whose features have these names."""
-    common = (
-        Series("ess", "ESS", role="ess"),
-        Series("particles", "particles", role="particles"),
-        Series("feature_recognised", "recognised", shape="vector", role="flag", components=features),
-        Series("feature_x_px", "position, x", "px", "vector", components=features),
-        Series("feature_y_px", "position, y", "px", "vector", components=features),
-        Series("feature_sd_px", "standard deviation", "px", "vector", components=features),
-        Series(
-            "switched",
-            "switched",
-            role="flag",
-            reductions=(Reduction("switches", "frames in which a feature changed its prediction", "count"),),
-        ),
-    )
-    if method == "rb-pf":
-        return common
-    return (
-        *common,
-        Series("alpha", "alpha", shape="vector", components=features),
-        Series(
-            "samples",
-            "proposals",
-            shape="vector",
-            role="share",
-            components=("own past", "solid"),
-            colours=("prediction", "observation"),
-            reductions=(Reduction("solid_share", "share of particles from the solid's pose", "share", "solid"),),
-        ),
-        Series("unique_ancestors", "survivors"),
+    return tuple(
+        replace(each, components=each.components or features) if each.shape == "vector" else each
+        for each in REPORTED
+        if method != "rb-pf" or each.name not in OF_LAYERS
     )
 
 
