@@ -1,22 +1,24 @@
 """What an experiment says in YAML files in its folder, so that a sentence or a number can be mended without Python.
 
 - `experiment.yaml`: title, question and description, what it comes from, titles of its trackers and what these
-  report, its words, plots, readings, layers and worlds;
+  report, its words, measures, plots, readings, layers and worlds;
 - `presets.yaml` and `failures.yaml`, where there is one: where to begin, and what goes wrong;
 - `quality.yaml`: how far bands of error are to be believed, and on which scenes the probability of a loss was fitted.
 
 Plots, readings and layers that many experiments have are there by their names alone.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, NamedTuple, NotRequired, TypeVar
 
 from pydantic import TypeAdapter, ValidationError, with_config
 from typing_extensions import TypedDict
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.band import (
     STANDARD_CALIBRATION,
     Calibration,
@@ -28,17 +30,18 @@ from pftrack.core.model.band import (
 )
 from pftrack.core.model.drawing import Key, Layer, Viewpoint, World
 from pftrack.core.model.glossary import Citation, Term, cite
+from pftrack.core.model.measures import EvaluatedRun, Measure
 from pftrack.core.model.preset import ExampleSweep, Failure, Preset, Tour, read_failures, read_presets
-from pftrack.core.model.series import STANDARD_PLOTS, STANDARD_READINGS, Plot, Reading, Reduction, Series
+from pftrack.core.model.series import STANDARD_PLOTS, STANDARD_READINGS, Plot, Reading, Series
 from pftrack.core.model.setup import BESIDE
 from pftrack.core.model.tracker import Tracker
 from pftrack.core.texts import CLOSED, read_texts, refusal
-from pftrack.experiments.experiment import Quality
+from pftrack.experiments.experiment import STANDARD_QUALITY, Quality
 from pftrack.experiments.shared.loss_probability import NOTHING_DECLARED, Scenes, read_declaration
 from pftrack.experiments.shared.sketch import POINT_LAYERS
 
 for _kind in (
-    *(Layer, World, Viewpoint, Plot, Reading, Term, Series, Reduction, ExampleSweep, Tour, Scenes),
+    *(Layer, World, Viewpoint, Plot, Reading, Term, ExampleSweep, Tour, Scenes),
     *(Calibration, Miscalibration, EstimateBand, DeviationBand, IntervalBand, FlagBand),
 ):
     with_config(CLOSED)(_kind)  # pydantic refuses unknown fields of them in files; in Python they are called as ever
@@ -51,8 +54,12 @@ KINDS: Mapping[str, tuple[TypeAdapter[Any], str]] = {
     "series": (TypeAdapter(Series), "name"),
     "reported": (TypeAdapter(Series), "name"),
     "worlds": (TypeAdapter(World), "name"),
+    "measures": (TypeAdapter(Measure), "name"),
 }
 """Sections that map names to what they declare: what that is, and its field that takes the name."""
+
+ERRORS: Callable[[EvaluatedRun], Floats] = attrgetter("errors")
+"""What a measure of a file is of, by default."""
 
 STANDARD: Mapping[str, Mapping[str, object]] = {
     "layers": {layer.name: layer for layer in POINT_LAYERS},
@@ -89,9 +96,10 @@ class _Title(TypedDict):
 
 
 class _Said(NamedTuple):
-    """What `experiment.yaml` says: of the experiment, of its trackers by name, and of the series that these report."""
+    """What `experiment.yaml` says of the experiment, its measures, its trackers by name, and what these report."""
 
     texts: _Texts
+    measures: tuple[Measure, ...]
     titles: Mapping[str, _Title]
     reported: tuple[Series, ...]
 
@@ -99,9 +107,11 @@ class _Said(NamedTuple):
 class Words(_Texts):
     """Fields of an `Experiment` that its folder's files declare."""
 
+    measures: tuple[Measure, ...]
     trackers: Mapping[str, Tracker]
     presets: tuple[Preset, ...]
     failures: tuple[Failure, ...]
+    quality: Quality
 
 
 @with_config(CLOSED)
@@ -116,24 +126,38 @@ T = TypeVar("T")
 _TEXTS, _TITLES, _QUALITY = TypeAdapter(_Texts), TypeAdapter(dict[str, _Title]), TypeAdapter(_Quality)
 
 
-def read_words(folder: Path, trackers: Mapping[str, Tracker], shared: Path | None = None) -> Words:
+def read_words(
+    folder: Path,
+    trackers: Mapping[str, Tracker],
+    shared: Path | None = None,
+    measures: tuple[Measure, ...] = (),
+    frames: Mapping[str, Callable[[EvaluatedRun], Floats]] | None = None,
+) -> Words:
     """Return what the files of an experiment's folder say of it.
 
     Args:
-        folder: With `experiment.yaml`, `presets.yaml`, and `failures.yaml` if there is one.
+        folder: With `experiment.yaml`, `presets.yaml`, and `failures.yaml`, `quality.yaml` and `loss_probability.json`
+            if there are such.
         trackers: By name; they get the titles and descriptions that the first file has of them.
         shared: A file with what several experiments have by its name alone.
+        measures: That stand before those of the first file.
+        frames: By name of a measure of the file, the values of the frames; of others those are the errors.
 
     Raises:
-        ValueError: A file is not YAML, or lacks a field, or has an unknown or wrong one; it names file and line.
+        ValueError: A file is not YAML, or lacks a field, or has an unknown or wrong one, or speaks of a tracker that is
+            not there; it names the file, and the line where one is wrong.
     """
     said, failures = _read(folder, shared), folder / "failures.yaml"
     if list(trackers) != list(said.titles):
         given = f"{', '.join(said.titles)}; expected {', '.join(trackers)}"
         raise ValueError(f"{folder.name}/experiment.yaml: it has titles of the trackers {given}")
+    own = frames or {}
+    declared = (replace(each, frames=own.get(each.name, each.frames)) for each in said.measures)
     return {
         **said.texts,
+        "measures": (*measures, *declared),
         "trackers": {name: replace(tracker, **said.titles[name]) for name, tracker in trackers.items()},
+        "quality": _read_quality(folder, trackers),
         "presets": read_presets(folder / "presets.yaml"),
         "failures": read_failures(failures) if failures.exists() else (),
     }
@@ -160,17 +184,15 @@ def _read(folder: Path, shared: Path | None = None) -> _Said:
         raise ValueError(f"{places['references']}: {error}") from error
     sections = {name: _section(name, given, path, places, known) for name, given in declared.items()}
     titles = _validate(_TITLES, sections.pop("trackers", {}), path, places, "trackers")
-    reported = sections.pop("reported", ())
-    return _Said(_validate(_TEXTS, {**sections, "references": references}, path, places), titles, reported)
+    measures, reported = (sections.pop(name, ()) for name in ("measures", "reported"))
+    texts = _validate(_TEXTS, {**sections, "references": references}, path, places)
+    return _Said(texts, measures, titles, reported)
 
 
-def read_quality(folder: Path, trackers: Mapping[str, Tracker]) -> Quality:
-    """Return what `quality.yaml` and, where scenes are declared, `loss_probability.json` in a folder say of trackers.
-
-    Raises:
-        ValueError: A file is not as it should be, or speaks of a tracker that is not there; it names the file.
-    """
+def _read_quality(folder: Path, trackers: Mapping[str, Tracker]) -> Quality:
     path = folder / "quality.yaml"
+    if not path.exists():
+        return STANDARD_QUALITY
     declared, places = read_texts(path)
     said = _validate(_QUALITY, declared, path, places)
     loss, scenes = NOTHING_DECLARED, said.get("scenes")
@@ -213,6 +235,8 @@ def _section(
 
 
 def _fields(section: str, fields: Any) -> Mapping[str, Any]:  # noqa: ANN401 - as in the file
+    if section == "measures":
+        return {"frames": ERRORS, **(fields or {})}
     if section == "terms" and isinstance(fields, str):
         return {"meaning": fields}
     if section == "layers" and fields and "legend" in fields:

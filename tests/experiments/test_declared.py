@@ -8,7 +8,7 @@ import pytest
 import pftrack.experiments
 from pftrack.core.model.series import ERROR, Reading
 from pftrack.experiments import find
-from pftrack.experiments.declared import read_quality, read_words
+from pftrack.experiments.declared import ERRORS, read_words
 
 FISH = find("fish")
 
@@ -30,7 +30,7 @@ def test_a_name_alone_is_the_standard_plot_and_reading(folder: Path) -> None:
 
 def test_whole_numbers_of_a_scene_stay_whole(folder: Path) -> None:
     """A range of whole numbers draws whole numbers, one of others any."""
-    scenes = read_quality(folder, FISH.trackers).loss_probability.scenes
+    scenes = read_words(folder, FISH.trackers)["quality"].loss_probability.scenes
     assert scenes is not None
     drawn = scenes.draw(0)
     assert (type(drawn["tank_number"]), type(drawn["occlusion_width_px"])) == (int, float)
@@ -53,4 +53,15 @@ def test_a_mistake_is_named_with_its_line(folder: Path, old: str, new: str, mess
     for path in (folder / "experiment.yaml", folder / "quality.yaml"):
         path.write_text(path.read_text("utf-8").replace(old, new, 1), "utf-8")
     with pytest.raises(ValueError, match=message):
-        read_quality(folder, read_words(folder, FISH.trackers)["trackers"])
+        read_words(folder, FISH.trackers)
+
+
+def test_measures_of_a_file_are_of_the_errors_by_default(tmp_path: Path) -> None:
+    """A mistake in one is named with its line, as in other sections."""
+    structure, own = find("structure"), Path(pftrack.experiments.__file__).parent / "structure"
+    assert read_words(own, structure.trackers)["measures"][-1] == structure.measures[-1]
+    assert structure.measures[-1].frames is ERRORS
+    text = (own / "experiment.yaml").read_text("utf-8").replace("how: until", "hou: until")
+    (tmp_path / "experiment.yaml").write_text(text, "utf-8")
+    with pytest.raises(ValueError, match=r"line \d+: measures.frames_to_shape has an unknown field 'hou'"):
+        read_words(tmp_path, structure.trackers)

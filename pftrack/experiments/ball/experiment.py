@@ -27,7 +27,7 @@ from pftrack.experiments.ball.model import (
     ScoringParameters,
 )
 from pftrack.experiments.ball.scene import BallSceneParameters, BallSource, look_beside, suits
-from pftrack.experiments.declared import read_quality, read_words
+from pftrack.experiments.declared import read_words
 from pftrack.experiments.experiment import Experiment, Video
 from pftrack.experiments.shared.recording import RecordingParameters, RecordingSource
 from pftrack.experiments.shared.reports import JudgedByBox
@@ -148,9 +148,8 @@ def _caption(step: Step) -> str:
 
 
 EXPERIMENT = Experiment(
-    **read_words(FOLDER, TRACKERS),
+    **read_words(FOLDER, TRACKERS, measures=PICTURE_MEASURES),
     id="ball",
-    quality=read_quality(FOLDER, TRACKERS),
     model=COLOURED,
     simulate=simulate,
     video=Video(
@@ -165,7 +164,6 @@ EXPERIMENT = Experiment(
     draw=draw,
     error=distance,
     lost=lambda errors, sizes, parameters: errors > parameters.lost_radii * sizes / 2,
-    measures=PICTURE_MEASURES,
     exports=(GUIDANCE.export,),
     guidance=GUIDANCE,
 )

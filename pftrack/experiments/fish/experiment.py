@@ -31,7 +31,7 @@ from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Diagnostics, Step
-from pftrack.experiments.declared import read_quality, read_words, read_worlds
+from pftrack.experiments.declared import read_words, read_worlds
 from pftrack.experiments.experiment import Experiment, Video
 from pftrack.experiments.fish.model import (
     CAP_PX,
@@ -339,9 +339,8 @@ def _wrap(angle: float) -> float:
 
 
 EXPERIMENT = Experiment(
-    **read_words(FOLDER, TRACKERS),
+    **read_words(FOLDER, TRACKERS, measures=PICTURE_MEASURES),
     id="fish",
-    quality=read_quality(FOLDER, TRACKERS),
     simulate=simulate,
     video=Video(
         wire,
@@ -356,7 +355,6 @@ EXPERIMENT = Experiment(
     error=distance,
     missed=is_missed,
     measure=measure,
-    measures=PICTURE_MEASURES,
     guidance=GUIDANCE,
     exports=(GUIDANCE.export,),
 )

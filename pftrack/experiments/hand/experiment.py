@@ -31,7 +31,7 @@ from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Diagnostics, Step
-from pftrack.experiments.declared import read_quality, read_words
+from pftrack.experiments.declared import read_words
 from pftrack.experiments.experiment import Experiment, Video
 from pftrack.experiments.hand import recording
 from pftrack.experiments.hand.fingers import HandFeatures
@@ -392,7 +392,6 @@ def _too_far(tips: Floats, target: HandTarget) -> bool:
 EXPERIMENT = Experiment(
     **WORDS,
     id="hand",
-    quality=read_quality(FOLDER, TRACKERS),
     simulate=simulate,
     draw=draw,
     error=_distance,

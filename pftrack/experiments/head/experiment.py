@@ -36,7 +36,7 @@ from pftrack.core.model.setup import Export, Setup
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.core.numerics.elementary import wrap
-from pftrack.experiments.declared import read_quality, read_words
+from pftrack.experiments.declared import read_words
 from pftrack.experiments.experiment import Experiment, Video
 from pftrack.experiments.head.appearance import HeadMemory
 from pftrack.experiments.head.parameters import HeadTrackerParameters
@@ -82,7 +82,7 @@ FOLDER = Path(__file__).parent
 
 SHAPE_ERROR = Series("shape_error_mm", "distance of the face model from the driver's face", "mm")
 
-WORDS = read_words(FOLDER, TRACKERS, SHOWN_OF_POSES) | {"series": (*pose_series(FEATURES), SHAPE_ERROR)}
+WORDS = read_words(FOLDER, TRACKERS, SHOWN_OF_POSES, POSE_MEASURES) | {"series": (*pose_series(FEATURES), SHAPE_ERROR)}
 
 (HEAD_WORLD,) = WORDS["worlds"]
 
@@ -565,7 +565,6 @@ EXPERIMENT = Experiment(
     draw=draw,
     error=mean_error_deg,
     lost=is_lost,
-    measures=POSE_MEASURES,
     video=Video(
         wire,
         recorded=lambda _kind: RecordedHeadParameters(),
@@ -580,5 +579,4 @@ EXPERIMENT = Experiment(
     scale=float(np.rad2deg(1.0)),
     measure=head_measure,
     report=report,
-    quality=read_quality(FOLDER, TRACKERS),
 )

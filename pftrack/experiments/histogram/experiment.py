@@ -28,7 +28,7 @@ from pftrack.core.model.tracker import Diagnostics, Step, Tracker
 from pftrack.core.numerics.compiled import read_only
 from pftrack.core.numerics.elementary import exponential
 from pftrack.core.numerics.random import Gaussian, Stream
-from pftrack.experiments.declared import read_quality, read_words, read_worlds
+from pftrack.experiments.declared import read_words, read_worlds
 from pftrack.experiments.experiment import Experiment, Video
 from pftrack.experiments.histogram.model import MODEL, REPORTED, SIZE, HistogramState, judge, mark
 from pftrack.experiments.histogram.parameters import HistogramTrackerParameters, ScoringParameters
@@ -449,9 +449,8 @@ def wire(sequence: FrameSequence, mark: Box, start: int, truth: Truth | None) ->
 
 
 EXPERIMENT = Experiment(
-    **read_words(FOLDER, TRACKERS),
+    **read_words(FOLDER, TRACKERS, measures=(HELD_AT_END, *PICTURE_MEASURES, MEAN_IOU)),
     id="histogram",
-    quality=read_quality(FOLDER, TRACKERS),
     model=MODEL,
     simulate=simulate,
     video=Video(
@@ -466,5 +465,4 @@ EXPERIMENT = Experiment(
     draw=draw,
     error=distance,
     lost=lambda errors, sizes, parameters: errors >= parameters.lost_radii * sizes / 2,
-    measures=(HELD_AT_END, *PICTURE_MEASURES, MEAN_IOU),
 )

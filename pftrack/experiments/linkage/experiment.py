@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from pftrack.core.arrays import Floats
 from pftrack.core.model.drawing import Drawing, Picture, Primitive
 from pftrack.core.model.marks import FeaturePoints
-from pftrack.core.model.measures import EvaluatedRun, Measure, held_at_end
+from pftrack.core.model.measures import EvaluatedRun, held_at_end
 from pftrack.core.model.parameters import ParameterError, Value, parameter, revise
 from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.setup import Setup
@@ -27,7 +27,7 @@ from pftrack.core.model.source import Frame, FrameSequence, History, Target, Tru
 from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.core.numerics.elementary import direction, wrap
 from pftrack.core.numerics.matrices import product
-from pftrack.experiments.declared import read_quality, read_words
+from pftrack.experiments.declared import read_words
 from pftrack.experiments.experiment import PICTURES, Experiment, Video
 from pftrack.experiments.linkage.draw import (
     depth_world,
@@ -470,29 +470,6 @@ def _last_errors(course: EvaluatedRun) -> Floats:
     return errors
 
 
-MEASURES = (
-    HELD_AT_END,
-    Measure(
-        "median_direction_error_deg",
-        "Median error of the directions",
-        "Median over the labelled frames of the greatest error of a link's direction.",
-        "median",
-        lambda course: course.errors,
-        unit="°",
-        better="lower",
-    ),
-    Measure(
-        "final_direction_error_deg",
-        f"Median error of the last {LAST_FRAMES} frames",
-        f"Median over the last {LAST_FRAMES} labelled frames of the greatest error of a link's direction.",
-        "median",
-        _last_errors,
-        unit="°",
-        better="lower",
-    ),
-)
-
-
 FOLDER = Path(__file__).parent
 
 
@@ -552,9 +529,8 @@ def _unseen(frame: Frame) -> list[str]:
 
 
 EXPERIMENT = Experiment(
-    **read_words(FOLDER, TRACKERS),
+    **read_words(FOLDER, TRACKERS, measures=(HELD_AT_END,), frames={"final_direction_error_deg": _last_errors}),
     id="linkage",
-    quality=read_quality(FOLDER, TRACKERS),
     warm_frames=3,
     simulate=simulate,
     video=Video(
@@ -573,6 +549,5 @@ EXPERIMENT = Experiment(
     lost=lambda errors, _sizes, parameters: errors > parameters.lost_deg,
     missed=is_missed,
     measure=measure,
-    measures=MEASURES,
     report=report,
 )

@@ -23,7 +23,7 @@ from pftrack.core.model.source import Frame, Landmarks, Measurements, Target
 from pftrack.core.model.tracker import Diagnostics, Step, Tracker
 from pftrack.core.numerics.matrices import pinhole
 from pftrack.core.numerics.random import Gaussian, Generator, Stream
-from pftrack.experiments.declared import read_quality, read_words
+from pftrack.experiments.declared import read_words
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.prism.scene import (
     EDGES,
@@ -253,7 +253,7 @@ TRACKERS: dict[str, Tracker] = {method: _tracker(method) for method in METHODS}
 
 FOLDER = Path(__file__).parent
 
-WORDS = read_words(FOLDER, TRACKERS, SHOWN_OF_POSES) | {"series": pose_series(NAMES)}
+WORDS = read_words(FOLDER, TRACKERS, SHOWN_OF_POSES, POSE_MEASURES) | {"series": pose_series(NAMES)}
 
 Placed: TypeAlias = tuple[Floats, Bools]
 """Corners (8, 3) px, and which faces (6,) are seen."""
@@ -336,11 +336,9 @@ EXPERIMENT = Experiment(
     draw=draw,
     error=mean_error_deg,
     lost=is_lost,
-    measures=POSE_MEASURES,
     scale=float(np.rad2deg(1.0)),
     measure=pose_measure,
     exports=(TrackedPrismParameters.guidance.export,),
     guidance=TrackedPrismParameters.guidance,
-    quality=read_quality(FOLDER, TRACKERS),
     model=MODEL,
 )

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.band import Calibration
 from pftrack.core.model.drawing import COLOURS, OKABE_ITO, Colour, Drawing, Picture, Polyline, Primitive, Text
 from pftrack.core.model.measures import MEAN_IOU, PICTURE_MEASURES
 from pftrack.core.model.parameters import ParameterError, Parameters, parameter, revise
@@ -22,7 +21,7 @@ from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Belief, Frame, FrameSequence, Plane, Target, Truth
 from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.experiments.declared import read_words
-from pftrack.experiments.experiment import Experiment, Quality, Video
+from pftrack.experiments.experiment import Experiment, Video
 from pftrack.experiments.recorded.scene import (
     TRACKERS,
     UNITS,
@@ -289,7 +288,7 @@ def _is_lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 -
 
 
 EXPERIMENT = Experiment(
-    **read_words(FOLDER, TRACKERS),
+    **read_words(FOLDER, TRACKERS, measures=(*PICTURE_MEASURES, MEAN_IOU)),
     id="recorded",
     simulate=simulate,
     video=Video(
@@ -302,10 +301,7 @@ EXPERIMENT = Experiment(
     ),
     boxes=boxes_of,
     draw=draw,
-    # Nothing is promised of bands that somebody else has computed.
-    quality=Quality(Calibration(bands=())),
     error=_distance,
     lost=_is_lost,
     measure=measure_truth,
-    measures=(*PICTURE_MEASURES, MEAN_IOU),
 )

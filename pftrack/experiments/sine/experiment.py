@@ -24,7 +24,7 @@ from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, History, Target
 from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.core.numerics.random import Gaussian, Generator, Purpose, Stream
-from pftrack.experiments.declared import read_quality, read_words
+from pftrack.experiments.declared import read_words
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.shared.filtered import Bootstrap, Kalman, PointModel, filtered
 from pftrack.experiments.shared.reports import particle_count, resampling_threshold
@@ -316,7 +316,6 @@ def _mean_distance(estimates: Floats, truths: Floats) -> Any:  # noqa: ANN401 - 
 EXPERIMENT = Experiment(
     **read_words(FOLDER, TRACKERS),
     id="sine",
-    quality=read_quality(FOLDER, TRACKERS),
     model=MODEL,
     simulate=simulate,
     draw=draw,

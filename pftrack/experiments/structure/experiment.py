@@ -6,7 +6,6 @@ variational Bayes, which knows the noise of each; and by the project's own recur
 """
 
 from collections.abc import Mapping, Sequence
-from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
@@ -27,14 +26,14 @@ from pftrack.core.model.drawing import (
     Text,
     WorldDrawing,
 )
-from pftrack.core.model.measures import EvaluatedRun, Measure
+from pftrack.core.model.measures import EvaluatedRun
 from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, FrameSequence, Target, Truth
 from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.core.numerics.matrices import pinhole
-from pftrack.experiments.declared import read_quality, read_words
+from pftrack.experiments.declared import read_words
 from pftrack.experiments.experiment import Experiment, Video
 from pftrack.experiments.shared.pose.drawing import dashes
 from pftrack.experiments.shared.sketch import at_height, caption, circle, colours, dots, lines, paper
@@ -47,18 +46,24 @@ from pftrack.vision.structure.factorization import FEWEST_POINTS
 
 FOLDER = Path(__file__).parent
 
-WORDS = read_words(FOLDER, TRACKERS)
+FOUND_PERCENT = 5.0
+"""Up to this shape error a shape counts as found."""
+
+WITHIN = "shape_within_5_percent"
+"""The measure by which a run is a success."""
+
+
+def _within(course: EvaluatedRun) -> Floats:
+    known = ~np.isnan(course.errors)
+    return np.where(known, course.errors <= FOUND_PERCENT, np.nan)
+
+
+WORDS = read_words(FOLDER, TRACKERS, frames={WITHIN: _within, "frames_to_shape": _within})
 
 (SHAPE_WORLD,) = WORDS["worlds"]
 
-EQUATION = "Bando, Adaptive sampling method for real-time state estimation in the real world, 2007"
-"""Whose the shape error is, eq. 4.19."""
-
 MOST_POINTS = 100
 """Whose common covariance is found in a frame's time."""
-
-FOUND_PERCENT = 5.0
-"""Up to this shape error a shape counts as found."""
 
 DEPTH_SEEN = 1.5
 """How far the third direction must stand out from the noise for a shape not to be flat."""
@@ -318,7 +323,7 @@ class SimulatedTracksParameters(StructureTrackerParameters, TracksSceneParameter
 
 def simulate() -> Setup:
     """Wire the simulated body with Bando's values."""
-    return Setup(TracksSource, SimulatedTracksParameters(), success=WITHIN.name)
+    return Setup(TracksSource, SimulatedTracksParameters(), success=WITHIN)
 
 
 def wire(sequence: FrameSequence, _mark: None, start: int, _truth: Truth | None) -> Setup:
@@ -333,7 +338,7 @@ def wire(sequence: FrameSequence, _mark: None, start: int, _truth: Truth | None)
         bound = f"the tracks of {FEWEST_POINTS} to {MOST_POINTS} points, of which a shape can be made"
         raise ParameterError("footage", len(sequence.names), bound)
     source = RecordedTracks(sequence, named_body(sequence), start)
-    return Setup(lambda _seed, _parameters: source, StructureTrackerParameters(), success=WITHIN.name)
+    return Setup(lambda _seed, _parameters: source, StructureTrackerParameters(), success=WITHIN)
 
 
 def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
@@ -373,44 +378,6 @@ def _remarks(state: StructureState, row: Diagnostics) -> list[str]:
     return said
 
 
-def _within(course: EvaluatedRun) -> Floats:
-    known = ~np.isnan(course.errors)
-    return np.where(known, course.errors <= FOUND_PERCENT, np.nan)
-
-
-WITHIN = Measure(
-    "shape_within_5_percent",
-    "Shape within 5 % of the truth",
-    "Share of the labelled frames whose shape error is at most 5 % of the body's size.",
-    "share",
-    _within,
-    source=EQUATION,
-)
-
-MEASURES = (
-    WITHIN,
-    Measure(
-        "frames_to_shape",
-        "Frames before the shape is found",
-        "Frames before the first labelled one whose shape error is at most 5 %; all frames of the run if none is.",
-        "until",
-        _within,
-        unit="frames",
-        better="lower",
-        source=EQUATION,
-    ),
-    Measure(
-        "median_shape_error",
-        "Median shape error",
-        "Median over the labelled frames of the shape error.",
-        "median",
-        attrgetter("errors"),
-        unit="%",
-        better="lower",
-        source=EQUATION,
-    ),
-)
-
 EXPERIMENT = Experiment(
     **WORDS,
     id="structure",
@@ -427,8 +394,6 @@ EXPERIMENT = Experiment(
     ),
     draw=draw,
     error=shape_errors,
-    measures=MEASURES,
     scale=SHARE,
-    quality=read_quality(FOLDER, TRACKERS),
     measure=measure,
 )

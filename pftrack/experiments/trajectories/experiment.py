@@ -15,13 +15,12 @@ import numpy as np
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.drawing import Drawing, Picture, Primitive
-from pftrack.core.model.measures import EvaluatedRun, Measure
 from pftrack.core.model.parameters import parameter, revise
 from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, FrameSequence, Source, Truth
 from pftrack.core.model.tracker import Diagnostics, Step
-from pftrack.experiments.declared import read_quality, read_words
+from pftrack.experiments.declared import read_words
 from pftrack.experiments.experiment import PICTURES, Experiment, Video
 from pftrack.experiments.shared.sketch import (
     caption,
@@ -214,27 +213,9 @@ def _whole(values: Sequence[float]) -> float | None:
     return math.sqrt(sum(known) / len(known)) if known else None
 
 
-def _errors(course: EvaluatedRun) -> Floats:
-    return course.errors
-
-
-MEASURES = (
-    Measure(
-        "median_track_error_px",
-        "Median error",
-        "Median over the labelled frames of the distance of the selected track's filtered position from the truth.",
-        "median",
-        _errors,
-        unit="px",
-        better="lower",
-    ),
-)
-
-
 EXPERIMENT = Experiment(
     **read_words(FOLDER, TRACKERS),
     id="trajectories",
-    quality=read_quality(FOLDER, TRACKERS),
     model=MODEL,
     simulate=simulate,
     video=Video(
@@ -248,7 +229,6 @@ EXPERIMENT = Experiment(
     draw=draw,
     error=distance,
     lost=lambda errors, _sizes, parameters: errors > parameters.lost_px,
-    measures=MEASURES,
     measure=measure,
     report=report,
     exports=EXPORTS,
