@@ -17,7 +17,6 @@ Source: Mitsugami et al. 2009, section 3.1, eq. 7; the limit is our own (docs/me
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,7 +26,6 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from pftrack.core.arrays import Floats, check_picture
-from pftrack.core.files import PictureKey
 from pftrack.core.model.likelihood import Amount, Component, Part
 from pftrack.core.model.model import Model, State, Values
 from pftrack.core.model.series import Series, SeriesValue
@@ -37,6 +35,7 @@ from pftrack.core.numerics.elementary import sines_cosines
 from pftrack.experiments.declared import read_reported
 from pftrack.experiments.fish.parameters import FishTrackerParameters, Told
 from pftrack.experiments.shared import reports
+from pftrack.experiments.shared.recording import keep_last
 from pftrack.filters.particles import ParticleSet
 
 BODY_POINTS, TAIL_POINTS = 24, 8
@@ -159,29 +158,15 @@ class Edges(NamedTuple):
     distances: NDArray[np.uint8]
 
 
+@keep_last
 def edges_of(image_rgb: NDArray[np.uint8], foreground: Foreground) -> Edges:
     """Return mask, edges and distances of a picture (height, width, 3).
-
-    Those of the last pictures are kept: a frame is tracked first and drawn then. One that may be written is not.
 
     Raises:
         TypeError: The picture is not an array of bytes.
         ValueError: It is not (height, width, 3).
     """
     check_picture(image_rgb)
-    return (
-        _edges_of(image_rgb, foreground)
-        if image_rgb.flags.writeable
-        else _cached_edges(PictureKey(image_rgb), foreground)
-    )
-
-
-@lru_cache(maxsize=2)
-def _cached_edges(picture: PictureKey, foreground: Foreground) -> Edges:
-    return _edges_of(picture.image_rgb, foreground)
-
-
-def _edges_of(image_rgb: NDArray[np.uint8], foreground: Foreground) -> Edges:
     mask = cv2.medianBlur(_classify_pixels(image_rgb, foreground), OPEN_PX)
     mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((CLOSE_PX, CLOSE_PX), np.uint8))
     edges = cv2.Canny(mask, *CANNY)

@@ -36,7 +36,15 @@ from pftrack.experiments.fish.model import (
 )
 from pftrack.experiments.fish.parameters import FishTrackerParameters
 from pftrack.experiments.fish.swimming import FRAME_RATE_HZ, FRAMES, HEIGHT, WIDTH, TankName, clip
-from pftrack.experiments.shared.recording import OverlayParameters, RecordingParameters, RecordingSource, paint, strip
+from pftrack.experiments.shared.recording import (
+    SHIFT,
+    OverlayParameters,
+    RecordingParameters,
+    RecordingSource,
+    overlaid,
+    sixteenths,
+    strip,
+)
 from pftrack.experiments.shared.reports import JudgedByBox
 
 TANK = "Tank"
@@ -103,9 +111,6 @@ PATCH_MARGIN = 20
 FRAME_DRAW = 1_000_000
 """Number of the draw of the pixels' noise, beyond those of a clip's motion."""
 
-SHIFT = 4
-"""Bits of a sixteenth of a pixel."""
-
 
 @lru_cache(maxsize=8)
 def floor(number: int, width: int, height: int) -> NDArray[np.float32]:
@@ -153,17 +158,17 @@ def paint_fish(picture: NDArray[np.float32], poses: Floats, shape: FishShape) ->
 def _patch(pose: Floats, shape: FishShape, side: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return how much of each pixel of a square patch a fish covers (side, side), and its skin (side, side, 3)."""
     mask = np.zeros((side, side), np.uint8)
-    cv2.fillPoly(mask, [_sixteenths(body_points(pose, shape, 90))], 255, cv2.LINE_AA, SHIFT)
-    cv2.fillPoly(mask, [_sixteenths(tail_corners(pose, shape))], 255, cv2.LINE_AA, SHIFT)
+    cv2.fillPoly(mask, [sixteenths(body_points(pose, shape, 90))], 255, cv2.LINE_AA, SHIFT)
+    cv2.fillPoly(mask, [sixteenths(tail_corners(pose, shape))], 255, cv2.LINE_AA, SHIFT)
     skin = np.empty((side, side, 3), np.float32)
     skin[:] = SKIN
     for along, across, long, wide, light in SCALES:
         spot = FishShape(long * shape.half_length, wide * shape.half_width, 0.0)
         colour = tuple(min(light * level, 255.0) for level in SKIN)
-        cv2.fillPoly(skin, [_sixteenths(body_points(_beside(pose, shape, along, across), spot))], colour, 8, SHIFT)
+        cv2.fillPoly(skin, [sixteenths(body_points(_beside(pose, shape, along, across), spot))], colour, 8, SHIFT)
     for side_of in (-EYES_AT[1], EYES_AT[1]):
         eye = _beside(pose, shape, EYES_AT[0], side_of)
-        x, y = _sixteenths(eye[:2])
+        x, y = sixteenths(eye[:2])
         cv2.circle(skin, (int(x), int(y)), round(16 * EYE_RADIUS * shape.half_width), EYE, -1, cv2.LINE_8, SHIFT)
     return mask.astype(np.float32) / np.float32(255.0), skin
 
@@ -173,11 +178,6 @@ def _beside(pose: Floats, shape: FishShape, along: float, across: float) -> Floa
     x, y, cosine, sine = along * shape.half_length, across * shape.half_width, np.cos(pose[2]), np.sin(pose[2])
     moved: Floats = pose + np.array([cosine * x - sine * y, sine * x + cosine * y, 0.0, 0.0])
     return moved
-
-
-def _sixteenths(points: Floats) -> NDArray[np.int32]:
-    """Return positions in whole sixteenths of a pixel, as OpenCV takes them."""
-    return np.asarray(np.rint(2.0**SHIFT * points), np.int32)
 
 
 def _overlap(picture: NDArray[np.float32], corner: Ints, side: int) -> tuple[Slices, Slices]:
@@ -313,10 +313,7 @@ class FishSource:
         picture = floor(self._number, WIDTH, HEIGHT).copy()
         paint_fish(picture, self._poses[index], GOLDFISH)
         image = develop(picture, parameters.image_noise, self._number, index)
-        if parameters.occlusion_width_px > 0 or parameters.distracter_radius_px > 0:
-            image = image.copy()
-            paint(image, parameters, LOOK_ALIKE)
-            image.flags.writeable = False
+        image = overlaid(image, parameters, LOOK_ALIKE)
         return Frame(index, index / FRAME_RATE_HZ, image_rgb=image, target=self.target(index, parameters))
 
     def target(self, index: int, parameters: FishSceneParameters) -> FishTarget:

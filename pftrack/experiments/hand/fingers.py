@@ -12,7 +12,6 @@ where the arm is clearly wider to where it is hardly so.
 The cut is that of eq. 2.1; widths are distances to the edge instead of chords (eq. 2.2). See docs/methods/hands.md.
 """
 
-from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -21,7 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats, Ints
-from pftrack.core.files import PictureKey
 from pftrack.core.model.source import Backdrop
 from pftrack.core.numerics.compiled import compiled
 from pftrack.experiments.hand.silhouette import (
@@ -33,6 +31,7 @@ from pftrack.experiments.hand.silhouette import (
     silhouette_of,
     skeleton,
 )
+from pftrack.experiments.shared.recording import keep_last
 
 LEAST_PAD_PX, PAD_SHARE = 24, 0.6
 """The border is repeated outwards, by more than half the arm's width, so that the arm's skeleton crosses it."""
@@ -83,18 +82,12 @@ class HandFeatures(NamedTuple):
         return self.silhouette.finding
 
 
+@keep_last
 def features_of(
     image_rgb: NDArray[np.uint8], settings: SilhouetteParameters, backdrop: Backdrop | None = None
 ) -> HandFeatures:
     """Return the features of the hand in a picture (height, width, 3); arguments as for `silhouette_of`."""
-    if image_rgb.flags.writeable:
-        return features_in(silhouette_of(image_rgb, settings, backdrop))
-    return _cached_features(PictureKey(image_rgb), settings, backdrop)
-
-
-@lru_cache(maxsize=2)
-def _cached_features(picture: PictureKey, settings: SilhouetteParameters, backdrop: Backdrop | None) -> HandFeatures:
-    return features_in(silhouette_of(picture.image_rgb, settings, backdrop))
+    return features_in(silhouette_of(image_rgb, settings, backdrop))
 
 
 def features_in(silhouette: Silhouette) -> HandFeatures:

@@ -26,7 +26,7 @@ from pftrack.core.numerics.compiled import read_only
 from pftrack.core.numerics.elementary import exponential, sines_cosines
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.hand.shape import ANGLES, MODEL, HandShape, joints, open_pose, silhouette
-from pftrack.experiments.shared.recording import OverlayParameters, paint, strip
+from pftrack.experiments.shared.recording import OverlayParameters, overlaid, strip
 
 MotionName: TypeAlias = Literal["wrist", "bend", "occlusion"]
 
@@ -329,9 +329,7 @@ class HandSource:
         mask = silhouette(target.pose, target.scale, target.shape, self.size)
         mask = with_noisy_edge(mask, parameters.edge_noise_px, self._seed, index)
         image = paint_silhouette(mask, parameters.image_noise_sd, self._seed, index)
-        if parameters.occlusion_width_px > 0 or parameters.distracter_radius_px > 0:
-            paint(image, parameters, LOOK_ALIKE)
-        return image
+        return overlaid(image, parameters, LOOK_ALIKE)
 
 
 def hand_of(seed: int, proportions: float, model: HandShape) -> HandShape:

@@ -20,7 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Bools, Floats, Ints
-from pftrack.core.files import PictureKey
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.source import Backdrop
 from pftrack.core.numerics.compiled import compiled, read_only
@@ -219,26 +218,11 @@ def silhouette_of(
 ) -> Silhouette:
     """Return the silhouette in a picture (height, width, 3).
 
-    Those of the last pictures are kept; one that may be written is not.
-
     Args:
         image_rgb: (height, width, 3).
         settings: How it is made.
         backdrop: Of the recording; where there is none, the colour along the border stands for it.
     """
-    if image_rgb.flags.writeable:
-        return _silhouette_of(image_rgb, settings, backdrop)
-    return _cached_silhouette(PictureKey(image_rgb), settings, backdrop)
-
-
-@lru_cache(maxsize=2)
-def _cached_silhouette(picture: PictureKey, settings: SilhouetteParameters, backdrop: Backdrop | None) -> Silhouette:
-    return _silhouette_of(picture.image_rgb, settings, backdrop)
-
-
-def _silhouette_of(
-    image_rgb: NDArray[np.uint8], settings: SilhouetteParameters, backdrop: Backdrop | None
-) -> Silhouette:
     reduction = max(round(max(image_rgb.shape[:2]) / WORKING_SIDE_PX), 1)
     image = smaller(image_rgb, reduction)
     model: BackdropModel | None = None
@@ -347,7 +331,7 @@ def suggest_parameters(
             by_level = {"brightness_level": _level(grey, hand, level), "smoothing_px": 3}
             choices.insert(0, {"tells_by": "light" if hand is light else "dark", **by_level})
     for values in choices:
-        if _silhouette_of(image_rgb, SilhouetteParameters.model_validate(values), backdrop).finding.ok:
+        if silhouette_of(image_rgb, SilhouetteParameters.model_validate(values), backdrop).finding.ok:
             return values
     return choices[0]
 

@@ -20,7 +20,7 @@ from pftrack.core.model.source import Frame, History, Landmarks, Measurements, T
 from pftrack.core.numerics.elementary import sines_cosines
 from pftrack.core.numerics.matrices import product
 from pftrack.core.numerics.random import Purpose, Stream, standard_normals, uniforms
-from pftrack.experiments.shared.recording import OccluderParameters, paint_strip, strip
+from pftrack.experiments.shared.recording import SHIFT, OccluderParameters, paint_strip, sixteenths, strip
 
 PathName: TypeAlias = Literal["cross", "static", "mirror3", "mirror2", "two", "3d"]
 
@@ -270,8 +270,6 @@ RADII_PX = (13.0, 11.0, 9.0, 6.5)
 
 EDGE, BOLT, GROUND_TOP, GROUND_BOTTOM = (43, 58, 78), (233, 237, 242), 246.0, 224.0
 SOCKET, SOCKET_SIDE_PX = (88, 92, 98), 38.0
-SHIFT = 4
-"""Bits of a sixteenth of a pixel."""
 
 
 def paint(
@@ -308,7 +306,7 @@ def _ground(width: int, height: int) -> NDArray[np.uint8]:
 
 def _paint_socket(image: NDArray[np.uint8], root: Floats) -> None:
     half = np.array([0.5 * SOCKET_SIDE_PX, 0.5 * SOCKET_SIDE_PX])
-    low, high = (tuple(map(int, _sixteenths(corner))) for corner in (root - half, root + half))
+    low, high = (tuple(map(int, sixteenths(corner))) for corner in (root - half, root + half))
     cv2.rectangle(image, low, high, SOCKET, -1, cv2.LINE_AA, SHIFT)
 
 
@@ -316,11 +314,11 @@ def _paint_link(image: NDArray[np.uint8], ends: Floats, radii: tuple[float, ...]
     """Paint a link as what a disc sweeps that shrinks on its way, with an edge, and a bolt at its joint."""
     for grown, tone in ((1.5, EDGE), (0.0, colour)):
         wide = [radius + grown for radius in radii]
-        cv2.fillConvexPoly(image, _sixteenths(_sides(ends, wide)), tone, cv2.LINE_AA, SHIFT)
+        cv2.fillConvexPoly(image, sixteenths(_sides(ends, wide)), tone, cv2.LINE_AA, SHIFT)
         for end, radius in zip(ends, wide, strict=True):
-            x, y = map(int, _sixteenths(end))
+            x, y = map(int, sixteenths(end))
             cv2.circle(image, (x, y), round(2**SHIFT * radius), tone, -1, cv2.LINE_AA, SHIFT)
-    x, y = map(int, _sixteenths(ends[0]))
+    x, y = map(int, sixteenths(ends[0]))
     for share, tone in ((0.45, EDGE), (0.3, BOLT)):
         cv2.circle(image, (x, y), round(2**SHIFT * share * radii[0]), tone, -1, cv2.LINE_AA, SHIFT)
 
@@ -336,10 +334,6 @@ def _sides(ends: Floats, radii: list[float]) -> Floats:
     return np.array(
         [ends[0] + radii[0] * left, ends[1] + radii[1] * left, ends[1] + radii[1] * right, ends[0] + radii[0] * right]
     )
-
-
-def _sixteenths(points: Floats) -> NDArray[np.int32]:
-    return np.asarray(np.rint(2.0**SHIFT * points), np.int32)
 
 
 # Of an elongated shape in a silhouette the axis is found more easily than its ends. The line of a link is observed by

@@ -8,12 +8,15 @@ make an easy clip hard, live.
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache, wraps
 from itertools import combinations
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
+from pftrack.core.files import PictureKey
 from pftrack.core.geometry import paint_disc
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.source import Frame, FrameSequence, History, Target
@@ -23,6 +26,8 @@ LAYOUTS = tuple(combinations(range(6), 3))
 """Which three of the six slots hold a distracter, by layout number; slots run row by row from the left top."""
 
 GROUP = "Occluder and look-alikes"
+
+C = TypeVar("C", bound=Callable[..., Any])
 
 
 def occlusion_width(default: float) -> Any:  # noqa: ANN401 - a field declaration
@@ -124,6 +129,41 @@ def paint(image_rgb: NDArray[np.uint8], parameters: OverlayParameters, target_co
             v = height / 2 + (2 * row - 1) * parameters.slot_offset_px
             paint_disc(image_rgb, u, v, float(parameters.distracter_radius_px), rgb(target_colour))
     paint_strip(image_rgb, parameters)
+
+
+def overlaid(image_rgb: NDArray[np.uint8], parameters: OverlayParameters, target_colour: str) -> NDArray[np.uint8]:
+    """Return a read-only copy of a picture with its overlay, or the picture itself where nothing lies over it."""
+    if parameters.occlusion_width_px <= 0 and parameters.distracter_radius_px <= 0:
+        return image_rgb
+    image = image_rgb.copy()
+    paint(image, parameters, target_colour)
+    image.flags.writeable = False
+    return image
+
+
+SHIFT = 4
+"""Bits of a sixteenth of a pixel."""
+
+
+def sixteenths(points: Floats) -> NDArray[np.int32]:
+    """Return positions in whole sixteenths of a pixel, as OpenCV takes them with `SHIFT`."""
+    return np.asarray(np.rint(2.0**SHIFT * points), np.int32)
+
+
+def keep_last(compute: C) -> C:
+    """Keep what a function computes of the last two pictures, which are tracked first and drawn then.
+
+    Args:
+        compute: (picture, further arguments that have a hash) -> what is kept; of a picture that may be written nothing
+            is.
+    """
+    kept = lru_cache(maxsize=2)(lambda picture, *given: compute(picture.image_rgb, *given))
+
+    @wraps(compute)
+    def of(image_rgb: NDArray[np.uint8], *given: Any) -> Any:  # noqa: ANN401 - what the function takes and returns
+        return compute(image_rgb, *given) if image_rgb.flags.writeable else kept(PictureKey(image_rgb), *given)
+
+    return cast("C", of)
 
 
 def paint_strip(image_rgb: NDArray[np.uint8], parameters: OccluderParameters) -> None:
@@ -249,10 +289,6 @@ class RecordingSource(RecordedFrames):
     def frame(self, index: int, history: History[RecordingParameters]) -> Frame:
         """Return a picture with its overlay; the same arguments give the same frame, to the bit."""
         parameters = history.at(index)
-        image = self._sequence.picture(self._first + index)
-        if parameters.occlusion_width_px > 0 or parameters.distracter_radius_px > 0:
-            image = image.copy()
-            paint(image, parameters, parameters.distracter_colour)
-            image.flags.writeable = False
+        image = overlaid(self._sequence.picture(self._first + index), parameters, parameters.distracter_colour)
         target = self._truth(self._first + index) if self._truth else None
         return Frame(index, float(self._times_s[index]), image_rgb=image, target=target, backdrop=self._backdrop)

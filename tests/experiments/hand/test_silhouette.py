@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from pftrack.core.model.parameters import revise
 from pftrack.core.numerics.compiled import read_only
+from pftrack.experiments.hand.fingers import features_of
 from pftrack.experiments.hand.shape import MODEL, open_pose, silhouette
 from pftrack.experiments.hand.silhouette import (
     Finding,
@@ -95,13 +96,13 @@ def test_large_pictures_are_made_smaller_by_a_whole_factor() -> None:
     assert seen.in_mask(seen.in_picture(places)) == pytest.approx(places)
 
 
-def test_silhouettes_of_the_last_pictures_are_kept() -> None:
+def test_features_of_the_last_pictures_are_kept() -> None:
     """The same read-only picture gives the same object; one that may be written is looked at again."""
     image, _ = hand()
     settings = DEFAULTS
-    assert silhouette_of(read_only(image), settings) is not silhouette_of(image, settings)
+    assert features_of(read_only(image), settings) is not features_of(image, settings)
     kept = read_only(image)
-    assert silhouette_of(kept, settings) is silhouette_of(kept, settings)
+    assert features_of(kept, settings) is features_of(kept, settings)
 
 
 def test_contacts_are_counted_around_the_border() -> None:
