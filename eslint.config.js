@@ -78,7 +78,7 @@ export default [
   },
   {
     files: ["tests/pages/**/*.js"],
-    languageOptions: { globals: { AbortController: "readonly", setImmediate: "readonly", TextEncoder: "readonly", URL: "readonly", URLSearchParams: "readonly" } },
+    languageOptions: { globals: { AbortController: "readonly", Blob: "readonly", clearImmediate: "readonly", setImmediate: "readonly", TextDecoder: "readonly", TextEncoder: "readonly", URL: "readonly", URLSearchParams: "readonly" } },
     rules: { "prefer-const": "error" },
   },
 ];

@@ -51,7 +51,6 @@ PLACES = {
     ("pftrack/filters/learning/mixture_em.py", "lower_density"): "mathematics, after which a parameter is named",
     ("pftrack/filters/learning/online_em.py", "largest_spectral_radius"): "the same",
     ("pftrack/vision/model_files.py", "faces"): "the triangles of a mesh",
-    ("server/pftrack_server/viewer/standalone/packing.py", "faces"): "what viser calls the triangles of a mesh",
 }
 """Single places where a name means something else."""
 

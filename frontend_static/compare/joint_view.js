@@ -5,7 +5,7 @@
 
 import { Clock } from "../session/clock.js";
 import { Overlay } from "../session/flat/overlay.js";
-import { listen } from "../session/keys.js";
+import { listen, moves } from "../session/keys.js";
 import { arrange } from "../session/layout.js";
 import { mount } from "../session/mount.js";
 import { OwnSession } from "../session/own_session.js";
@@ -135,19 +135,7 @@ export class JointView {
    * @param {Partial<Actions>} more What they do besides.
    */
   listen(more) {
-    const { steering } = this;
-    const actions = {
-      toggle: () => steering.toggle(),
-      step: (/** @type {number} */ direction) => steering.step(direction),
-      jump: (/** @type {number} */ frames) => steering.jump(frames),
-      first: () => steering.first(),
-      newest: () => steering.newest(),
-      faster: (/** @type {number} */ direction) => steering.faster(direction),
-      beforeLoss: () => steering.beforeLoss(),
-      event: (/** @type {number} */ direction) => steering.event(direction),
-      ...more,
-    };
-    listen(document.body, actions, this.signal);
+    listen(document.body, { ...moves(this), ...more }, this.signal);
   }
 
   /**

@@ -72,6 +72,24 @@ const LETTERS = {
 };
 
 /**
+ * What moves through a run.
+ *
+ * @param {Pick<import("./mount.js").View, "steering">} view
+ */
+export function moves(view) {
+  return {
+    toggle: () => view.steering.toggle(),
+    step: (/** @type {number} */ direction) => view.steering.step(direction),
+    jump: (/** @type {number} */ frames) => view.steering.jump(frames),
+    first: () => view.steering.first(),
+    newest: () => view.steering.newest(),
+    faster: (/** @type {number} */ direction) => view.steering.faster(direction),
+    beforeLoss: () => view.steering.beforeLoss(),
+    event: (/** @type {number} */ direction) => view.steering.event(direction),
+  };
+}
+
+/**
  * Listen to the keys for a session. Where there are several in a page, each has those that are pressed within it; where
  * it is alone, all are its own.
  *

@@ -9,7 +9,7 @@ import { coalesce } from "../shared/timing.js";
 
 /**
  * @param {HTMLElement} root
- * @param {import("./mount.js").Mounted} view
+ * @param {Pick<import("./mount.js").View, "store"|"signal">} view
  */
 export function measures(root, { store, signal }) {
   const when = h("span", {});

@@ -16,7 +16,7 @@ import { explore } from "./explore/explore.js";
 import { Layers } from "./flat/layers.js";
 import { fileMenu } from "./files.js";
 import { Inspector, lookButton } from "./inspect/inspector.js";
-import { listen } from "./keys.js";
+import { listen, moves } from "./keys.js";
 import { Panel } from "./panel/panel.js";
 import { plots } from "./plots/plots.js";
 import { readout } from "./readout.js";
@@ -237,14 +237,7 @@ export class Mounted {
   /** @returns {Partial<import("./keys.js").Actions>} */
   #ownActions() {
     return {
-      toggle: () => this.steering.toggle(),
-      step: (direction) => this.steering.step(direction),
-      jump: (frames) => this.steering.jump(frames),
-      first: () => this.steering.first(),
-      newest: () => this.steering.newest(),
-      faster: (direction) => this.steering.faster(direction),
-      beforeLoss: () => this.steering.beforeLoss(),
-      event: (direction) => this.steering.event(direction),
+      ...moves(this),
       bookmark: () => this.commands.bookmark(),
       branch: () => this.#branch(),
       inspect: () => this.#look(),

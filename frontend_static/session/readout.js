@@ -11,7 +11,7 @@ import { isMeasured, state, words } from "./readings.js";
 
 /**
  * @param {HTMLElement} root
- * @param {import("./mount.js").Mounted} view
+ * @param {Pick<import("./mount.js").View, "store"|"signal">} view
  * @param {HTMLElement|null} [ask] Beside the words on how it goes.
  */
 export function readout(root, view, ask = null) {

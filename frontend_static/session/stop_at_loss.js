@@ -15,7 +15,7 @@ const RECORDING = ["Stop when lost", "Stop playing where a mark or the tracker i
  * The switch with its limit, and what the server says.
  *
  * @param {import("./mount.js").View} view
- * @returns {HTMLElement} Hidden in a scene whose trackers have no such probability.
+ * @returns {HTMLElement} Hidden in a scene whose trackers have no such probability, and where nothing can be changed.
  */
 export function stopAtLoss(view) {
   const { store, steering, signal } = view;
@@ -33,7 +33,7 @@ export function stopAtLoss(view) {
     const { session } = store;
     const isRecording = Boolean(session?.recipe.footage);
     const [words, why] = isRecording ? RECORDING : SCENE;
-    element.hidden = session === null || !(isRecording || ofRole(session, "loss_probability").length > 0);
+    element.hidden = session === null || store.isReadOnly || !(isRecording || ofRole(session, "loss_probability").length > 0);
     label.title = limit.title = why;
     const at = session?.stop_at ?? null;
     box.checked = at !== null;

@@ -1,5 +1,6 @@
 """What a notebook shows of runs and comparisons, and the names that `pftrack` itself offers."""
 
+import math
 import subprocess
 import sys
 from html.parser import HTMLParser
@@ -10,7 +11,7 @@ import pytest
 
 import pftrack
 from pftrack.core.model.parameters import ParameterError
-from pftrack.output.displays import run_html, summary_lines, track
+from pftrack.output.displays import MISSING, quantity, run_html, summary_lines, track
 from pftrack.runs.comparison import ComparisonError
 from pftrack.runs.record import RecordError
 
@@ -164,3 +165,19 @@ def test_what_would_have_saved_a_run_is_shown_once_it_was_asked() -> None:
     twin.seek(twin.computed)
     twin.change({"sample_count": 200})
     assert twin.explained is None  # frames to come, which the trials had, are others now
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "words"),
+    [
+        (3.0, "", "3"),
+        (-0.01, "px", "0.0"),
+        (0.25, "", "0.250"),
+        (7.6, "frames", "8"),
+        (math.inf, "px", MISSING),
+        (None, "px", MISSING),
+    ],
+)
+def test_quantities_have_the_decimals_of_their_unit(value: float | None, unit: str, words: str) -> None:
+    """Counts are whole, shares have three decimals, lengths one."""
+    assert quantity(value, unit) == words

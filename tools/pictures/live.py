@@ -4,13 +4,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pftrack
-from pftrack_server.viewer.standalone.document import document
-from pftrack_server.viewer.standalone.recording import record
+from pftrack_server.work.page import write_page
 
 __all__ = ["LIVE", "write"]
-
-MOST_BYTES = 2_500_000
-"""Of a recording: less than an export has, since the site is loaded over a network. Pictures are made coarser."""
 
 LIVE: dict[str, Callable[[], pftrack.Run]] = {
     "ball": lambda: pftrack.run("ball", tracker="condensation", seed=7, frames=60),
@@ -22,12 +18,5 @@ LIVE: dict[str, Callable[[], pftrack.Run]] = {
 
 def write(name: str, folder: Path) -> None:
     """Compute a run and write its page."""
-    run = LIVE[name]()
-    steps = record(run, MOST_BYTES)
-    while True:
-        try:
-            next(steps)
-        except StopIteration as done:
-            text = document(run, done.value)
-            break
-    (folder / f"{name}.html").write_text(text, "utf-8")
+    for _ in write_page(LIVE[name](), folder / f"{name}.html"):
+        pass

@@ -9,8 +9,9 @@
 import { fill, h, setText } from "../../shared/dom.js";
 import { coalesce } from "../../shared/timing.js";
 import { fitDialog, fittable } from "../fit.js";
-import { checkbox, choice, makeControl, numberBox } from "./control.js";
+import { choice, makeControl, numberBox } from "./control.js";
 import { Folds } from "./folds.js";
+import { layerBoxes, layerLegend } from "./layer_list.js";
 import { Proposals, sendValues } from "./proposals.js";
 
 /** @import { Layers } from "../flat/layers.js" */
@@ -41,7 +42,7 @@ export class Panel {
   #controls = new Map();
   /** @type {Group[]} */
   #groups = [];
-  #legend = h("ul", { class: "legend", "aria-label": "Legend" });
+  #legend;
   /** Says what a change does where that is more than to count from the next frame on. */
   #effect = h("p", { class: "control-effect", role: "status", hidden: true });
   #fit = h("button", { type: "button", class: "quiet", title: FIT_HINT, on: { click: () => fitDialog(this.#store) } }, "Fit to what was seen…");
@@ -56,11 +57,10 @@ export class Panel {
     this.#root = root;
     this.#store = store;
     this.#layers = layers;
+    this.#legend = layerLegend(layers, signal);
     this.#proposals = new Proposals((values) => sendValues(this.#session.id, values), () => this.#show(), signal);
     this.#build();
     this.#show();
-    this.#explain();
-    layers.on(() => this.#explain(), signal);
     store.on(["session"], () => !signal.aborted && this.#rebuild());
     store.on(["parameters", "tracker", "recipe", "state", "connection"], () => !signal.aborted && this.#show());
     store.on(["branch_point", "position", "playing"], coalesce(() => this.#warn(), signal));
@@ -109,7 +109,7 @@ export class Panel {
       this.#groups[0].element,
       this.#fit,
       more ? folds.make("More parameters", elements(groups), { className: "control-group more" }) : elements(groups),
-      this.#layers.declared.length > 0 && this.#drawn(folds),
+      this.#layers.declared.length > 0 && folds.make("What to draw", layerBoxes(this.#layers)),
       this.#layers.declared.length > 0 && this.#legend,
       this.#effect,
     );
@@ -123,28 +123,6 @@ export class Panel {
     const branch = "makes a branch, with the same random numbers";
     const isAtEnd = position === frames - 1;
     setText(this.#effect, isAtEnd ? `The run has ended. A change runs it again from frame ${frame} and ${branch}.` : `A change at frame ${frame} ${branch}.`);
-  }
-
-  /**
-   * What can be switched on and off.
-   *
-   * @param {Folds} folds
-   */
-  #drawn(folds) {
-    const boxes = this.#layers.declared.map(({ name, title }) => {
-      const box = checkbox(title, "", (shown) => this.#layers.set(name, shown));
-      box.show(this.#layers.isShown(name));
-      return box.element;
-    });
-    return folds.make("What to draw", boxes);
-  }
-
-  /** Say what the colours mean that are drawn. */
-  #explain() {
-    const entries = this.#layers.legend.map(({ colour, meaning }) =>
-      h("li", { class: "legend-key" }, h("i", { style: `background: var(--${colour})` }), meaning),
-    );
-    fill(this.#legend, entries);
   }
 
   /** Show what is in force, except on a control that is in somebody's hand, and only what the tracker reads. */

@@ -158,9 +158,6 @@ def encode(
     title: str,
     manifest: Mapping[str, Any] = MappingProxyType({}),
     dots_per_inch: int = DOTS_PER_INCH,
-    *,
-    salt: str = "pftrack",
-    transparent: bool = False,
 ) -> bytes:
     """Return a figure as the content of a file; the same figure gives the same bytes, and letters in SVG stay letters.
 
@@ -170,8 +167,6 @@ def encode(
         title: What it shows, in one line.
         manifest: JSON values; PNG has them as the text `pftrack`, SVG as its description, PDF as its subject.
         dots_per_inch: Of a PNG.
-        salt: From which the names of parts of an SVG are made; two in one page need different ones.
-        transparent: Whether the page behind is seen through it.
     """
     import matplotlib as mpl  # noqa: PLC0415 - see `style`
 
@@ -182,8 +177,8 @@ def encode(
         "svg": {"Title": title, "Date": None} | ({"Description": told} if told else {}),
         "pdf": {"Title": title, "CreationDate": None} | ({"Subject": told} if told else {}),
     }
-    with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": salt}):
-        figure.savefig(data, format=form, dpi=dots_per_inch, metadata=metadata[form], transparent=transparent)
+    with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": "pftrack"}):
+        figure.savefig(data, format=form, dpi=dots_per_inch, metadata=metadata[form])
     return data.getvalue()
 
 

@@ -13,7 +13,6 @@ import html
 import re
 import shlex
 import sys
-from functools import lru_cache
 from http import HTTPStatus
 from pathlib import Path
 
@@ -26,7 +25,7 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack_server.api.dependencies import AFollower, TheLessons
 from pftrack_server.core.base_path import address_of
 from pftrack_server.core.errors import NotFoundError
-from pftrack_server.core.frontend import DOCS, FRONTEND, HELP
+from pftrack_server.core.frontend import DOCS, FRONTEND, HELP, modules_of
 from pftrack_server.follow.participant import participant_of
 from pftrack_server.web.documentation import html_of
 
@@ -36,7 +35,6 @@ VERSIONS: set[str] = set()
 """Those of the pages that were served: one, unless somebody works at them meanwhile."""
 SCRIPT = re.compile(r'<script type="module"[^>]* src="static/([^"]+)"')
 MAIN = re.compile(r'(?<=<main class="help">).*(?=</main>)', re.DOTALL)
-IMPORT = re.compile(r'^(?:import|(?:import|export)\b[^"\';]*?\bfrom)\s*["\'](\.[^"\']+)["\'];', re.MULTILINE)
 
 EXAMPLES = "media/"
 EXAMPLES_POLICY = "sandbox allow-scripts allow-downloads; frame-ancestors 'self'"
@@ -229,7 +227,8 @@ def _page(request: Request, name: str, status: int = HTTPStatus.OK, *, content: 
     if content:
         text = MAIN.sub(lambda _: content, text)
     base = f'<base href="{html.escape(address_of(request.scope))}">\n'
-    links = "".join(f'<link rel="modulepreload" href="{STATIC}{module}">\n' for module in _modules(name))
+    modules = modules_of(*SCRIPT.findall(text))
+    links = "".join(f'<link rel="modulepreload" href="{STATIC}{module}">\n' for module in modules)
     text = text.replace("<head>\n", f"<head>\n{base}", 1).replace("</head>", f"{links}</head>", 1)
     text = text.replace(f'"{STATIC}', f'"{STATIC}version/{_version()}/')
     if participant := participant_of(request.scope):
@@ -237,22 +236,3 @@ def _page(request: Request, name: str, status: int = HTTPStatus.OK, *, content: 
     if about:
         text = text.replace("<html ", f"<html {about} ", 1)
     return HTMLResponse(text, status, headers={"Cache-Control": "no-cache"})
-
-
-@lru_cache
-def _modules(page: str) -> tuple[str, ...]:
-    """Return the modules that a page's scripts consist of, each script before what it imports."""
-    scripts = SCRIPT.findall((FRONTEND / page).read_text(encoding="utf-8"))
-    found: dict[str, None] = {}
-    waiting = list(reversed(scripts))
-    while waiting:
-        module = waiting.pop()
-        if module in found:
-            continue
-        found[module] = None
-        path = FRONTEND / module
-        imported = IMPORT.findall(path.read_text(encoding="utf-8"))
-        waiting += [
-            (path.parent / other).resolve().relative_to(FRONTEND.resolve()).as_posix() for other in reversed(imported)
-        ]
-    return tuple(found)

@@ -4,7 +4,7 @@
 - `runs`: saved runs, from a session to a record, by imports, and back to a session; fits of their numbers;
 - `comparisons`: runs beside each other, computed or kept under a name;
 - `explorations`: what would have saved a run, and what other seeds do;
-- `exports`: runs and comparisons as files.
+- `exports`: runs and comparisons as files; `page`: a run as one page that needs no server.
 """
 
 __all__: list[str] = []

@@ -186,6 +186,14 @@ def test_an_array_that_two_primitives_share_travels_once() -> None:
     assert 3000 <= sizes[1] - sizes[0] < 3500
 
 
+@given(places=arrays(np.float32, (5, 3), elements=anything))
+def test_numbers_can_be_rounded_to_a_share_of_themselves(places: NDArray[np.float32]) -> None:
+    """With so many bits of the fraction each number is off by half of the last of them; what is not finite stays."""
+    drawing = Drawing(9, 9, {"a": Points(places, np.zeros((5, 3), np.uint8), 2.0)})
+    read = decode(DrawingEncoder(bits=10).encode(drawing, 0).message())[1].primitives["a"].positions
+    np.testing.assert_allclose(read, places, rtol=2.0**-10, atol=1e-40)
+
+
 @pytest.mark.parametrize("experiment_id", ["ball", "head", "structure"])
 def test_what_experiments_draw_is_small_and_whole(experiment_id: str) -> None:
     """Frames with pictures, surfaces and worlds arrive whole.

@@ -199,26 +199,3 @@ def test_the_client_still_uses_the_words_that_the_scripts_know(word: str, use: s
     parts = client_parts()
     assert parts is not None
     assert word.encode() in parts.script.content, f"the client of {VERSION} knows no {word}: {use}"
-
-
-def test_a_recorder_reads_what_a_scene_shows() -> None:
-    """Whoever records is handed every message, with name, properties and pose of a node in it."""
-    server, _ = viser_adapter.start("recorded")
-    try:
-        recorder = viser_adapter.Recorder(server)
-        places = np.arange(6, dtype=np.float32).reshape(2, 3)
-        colours = np.full((2, 3), 7, np.uint8)
-        cloud = server.scene.add_point_cloud("/cloud", places, colours, precision="float32")
-        label = server.scene.add_label("/label", "before")
-        cloud.points, cloud.visible, label.text, label.position = places + 1, False, "after", (1.0, 2.0, 3.0)
-        server.scene.add_label("/gone", "gone").remove()
-        moment = recorder.moment
-    finally:
-        viser_adapter.stop(server)
-    said = f"{VERSION} tells those who record something else; see viser_adapter/recorder.py"
-    assert moment.keys() == {"/cloud", "/label"}, said
-    assert moment["/cloud"].kind == "PointCloudMessage", said
-    np.testing.assert_array_equal(moment["/cloud"].props["points"], (places + 1).ravel(), said)
-    assert not moment["/cloud"].visible, said
-    assert moment["/label"].props["text"] == "after", said
-    assert moment["/label"].position == (1.0, 2.0, 3.0), said

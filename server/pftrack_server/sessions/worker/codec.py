@@ -70,12 +70,12 @@ class EncodedDrawing:
         """
         head = b"".join((self.head[:-1], b',"messages":[', ",".join(texts).encode(), b"]}"))
         head += b" " * (-len(head) % ALIGNMENT)
-        pictures = [_record(picture) for picture in self.pictures if picture.key not in known]
+        pictures = [picture_record(picture) for picture in self.pictures if picture.key not in known]
         return b"".join((START.pack(MAGIC, len(head)), head, self.arrays, *pictures))
 
 
-def _record(picture: EncodedPicture) -> bytes:
-    """Return what a message carries of a picture."""
+def picture_record(picture: EncodedPicture) -> bytes:
+    """Return what a message carries of a picture, at its end."""
     length = len(picture.file)
     return b"".join((RECORD.pack(picture.key, length), picture.file, bytes(-length % ALIGNMENT)))
 
@@ -89,10 +89,12 @@ class DrawingEncoder:
 
     Args:
         pictures: What encodes their pictures, which may serve the scene as well.
+        bits: Of the fraction of each number, so that a file of many drawings packs well; all if not given.
     """
 
-    def __init__(self, pictures: PictureEncoder | None = None) -> None:
+    def __init__(self, pictures: PictureEncoder | None = None, bits: int | None = None) -> None:
         self._pictures = pictures or PictureEncoder()
+        self._bits = bits
 
     def encode(self, drawing: Drawing, frame: int) -> EncodedDrawing:
         """Return a drawing as it travels.
@@ -106,7 +108,7 @@ class DrawingEncoder:
         """
         for name, clause in faults(drawing).items():
             raise DrawingError(f"{name} cannot be shown: {clause}")
-        arrays = _Arrays()
+        arrays = _Arrays(self._bits)
         pictures = self._pictures.encode(drawing, fine=True)
         described = []
         for name, item in drawing.primitives.items():
@@ -152,7 +154,8 @@ def _number(value: object) -> object:
 class _Arrays:
     """The arrays of a message, each of them once."""
 
-    def __init__(self) -> None:
+    def __init__(self, bits: int | None) -> None:
+        self._bits = bits
         self._parts: list[bytes] = []
         self._length = 0
         self._known: dict[int, tuple[NDArray[Any], dict[str, Any]]] = {}
@@ -163,7 +166,8 @@ class _Arrays:
         if known is not None:
             return known[1]
         kind = TYPES[array.dtype.kind]
-        data = np.ascontiguousarray(array, dtype=f"<{kind}").tobytes()
+        rounded = array if self._bits is None or kind != "f4" else _round(array, self._bits)
+        data = np.ascontiguousarray(rounded, dtype=f"<{kind}").tobytes()
         reference = {"type": kind, "at": self._length, "shape": array.shape}
         padding = bytes(-len(data) % ALIGNMENT)
         self._parts += (data, padding)
@@ -175,3 +179,9 @@ class _Arrays:
     def bytes(self) -> bytes:
         """Return all of them."""
         return b"".join(self._parts)
+
+
+def _round(array: NDArray[Any], bits: int) -> NDArray[Any]:
+    """Return numbers with so many bits of their fractions; those that are not finite stay as they are."""
+    fraction, exponent = np.frexp(array)
+    return np.asarray(np.ldexp(np.rint(np.ldexp(fraction, bits)), exponent - bits))

@@ -3,6 +3,7 @@
 Thresholds are told as they changed, so that a page computes neither.
 """
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -137,3 +138,17 @@ def _read(declaration: Declaration, values: Mapping[str, Value]) -> float | None
     if isinstance(value, str | None) or (declaration.trackers and values.get("tracker") not in declaration.trackers):
         return None
     return float(value)
+
+
+def with_loss(rows: Sequence[dict[str, Any]], probabilities: Sequence[float]) -> list[dict[str, Any]]:
+    """Return diagnostics with the probability that the target is lost, where that is known.
+
+    Args:
+        rows: Of any frames.
+        probabilities: By the number of the frame; NaN where it is not known.
+    """
+    known = ((row, probabilities[row["frame"]]) for row in rows)
+    return [
+        row if math.isnan(one) else row | {"series": {**row["series"], LOSS_PROBABILITY.name: one}}
+        for row, one in known
+    ]

@@ -3,7 +3,6 @@
 It knows neither pipe nor clock: the worker drives it, and tests can too.
 """
 
-import math
 import os
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -20,14 +19,13 @@ from pftrack.core.model.tracker import Diagnostics
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.own.code import digest_of, trust, with_digests
 from pftrack.experiments.own.extension import extend, new_defaults, widen
-from pftrack.experiments.shared.loss_probability import LOSS_PROBABILITY
 from pftrack.runs import checkpoint, record
 from pftrack.runs.loss import Loss
 from pftrack.runs.loss_probability import LossAccount
 from pftrack.runs.run import PastError, Run
 from pftrack_server.sessions.spec import Goal, RunSnapshot, SessionDescription
 from pftrack_server.sessions.worker.commands import Inspect, InspectionPublic
-from pftrack_server.sessions.worker.description import describe, describe_timeline
+from pftrack_server.sessions.worker.description import describe, describe_timeline, with_loss
 from pftrack_server.sessions.worker.frame_view import FrameView
 from pftrack_server.sessions.worker.protocol import WorkerConfig
 from pftrack_server.sessions.worker.recipes import (
@@ -235,14 +233,7 @@ class RunTree:
 
         It is told of many frames at once, which takes an eighth of the time of one by one.
         """
-        if not rows:
-            return rows
-        said = self._loss.follow(self.run)
-        known = ((row, said[row["frame"]]) for row in rows)
-        return [
-            row if math.isnan(one) else row | {"series": {**row["series"], LOSS_PROBABILITY.name: one}}
-            for row, one in known
-        ]
+        return with_loss(rows, self._loss.follow(self.run)) if rows else rows
 
     def drawing(self) -> Drawing:
         """Return what is to be seen of the frame that is shown, without what no viewer can show."""

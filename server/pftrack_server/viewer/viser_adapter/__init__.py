@@ -8,8 +8,6 @@
 - `pictures`: pictures that are encoded already
 - `messages`: what a browser may say, and what viser must not hear
 - `coloured_mesh`: meshes with colours of vertices, which viser has in files only
-- `recorder`: what a scene shows at a moment, for a page that shows it again without a server
-- `player_page`, `player/`: viser's client as the player of what was recorded
 - `client_page`, `client_bundle`: viser's client, taken apart and prepared to live inside a session's page
 - `client/`: the scripts and the style sheet that are put into that page; nothing else knows how viser's client is built
 
@@ -39,13 +37,11 @@ from pftrack_server.viewer.viser_adapter.client_page import (
     client_asset,
     client_page,
 )
-from pftrack_server.viewer.viser_adapter.coloured_mesh import ColouredMesh, is_companion
+from pftrack_server.viewer.viser_adapter.coloured_mesh import ColouredMesh
 from pftrack_server.viewer.viser_adapter.echo import echo
 from pftrack_server.viewer.viser_adapter.endpoint import Connection, Endpoint
 from pftrack_server.viewer.viser_adapter.messages import is_allowed
 from pftrack_server.viewer.viser_adapter.pictures import add_jpeg, replace_jpeg
-from pftrack_server.viewer.viser_adapter.player_page import player_page
-from pftrack_server.viewer.viser_adapter.recorder import Moment, NodeState, Recorder
 from pftrack_server.viewer.viser_adapter.server import connection_of, start, stop
 
 __all__ = [
@@ -53,17 +49,12 @@ __all__ = [
     "ColouredMesh",
     "Connection",
     "Endpoint",
-    "Moment",
-    "NodeState",
-    "Recorder",
     "add_jpeg",
     "client_asset",
     "client_page",
     "connection_of",
     "echo",
     "is_allowed",
-    "is_companion",
-    "player_page",
     "replace_jpeg",
     "start",
     "stop",

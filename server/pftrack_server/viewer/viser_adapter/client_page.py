@@ -8,7 +8,6 @@ each session has an address of its own and a browser would otherwise load and co
 is left as it is, so that a new viser brings its own; one that is packed in another way is served in one piece.
 """
 
-from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
@@ -49,21 +48,12 @@ def client_page() -> bytes:
     page = page.replace("<title>Viser</title>", "<title>pftrack scene</title>", 1)
     head = page.index("<head>") + len("<head>")
     body = page.index("</head>")
-    return f"{page[:head]}{client_scripts()}{page[head:body]}<style>{client_style()}</style>{page[body:]}".encode()
+    style = (CLIENT / "style.css").read_text(encoding="utf-8")
+    return f"{page[:head]}{_scripts()}{page[head:body]}<style>{style}</style>{page[body:]}".encode()
 
 
-def client_style() -> str:
-    """Return the style sheet that is put into viser's client."""
-    return (CLIENT / "style.css").read_text(encoding="utf-8")
-
-
-def client_scripts(names: Iterable[str] = SCRIPTS) -> str:
-    """Return scripts that are put into viser's client before its own, as HTML.
-
-    Args:
-        names: Of their files, in this order.
-    """
-    texts = ((CLIENT / name).read_text(encoding="utf-8") for name in names)
+def _scripts() -> str:
+    texts = ((CLIENT / name).read_text(encoding="utf-8") for name in SCRIPTS)
     return "".join(f'<script>(() => {{\n"use strict";\n{text}}})();</script>' for text in texts)
 
 

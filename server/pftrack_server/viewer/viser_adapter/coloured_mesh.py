@@ -15,11 +15,6 @@ SUFFIX = " colours"
 WHITE = (255, 255, 255)
 
 
-def is_companion(name: str) -> bool:
-    """Whether a node is never shown, since it carries the colours of another."""
-    return name.endswith(SUFFIX)
-
-
 class ColouredMesh:
     """A node of the scene.
 

@@ -1,0 +1,119 @@
+/**
+ * The course of a run that is played from a file: it does what the worker of a session does when it is asked to move
+ * through a run, and shows the stored drawings.
+ */
+
+/** @import { Command } from "../../shared/messages.js" */
+/** @import { FlatView } from "../flat/flat_view.js" */
+/** @import { Store } from "../store.js" */
+
+/**
+ * What the file says of its drawings.
+ *
+ * @typedef {object} Recording
+ * @property {[first: number, end: number][][]} parts For each drawing where its bytes lie, and those of its pictures.
+ * @property {number} every Of so many frames one is drawn.
+ * @property {number|null} before_loss From where to watch the first loss.
+ * @property {import("../../shared/messages.js").SectionPublic[]} glossary
+ */
+
+export class Playback {
+  #store;
+  #view;
+  #recording;
+  #bytes;
+  /** The frame that is shown, or about to be. */
+  #frame = 0;
+  /** When the frame was due that was shown last, ms. */
+  #shown = 0;
+  #next = 0;
+
+  /**
+   * @param {Store} store
+   * @param {FlatView} view
+   * @param {Recording} recording
+   * @param {Blob} bytes Drawings and pictures.
+   */
+  constructor(store, view, recording, bytes) {
+    this.#store = store;
+    this.#view = view;
+    this.#recording = recording;
+    this.#bytes = bytes;
+  }
+
+  /**
+   * Do what a session is asked to do.
+   *
+   * @param {Command} command
+   * @throws {Error} Only a session can do that.
+   */
+  async carryOut(command) {
+    switch (command.kind) {
+      case "play":
+        return this.#play();
+      case "pause":
+        return this.#tell({ playing: false });
+      case "step":
+        return this.show(this.#frame + 1);
+      case "back":
+        return this.show(this.#frame - 1);
+      case "seek":
+        return this.show(command.frame);
+      case "before_loss":
+        return this.show(this.#recording.before_loss ?? this.#frame);
+      case "speed":
+        this.#shown = performance.now();
+        return this.#tell({ speed: command.speed });
+      default:
+        throw new Error("This run is a recording; open its recipe in pftrack to change it");
+    }
+  }
+
+  /**
+   * Show a frame, its picture and its numbers together.
+   *
+   * @param {number} frame
+   */
+  async show(frame) {
+    const { frames } = this.#store.known;
+    const position = Math.min(Math.max(frame, 0), frames - 1);
+    this.#frame = position;
+    const parts = this.#recording.parts[Math.floor(position / this.#recording.every)];
+    const drawing = await new Blob(parts.map(([first, end]) => this.#bytes.slice(first, end))).arrayBuffer();
+    const { show } = await this.#view.prepare(drawing, () => {});
+    if (this.#frame !== position) return;
+    this.#tell({ position });
+    show();
+  }
+
+  async #play() {
+    this.#tell({ playing: true });
+    this.#shown = performance.now();
+    if (this.#frame === this.#store.known.frames - 1) await this.show(0);
+    this.#goOn();
+  }
+
+  #goOn() {
+    cancelAnimationFrame(this.#next);
+    this.#next = requestAnimationFrame(() => this.#advance());
+  }
+
+  /** Show the frame that is due, and go on until somebody pauses or the run ends. */
+  async #advance() {
+    const { playing, speed, frame_rate_hz: rate, frames } = this.#store.known;
+    if (!playing) return;
+    const one = speed === 0 ? 0 : 1000 / (rate * speed);
+    const due = one === 0 ? 1 : Math.floor((performance.now() - this.#shown) / one);
+    if (due > 0) {
+      this.#shown += due * one;
+      await this.show(this.#frame + due);
+    }
+    if (this.#frame === frames - 1) this.#tell({ playing: false });
+    this.#goOn();
+  }
+
+  /** @param {Partial<import("../../shared/messages.js").SessionSnapshot>} session What has changed. */
+  #tell(session) {
+    this.#store.receive({ version: 1, type: "changes", session, rows: [] });
+  }
+}

@@ -1,0 +1,70 @@
+/**
+ * The page of a run that was exported: the parts of a session's page, played from what the file holds. There is no server:
+ * what the parts ask of it, the file answers.
+ */
+
+import { api } from "../../shared/api.js";
+import { copyButton } from "../../shared/copy.js";
+import { h } from "../../shared/dom.js";
+import { themeButton } from "../../shared/theme.js";
+import { FlatView } from "../flat/flat_view.js";
+import { Layers } from "../flat/layers.js";
+import { layerBoxes, layerLegend } from "../panel/layer_list.js";
+import { listen, moves } from "../keys.js";
+import { arrange } from "../layout.js";
+import { plots } from "../plots/plots.js";
+import { readout } from "../readout.js";
+import { Scrubber } from "../scrubber/scrubber.js";
+import { Steering } from "../steering.js";
+import { Store } from "../store.js";
+import { transport } from "../transport.js";
+import { Playback } from "./playback.js";
+
+/** Its frames can be moved through, and nothing of it can be changed. */
+class RecordedStore extends Store {
+  get isSteerable() {
+    return this.isAwake;
+  }
+}
+
+/** @param {string} id Of the element whose text it is. */
+const text = (id) => document.getElementById(id)?.textContent ?? "";
+
+async function unpack() {
+  const packed = Uint8Array.from(atob(text("drawings")), (letter) => letter.charCodeAt(0));
+  return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"))).blob();
+}
+
+async function open() {
+  const [hello, recording] = [JSON.parse(text("hello")), JSON.parse(text("recording"))];
+  const { signal } = new AbortController();
+  const store = new RecordedStore({ readOnly: true });
+  const layers = new Layers(hello.session.layers);
+  const places = /** @type {Record<string, HTMLElement>} */ (
+    arrange(/** @type {HTMLElement} */ (document.querySelector("main")), ["scene", "plots", "readout", "transport", "scrubber"])
+  );
+  const stage = h("div", { class: "flat-stage" });
+  const controls = h("aside", { class: "controls", "aria-label": "What to draw" }, layerBoxes(layers), layerLegend(layers, signal));
+  const scene = h("div", { class: "flat-scene" }, stage, controls);
+  const opener = h("button", { type: "button", class: "controls-opener", on: { click: () => scene.toggleAttribute("data-open") } }, "Layers");
+  scene.append(opener);
+  places.scene.append(scene);
+  const flat = new FlatView(stage, { layers, onPainted: () => {} }, signal);
+  const playback = new Playback(store, flat, recording, await unpack());
+  Object.assign(api, {
+    command: (/** @type {string} */ _, /** @type {import("../../shared/messages.js").Command} */ command) => playback.carryOut(command),
+    glossary: async () => recording.glossary,
+  });
+  const view = { store, steering: new Steering(store, signal), able: true, signal, scene: null, plots: [] };
+  transport(places.transport, view, []);
+  new Scrubber(places.scrubber, view);
+  readout(places.readout, view);
+  plots(places.plots, view);
+  listen(document.body, moves(view), signal);
+  store.receive(hello);
+  await playback.show(0);
+}
+
+document.querySelector("header")?.append(themeButton());
+document.getElementById("recipe")?.after(copyButton("Copy the recipe", text("recipe"), "the recipe of this run"));
+open();

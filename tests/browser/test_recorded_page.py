@@ -1,0 +1,284 @@
+"""The page of a run, opened from a file while the network is off."""
+
+import dataclasses
+import gzip
+import json
+from base64 import b64decode
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from pftrack.core import entry_points
+from pftrack.core.model.recipe import Change, Recipe
+from pftrack.core.model.setup import ExportError
+from pftrack.core.model.source import Frame
+from pftrack.experiments import find
+from pftrack.output.exports.formats import export_at, exporting
+from pftrack.runs.run import Run
+from pftrack_server.work import page as page_module
+from pftrack_server.work.page import shrink, write_page
+from tests.conftest import FRUGAL
+from tests.making import whole_run
+from tests.server.drawings import decode
+from tests.waiting import wait_for
+
+pytestmark = pytest.mark.browser
+
+FRAMES = 24
+PICTURE = "document.querySelector('.flat-canvas').toDataURL()"
+AT = "document.querySelector('.scrubber').getAttribute('aria-valuenow')"
+HOSTILE = "</script><!--<script><img src=x onerror=document.title='broken'>"
+
+
+@pytest.fixture(scope="module")
+def run() -> Run:
+    changes = (Change(0, {"sample_count": 100}), Change(12, {"sample_count": 60}))
+    return whole_run(find("ball"), frames=FRAMES, seed=3, timeline=changes)
+
+
+@pytest.fixture(scope="module")
+def opened(run: Run, chromium: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Any, list[str]]]:
+    """The page in a browser without a network, and all that it has asked for and complained of."""
+    path = tmp_path_factory.mktemp("page") / "run.html"
+    run.export(path)
+    yield from _open(chromium, path)
+
+
+def _open(chromium: Any, path: Path) -> Iterator[tuple[Any, list[str]]]:
+    context = chromium.new_context(offline=True, viewport={"width": 1280, "height": 800})
+    context.add_init_script(FRUGAL)
+    page, heard = context.new_page(), []
+    page.on("pageerror", lambda error: heard.append(str(error)))
+    page.on("request", lambda request: request.url.startswith(("file:", "data:", "blob:")) or heard.append(request.url))
+    page.on("console", lambda message: message.type == "error" and heard.append(message.text))
+    page.goto(path.as_uri())
+    yield page, heard
+    context.close()
+
+
+def _drawn(page: Any, frame: int) -> None:
+    page.wait_for_selector(f'.flat-canvas[data-frame="{frame}"]', timeout=60_000)
+
+
+def _wait(page: Any, condition: str) -> None:
+    """Playwright's own waiting evaluates text, which the page's policy forbids."""
+    wait_for(lambda: page.evaluate(condition), what=condition[:80], pause=lambda s: page.wait_for_timeout(1e3 * s))
+
+
+def test_picture_plots_and_figures_follow_one_scrubber(run: Run, opened: tuple[Any, list[str]]) -> None:
+    """Forwards, backwards and across a change the page shows picture, figures and place of one frame."""
+    page, heard = opened
+    _drawn(page, 0)
+    scrubber = page.locator(".scrubber")
+    box = scrubber.bounding_box()
+    pictures = set()
+    for share in (0.9, 0.3, 0.6):
+        before = scrubber.get_attribute("aria-valuenow")
+        page.mouse.move(box["x"] + share * box["width"], box["y"] + box["height"] / 2)
+        page.mouse.down()
+        page.mouse.up()
+        _wait(page, f"{AT} !== {before!r} && {AT} === document.querySelector('.flat-canvas').dataset.frame")
+        frame = int(scrubber.get_attribute("aria-valuenow"))
+        _drawn(page, frame)
+        assert page.text_content(".counter") == f"frame {frame} / {FRAMES}"
+        shown = page.locator(".readout dd").all_text_contents()
+        assert f"{', '.join(f'{value:.1f}' for value in run.diagnostics[frame].estimate)} px" in shown
+        pictures.add(page.evaluate(PICTURE))
+    assert len(pictures) == 3
+    assert page.locator(".plots .panel canvas").count() > 0
+    assert heard == []
+
+
+def test_keys_work_and_the_run_stops_at_its_end(opened: tuple[Any, list[str]]) -> None:
+    """Keys step and jump, and play ends at the last frame."""
+    page, heard = opened
+    page.keyboard.press("Home")
+    _drawn(page, 0)
+    page.keyboard.press("Shift+ArrowRight")
+    _drawn(page, 10)
+    page.keyboard.press("ArrowLeft")
+    _drawn(page, 9)
+    page.select_option(".transport select", "5")
+    page.keyboard.press("Space")
+    _drawn(page, FRAMES - 1)
+    page.wait_for_selector(".play[title^='Play again']")
+    assert heard == []
+
+
+def test_a_layer_can_be_switched_off(opened: tuple[Any, list[str]]) -> None:
+    """The picture is painted without it, and its colours leave the legend."""
+    page, _ = opened
+    before = page.evaluate(PICTURE)
+    page.get_by_label("Truth", exact=True).uncheck()
+    _wait(page, f"{PICTURE} !== {before!r}")
+    assert "truth" not in page.locator(".legend li").all_text_contents()
+    page.get_by_label("Truth", exact=True).check()
+    _wait(page, f"{PICTURE} === {before!r}")
+
+
+def test_light_and_dark_can_be_chosen(opened: tuple[Any, list[str]]) -> None:
+    """The button goes round the system's colours, light and dark."""
+    page, _ = opened
+    for theme in ("light", "dark", None):
+        page.click("[data-role='theme']")
+        assert page.evaluate("document.documentElement.dataset.theme ?? null") == theme
+
+
+def test_the_page_says_what_it_is(run: Run, opened: tuple[Any, list[str]]) -> None:
+    """Title, recipe, hash, citation and manifest are in it, to be read without running anything."""
+    page, _ = opened
+    assert run.experiment.title in page.title()
+    assert Recipe.model_validate_json(page.text_content("#recipe")) == run.recipe
+    assert run.estimates_sha256 in page.text_content(".about")
+    assert run.experiment.references[0].reference.title in page.text_content(".citation")
+    assert page.evaluate("JSON.parse(document.getElementById('manifest').textContent).format") == "pftrack-manifest"
+
+
+def test_nothing_is_wider_than_a_phone(opened: tuple[Any, list[str]]) -> None:
+    """At 390 px all is below each other, and nothing has to be moved sideways."""
+    page, _ = opened
+    page.set_viewport_size({"width": 390, "height": 844})
+    _wait(page, "document.documentElement.scrollWidth <= 390")
+    assert page.locator(".scrubber").bounding_box()["width"] > 300
+
+
+def test_a_world_is_turned_in_the_page(chromium: Any, tmp_path: Path) -> None:
+    """A world stands beside the picture, and its sides are chosen as in a session."""
+    whole_run(find("head"), frames=3).export(tmp_path / "run.html")
+    for page, heard in _open(chromium, tmp_path / "run.html"):
+        _drawn(page, 0)
+        page.click(".world-sides button[data-viewpoint]:last-child")
+        page.wait_for_selector(".world-sides button:last-child[aria-pressed='true']")
+        assert page.locator(".world-canvas").get_attribute("data-elevation") == "90"
+        assert heard == []
+
+
+def test_no_text_ends_a_script_or_becomes_markup(
+    run: Run, chromium: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Names of clips and texts of filters come from anybody; the page shows them as they are."""
+    described = page_module.describe(run).model_copy(update={"title": HOSTILE, "target": HOSTILE, "subject": HOSTILE})
+    monkeypatch.setattr(page_module, "describe", lambda _: described)
+    for name in ("title_of", "citation_of"):
+        monkeypatch.setattr(page_module, name, lambda _: HOSTILE)
+    monkeypatch.setattr(page_module, "manifest_of", lambda _: {"title": HOSTILE})
+    monkeypatch.setattr(page_module, "summary_lines", lambda _: {HOSTILE: HOSTILE})
+    for _ in write_page(run, tmp_path / "run.html"):
+        pass
+    for page, heard in _open(chromium, tmp_path / "run.html"):
+        _drawn(page, 0)
+        assert page.title() == HOSTILE
+        assert page.text_content(".citation") == HOSTILE
+        assert page.locator("img").count() == 0
+        assert page.evaluate("JSON.parse(document.getElementById('manifest').textContent).title") == HOSTILE
+        assert heard == []
+
+
+def test_the_drawings_are_those_of_the_stream(run: Run, tmp_path: Path) -> None:
+    """Each has the particles of its frame, to a 14th binary digit, and the pictures that it names."""
+    steps = page_module.draw(run, 1_000_000)
+    for _ in range(FRAMES):
+        next(steps)
+    with pytest.raises(StopIteration) as done:
+        next(steps)
+    drawings = done.value.value
+    data = gzip.decompress(drawings.packed)
+    for frame, parts in enumerate(drawings.parts):
+        told, drawing, _ = decode(b"".join(data[first:end] for first, end in parts))
+        wanted = run.experiment.draw(run.seek(frame), run.diagnostics)
+        assert told == frame
+        assert drawing.primitives.keys() == wanted.primitives.keys()
+        read, known = (each.primitives["particles"].positions for each in (drawing, wanted))
+        np.testing.assert_allclose(read, known, rtol=2.0**-14)
+
+
+def test_a_large_cloud_and_a_long_run_are_thinned_and_the_page_says_so(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of many points and frames only some are drawn; the numbers are of all."""
+    monkeypatch.setattr(page_module, "MOST_POINTS", 40)
+    monkeypatch.setattr(page_module, "MOST_FRAMES", 12)
+    for _ in write_page(run, tmp_path / "run.html"):
+        pass
+    text = (tmp_path / "run.html").read_text()
+    assert "One of 2 frames is drawn" in text
+    assert "One of 3 points of each large cloud is drawn" in text
+    recording = json.loads(text.partition('id="recording">')[2].partition("</script>")[0])
+    hello = json.loads(text.partition('id="hello">')[2].partition("</script>")[0])
+    assert len(recording["parts"]) == 12
+    assert len(hello["diagnostics"]["frame"]) == FRAMES
+    assert gzip.decompress(b64decode(text.partition('id="drawings">')[2].partition("</script>")[0]))[:3] == b"pfd"
+
+
+def test_a_page_that_is_given_up_leaves_nothing_behind(run: Run, tmp_path: Path) -> None:
+    """Stopped between two frames, there is no file, and the run stands where it stood."""
+    path, before = tmp_path / "run.html", run.position
+    steps = exporting(run, path, export_at(run.experiment, path))
+    assert [next(steps), next(steps)] == [(1, FRAMES), (2, FRAMES)]
+    steps.close()
+    assert list(tmp_path.iterdir()) == []
+    assert run.position == before
+
+
+def test_without_the_server_a_page_is_refused(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The library alone writes no pages, and says what is missing."""
+    found = entry_points.find
+    monkeypatch.setattr(entry_points, "find", lambda group, name: None if name == "page" else found(group, name))
+    with pytest.raises(ExportError, match="no package is installed that provides 'page'"):
+        run.export(tmp_path / "run.html")
+
+
+def _noise(seed: int) -> bytes:
+    image = np.random.default_rng(seed).integers(0, 255, (240, 320, 3), dtype=np.uint8)
+    return cv2.imencode(".jpg", image, (cv2.IMWRITE_JPEG_QUALITY, 88))[1].tobytes()
+
+
+def test_pictures_that_are_too_large_are_made_coarser_until_they_fit() -> None:
+    """All pictures of a page together keep to what they may take; those that fit stay as they are."""
+    files = [_noise(seed) for seed in range(6)]
+    whole = sum(map(len, files))
+    assert shrink(files, whole) == files
+    assert sum(map(len, shrink(files, whole // 3))) <= whole // 3
+    assert sum(map(len, shrink(files, 1))) < whole // 3, "what cannot fit is as small as it gets"
+    assert shrink([], 0) == []
+
+
+def test_a_damaged_picture_is_refused() -> None:
+    """What is not a JPEG file cannot be made coarser, and says so."""
+    with pytest.raises(ValueError, match="not a JPEG"):
+        shrink([b"no picture"], 1)
+
+
+class _Noise:
+    """A recording at its worst for a page: nothing in a picture is like anything in another."""
+
+    def __init__(self, source: Any) -> None:
+        self.frame_count, self.frame_rate_hz, self.start = source.frame_count, source.frame_rate_hz, source.start
+        self.size = (640, 480)
+        self._source = source
+
+    def frame(self, index: int, history: Any) -> Frame:
+        rng = np.random.default_rng(index)
+        coarse = rng.integers(0, 255, (48, 64, 3), dtype=np.uint8).repeat(10, 0).repeat(10, 1)
+        fine = rng.integers(0, 40, coarse.shape, dtype=np.uint8)
+        image_rgb = np.clip(coarse + fine, 0, 255).astype(np.uint8)
+        return dataclasses.replace(self._source.frame(index, history), image_rgb=image_rgb)
+
+
+@pytest.mark.slow
+def test_300_frames_of_a_recording_are_under_10_mb(tmp_path: Path) -> None:
+    """Pictures of 640 x 480 px with noise in them and 800 particles a frame stay under 10 MB."""
+    ball = find("ball")
+    setup = ball.simulate()
+
+    def open_noise(seed: int, parameters: Any) -> Any:
+        return _Noise(setup.open_source(seed, parameters))
+
+    run = Run(ball, dataclasses.replace(setup, open_source=open_noise), frames=300)
+    run.finish()
+    run.export(tmp_path / "run.html")
+    assert 5e6 < (tmp_path / "run.html").stat().st_size < 10e6

@@ -1,0 +1,67 @@
+import assert from "node:assert/strict";
+import { beforeEach, describe, it } from "node:test";
+
+import { Playback } from "../../frontend_static/session/recorded/playback.js";
+import { Store } from "../../frontend_static/session/store.js";
+
+const FRAMES = 5;
+
+const session = {
+  id: "", state: "ready", branch: "b0", branches: [], position: 0, computed: FRAMES - 1, frames: FRAMES, playing: false, speed: 0, frame_rate_hz: 30,
+};
+
+describe("a run that is played from a file", () => {
+  let playback;
+  let shown;
+  let store;
+
+  beforeEach(() => {
+    globalThis.requestAnimationFrame = (work) => setImmediate(() => work(0));
+    globalThis.cancelAnimationFrame = clearImmediate;
+    store = new Store({ readOnly: true });
+    store.receive({ type: "hello", session: { ...session }, diagnostics: {} });
+    shown = [];
+    const view = {
+      async prepare(data) {
+        const text = new TextDecoder().decode(data);
+        return { messages: [], show: () => shown.push(text) };
+      },
+    };
+    const recording = { parts: [[[0, 1], [3, 4]], [[1, 2], [3, 4]], [[2, 3], [3, 4]]], every: 2, before_loss: 1, glossary: [] };
+    playback = new Playback(store, view, recording, new Blob(["abcP"]));
+  });
+
+  it("shows of each frame its drawing with its pictures, or the last before it", async () => {
+    for (const frame of [4, 1, 2, 99, -1]) await playback.carryOut({ kind: "seek", frame });
+    assert.deepEqual(shown, ["cP", "aP", "bP", "cP", "aP"]);
+    assert.equal(store.known.position, 0);
+  });
+
+  it("counts steps from the frame that was asked for, and shows only the newest", async () => {
+    await Promise.all(["step", "step", "step"].map((kind) => playback.carryOut({ kind })));
+    assert.equal(store.known.position, 3);
+    assert.deepEqual(shown, ["bP"]);
+    await playback.carryOut({ kind: "back" });
+    assert.equal(store.known.position, 2);
+  });
+
+  it("goes to before the loss", async () => {
+    await playback.carryOut({ kind: "before_loss" });
+    assert.equal(store.known.position, 1);
+  });
+
+  it("plays to the end, and from there once more", async () => {
+    for (let round = 0; round < 2; round += 1) {
+      const positions = [];
+      store.on(["position"], () => positions.push(store.known.position));
+      const ended = new Promise((resolve) => store.on(["playing"], () => store.known.playing || resolve()));
+      await playback.carryOut({ kind: "play" });
+      await ended;
+      assert.deepEqual(positions.slice(round), [1, 2, 3, 4]);
+    }
+  });
+
+  it("refuses what only a session can do", async () => {
+    await assert.rejects(playback.carryOut({ kind: "change", values: {} }), /is a recording/);
+  });
+});
