@@ -24,7 +24,7 @@ def until(scene: Any, expression: str, seconds: float = 60.0) -> None:
 def session() -> Iterator[Session]:
     made = Session()
     yield made
-    made.viewer.close()
+    made.close()
 
 
 @pytest.fixture

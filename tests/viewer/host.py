@@ -1,5 +1,6 @@
 """A session that is watched: a real viewer behind a real web server, and what a browser says to them."""
 
+import asyncio
 import contextlib
 import socket
 import threading
@@ -111,6 +112,29 @@ def drawing(frame: int = 0, count: int = 800, size: tuple[int, int] = (320, 240)
     )
 
 
+class Loop:
+    """An event loop in a thread of its own, until it is closed."""
+
+    def __init__(self) -> None:
+        self.loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self.loop.run_forever, daemon=True)
+        self._thread.start()
+
+    def call(self, function: Callable[..., Any], *arguments: Any, **more: Any) -> Any:
+        """Call a function, or await a coroutine function, in the loop; return what it returns."""
+
+        async def act() -> Any:
+            result = function(*arguments, **more)
+            return await result if asyncio.iscoroutine(result) else result
+
+        return asyncio.run_coroutine_threadsafe(act(), self.loop).result(30)
+
+    def close(self) -> None:
+        self.loop.call_soon_threadsafe(self.loop.stop)
+        self._thread.join(10)
+        self.loop.close()
+
+
 class Session:
     """What stands in for the session: it keeps the values, accepts or refuses, and counts what it was asked."""
 
@@ -127,11 +151,22 @@ class Session:
         self.tracker = "h-spf"
         self.accept = accept
         self.pictures = PictureEncoder()
-        self.viewer = Viewer(
+        self.loop = Loop()
+        self.viewer: Viewer = self.loop.call(
+            Viewer,
             PanelDescription("Ball behind an occluder", DECLARATIONS, TRACKERS, LAYERS, worlds),
             self.in_force,
             on_command=lambda body: self._change(body["values"]) if "values" in body else self.transport.append(body),
         )
+
+    def disconnect(self) -> None:
+        """Cut off all browsers, which may come again."""
+        self.loop.call(lambda: [task.cancel() for task in self.viewer.endpoint._connections])
+
+    def close(self) -> None:
+        """End the viewer, and the loop in which it works."""
+        self.loop.call(self.viewer.close)
+        self.loop.close()
 
     @property
     def in_force(self) -> PanelValues:
@@ -139,13 +174,17 @@ class Session:
 
     def show(self, drawing: Drawing, frame: int) -> None:
         """Show a drawing as a worker sends it."""
-        self.viewer.show(self.pictures.for_scene(drawing), frame)
+        self.loop.call(self.viewer.show, self.pictures.for_scene(drawing), frame)
+
+    def tell(self, in_force: PanelValues) -> None:
+        """Show in the panel what is in force."""
+        self.loop.call(self.viewer.tell, in_force)
 
     def reset(self) -> None:
         self.values, self.tracker, self.accept = dict(VALUES), "h-spf", lambda _: None
         self.changes.clear()
         self.trackers.clear()
-        self.viewer.tell(self.in_force)
+        self.tell(self.in_force)
 
     def _change(self, values: dict[str, Value]) -> None:
         if "tracker" in values:
@@ -162,7 +201,7 @@ class Session:
 
 
 class Site:
-    """A web server in a thread that serves one session's scene, and a page around it that listens."""
+    """A web server in the loop of one session, which serves its scene, and a page around it that listens."""
 
     def __init__(self, session: Session) -> None:
         self.session = session
@@ -188,8 +227,7 @@ class Site:
                 timeout_graceful_shutdown=2,
             )
         )
-        self._thread = threading.Thread(target=self._server.run, daemon=True)
-        self._thread.start()
+        self._serving = asyncio.run_coroutine_threadsafe(self._server.serve(), session.loop.loop)
         wait_for(lambda: self._server.started)
 
     @property
@@ -202,7 +240,7 @@ class Site:
 
     def close(self) -> None:
         self._server.should_exit = True
-        self._thread.join(timeout=10)
+        self._serving.result(10)
 
     async def _page(self) -> Response:
         page = """<!doctype html><style>body{margin:0}iframe{border:0;width:930px;height:560px}</style>
@@ -311,7 +349,7 @@ class Peer:
                 data = self.socket.recv()
                 assert isinstance(data, bytes)
                 self.batches += 1
-                sent_s, messages = _decode(data)
+                sent_s, messages = decode(data)
                 self.sent.append(sent_s)
                 for message in messages:
                     self._take(message)
@@ -339,7 +377,7 @@ class Peer:
             self.nodes[message["name"]] = {"kind": kind, **props}
 
 
-def _decode(data: bytes) -> tuple[float, list[dict[str, Any]]]:
+def decode(data: bytes) -> tuple[float, list[dict[str, Any]]]:
     """Return when a batch was sent, and what is in it: sizes, packed messages, the arrays they point to."""
     plain, packed = (int.from_bytes(data[at : at + 8], "little") for at in (0, 8))
     inner = msgspec.msgpack.decode(

@@ -28,7 +28,7 @@ def watched() -> Iterator[tuple[Session, Site]]:
     site = Site(session)
     yield session, site
     site.close()
-    session.viewer.close()
+    session.close()
 
 
 @pytest.fixture(scope="module")
@@ -193,7 +193,7 @@ def test_what_is_being_typed_is_not_written_over(session: Session, page: Any, sc
     field.click()
     field.press("Control+a")
     field.press_sequentially("25", delay=30)
-    session.viewer.tell(PanelValues({"sample_count": 321, "occlusion_width_px": 77.0}, "h-spf", 7))
+    session.tell(PanelValues({"sample_count": 321, "occlusion_width_px": 77.0}, "h-spf", 7))
     wait_for_value(page, box(scene, "Occluder width (px)"), "77")
     field.press_sequentially("0", delay=30)
     assert field.input_value() == "250"
@@ -217,7 +217,7 @@ def test_a_number_that_is_selected_is_typed_over_whatever_it_becomes(session: Se
     field = box(scene, "Particles")
     field.focus()
     field.evaluate("(element) => element.select()")
-    session.viewer.tell(PanelValues({"sample_count": 321}, "h-spf", 7))
+    session.tell(PanelValues({"sample_count": 321}, "h-spf", 7))
     wait_for_value(page, field, "321")
     page.keyboard.type("55")
     page.keyboard.press("Enter")
@@ -231,13 +231,13 @@ def test_a_typed_seed_begins_the_run_anew(session: Session, page: Any, scene: An
     field.fill("4242")
     field.press("Enter")
     wait_for(lambda: session.transport == [{"kind": "restart", "seed": 4242}])
-    session.viewer.tell(PanelValues({}, "h-spf", 4242))
+    session.tell(PanelValues({}, "h-spf", 4242))
     wait_for_value(page, field, "4242")
 
 
 def test_the_authoritative_value_appears_without_coming_back(session: Session, page: Any, scene: Any) -> None:
     """A change by REST is shown, and is not proposed again."""
-    session.viewer.tell(PanelValues({"sample_count": 321}, "h-spf", 7))
+    session.tell(PanelValues({"sample_count": 321}, "h-spf", 7))
     wait_for_value(page, box(scene, "Particles"), "321")
     page.wait_for_timeout(300)
     assert session.changes == []
@@ -273,9 +273,9 @@ def test_keys_in_a_box_stay_in_the_box(page: Any, scene: Any) -> None:
 def test_the_trackers_controls_follow_the_tracker(session: Session, scene: Any) -> None:
     """Another tracker shows what it reads, and nothing else."""
     scene.get_by_text("Threshold", exact=True).wait_for()
-    session.viewer.tell(PanelValues({}, "condensation", 7))
+    session.tell(PanelValues({}, "condensation", 7))
     scene.get_by_text("Threshold", exact=True).wait_for(state="detached")
-    session.viewer.tell(PanelValues({}, "h-spf", 7))
+    session.tell(PanelValues({}, "h-spf", 7))
     scene.get_by_text("Threshold", exact=True).wait_for()
 
 
@@ -283,7 +283,7 @@ def test_a_frame_without_focus_reconnects(session: Session, page: Any, scene: An
     """After a lost connection the scene comes back by itself, with what is shown now."""
     page.locator("body > input").click()
     before = set(session.viewer._server.get_clients())
-    session.viewer._server._websock_server.disconnect_all_clients()
+    session.disconnect()
     # It may be back before anybody sees that it was away.
     wait_for(lambda: not before & set(session.viewer._server.get_clients()))
     session.show(drawing(5, 55), 5)
@@ -296,7 +296,7 @@ def test_folds_stay_when_the_scene_connects_again(session: Session, page: Any, s
 
     def disconnect() -> None:
         before = set(session.viewer._server.get_clients())
-        session.viewer._server._websock_server.disconnect_all_clients()
+        session.disconnect()
         _await(page, lambda: session.viewer.clients == 1 and not before & set(session.viewer._server.get_clients()))
         session.show(drawing(6, 66), 6)
         until(scene, f"{COUNT} === 66")

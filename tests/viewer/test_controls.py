@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from pftrack.core.model.parameters import Declaration
-from pftrack_server.viewer.controls import slider_range
+from pftrack_server.viewer.panel import slider_range
 
 
 def declare(kind: str, **more: Any) -> Declaration:

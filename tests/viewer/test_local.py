@@ -12,8 +12,9 @@ from pftrack.core.model.recipe import Recipe
 from pftrack.output.exports import formats
 from pftrack.runs.reproduction import make
 from pftrack.runs.run import Run
-from pftrack_server.viewer.player import Player
+from pftrack_server.viewer.local import Player
 from tests.conftest import FRUGAL
+from tests.viewer.host import Loop
 from tests.waiting import wait_for
 
 
@@ -25,9 +26,11 @@ def _made(frames: int = 40) -> Run:
 def player() -> Iterator[Player]:
     run = _made()
     run.seek(12)
-    playing = Player(run)
+    playing, loop = Player(run), Loop()
+    loop.call(playing.begin)
     yield playing
-    playing.close()
+    loop.call(playing.close)
+    loop.close()
 
 
 def test_a_player_goes_branches_and_restarts_while_the_run_that_was_given_stays(player: Player) -> None:
@@ -35,16 +38,16 @@ def test_a_player_goes_branches_and_restarts_while_the_run_that_was_given_stays(
     first = player.run
     assert first.position == 12
     assert first.estimates_sha256 == _until(12).estimates_sha256
-    player.go(30)
+    player.request({"kind": "seek", "frame": 30})
     wait_for(lambda: player.run.position == 30)
-    player.go(5)
+    player.request({"kind": "seek", "frame": 5})
     wait_for(lambda: player.run.position == 5)
-    player._request_command({"kind": "change", "values": {"sample_count": 50}})
+    player.request({"kind": "change", "values": {"sample_count": 50}})
     wait_for(lambda: player.run is not first, what="a branch was made")
     assert player.run.position == 5
     assert player.run.parameters_at(6).sample_count == 50
     assert first.computed == 30
-    player._request_command({"kind": "restart", "seed": 8})
+    player.request({"kind": "restart", "seed": 8})
     wait_for(lambda: player.run.seed == 8)
     assert player.run.parameters_at(0).sample_count == 800
 
@@ -59,13 +62,13 @@ def test_a_player_plays_to_the_end_and_says_what_it_refuses(player: Player, monk
     """At the end it rests; a value that is out of bounds is refused with a sentence, and nothing else happens."""
     refused: list[str] = []
     monkeypatch.setattr(player.viewer, "refuse", refused.append)
-    player._request_command({"kind": "speed", "speed": 0.0})
-    player._request_command({"kind": "toggle"})
+    player.request({"kind": "speed", "speed": 0.0})
+    player.request({"kind": "toggle"})
     wait_for(lambda: player.run.position == 39)
     wait_for(lambda: not player._is_playing)
-    player.go(10)
+    player.request({"kind": "seek", "frame": 10})
     wait_for(lambda: player.run.position == 10)
-    player._request_command({"kind": "change", "values": {"sample_count": -1}})
+    player.request({"kind": "change", "values": {"sample_count": -1}})
     wait_for(lambda: refused)
     assert "sample_count" in refused[0]
     assert player.run.parameters_at(11).sample_count == 800
@@ -102,13 +105,13 @@ def test_a_player_follows_a_run_that_grows_unless_the_past_is_looked_at(player: 
     longer, longest = (_made(frames) for frames in (25, 30))
     for run in (longer, longest):
         run.finish()
-    player.go(39)
+    player.request({"kind": "seek", "frame": 39})
     wait_for(lambda: player.run.position == 39)
-    player.follow(longer)
+    player.request({"kind": "follow", "run": longer})
     wait_for(lambda: player.run is longer)
-    player.go(3)
+    player.request({"kind": "seek", "frame": 3})
     wait_for(lambda: player.run.position == 3)
-    player.follow(longest)
-    player.go(4)
+    player.request({"kind": "follow", "run": longest})
+    player.request({"kind": "seek", "frame": 4})
     wait_for(lambda: player.run.position == 4)
     assert player.run is longer

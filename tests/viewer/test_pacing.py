@@ -6,95 +6,88 @@ import math
 import time
 from typing import Any
 
+import msgspec
 import pytest
 
 from pftrack_server.core.pictures import SceneDrawing
-from pftrack_server.viewer import pacing
-from pftrack_server.viewer.pacing import ECHO_EVERY_S, LATE_S, Pace
 from pftrack_server.viewer.scene import Scene
-from pftrack_server.viewer.viser_adapter.endpoint import Connection
+from pftrack_server.viewer.viser_adapter import server
+from pftrack_server.viewer.viser_adapter.server import ASK_EVERY_S, LATE_S, LOADING_S, Connection
 from tests.apart import run
 from tests.viewer.host import Peer, Session, Site, drawing
 from tests.waiting import wait_for
 
-
-class Line:
-    """A connection that remembers how long it waits for an answer."""
-
-    held = False
-    patience_s = math.inf
-
-    def __init__(self, *lags_s: float) -> None:
-        self._lags_s = list(lags_s)
-
-    def expect(self, patience_s: float) -> None:
-        self.patience_s = patience_s
-
-    def release(self) -> float:
-        return self._lags_s.pop(0)
+ANSWER = {"type": "LocalStorageGetItemResponseMessage", "request_uuid": "a", "value": None, "error": None}
 
 
-def test_a_line_is_held_once_the_answer_is_overdue() -> None:
-    """The best answer is the distance, which leaving out frames would not shorten."""
-    line = Line(0.4, 0.9, 0.02)
-    pace = Pace(line)
-    expected = []
-    for _ in range(3):
-        pace.note_question()
-        pace.note_answer()
-        pace.note_question()
-        expected.append(line.patience_s)
-    assert expected == pytest.approx([0.4 + LATE_S, 0.4 + LATE_S, 0.02 + LATE_S])
+class Websocket:
+    """A browser that takes whatever it is sent, and says what it is told to say."""
+
+    def __init__(self) -> None:
+        self.taken: list[bytes] = []
+        self.said: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
+        self.delay_s = 0.0
+
+    async def send_bytes(self, message: bytes) -> None:
+        await asyncio.sleep(self.delay_s)
+        self.taken.append(message)
+
+    async def receive(self) -> dict[str, Any]:
+        return await self.said.get()
+
+    def answer(self) -> None:
+        self.said.put_nowait({"type": "websocket.receive", "bytes": msgspec.msgpack.encode(ANSWER)})
 
 
-def test_a_browser_that_is_loading_is_not_held() -> None:
-    """Its first answer may take seconds."""
-    line = Line(4.0)
-    pace = Pace(line)
-    pace.note_question()
-    pace.silent()
-    pace.note_question()
-    assert line.patience_s == math.inf
+@pytest.fixture
+def ask_always(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(server, "ASK_EVERY_S", 0.0)
 
 
-def test_a_question_that_was_given_up_says_nothing_of_the_distance() -> None:
-    """A frozen tab gets a few frames, so that it finds the newest when it thaws, and is held again."""
-    line = Line(0.5, 0.02)
-    pace = Pace(line)
-    pace.note_question()
-    pace.note_answer()
-    pace.note_question()
-    pace.silent()
-    pace.note_question()
-    assert line.patience_s == pytest.approx(0.5 + LATE_S)
-
-
-def test_the_time_to_answer_begins_when_the_question_has_left() -> None:
-    """A server that is late itself takes no browser for slow: messages before the question never hold a line."""
+def test_a_browser_is_held_once_its_answer_is_overdue(ask_always: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is sent then waits for the answer; one that is loading has longer than one that has answered."""
+    monkeypatch.setattr(server, "LATE_S", 0.05)
 
     async def scene() -> None:
-        taken: list[bytes] = []
-
-        async def take(message: bytes) -> None:
-            taken.append(message)
-
-        loop = asyncio.get_running_loop()
-        connection = Connection(loop, None, take)
-        connection.expect(-1.0)
-        await asyncio.sleep(0.0)
-        assert not connection.held
-        for message in (b"the frame that is asked about", b"with the question"):
-            await connection.send(message)
-            assert not connection.held
-        await connection.send(b"the next frame")
-        assert connection.held
-        waiting = asyncio.ensure_future(connection.send(b"the newest"))
-        await asyncio.sleep(0.0)
-        assert len(taken) == 3
-        assert connection.release() >= 0.0
+        websocket: Any = Websocket()
+        connection = Connection(websocket, None)
+        hearing = asyncio.ensure_future(connection.recv())
+        await connection.send(b"first")
+        assert len(websocket.taken) == 2, "the question follows the message"
+        await asyncio.sleep(0.1)
+        assert not connection.is_held
+        assert connection._overdue == pytest.approx(time.monotonic() - 0.1 + LOADING_S + 0.05, abs=0.09)
+        websocket.answer()
+        await asyncio.sleep(0.01)
+        await connection.send(b"second")
+        assert connection._overdue - time.monotonic() < 0.3, "the best answer is the distance"
+        await asyncio.sleep(0.3)
+        assert connection.is_held
+        waiting = asyncio.ensure_future(connection.send(b"third"))
+        await asyncio.sleep(0.01)
+        assert len(websocket.taken) == 4
+        websocket.answer()
         await waiting
-        assert taken[-1] == b"the newest"
-        assert not connection.held
+        assert websocket.taken[4] == b"third"
+        hearing.cancel()
+
+    run(scene())
+
+
+def test_an_answer_that_comes_while_the_question_leaves_holds_nothing(ask_always: None) -> None:
+    """A busy server takes no browser for slow."""
+
+    async def scene() -> None:
+        websocket: Any = Websocket()
+        connection = Connection(websocket, None)
+        hearing = asyncio.ensure_future(connection.recv())
+        websocket.delay_s = 0.05
+        sending = asyncio.ensure_future(connection.send(b"frame"))
+        await asyncio.sleep(0.06)
+        websocket.answer()
+        await sending
+        assert connection._overdue == math.inf
+        hearing.cancel()
 
     run(scene())
 
@@ -105,34 +98,30 @@ def frame_of(peer: Peer) -> int:
 
 
 def test_a_still_scene_is_not_asked(session: Session, peer: Peer) -> None:
-    """Each question would make the browser draw for a while; what has been asked is asked once for each frame."""
-    for frame in range(3):
-        session.show(drawing(frame, 50 + frame), frame)
-        wait_for(lambda frame=frame: "/particles" in peer.nodes and frame_of(peer) == frame)
-    wait_for(lambda: peer.asked > 0)
-    for value in range(10, 40):
-        peer.move("Occluder width (px)", value)
-        wait_for(lambda value=value: session.values["occlusion_width_px"] == value)
-    assert peer.asked <= 3
+    """Each question would make the browser draw for a while; they are asked behind what is sent."""
+    session.show(drawing(0, 50), 0)
+    wait_for(lambda: "/particles" in peer.nodes and peer.asked > 0)
+    time.sleep(2 * ASK_EVERY_S)
+    before = peer.asked
+    time.sleep(3 * ASK_EVERY_S)
+    assert peer.asked == before
 
 
 def test_a_browser_is_asked_ten_times_a_second_at_most(session: Session, peer: Peer) -> None:
     """While frames go out three times as fast."""
     begun = time.monotonic()
+    before = peer.asked
     for frame in itertools.count():
         session.show(drawing(frame, 50), frame)
         time.sleep(0.02)
         if time.monotonic() > begun + 0.8:
             break
-    wait_for(lambda: peer.asked > 1)
-    assert peer.asked <= 1 + (time.monotonic() - begun) / ECHO_EVERY_S
+    wait_for(lambda: peer.asked > before + 1)
+    assert peer.asked <= before + 2 + (time.monotonic() - begun) / ASK_EVERY_S
 
 
-def test_one_that_does_not_answer_holds_nobody_else(
-    session: Session, site: Site, peer: Peer, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_one_that_does_not_answer_holds_nobody_else(session: Session, site: Site, peer: Peer) -> None:
     """It is sent a few frames more, then none until it answers, and then the newest; the others see every frame."""
-    monkeypatch.setattr(pacing, "ANSWER_S", 120.0)
     with Peer(site.scene) as silent:
         wait_for(lambda: session.viewer.clients == 2)
         frames = itertools.count()
@@ -143,45 +132,23 @@ def test_one_that_does_not_answer_holds_nobody_else(
             wait_for(lambda: "/particles" in peer.nodes and frame_of(peer) == frame)
             return frame
 
-        show()
-        # One that has never answered is taken to be loading still, and is not held.
-        wait_for(lambda: silent.asked > 0)
-        for _ in range(4):
-            show()
+        wait_for(lambda: show() >= 0 and silent.asked > 1)
         silent.echo = False
         asked = silent.asked
         wait_for(lambda: show() and silent.asked > asked)
-        wait_for(lambda: show() and any(pace.held for pace in session.viewer._pacer._paces.values()))
-        held = show()
+        held = session.viewer.endpoint._connections
+        wait_for(lambda: show() and any(connection.is_held for connection in list(held.values())))
+        last = show()
         newest = max(show() for _ in range(20))
-        assert frame_of(silent) <= held  # it takes up what was on its way when it was held
+        assert frame_of(silent) <= last  # it takes up what was on its way when it was held
         silent.echo = True
         silent.answer()
         wait_for(lambda: frame_of(silent) == newest)
 
 
-def test_who_is_held_no_longer_is_noticed_in_any_order(
-    session: Session, peer: Peer, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The line may be free a moment after its answer was told: no scene stands still for having looked in between."""
-    held, ready = [False], []
-    viewer = session.viewer
-    monkeypatch.setattr(viewer, "_on_ready", lambda: ready.append(1))
-    monkeypatch.setattr(Connection, "held", property(lambda _: held[0]))
-    session.show(drawing(0, 50), 0)
-    wait_for(lambda: "/particles" in peer.nodes and ready)
-    wait_for(lambda: peer.asked > 0)
-    held[0], viewer._asked = True, False
-    viewer._wake()
-    wait_for(lambda: not viewer._news.is_set())
-    before = len(ready)
-    held[0] = False
-    wait_for(lambda: len(ready) > before)
-
-
 def test_nothing_is_drawn_while_all_are_held(session: Session, peer: Peer, monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures that nobody is sent would take the processor from other sessions; who answers gets the newest."""
-    monkeypatch.setattr(pacing, "ANSWER_S", 120.0)
+    monkeypatch.setattr(server, "LATE_S", LATE_S / 2)
     drawn: list[str | None] = []
     apply = Scene.apply
 
@@ -205,9 +172,10 @@ def test_nothing_is_drawn_while_all_are_held(session: Session, peer: Peer, monke
         wait_for(lambda frame=frame: seen(frame))
     wait_for(lambda: peer.asked > 0)
     peer.echo = False
-    wait_for(lambda: show() and session.viewer._pacer.all_held)
+    (connection,) = session.viewer.endpoint._connections.values()
+    wait_for(lambda: show() and connection.is_held)
     before, newest = len(drawn), max(show() for _ in range(50))
-    assert session.viewer._pacer.all_held
+    assert connection.is_held
     assert len(drawn) <= before + 1  # what was begun when it was held
     peer.echo = True
     peer.answer()

@@ -14,9 +14,10 @@ def test_every_parameter_has_a_control_of_its_kind(session: Session, peer: Peer)
     slider = peer.control("Occluder width (px)")
     assert (slider["kind"], slider["min"], slider["max"], slider["value"]) == ("GuiSliderMessage", 0, 200, 40)
     assert slider["hint"] == "Occluder width. From 0 to 200 px."
-    assert peer.control("Particles")["kind"] == "GuiNumberMessage"
-    below = peer.control("")  # the slider below the box of the particles
-    assert (below["kind"], below["min"], below["max"], below["value"]) == ("GuiSliderMessage", 1, 5000, 800)
+    part = peer.control("Particles")
+    assert (part["kind"], part["min"], part["max"], part["value"]) == ("GuiSliderMessage", 1, 5000, 800)
+    whole = peer.control("")  # the box beside the slider of the particles
+    assert (whole["kind"], whole["min"], whole["max"], whole["value"]) == ("GuiNumberMessage", 1, 100_000, 800)
     assert peer.control("Budget")["kind"] == "GuiNumberMessage"
     assert sum(item["label"] == "" for item in peer.controls.values()) == 1
     assert peer.control("Layout")["options"] == ["pillar", "wall"]
@@ -43,19 +44,19 @@ def test_a_moved_control_proposes_its_value(session: Session, peer: Peer) -> Non
 
 def test_a_wide_range_has_a_box_and_a_slider_that_show_the_same(session: Session, peer: Peer) -> None:
     """The slider covers what one works with; the box reaches further, and the slider then rests at its end."""
-    peer.move("", 1200)
+    peer.move("Particles", 1200)
     wait_for(lambda: session.values["sample_count"] == 1200)
-    wait_for(lambda: peer.control("Particles")["value"] == 1200)
-    peer.move("Particles", 90_000)
+    wait_for(lambda: peer.control("")["value"] == 1200)
+    peer.move("", 90_000)
     wait_for(lambda: session.values["sample_count"] == 90_000)
-    wait_for(lambda: peer.control("")["value"] == 5000)
+    wait_for(lambda: peer.control("Particles")["value"] == 5000)
     assert session.changes == [{"sample_count": 1200}, {"sample_count": 90_000}]
 
 
 def test_the_authoritative_value_is_shown_and_proposes_nothing(session: Session, peer: Peer) -> None:
     """What REST or another branch has changed appears in the panel without coming back."""
     peer.uuid("Particles")
-    session.viewer.tell(PanelValues({"sample_count": 50, "occlusion_width_px": 12.0}, "h-spf", 7))
+    session.tell(PanelValues({"sample_count": 50, "occlusion_width_px": 12.0}, "h-spf", 7))
     wait_for(lambda: peer.control("Particles")["value"] == 50 and peer.control("Occluder width (px)")["value"] == 12.0)
     time.sleep(0.2)
     assert session.changes == []
@@ -103,7 +104,7 @@ def test_a_value_is_proposed_although_the_panel_is_restored_at_that_moment(sessi
         peer.move("Occluder width (px)", 70)
         peer.move("Speed", "2x")
         wait_for(lambda: session.viewer._panel._controls["occlusion_width_px"]._handles[0].value == 70.0)
-        session.viewer.refuse("something else")
+        session.loop.call(session.viewer.refuse, "something else")
     finally:
         free.set()
     wait_for(lambda: session.changes == [{"occlusion_width_px": 70.0}])
@@ -133,7 +134,7 @@ def test_the_seed_is_shown_and_another_one_begins_the_run_anew(session: Session,
     peer.move("Seed", 12.0)
     wait_for(lambda: session.transport == [{"kind": "restart", "seed": 12}])
     assert type(session.transport[0]["seed"]) is int
-    session.viewer.tell(PanelValues({}, "h-spf", 9_007_199_254_740_991))
+    session.tell(PanelValues({}, "h-spf", 9_007_199_254_740_991))
     wait_for(lambda: peer.control("Seed")["value"] == 9_007_199_254_740_991)
     assert len(session.transport) == 1
     session.transport.clear()

@@ -1,6 +1,5 @@
 """A drawing's primitives become nodes that are updated in place."""
 
-import time
 from dataclasses import replace
 from typing import Any, cast
 
@@ -24,8 +23,7 @@ from pftrack.core.model.drawing import (
 from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.core.pictures import PictureEncoder, SceneDrawing
 from pftrack_server.viewer.scene import Scene
-from pftrack_server.viewer.viewer import UNWATCHED_S
-from tests.viewer.host import Peer, Session, drawing
+from tests.viewer.host import Peer, Session, Site, drawing
 from tests.waiting import wait_for
 
 
@@ -73,8 +71,10 @@ def test_the_newest_drawing_wins(session: Session, peer: Peer) -> None:
     assert peer.batches < 100
 
 
-def test_a_scene_that_nobody_watches_is_drawn_now_and_then(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Just enough for whoever comes next, who is not kept waiting."""
+def test_a_scene_that_nobody_watches_is_not_drawn(
+    session: Session, site: Site, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whoever comes next is shown the newest drawing at once."""
     drawn: list[str | None] = []
     apply = Scene.apply
 
@@ -83,12 +83,12 @@ def test_a_scene_that_nobody_watches_is_drawn_now_and_then(session: Session, mon
         apply(scene, shown, *more)
 
     monkeypatch.setattr(Scene, "apply", counted)
-    begun = time.monotonic()
     for frame in range(20):
-        session.show(drawing(frame, 50), frame)
-        time.sleep(0.02)
-    wait_for(lambda: "Frame 19" in drawn)
-    assert len(drawn) <= 2 + (time.monotonic() - begun) / UNWATCHED_S
+        session.show(drawing(frame, 50 + frame), frame)
+    assert drawn == []
+    with Peer(site.scene) as peer:
+        wait_for(lambda: "/particles" in peer.nodes and len(points(peer)) == 69)
+    assert set(drawn) == {"Frame 19"}
 
 
 def test_what_is_absent_is_hidden_and_comes_back(session: Session, peer: Peer) -> None:
@@ -166,11 +166,11 @@ def test_every_primitive_has_a_node(session: Session, peer: Peer) -> None:
 def test_a_picture_arrives_as_the_worker_has_encoded_it(session: Session, peer: Peer) -> None:
     """The web process forwards the file; of the pixels it has seen nothing."""
     sent = session.pictures.for_scene(drawing())
-    session.viewer.show(sent, 0)
+    session.loop.call(session.viewer.show, sent, 0)
     wait_for(lambda: "/picture" in peer.nodes)
     assert peer.nodes["/picture"]["_data"] == sent.pictures["picture"].file
     other = session.pictures.for_scene(with_item(drawing(1), "picture", dark()))
-    session.viewer.show(other, 1)
+    session.loop.call(session.viewer.show, other, 1)
     wait_for(lambda: peer.nodes["/picture"]["_data"] == other.pictures["picture"].file)
 
 
@@ -187,36 +187,22 @@ def test_a_primitive_that_cannot_be_shown_ends_nothing(session: Session, peer: P
 def test_a_failure_beside_the_drawing_ends_nothing(
     session: Session, peer: Peer, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The panel that fails is written down, and the scene goes on."""
+    """The panel that fails is written down once, and the scene goes on."""
     monkeypatch.setattr("pftrack_server.viewer.viewer.warnings", RateLimitedLogger("viewer"))
     failed: list[int] = []
 
-    def fail() -> None:
-        failed.append(1)
+    def fail(frame: int) -> None:
+        failed.append(frame)
         raise RuntimeError("on purpose")
 
     with monkeypatch.context() as broken:
-        broken.setattr(session.viewer._panel, "tend", fail)
-        session.show(drawing(0, 50), 0)
-        wait_for(lambda: len(failed) > 2)
-    session.show(drawing(1, 60), 1)
+        broken.setattr(session.viewer._panel, "frame", fail)
+        for frame in range(3):
+            session.show(drawing(frame, 50), frame)
+            wait_for(lambda frame=frame: frame in failed)
+    session.show(drawing(4, 60), 4)
     wait_for(lambda: "/particles" in peer.nodes and len(points(peer)) == 60)
     assert capsys.readouterr().out.count("RuntimeError: on purpose") == 1
-
-
-def test_who_could_not_be_asked_for_a_drawing_is_asked_again(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A scene that has no drawing on its way does not wait for it."""
-    asked: list[int] = []
-
-    def ask() -> None:
-        asked.append(1)
-        if len(asked) == 1:
-            raise RuntimeError("on purpose")
-
-    monkeypatch.setattr(session.viewer, "_on_ready", ask)
-    session.viewer._asked = False
-    session.viewer._wake()
-    wait_for(lambda: len(asked) == 2)
 
 
 def test_an_unchanged_picture_is_not_sent_again(session: Session, peer: Peer) -> None:

@@ -19,7 +19,7 @@ from pftrack.core.model.drawing import (
     World,
     WorldDrawing,
 )
-from pftrack_server.viewer import bodies, worlds
+from pftrack_server.viewer import shapes, worlds
 from pftrack_server.viewer.camera import Box
 from pftrack_server.viewer.shapes import FREE, Stance
 from tests.viewer.host import Peer, Session, drawing
@@ -63,7 +63,7 @@ def inside() -> WorldDrawing:
 def session() -> Iterator[Session]:
     made = Session(worlds=(HEAD,))
     yield made
-    made.viewer.close()
+    made.close()
 
 
 def test_a_world_stands_to_the_right_of_the_picture() -> None:
@@ -164,7 +164,7 @@ def test_a_body_is_a_ball_that_is_stretched_and_turned(stance: Stance) -> None:
     rng = np.random.default_rng(4)
     roots = rng.normal(size=(3, 3, 3))
     spread = (roots @ np.swapaxes(roots, 1, 2)).astype(np.float32)
-    shown = bodies.bodies(Ellipsoids(f32(*np.eye(3)), spread, np.zeros((3, 3), np.uint8), 0.5, "l"), stance)
+    shown = shapes.bodies(Ellipsoids(f32(*np.eye(3)), spread, np.zeros((3, 3), np.uint8), 0.5, "l"), stance)
     from viser.transforms import SO3
 
     mirror = np.array([1, -1, 1])
@@ -178,13 +178,13 @@ def test_a_body_is_a_ball_that_is_stretched_and_turned(stance: Stance) -> None:
         assert np.linalg.det(turn) == pytest.approx(1.0, abs=1e-5)
         np.testing.assert_allclose(centre, mirror * place + [0, 0, stance.lift], atol=1e-6)
     flat = np.diag([9.0, 4.0, 0.0]).astype(np.float32)[None]
-    disc = bodies.bodies(Ellipsoids(f32([0, 0, 0]), flat, np.zeros((1, 3), np.uint8), 0.5, "l"), FREE)
+    disc = shapes.bodies(Ellipsoids(f32([0, 0, 0]), flat, np.zeros((1, 3), np.uint8), 0.5, "l"), FREE)
     np.testing.assert_allclose(sorted(disc.half_axes[0]), [0.06, 4.0, 6.0], rtol=1e-5)
 
 
 def test_the_ball_is_seen_from_outside() -> None:
     """Its triangles run counterclockwise there."""
-    vertices, faces = bodies.BALL
+    vertices, faces = shapes.BALL
     corners = vertices[faces]
     outwards = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     assert ((outwards * corners.mean(axis=1)).sum(axis=1) >= -1e-7).all()
@@ -192,7 +192,7 @@ def test_the_ball_is_seen_from_outside() -> None:
 
 def test_an_arrow_is_a_line_with_four_barbs() -> None:
     """They end at its tip, in two planes; an arrow that goes nowhere is nothing."""
-    segments = bodies.arrow_segments(Arrows(f32([[0, 0, 0], [100, 0, 0]], [[5, 5, 5], [5, 5, 5]]), BLUE, 2.0, "l"))
+    segments = shapes.arrow_segments(Arrows(f32([[0, 0, 0], [100, 0, 0]], [[5, 5, 5], [5, 5, 5]]), BLUE, 2.0, "l"))
     assert segments.shape == (5, 2, 3)
     np.testing.assert_allclose(segments[0], f32([0, 0, 0], [100, 0, 0]))
     np.testing.assert_allclose(segments[1:, 1], np.tile(f32(100, 0, 0), (4, 1)))

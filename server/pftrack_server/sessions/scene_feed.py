@@ -1,21 +1,33 @@
-"""The scene feed: the viser scene of a session, fed with the newest drawing and never with a queue of them.
+"""The scene feed: the viser scene of a session, fed with the newest drawing, and what people do on the panel in it.
 
 The viewer is made when somebody first looks. It keeps the newest drawing and sends as many as its browsers can follow,
-so handing it one costs nothing; changes of its panel run in threads, one at a time, and while one runs only the newest
-waits. The worker gets credit for its next drawing when the viewer could show it and somebody looks on: in a crowd,
-drawings that no browser takes up would keep everybody waiting.
+so handing it one costs nothing. The worker gets credit for its next drawing when the viewer could show it and somebody
+looks on: in a crowd, drawings that no browser takes up would keep everybody waiting.
+
+What people do on the panel are commands of the session. A slider that is dragged asks for twenty values a second. While
+a command is under way the newest value of each parameter waits, and all of them go together. Nobody waits for the
+answer, so a refusal is told to all who look on.
 """
 
 import asyncio
-from collections.abc import Callable, Iterator
+from collections.abc import Awaitable, Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import structlog
+from pydantic import ValidationError
 
+from pftrack.core.model.parameters import ParameterError
+from pftrack.experiments.own.code import FilterFileError
+from pftrack.runs.record import RecordError
+from pftrack.runs.run import EndOfRun, PastError
+from pftrack.sources.limits import SourceError
+from pftrack_server.core.errors import ApiError, shape
 from pftrack_server.core.panel import PanelDescription, PanelValues
 from pftrack_server.core.pictures import SceneDrawing
 from pftrack_server.sessions.spec import SessionDescription
+from pftrack_server.sessions.worker.commands import COMMAND, ChangeValues, Command
+from pftrack_server.store.system_errors import failure_message
 
 if TYPE_CHECKING:
     from pftrack_server.viewer import Endpoint, Viewer
@@ -23,34 +35,61 @@ if TYPE_CHECKING:
 
 log = structlog.get_logger(__name__)
 
+REFUSALS = (ApiError, EndOfRun, FilterFileError, ParameterError, PastError, RecordError, SourceError)
+"""Errors whose words are meant for people."""
+
 
 class SceneFeed:
-    """The scene of one session and those who look at it."""
+    """The scene of one session and those who look at it; all methods belong to the event loop's thread.
+
+    Args:
+        credit: Lets the worker send one drawing.
+        command_lock: Held while a command of the session is under way.
+        carry_out: Carries out a command of the panel.
+        on_refusal: Called with the inside of an error.
+
+    Attributes:
+        watchers: How many look at it.
+    """
 
     def __init__(
         self,
         *,
         credit: Callable[[], None],
-        on_command: Callable[[dict[str, Any]], None],
+        command_lock: asyncio.Lock,
+        carry_out: Callable[[Command], Awaitable[object]],
+        on_refusal: Callable[[dict[str, Any]], None],
     ) -> None:
         self._credit = credit
-        self._on_command = on_command
+        self._command_lock = command_lock
+        self._carry_out = carry_out
+        self._on_refusal = on_refusal
         self._viewer: Viewer | None = None
-        self._opening = asyncio.Lock()
-        self._loop = asyncio.get_running_loop()
-        self._pump: asyncio.Task[None] | None = None
-        self._in_force: PanelValues | None = None
-        self._refusals: list[str] = []
+        self._values: dict[str, Any] = {}
+        self._commands: set[asyncio.Task[None]] = set()
         self.watchers = 0
 
-    async def open(self, description: SessionDescription, in_force: PanelValues) -> "Endpoint":
-        """Make the viewer unless there is one, and return where the bridge connects to it."""
-        async with self._opening:
-            if self._viewer is None:
-                self._viewer = await asyncio.to_thread(self._make_viewer, description, in_force)
-                # What was told while it was made is not in it.
-                self._start()
-            return self._viewer.endpoint
+    def open(self, description: SessionDescription, in_force: PanelValues) -> "Endpoint":
+        """Make the viewer unless there is one, and return where browsers are joined to it."""
+        from pftrack_server.viewer import Viewer  # noqa: PLC0415 - viser is imported when somebody first looks
+
+        if self._viewer is None:
+            panel = PanelDescription(
+                description.title,
+                description.declarations,
+                {tracker.id: tracker.title for tracker in description.trackers},
+                description.layers,
+                description.worlds,
+                description.about,
+            )
+            self._viewer = Viewer(panel, in_force, on_command=self.ask, on_ready=self.want)
+        return self._viewer.endpoint
+
+    async def close(self) -> None:
+        """Close the viewer, if there is one; it can be opened again."""
+        viewer, self._viewer = self._viewer, None
+        if viewer is not None:
+            await viewer.close()
 
     @contextmanager
     def watch(self) -> Iterator[None]:
@@ -62,6 +101,11 @@ class SceneFeed:
         finally:
             self.watchers -= 1
 
+    def want(self) -> None:
+        """Ask the worker for a drawing if somebody looks on; whoever comes later asks again."""
+        if self.watchers:
+            self._credit()
+
     def offer(self, drawing: SceneDrawing, frame: int) -> None:
         """Show the drawing of a frame; the viewer leaves it out if a newer one comes before it can be sent."""
         if self._viewer is not None:
@@ -69,72 +113,52 @@ class SceneFeed:
 
     def tell(self, in_force: PanelValues) -> None:
         """Show in the panel what is in force."""
-        self._in_force = in_force
-        self._start()
+        self._try(lambda viewer: viewer.tell(in_force))
 
     def refuse(self, message: str) -> None:
         """Tell that a value was refused; its control springs back."""
-        self._refusals.append(message)
-        self._start()
+        self._try(lambda viewer: viewer.refuse(message))
 
-    def on_worker_started(self) -> None:
-        """Ask a new worker for its first drawing."""
-        self._want()
+    def ask(self, body: dict[str, Any]) -> None:
+        """Carry out a command; new values go together with what else is asked for until the session is free."""
+        try:
+            command = COMMAND.validate_python(body)
+        except ValidationError as error:
+            first = error.errors()[0]
+            self._on_refusal(shape(f"{first['loc'][-1] if first['loc'] else 'kind'}: {first['msg']}"))
+            return
+        idle = not self._values
+        if isinstance(command, ChangeValues):
+            self._values.update(command.values)
+        if idle or not isinstance(command, ChangeValues):
+            task = asyncio.ensure_future(self._send(command))
+            self._commands.add(task)
+            task.add_done_callback(self._commands.discard)
 
-    async def close(self) -> None:
-        """Close the viewer, if there is one; it can be opened again."""
-        if self._pump is not None:
-            await asyncio.gather(self._pump, return_exceptions=True)
-        async with self._opening:
-            viewer, self._viewer = self._viewer, None
-            if viewer is not None:
-                await asyncio.to_thread(viewer.close)
+    def drop_commands(self) -> None:
+        """Carry out nothing more."""
+        for task in list(self._commands):
+            task.cancel()
 
-    def _make_viewer(self, description: SessionDescription, in_force: PanelValues) -> "Viewer":
-        from pftrack_server.viewer import Viewer  # noqa: PLC0415 - viser is imported when somebody first looks
+    async def _send(self, command: Command) -> None:
+        """Carry out a command, and tell if it fails."""
+        if isinstance(command, ChangeValues):
+            async with self._command_lock:
+                values, self._values = self._values, {}
+            command = ChangeValues(values=values)
+        try:
+            await self._carry_out(command)
+        except REFUSALS as error:
+            known = {name: getattr(error, name, None) for name in ("field", "bound", "value")}
+            self._on_refusal(shape(str(error), **known))
+        except Exception as error:
+            log.exception("a command of the panel failed")
+            self._on_refusal(shape(failure_message(error)))
 
-        return Viewer(
-            PanelDescription(
-                description.title,
-                description.declarations,
-                {tracker.id: tracker.title for tracker in description.trackers},
-                description.layers,
-                description.worlds,
-                description.about,
-            ),
-            in_force,
-            on_command=lambda command: self._from_thread(self._on_command, command),
-            on_ready=lambda: self._from_thread(self._want),
-            loop=self._loop,
-        )
-
-    def _from_thread(self, callback: Callable[..., None], *arguments: object) -> None:
-        if not self._loop.is_closed():
-            self._loop.call_soon_threadsafe(callback, *arguments)
-
-    def _want(self) -> None:
-        """Ask for a drawing if somebody looks on; whoever comes later asks again."""
-        if self.watchers:
-            self._credit()
-
-    def _start(self) -> None:
-        if self._viewer is not None and (self._pump is None or self._pump.done()):
-            self._pump = asyncio.ensure_future(self._run())
-
-    async def _run(self) -> None:
-        """Bring what waits into the panel until nothing waits."""
-        while (viewer := self._viewer) is not None and (self._in_force or self._refusals):
-            in_force, self._in_force = self._in_force, None
-            refusals, self._refusals = self._refusals, []
-            try:
-                await asyncio.to_thread(_apply, viewer, in_force, refusals)
-            except Exception:
-                # A panel that cannot be drawn must not end the session: its page still has the plots.
-                log.exception("viewer failed")
-
-
-def _apply(viewer: "Viewer", in_force: PanelValues | None, refusals: list[str]) -> None:
-    if in_force is not None:
-        viewer.tell(in_force)
-    for message in refusals:
-        viewer.refuse(message)
+    def _try(self, act: "Callable[[Viewer], None]") -> None:
+        """Do something with the viewer; what cannot be shown must not end the session: its page has the plots."""
+        try:
+            if self._viewer is not None:
+                act(self._viewer)
+        except Exception:
+            log.exception("viewer failed")

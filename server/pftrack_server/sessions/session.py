@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from pftrack_server.core.errors import ConflictError, NotFoundError
 from pftrack_server.core.panel import PanelValues
 from pftrack_server.core.settings import Settings
-from pftrack_server.sessions.panel_commands import PanelCommands
 from pftrack_server.sessions.scene_feed import SceneFeed
 from pftrack_server.sessions.spec import LIVE, Bookmark, Phase, SessionDescription, SessionSpec
 from pftrack_server.sessions.state import SessionState
@@ -55,10 +54,11 @@ class Session:
         self.state = SessionState(spec, lambda: self._credit("flat"), self._tell_panel)
         self.stream = self.state.stream
         self._command_lock = asyncio.Lock()
-        self._panel = PanelCommands(self._command_lock, self.command, self._tell_refusal)
         self.scene_feed = SceneFeed(
             credit=lambda: self._credit("scene"),
-            on_command=self._panel.ask,
+            command_lock=self._command_lock,
+            carry_out=self.command,
+            on_refusal=self._tell_refusal,
         )
         self.left = time.monotonic()
         self._settings = settings
@@ -137,7 +137,7 @@ class Session:
                 raise
             finally:
                 self._starting = None
-            self.scene_feed.on_worker_started()
+            self.scene_feed.want()
             self.stream.want()
 
     async def wait_until_open(self, patience_s: float) -> None:
@@ -165,7 +165,7 @@ class Session:
         async with self._command_lock:
             await self._stop_worker()
             self.stream.close()
-        self._panel.close()
+        self.scene_feed.drop_commands()
         await self.scene_feed.close()
 
     def check(self, *, after_gap: bool) -> None:
@@ -189,9 +189,9 @@ class Session:
                 "Resume it to continue where it was."
             )
 
-    async def open_scene(self) -> "Endpoint":
-        """Make the scene unless there is one, and return where the bridge connects to it."""
-        return await self.scene_feed.open(self.description, self._in_force())
+    def open_scene(self) -> "Endpoint":
+        """Make the scene unless there is one, and return where browsers are joined to it."""
+        return self.scene_feed.open(self.description, self._in_force())
 
     # ------------------------------------------------------------ commands
 

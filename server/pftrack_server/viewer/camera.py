@@ -160,7 +160,7 @@ class Cameras:
     @property
     def relief(self) -> float:
         """Factor on the heights: 0 while everybody looks from the front, 1 once somebody looks from aside."""
-        tilt = max((watcher.tilt for watcher in list(self._watchers.values())), default=0.0)
+        tilt = max((watcher.tilt for watcher in self._watchers.values()), default=0.0)
         ramp = np.clip((tilt - FLAT_RAD) / (FULL_RELIEF_RAD - FLAT_RAD), 0.0, 1.0)
         return float(np.ceil(ramp * RELIEF_STEPS) / RELIEF_STEPS)
 
@@ -178,13 +178,13 @@ class Cameras:
         camera.up = (0.0, 1.0, 0.0)
         camera.position, camera.look_at = start.position, start.target
         camera.fov, camera.near, camera.far = start.fov_rad, start.distance / 50.0, start.distance * 20.0
-        for watcher in list(self._watchers.values()):
+        for watcher in self._watchers.values():
             watcher.preset = "front"
             self._point(watcher)
 
     def _refit(self) -> None:
         """Fit deep presets again, where nobody has moved the camera since."""
-        for watcher in list(self._watchers.values()):
+        for watcher in self._watchers.values():
             preset = PRESETS.get(watcher.preset)
             if (
                 preset is not None

@@ -1,20 +1,27 @@
 """A run's live scene on this machine, for a script, a notebook or a prompt: the session's viewer without a session.
 
-The viewer is the server's own (`pftrack_server.viewer.viewer`), with its panel of parameters, views and layers; a small
-web application in a thread serves viser's client and joins browsers to it. A player in another thread (`player`) has a
-branch of the run: it goes to the frames that are asked for, plays, and branches again where a parameter is turned.
+The viewer is the server's own (`pftrack_server.viewer.viewer`), with its panel of parameters, views and layers. It
+works in the loop of a small web application, which serves viser's client and joins browsers to it. A `Player` in the
+same loop does what a session's worker does: it has a branch of the run, goes to the frames that are asked for, plays,
+and branches again where a parameter is turned. What it computes it computes beside the loop.
 
 Only this machine is listened to, at an address that nobody can guess, and only pages from that address get a scene.
 """
 
+import asyncio
+import concurrent.futures
 import secrets
 import socket
 import sys
 import threading
+import time
 import webbrowser
+from collections.abc import AsyncIterator, Mapping
+from contextlib import asynccontextmanager, suppress
+from dataclasses import replace
 from html import escape
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import uvicorn
 from fastapi import WebSocket
@@ -25,10 +32,16 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route, WebSocketRoute
 
-from pftrack.runs.run import Run
-from pftrack_server.viewer.bridge import bridge
-from pftrack_server.viewer.player import Player
-from pftrack_server.viewer.viser_adapter import CONTENT_SECURITY_POLICY, client_asset, client_page
+from pftrack.core.model.drawing import drawn_keys
+from pftrack.core.model.faults import without_faults
+from pftrack.core.model.parameters import ParameterError, Value, declarations, flat
+from pftrack.core.model.recipe import Change
+from pftrack.runs.manifest import title_of
+from pftrack.runs.run import EndOfRun, PastError, Run
+from pftrack_server.core.panel import PanelDescription, PanelValues
+from pftrack_server.core.pictures import PictureEncoder, SceneDrawing
+from pftrack_server.viewer.viewer import Viewer
+from pftrack_server.viewer.viser_adapter import CONTENT_SECURITY_POLICY, bridge, client_asset, client_page
 
 HOST = "127.0.0.1"
 FORBIDDEN = 1008
@@ -60,12 +73,14 @@ class LocalScene:
         self._origin = f"http://{HOST}:{self._listening.getsockname()[1]}"
         self._key = secrets.token_urlsafe(12)
         self._player = Player(run)
-        config = uvicorn.Config(self._application(), log_level="warning", timeout_graceful_shutdown=1)
+        self._begun: concurrent.futures.Future[None] = concurrent.futures.Future()
+        config = uvicorn.Config(self._application(), log_level="warning", lifespan="on", timeout_graceful_shutdown=1)
         self._server = uvicorn.Server(config)
         self._thread = threading.Thread(
             target=self._server.run, kwargs={"sockets": [self._listening]}, name="pftrack-show", daemon=True
         )
         self._thread.start()
+        self._begun.result()
 
     @property
     def address(self) -> str:
@@ -79,11 +94,11 @@ class LocalScene:
 
     def go(self, frame: int) -> None:
         """Show a frame; one that has not been computed yet is computed, with all before it."""
-        self._player.go(frame)
+        self._player.request({"kind": "seek", "frame": frame})
 
     def follow(self, run: Run) -> None:
         """Show a longer run in the place of this one, at its newest frame unless an earlier one is being looked at."""
-        self._player.follow(run)
+        self._player.request({"kind": "follow", "run": run})
 
     def wait(self) -> None:
         """Wait until it is closed, or somebody interrupts: a script that ends closes what it shows."""
@@ -95,7 +110,6 @@ class LocalScene:
 
     def close(self) -> None:
         """Stop showing it; a second call does nothing."""
-        self._player.close()
         self._server.should_exit = True
         self._thread.join()
         self._listening.close()
@@ -120,7 +134,21 @@ class LocalScene:
         at = f"/{self._key}"
         sockets = [WebSocketRoute(path, self._join) for path in (at, f"{at}/")]  # viser's client leaves the slash out
         routes = [Route(f"{at}/", self._page), Route("/client/{name}", self._file), *sockets]
-        return Starlette(routes=routes, middleware=[Middleware(TrustedHostMiddleware, allowed_hosts=[HOST])])
+        hosts = Middleware(TrustedHostMiddleware, allowed_hosts=[HOST])
+        return Starlette(routes=routes, middleware=[hosts], lifespan=self._play)
+
+    @asynccontextmanager
+    async def _play(self, _application: Starlette) -> AsyncIterator[None]:
+        try:
+            await self._player.begin()
+        except BaseException as error:
+            self._begun.set_exception(error)
+            raise
+        self._begun.set_result(None)
+        try:
+            yield
+        finally:
+            await self._player.close()
 
     async def _page(self, _request: Request) -> Response:
         # A notebook's page is another site.
@@ -139,6 +167,168 @@ class LocalScene:
             await websocket.close(FORBIDDEN, "Only the page of the scene may connect")
             return
         await bridge(websocket, self._player.viewer.endpoint)
+
+
+class Player:
+    """Shows a run in a viewer, and does what is asked for beside it.
+
+    The newest wish of each kind stays until the player comes to it. On a long way to a frame it looks after each step
+    whether there is a newer wish.
+
+    Args:
+        run: It is not moved. Where it stands is where the player begins.
+
+    Attributes:
+        run: What is shown: a branch of the run that was given, or of that.
+        viewer: Where it is shown, once it has begun.
+    """
+
+    viewer: Viewer
+
+    def __init__(self, run: Run) -> None:
+        self.run = run.branch(run.computed)
+        self.run.seek(run.position)
+        self._speed, self._is_playing, self._due = 1.0, False, 0.0
+        self._wishes: dict[str, Any] = {}
+        self._news, self._is_closed = asyncio.Event(), False
+        self._encoder = PictureEncoder()
+
+    async def begin(self) -> None:
+        """Make the viewer in the running loop, and begin to work there."""
+        self._loop = asyncio.get_running_loop()
+        self.viewer = Viewer(_describe(self.run), self._in_force, on_command=self._wish)
+        self._working = asyncio.create_task(self._work())
+
+    async def close(self) -> None:
+        """End player and viewer."""
+        self._is_closed = True
+        self._news.set()
+        await self._working
+        await self.viewer.close()
+
+    def request(self, command: dict[str, Any]) -> None:
+        """Ask for something from any thread, as the panel does.
+
+        Args:
+            command: As `POST /sessions/{id}/commands` has it, or `follow` with a longer run to be shown in the place of
+                the present one, unless an earlier frame is being looked at.
+        """
+        with suppress(RuntimeError):  # the scene has been closed
+            self._loop.call_soon_threadsafe(self._wish, command)
+
+    @property
+    def _in_force(self) -> PanelValues:
+        run = self.run
+        following = min(run.position + 1, run.frames - 1)
+        return PanelValues(flat(run.parameters_at(following)), run.tracker_at(following), run.seed, self._speed)
+
+    def _wish(self, command: dict[str, Any]) -> None:
+        """Take down a command; new values go together with those that wait."""
+        kind = command["kind"]
+        value = command.get({"change": "values", "restart": "seed", "seek": "frame", "follow": "run"}.get(kind, kind))
+        self._wishes[kind] = {**self._wishes.get(kind, {}), **(value or {})} if kind == "change" else value
+        self._news.set()
+
+    async def _work(self) -> None:
+        self.viewer.show(*await asyncio.to_thread(self._draw))
+        while not self._is_closed:
+            wishes = await self._wait_for()
+            try:
+                await asyncio.to_thread(self._do_all, wishes)
+            except (ParameterError, PastError, EndOfRun) as error:
+                self.viewer.refuse(str(error))
+            except Exception as error:  # noqa: BLE001 - an experiment's own, which must not end the picture
+                self._is_playing = False
+                self.viewer.refuse(f"{type(error).__name__}: {error}")
+            if wishes:
+                self.viewer.tell(self._in_force)
+            self.viewer.show(*await asyncio.to_thread(self._draw))
+
+    async def _wait_for(self) -> dict[str, Any]:
+        """Wait until there is something to do, and return what is wished for."""
+        rest = max(self._due - time.monotonic(), 0.0) if self._is_playing else None
+        if not self._wishes:
+            self._news.clear()
+            with suppress(TimeoutError):
+                await asyncio.wait_for(self._news.wait(), rest)
+        wishes, self._wishes = self._wishes, {}
+        return wishes
+
+    def _do_all(self, wishes: Mapping[str, Any]) -> None:
+        for what, value in wishes.items():
+            self._do(what, value)
+        if not wishes and self._is_playing:
+            self._play()
+
+    def _do(self, what: str, value: Any) -> None:  # noqa: ANN401 - as the wish has it
+        match what:
+            case "seek":
+                self._is_playing = False
+                self._seek(min(max(0, int(value)), self.run.frames - 1))
+            case "follow":
+                if self.run.position == self.run.frames - 1:
+                    self.run = value
+            case "toggle":
+                self._is_playing = not self._is_playing
+                if self._is_playing and self.run.position == self.run.frames - 1:
+                    self.run.seek(0)
+            case "speed":
+                self._speed = value
+            case "change":
+                self._change(value)
+            case "restart":
+                self._restart({}, int(value))
+
+    def _seek(self, frame: int) -> None:
+        for _ in self.run.seeking(frame):
+            if self._wishes or self._is_closed:
+                return
+
+    def _play(self) -> None:
+        rate_hz = self.run.source.frame_rate_hz * self._speed
+        now = time.monotonic()
+        self._due = max(self._due, now - 1.0) + 1.0 / rate_hz if rate_hz else now
+        if self.run.position == self.run.frames - 1:
+            self._is_playing = False
+        else:
+            self.run.seek(self.run.position + 1)
+
+    def _change(self, values: Mapping[str, Value]) -> None:
+        run = self.run
+        fixed = {item.name for item in declarations(type(run.setup.parameters)) if not item.live}
+        if fixed & values.keys():
+            self._restart(values, run.seed)
+        elif run.position == run.computed or run.is_only_drawn(values):
+            run.change(values)
+        else:
+            self.run = run.branch(run.position, values)
+
+    def _restart(self, values: Mapping[str, Value], seed: int) -> None:
+        run = self.run
+        known = {"tracker": run.tracker_at(run.position), **flat(run.parameters_at(run.position)), **values}
+        tracker = str(known.pop("tracker"))
+        changes = (Change(0, known),)
+        made = Run(run.experiment, run.setup, tracker=tracker, seed=seed, frames=run.frames, timeline=changes)
+        self.run = made
+
+    def _draw(self) -> tuple[SceneDrawing, int]:
+        run = self.run
+        drawing = without_faults(run.experiment.draw(run.current, run.diagnostics))
+        keyed = replace(drawing, legend=drawn_keys(drawing, run.experiment.layers))
+        return self._encoder.for_scene(keyed), run.position
+
+
+def _describe(run: Run) -> PanelDescription:
+    experiment = run.experiment
+    return PanelDescription(
+        title=title_of(run),
+        declarations=experiment.declarations(type(run.setup.parameters)),
+        trackers={name: tracker.title for name, tracker in experiment.trackers.items()},
+        layers=experiment.layers,
+        worlds=experiment.worlds,
+        about=experiment.subjects(None),
+        frames=run.frames,
+    )
 
 
 def _in_notebook() -> bool:

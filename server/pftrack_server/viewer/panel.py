@@ -3,55 +3,44 @@
 A control never decides. It proposes a value, the session accepts or refuses it, and the panel shows what the session
 says: `show` after a change, `refuse` after a refusal. While somebody still drags a slider the session's answers to
 older positions are held back, since they would tear it out of the hand; once it rests, all controls are set to the
-truth again.
+truth again. viser passes on whatever a browser sends, so nothing is trusted: the session validates.
 
 viser calls a coroutine at once, in the loop that has just taken up the browser's value, and a plain function some time
 later in a thread, when the value may have been overwritten by the session's. So all callbacks here are coroutines; none
 of them waits: whoever is asked answers later.
 """
 
-import threading
-import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+import asyncio
+from collections.abc import Callable, Iterable, Mapping
+from html import escape
 from typing import Any
 
 import viser
 
-from pftrack.core.model.drawing import Key, Layer, World
+from pftrack.core.model.drawing import COLOURS, Key, Layer, sort_keys
 from pftrack.core.model.parameters import Declaration, Value
+from pftrack.core.numerics.random import LARGEST_SEED
 from pftrack_server.core.panel import SPEEDS, PanelDescription, PanelValues
 from pftrack_server.viewer.camera import PRESETS
-from pftrack_server.viewer.controls import Control, Handle
-from pftrack_server.viewer.legend import caption_html, legend_html
-from pftrack_server.viewer.seed import SEED, SeedBox
 from pftrack_server.viewer.worlds import preset
+
+Handle = Any  # viser's handles are generic over their value and assign through `__setattr__`
 
 REST_S = 0.5
 """How long a control must lie still before it is set to what the session says."""
 PATIENCE_S = 5.0
 """How long the session may take to answer before the control springs back."""
-FRAME = "frame"
-"""What the panel calls its slider of frames among what is touched."""
+
+FRAME, SEED, SPEED = "frame of the run", "seed of the run", "speed of the run"
+"""What the panel calls these beside the parameters, whose names have no spaces."""
 TRACKER = "tracker"
 """What the session calls the choice of a tracker among the values of parameters."""
 
 
-@dataclass(frozen=True, slots=True)
-class Requests:
-    """What the panel asks for. They are called in viser's loop, so none may wait for what it starts.
-
-    Attributes:
-        command: Takes a command, not yet validated, such as `{"kind": "speed", "speed": 2.0}`.
-        set_layer: Takes a layer and whether it is to be shown.
-        look: Takes a browser and the camera preset that it wants.
-        wake: Says that `Panel.tend` has to be called earlier than it last said.
-    """
-
-    command: Callable[[dict[str, Any]], None]
-    set_layer: Callable[[str, bool], None]
-    look: Callable[[int, str], None]
-    wake: Callable[[], None]
+def _declare(name: str, title: str, kind: str, description: str, **more: object) -> Declaration:
+    """Return the declaration of what is turned like a parameter and is none."""
+    known = {"name": name, "title": title, "kind": kind, "description": description, "unit": "", "group": name}
+    return Declaration.model_validate(known | more)
 
 
 class Panel:
@@ -61,72 +50,80 @@ class Panel:
         server: The session's viser server.
         description: What it offers.
         in_force: What it shows at first.
-        requests: Whom it asks.
+        on_command: Takes a command, not yet validated, such as `{"kind": "speed", "speed": 2.0}`.
+        on_layer: Takes a layer and whether it is to be shown.
+        on_look: Takes a browser and the camera preset that it wants.
     """
 
     def __init__(
-        self, server: viser.ViserServer, description: PanelDescription, in_force: PanelValues, requests: Requests
+        self,
+        server: viser.ViserServer,
+        description: PanelDescription,
+        in_force: PanelValues,
+        *,
+        on_command: Callable[[dict[str, Any]], None],
+        on_layer: Callable[[str, bool], None],
+        on_look: Callable[[int, str], None],
     ) -> None:
         self._server = server
-        self._requests = requests
-        self._lock = threading.RLock()
-        self._values: dict[str, Value] = dict(in_force.values)
-        self._touched: dict[str, float] = {}
-        self._answered = False
+        self._on_command, self._on_layer, self._on_look = on_command, on_layer, on_look
+        self._touched: set[str] = set()
+        self._rested_s = 0.0
+        self._timer: asyncio.TimerHandle | None = None
         self._titles = dict(description.trackers)
+        self._options: dict[str, dict[str, Value]] = {
+            TRACKER: {title: identifier for identifier, title in self._titles.items()},
+            SPEED: {_speed_title(speed): speed for speed in SPEEDS},
+        }
+        self._values: dict[str, Value] = {SPEED: _speed_title(1.0), **self._values_of(in_force)}
         self._tracker = in_force.tracker
-        self._frame = self._add_frames(description.frames) if description.frames > 1 else None
-        self._choice = self._add_tracker()
-        self._seed = SeedBox(server, in_force.seed, self._reseed)
-        self._add_cameras(description.worlds)
-        self._said, self._branch_point = "", in_force.branch_point
-        self._caption = server.gui.add_html(caption_html("", self._branch_point))
         self._controls: dict[str, Control] = {}
         self._layers: dict[str, Handle] = {}
         self._folders: dict[str, viser.GuiFolderHandle] = {}
+        self._frame = self._add_frames(description.frames) if description.frames > 1 else None
+        hint = "The method that follows the target; a change counts from the next frame."
+        self._add_control(self._declare_choice(TRACKER, "Tracker", hint))
+        hint = "The same seed gives the same scene and the same run, to the bit."
+        bounds = {"minimum": 0, "maximum": LARGEST_SEED, "step": 1, "live": False}
+        self._add_control(_declare(SEED, "Seed", "integer", hint, default=0, **bounds))
+        self._add_views("View", {view.title: name for name, view in PRESETS.items()})
+        for world in description.worlds:
+            self._add_views(world.title, {side.title: preset(world, side) for side in world.viewpoints})
+        self._said, self._branch_point = "", in_force.branch_point
+        self._caption = server.gui.add_html(caption_html("", self._branch_point))
         self._add_controls(description)
         with server.gui.add_folder("What to draw", expand_by_default=False):
             for layer in description.layers:
                 self._add_layer(layer)
         self._legend = server.gui.add_html(legend_html(()))
-        self._speed = self._add_speed(in_force.speed)
+        self._add_control(self._declare_choice(SPEED, "Speed", "As a factor of real time."))
         self._choose_visible()
 
     def show(self, in_force: PanelValues) -> None:
         """Show what is in force, except on a control that is in somebody's hand."""
-        with self._lock, self._server.atomic():
-            self._values.update(in_force.values)
-            self._answered = True
-            for name in in_force.values.keys() & self._controls.keys():
-                if name not in self._touched:
-                    self._controls[name].show(self._values[name])
+        with self._server.atomic():
+            self._values |= self._values_of(in_force)
+            for name in self._controls.keys() - self._touched:
+                self._controls[name].show(self._values[name])
             if in_force.tracker != self._tracker:
                 self._tracker = in_force.tracker
                 self._choose_visible()
-            if TRACKER not in self._touched:
-                self._choice.value = self._titles.get(self._tracker, self._tracker)
-            self._seed.seed = in_force.seed
-            if SEED not in self._touched:
-                self._seed.show()
-            if in_force.speed in SPEEDS:
-                self._speed.value = _speed_title(in_force.speed)
             if in_force.branch_point != self._branch_point:
                 self._branch_point = in_force.branch_point
                 self.caption(self._said)
-        self._requests.wake()
+        if self._touched:
+            self._restore_in(self._rested_s - asyncio.get_running_loop().time())
 
     def refuse(self, message: str) -> None:
         """Say why a value was refused, and put every control back to what is in force."""
-        with self._lock:
-            self._restore()
+        self._restore()
         for client in self._server.get_clients().values():
             client.add_notification("Not accepted", message, color="orange", auto_close_seconds=6.0)
 
     def frame(self, frame: int) -> None:
         """Show which frame is shown, unless somebody is on the way to another."""
-        with self._lock:
-            if self._frame is not None and FRAME not in self._touched:
-                self._frame.value = frame
+        if self._frame is not None and FRAME not in self._touched:
+            self._frame.value = frame
 
     def caption(self, caption: str) -> None:
         """Show the line of text about the frame."""
@@ -139,63 +136,57 @@ class Panel:
         if self._legend.content != html:
             self._legend.content = html
 
-    def tend(self) -> float | None:
-        """Put controls that have come to rest back to what is in force.
+    def set_layer(self, layer: str, *, shown: bool) -> bool:
+        """Switch a layer on or off; return whether that changes anything."""
+        box = self._layers.get(layer)
+        if box is None or box.value == shown:
+            return False
+        box.value = shown
+        return True
 
-        Returns:
-            After how many seconds to call again; None if there is nothing to wait for.
-        """
-        with self._lock:
-            if not self._touched:
-                return None
-            since = time.monotonic() - max(self._touched.values())
-            due = (REST_S if self._answered else PATIENCE_S) - since
-            if due > 0.0:
-                return due
-            self._restore()
-            return None
+    def close(self) -> None:
+        """Set no control any more."""
+        if self._timer is not None:
+            self._timer.cancel()
+
+    def _values_of(self, in_force: PanelValues) -> dict[str, Value]:
+        """Return what the controls show of what is in force."""
+        title = self._titles.get(in_force.tracker, in_force.tracker)
+        speed = {SPEED: _speed_title(in_force.speed)} if in_force.speed in SPEEDS else {}
+        return {**in_force.values, TRACKER: title, SEED: in_force.seed, **speed}
+
+    def _restore_in(self, wait_s: float) -> None:
+        self.close()
+        self._timer = asyncio.get_running_loop().call_later(wait_s, self._restore)
 
     def _restore(self) -> None:
+        self._touched.clear()
         with self._server.atomic():
-            self._touched.clear()
             for name, control in self._controls.items():
-                if name in self._values:
-                    control.show(self._values[name], insist=True)
-            title = self._titles.get(self._tracker, self._tracker)
-            if self._choice.value == title:
-                self._choice.value = ""
-            self._choice.value = title
-            self._seed.show(insist=True)
+                control.show(self._values[name], insist=True)
 
-    def _on_change(self, name: str, value: Value) -> None:
+    def _propose(self, name: str, value: Value) -> None:
+        """Ask for what somebody has put a control to."""
+        options = self._options.get(name)
+        wanted = value if options is None else options.get(str(value))
+        if wanted is None:
+            return
         self._touch(name)
-        self._requests.command({"kind": "change", "values": {name: value}})
-
-    def _reseed(self, seed: Value) -> None:
-        self._touch(SEED)
-        self._requests.command({"kind": "restart", "seed": seed})
+        if name == SEED:
+            self._on_command({"kind": "restart", "seed": wanted})
+        elif name == SPEED:
+            self._on_command({"kind": "speed", "speed": wanted})
+        else:
+            self._on_command({"kind": "change", "values": {name: wanted}})
 
     def _touch(self, name: str) -> None:
-        with self._lock:
-            self._touched[name] = time.monotonic()
-            self._answered = False
-        self._requests.wake()
+        self._touched.add(name)
+        self._rested_s = asyncio.get_running_loop().time() + REST_S
+        self._restore_in(PATIENCE_S)
 
-    def _add_tracker(self) -> Handle:
-        choice = self._server.gui.add_dropdown(
-            "Tracker",
-            tuple(self._titles.values()),
-            initial_value=self._titles[self._tracker],
-            hint="The method that follows the target; a change counts from the next frame.",
-        )
-        identifiers = {title: identifier for identifier, title in self._titles.items()}
-
-        @choice.on_update
-        async def _(event: viser.GuiEvent[viser.GuiDropdownHandle[str]]) -> None:
-            if event.client_id is not None and choice.value in identifiers:
-                self._on_change(TRACKER, identifiers[choice.value])
-
-        return choice
+    def _declare_choice(self, name: str, title: str, description: str) -> Declaration:
+        options = tuple(self._options[name])
+        return _declare(name, title, "choice", description, default=options[0], choices=options)
 
     def _add_frames(self, frames: int) -> Handle:
         slider = self._server.gui.add_slider("Frame", 0, frames - 1, 1, 0)
@@ -205,18 +196,13 @@ class Panel:
         async def _(event: viser.GuiEvent[viser.GuiSliderHandle[int]]) -> None:
             if event.client_id is not None:
                 self._touch(FRAME)
-                self._requests.command({"kind": "seek", "frame": int(slider.value)})
+                self._on_command({"kind": "seek", "frame": int(slider.value)})
 
         @play.on_click
         async def _(_event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
-            self._requests.command({"kind": "toggle"})
+            self._on_command({"kind": "toggle"})
 
         return slider
-
-    def _add_cameras(self, worlds: Sequence[World]) -> None:
-        self._add_views("View", {view.title: name for name, view in PRESETS.items()})
-        for world in worlds:
-            self._add_views(world.title, {side.title: preset(world, side) for side in world.viewpoints})
 
     def _add_views(self, title: str, names: Mapping[str, str]) -> None:
         """Add buttons with titles for presets by name."""
@@ -225,7 +211,7 @@ class Panel:
         @group.on_click
         async def _(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
             if event.client_id is not None and event.target.value in names:
-                self._requests.look(event.client_id, names[event.target.value])
+                self._on_look(event.client_id, names[event.target.value])
 
     def _add_controls(self, description: PanelDescription) -> None:
         """Add a control for each declaration with a value: those to turn first in sight, the others folded by group."""
@@ -249,36 +235,16 @@ class Panel:
 
     def _add_control(self, declaration: Declaration) -> None:
         value = self._values[declaration.name]
-        self._controls[declaration.name] = Control(self._server, declaration, value, self._on_change)
-
-    def set_layer(self, layer: str, *, shown: bool) -> bool:
-        """Switch a layer on or off; return whether that changes anything."""
-        box = self._layers.get(layer)
-        if box is None or box.value == shown:
-            return False
-        box.value = shown
-        return True
+        self._controls[declaration.name] = Control(self._server, declaration, value, self._propose)
 
     def _add_layer(self, layer: Layer) -> None:
         box: Handle = self._server.gui.add_checkbox(layer.title, layer.shown)
 
         async def on_switch(event: viser.GuiEvent[viser.GuiCheckboxHandle]) -> None:
-            self._requests.set_layer(layer.name, event.target.value)
+            self._on_layer(layer.name, event.target.value)
 
         box.on_update(on_switch)
         self._layers[layer.name] = box
-
-    def _add_speed(self, speed: float) -> Handle:
-        offered = {_speed_title(each): each for each in SPEEDS}
-        shown = _speed_title(speed if speed in SPEEDS else 1.0)
-        choice = self._server.gui.add_dropdown("Speed", tuple(offered), initial_value=shown)
-
-        @choice.on_update
-        async def _(event: viser.GuiEvent[viser.GuiDropdownHandle[str]]) -> None:
-            if event.client_id is not None and choice.value in offered:
-                self._requests.command({"kind": "speed", "speed": offered[choice.value]})
-
-        return choice
 
     def _choose_visible(self) -> None:
         used: set[str] = set()
@@ -294,3 +260,148 @@ class Panel:
 
 def _speed_title(speed: float) -> str:
     return f"{speed:g}x" if speed else "As fast as possible"
+
+
+class Control:
+    """A control and the value that it shows.
+
+    Args:
+        server: Where it is shown.
+        declaration: What it turns.
+        value: What it shows at first.
+        on_move: Called with the new value when a person has changed it, never when it was assigned.
+    """
+
+    def __init__(
+        self, server: viser.ViserServer, declaration: Declaration, value: Value, on_move: Callable[[str, Value], None]
+    ) -> None:
+        self.declaration = declaration
+        self._handles: tuple[Handle, ...] = _make(server, declaration, value)
+        self._shown = True
+
+        async def on_change(event: viser.GuiEvent[Any]) -> None:
+            if event.client_id is not None:
+                on_move(declaration.name, _from_handle(declaration, event.target.value))
+
+        for handle in self._handles:
+            handle.on_update(on_change)
+
+    def show(self, value: Value, *, insist: bool = False) -> None:
+        """Show a value.
+
+        Args:
+            value: What the session says.
+            insist: Send it even if the server believes that it is shown already. A browser may have lost it: all of
+                viser's controls share one throttle, which can drop the middle one of three quick changes.
+        """
+        for handle in self._handles:
+            wanted = _to_handle(self.declaration, value)
+            if isinstance(handle, viser.GuiSliderHandle):
+                wanted = min(max(wanted, handle.min), handle.max)
+            if insist and handle.value == wanted:
+                handle.value = _other(wanted)
+            handle.value = wanted
+
+    def set_visible(self, *, visible: bool) -> None:
+        """Show or hide the control."""
+        if visible != self._shown:
+            self._shown = visible
+            for handle in self._handles:
+                handle.visible = visible
+
+
+def _make(server: viser.ViserServer, declaration: Declaration, value: Value) -> tuple[Handle, ...]:
+    shown = _to_handle(declaration, value)
+    match declaration.kind:
+        case "integer" | "number":
+            return _make_number(server.gui, declaration, shown)
+        case "file":  # files come by the page, which checks who sends them
+            return ()
+        case _:
+            return (_make_one(server.gui, declaration, shown),)
+
+
+def _make_one(gui: viser.GuiApi, declaration: Declaration, shown: Handle) -> Handle:
+    label, hint = declaration.label, declaration.hint
+    match declaration.kind:
+        case "boolean":
+            return gui.add_checkbox(label, shown, hint=hint)
+        case "choice":
+            return gui.add_dropdown(label, declaration.choices, initial_value=shown, hint=hint)
+        case _:
+            return gui.add_rgb(label, shown, hint=hint)
+
+
+def _make_number(gui: viser.GuiApi, declaration: Declaration, shown: Handle) -> tuple[Handle, ...]:
+    """Return a slider, which in viser carries a box to type into; two where the box reaches further than the slider."""
+    number = int if declaration.kind == "integer" else float
+    low, high = declaration.minimum, declaration.maximum
+    if low is None or high is None or not low <= shown <= high or low == high:
+        return (gui.add_number(declaration.label, shown, hint=declaration.hint),)
+    step, label, hint = number(declaration.step or 1), declaration.label, declaration.hint
+    bounds = number(low), number(high)
+    slider = tuple(number(bound) for bound in slider_range(declaration, shown) or ())
+    if slider == bounds:
+        return (gui.add_slider(label, *bounds, step, shown, marks=(), hint=hint),)
+    if not slider:
+        return (gui.add_number(label, shown, min=bounds[0], max=bounds[1], step=step, hint=hint),)
+    # The box has no label: the style sheet puts it where the slider's own would be, which takes no more than that.
+    part = gui.add_slider(label, slider[0], slider[1], step, shown, marks=(), hint=hint)
+    return part, gui.add_number("", shown, min=bounds[0], max=bounds[1], step=step)
+
+
+def slider_range(declaration: Declaration, value: float) -> tuple[float, float] | None:
+    """Return from where to where the slider of a number goes: its useful range, widened to the value in force."""
+    if declaration.useful is None:
+        return None
+    low, high = min(declaration.useful[0], value), max(declaration.useful[1], value)
+    return (low, high) if low < high else None
+
+
+def _to_handle(declaration: Declaration, value: Value) -> Handle:
+    match declaration.kind:
+        case "boolean":
+            return bool(value)
+        case "integer":
+            return int(value)
+        case "number":
+            return float(value)
+        case "colour":
+            digits = str(value).removeprefix("#")
+            return tuple(int(digits[i : i + 2], 16) for i in (0, 2, 4))
+        case _:
+            return str(value)
+
+
+def _from_handle(declaration: Declaration, shown: Handle) -> Value:
+    if declaration.kind == "colour":
+        return "#{:02x}{:02x}{:02x}".format(*shown)
+    # JavaScript has but one kind of numbers.
+    return int(shown) if isinstance(shown, float) and declaration.kind == "integer" and shown.is_integer() else shown
+
+
+def _other(value: Handle) -> Handle:
+    match value:
+        case bool():
+            return not value
+        case int() | float():
+            return value + 1
+        case tuple():
+            return (value[0] ^ 1, *value[1:])
+        case _:
+            return f"{value}\u200b"
+
+
+def legend_html(keys: Iterable[Key]) -> str:
+    """Return the legend as one paragraph of coloured dots, each meaning once, in the palette's order."""
+    entries = "".join(
+        f'<span class="pf-key"><i style="background:rgb{COLOURS[key.colour]}"></i>{escape(key.meaning)}</span>'
+        for key in sort_keys(keys)
+    )
+    return f'<div class="pf-legend" role="note" aria-label="Legend">{entries}</div>'
+
+
+def caption_html(caption: str, branch_point: int | None = None) -> str:
+    """Return the line about the frame that is shown, and where a change would make a branch, if it would."""
+    what = "" if branch_point is None else f"<br>A change makes a branch from frame {branch_point}."
+    return f'<div class="pf-caption">{escape(caption) or "&nbsp;"}{what}</div>'

@@ -1,26 +1,287 @@
 """The scene: a drawing's primitives as viser nodes, updated in place.
 
-A primitive keeps its name from frame to frame, so each name is one node, which `nodes` keeps up to date. A name that is
-absent from a frame is hidden, not removed, because it usually comes back (an estimate that is lost for a while). A
-hidden layer is not sent at all.
+A primitive keeps its name from frame to frame, so each name is one node, whose arrays are replaced where they have
+changed, which costs half or a third of adding the node again. A name that is absent from a frame is hidden, not
+removed, because it usually comes back (an estimate that is lost for a while). A hidden layer is not sent at all.
 
 All nodes of a frame change within one atomic block, so that a browser never shows the particles of one frame on the
 picture of another.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from typing import Any, Literal, TypeAlias
 
+import numpy as np
 import viser
 
-from pftrack.core.model.drawing import Drawing, Frustum, Key, Layer, Primitive
+from pftrack.core.model.drawing import (
+    Arrows,
+    Axes,
+    Colour,
+    Drawing,
+    Ellipse,
+    Ellipsoids,
+    Frustum,
+    Key,
+    Layer,
+    Links,
+    Mesh,
+    Points,
+    Polyline,
+    Primitive,
+    Text,
+)
 from pftrack_server.core.pictures import EncodedPicture, SceneDrawing
-from pftrack_server.viewer import shapes, worlds
+from pftrack_server.viewer import shapes, viser_adapter, worlds
 from pftrack_server.viewer.camera import Box
-from pftrack_server.viewer.nodes import LAYER_GAP_PX, Node, is_empty, way_to_show
 from pftrack_server.viewer.shapes import Stance
 
+LAYER_GAP_PX = 0.05
+"""Height between one primitive and the next, so that what is painted later lies on top."""
+LINE_SCALE = 1.6
+"""Screen pixels for a unit of line width: a picture is usually shown at about twice its size."""
+POINT_SIZE = 0.5
+"""What viser calls the size of a point is its radius."""
+UPRIGHT_WXYZ = (0.0, 1.0, 0.0, 0.0)
+"""viser lays an image face down with its rows along y; half a turn about x shows it upright."""
 STALE_NODES = 64
 """How many hidden nodes are kept for their return."""
+ANCHORS: dict[str, Literal["bottom-left", "bottom-center", "bottom-right"]] = {
+    "start": "bottom-left",
+    "middle": "bottom-center",
+    "end": "bottom-right",
+}
+
+
+@dataclass(slots=True)
+class Node:
+    """A node of the scene, and what it shows.
+
+    Attributes:
+        show: How it is shown.
+        handle: viser's, once it is there.
+        source: The primitive or the picture that it shows.
+        look: What seldom changes of it, since viser takes longer to compare that than to send it.
+        stance: How it stands.
+    """
+
+    show: "Show"
+    handle: Any  # viser's handles share `visible` and `remove`, and no type that mypy can follow through `__setattr__`
+    source: Primitive | EncodedPicture | None = None
+    look: object = None
+    stance: Stance | None = None
+
+
+def _is_empty(item: Primitive) -> bool:
+    """Whether there is nothing to be seen of a primitive."""
+    match item:
+        case Points() | Ellipsoids():
+            return len(item.positions if isinstance(item, Points) else item.centres) == 0
+        case Polyline():
+            return len(shapes.polyline_segments(item.positions)) == 0
+        case Links() | Arrows():
+            return len(item.segments if isinstance(item, Links) else shapes.arrow_segments(item)) == 0
+        case Mesh():
+            return len(item.faces) == 0 or not np.isfinite(item.vertices).all()
+        case _:
+            return False
+
+
+def _show_picture(server: viser.ViserServer, name: str, node: Node, item: EncodedPicture, stance: Stance) -> None:
+    # The origin is the centre of the top left pixel, so the plane begins half a pixel before it.
+    centre = ((item.width - 1) / 2.0, -(item.height - 1) / 2.0, stance.lift)
+    extent = float(item.width), float(item.height)
+    if node.handle is None:
+        node.handle = viser_adapter.add_jpeg(server, f"/{name}", item.file, extent, wxyz=UPRIGHT_WXYZ, position=centre)
+    elif not (isinstance(node.source, EncodedPicture) and node.source.file == item.file):
+        viser_adapter.replace_jpeg(node.handle, item.file)
+    if node.look != (extent, centre):
+        node.handle.render_width, node.handle.render_height = extent
+        node.handle.position = centre
+    node.look = extent, centre
+
+
+def _show_points(server: viser.ViserServer, name: str, node: Node, item: Points, stance: Stance) -> None:
+    # A point is a disc that faces the camera: half of one that lies in a tilted picture would vanish behind it.
+    clear = stance if stance.free else replace(stance, lift=stance.lift + stance.relief * item.size)
+    positions = shapes.to_scene(item.positions, clear)
+    if node.handle is None:
+        node.handle = server.scene.add_point_cloud(
+            f"/{name}",
+            positions,
+            item.colours,
+            point_size=item.size * POINT_SIZE,
+            point_shape="circle",
+            point_shading="flat",
+            precision="float32",
+        )
+        return
+    node.handle.points = positions
+    node.handle.colors = item.colours
+    if node.look != item.size:
+        node.handle.point_size = item.size * POINT_SIZE
+    node.look = item.size
+
+
+def _show_lines(
+    server: viser.ViserServer,
+    name: str,
+    node: Node,
+    segments: shapes.Floats,
+    look: tuple[Colour, float],
+    stance: Stance,
+) -> None:
+    points = shapes.to_scene(segments, stance)
+    colours = np.asarray(look[0], dtype=np.uint8)
+    thickness = max(1.5, look[1] * LINE_SCALE)
+    if node.handle is None:
+        node.handle = server.scene.add_line_segments(
+            f"/{name}", points, colours, thickness=thickness, thickness_units="screen"
+        )
+        return
+    node.handle.points = points
+    if node.look != look:
+        node.handle.colors = colours
+        node.handle.thickness = thickness
+    node.look = look
+
+
+def _show_polyline(server: viser.ViserServer, name: str, node: Node, item: Polyline, stance: Stance) -> None:
+    _show_lines(server, name, node, shapes.polyline_segments(item.positions), (item.colour, item.width), stance)
+
+
+def _show_ellipse(server: viser.ViserServer, name: str, node: Node, item: Ellipse, stance: Stance) -> None:
+    _show_lines(server, name, node, shapes.ellipse_segments(item), (item.colour, item.width), stance)
+
+
+def _show_links(server: viser.ViserServer, name: str, node: Node, item: Links, stance: Stance) -> None:
+    _show_lines(server, name, node, item.segments, (item.colour, item.width), stance)
+
+
+def _show_arrows(server: viser.ViserServer, name: str, node: Node, item: Arrows, stance: Stance) -> None:
+    _show_lines(server, name, node, shapes.arrow_segments(item), (item.colour, item.width), stance)
+
+
+def _show_ellipsoids(server: viser.ViserServer, name: str, node: Node, item: Ellipsoids, stance: Stance) -> None:
+    placed = shapes.bodies(item, stance)
+    look = len(item.centres), item.opacity
+    if node.handle is not None and node.look != look:
+        node.handle.remove()
+        node.handle = None
+    node.look = look
+    if node.handle is None:
+        vertices, faces = shapes.BALL
+        node.handle = server.scene.add_batched_meshes_simple(
+            f"/{name}",
+            vertices,
+            faces,
+            placed.wxyz,
+            placed.centres,
+            batched_scales=placed.half_axes,
+            batched_colors=item.colours,
+            opacity=item.opacity,
+            lod="off",
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+        return
+    node.handle.batched_positions = placed.centres
+    node.handle.batched_wxyzs = placed.wxyz
+    node.handle.batched_scales = placed.half_axes
+    node.handle.batched_colors = item.colours
+
+
+def _show_frustum(server: viser.ViserServer, name: str, node: Node, item: Frustum, stance: Stance) -> None:
+    # It is what the others lean towards, and leans nowhere itself.
+    upright = replace(stance, apex=None)
+    _show_lines(server, name, node, shapes.frustum_segments(item), (item.colour, item.width), upright)
+
+
+def _show_axes(server: viser.ViserServer, name: str, node: Node, item: Axes, stance: Stance) -> None:
+    _show_lines(server, name, node, shapes.axes_segments(item), (item.colour, item.width), stance)
+
+
+def _show_mesh(server: viser.ViserServer, name: str, node: Node, item: Mesh, stance: Stance) -> None:
+    if node.handle is None:
+        assert not isinstance(item.colour, np.ndarray)  # noqa: S101 - for mypy
+        assert not isinstance(item.opacity, np.ndarray)  # noqa: S101
+        node.handle = server.scene.add_mesh_simple(
+            f"/{name}",
+            _flatten(item, stance),
+            shapes.turn_over(item.faces),
+            color=item.colour,
+            opacity=item.opacity,
+            # Through a translucent solid its far side would be seen as stains.
+            side="front",
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+        return
+    before = node.source
+    assert isinstance(before, Mesh)  # noqa: S101 - for mypy: a node shows one kind of primitive
+    if node.stance != stance or not np.array_equal(before.vertices, item.vertices):
+        node.handle.vertices = _flatten(item, stance)
+    if not np.array_equal(before.faces, item.faces):
+        node.handle.faces = shapes.turn_over(item.faces)
+    if (before.colour, before.opacity) != (item.colour, item.opacity):
+        node.handle.color = item.colour
+        node.handle.opacity = item.opacity
+
+
+def _show_coloured_mesh(server: viser.ViserServer, name: str, node: Node, item: Mesh, stance: Stance) -> None:
+    parts = _flatten(item, stance), shapes.turn_over(item.faces), item.rgba
+    if node.handle is None:
+        node.handle = viser_adapter.ColouredMesh(server, f"/{name}", *parts)
+    else:
+        node.handle.update(*parts)
+
+
+def _flatten(item: Mesh, stance: Stance) -> shapes.Floats:
+    """Return a mesh's vertices in the scene.
+
+    Pressed flat it still fills its own layer, so that what is behind does not shine through what is before it.
+    """
+    height = max(float(item.vertices[:, 2].max()), 1.0)
+    return shapes.to_scene(item.vertices, replace(stance, relief=max(stance.relief, 0.5 * LAYER_GAP_PX / height)))
+
+
+def _show_text(server: viser.ViserServer, name: str, node: Node, item: Text, stance: Stance) -> None:
+    x, y, z = (float(value) for value in shapes.to_scene(item.position, stance))
+    # Outside the picture there is room, and whoever wants to read a name can come closer.
+    words = item.title or item.text
+    if node.handle is None:
+        node.handle = server.scene.add_label(
+            f"/{name}",
+            words,
+            position=(x, y, z),
+            anchor=ANCHORS[item.anchor],
+        )
+        return
+    node.handle.text = words
+    node.handle.position = (x, y, z)
+
+
+Show: TypeAlias = Callable[[viser.ViserServer, str, Node, Any, Stance], None]
+
+_SHOW: dict[type[Primitive | EncodedPicture], Show] = {
+    EncodedPicture: _show_picture,
+    Points: _show_points,
+    Polyline: _show_polyline,
+    Ellipse: _show_ellipse,
+    Links: _show_links,
+    Arrows: _show_arrows,
+    Ellipsoids: _show_ellipsoids,
+    Axes: _show_axes,
+    Mesh: _show_mesh,
+    Text: _show_text,
+    Frustum: _show_frustum,
+}
+
+
+def _way_to_show(item: Primitive | EncodedPicture) -> Show:
+    """Return how a primitive is shown; what is shown in another way needs another node."""
+    return _show_coloured_mesh if isinstance(item, Mesh) and not item.is_uniform else _SHOW[type(item)]
 
 
 class Scene:
@@ -81,10 +342,10 @@ class Scene:
         self._forget(shown)
 
     def _is_seen(self, item: Primitive) -> bool:
-        return self._layers.get(item.layer, True) and not is_empty(item)
+        return self._layers.get(item.layer, True) and not _is_empty(item)
 
     def _show(self, name: str, item: Primitive | EncodedPicture, stance: Stance) -> None:
-        show = way_to_show(item)
+        show = _way_to_show(item)
         node = self._nodes.get(name)
         if node is not None and node.show is not show:
             self._nodes.pop(name).handle.remove()

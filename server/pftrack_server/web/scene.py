@@ -53,7 +53,7 @@ async def websocket(websocket: WebSocket, session: str, manager: AManager) -> No
         await websocket.accept()
         await websocket.close(GONE, "There is no such session; it may have been ended.")
         return
-    endpoint = await found.open_scene()
+    endpoint = found.open_scene()
     participant = participant_of(websocket.scope)
     with found.scene_feed.watch():
         await bridge(

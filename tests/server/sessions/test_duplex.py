@@ -351,7 +351,7 @@ def test_a_scene_beside_it_changes_nothing(
     feed.offer = lambda _, frame: (offered.append(frame), feed._credit())
     with look() as page:
         page.until(0)
-        feed._loop.call_soon_threadsafe(feed._credit)
+        server.uvicorn.loop.call_soon_threadsafe(feed._credit)
         wait_for(lambda: offered == [0])
         for frame in range(1, 4):
             steer(client, session["id"], "step")

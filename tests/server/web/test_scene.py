@@ -46,16 +46,16 @@ def drawings(server: Server, session: str) -> list[int]:
 def test_the_panel_changes_the_run(server: Server, client: httpx.Client, session: dict[str, Any]) -> None:
     """A change in the scene's panel takes effect and is echoed; a wrong one is told as refused."""
     found = server.manager.get(session["id"])
-    loop = found.scene_feed._loop
+    loop = server.uvicorn.loop
     with connect(f"{server.ws}/api/v1/sessions/{session['id']}/stream") as stream:
         hear(stream)
-        loop.call_soon_threadsafe(found._panel.ask, {"kind": "change", "values": {"sample_count": 150}})
+        loop.call_soon_threadsafe(found.scene_feed.ask, {"kind": "change", "values": {"sample_count": 150}})
         echo = changes(until(stream, lambda m: "parameters" in changes(m))[-1])
         assert echo["parameters"]["sample_count"] == 150
-        loop.call_soon_threadsafe(found._panel.ask, {"kind": "change", "values": {"sample_count": -3}})
+        loop.call_soon_threadsafe(found.scene_feed.ask, {"kind": "change", "values": {"sample_count": -3}})
         refused = until(stream, lambda m: m["type"] == "refused")[-1]
         assert (refused["field"], refused["value"]) == ("sample_count", -3)
-        loop.call_soon_threadsafe(found._panel.ask, {"kind": "speed", "speed": 2.0})
+        loop.call_soon_threadsafe(found.scene_feed.ask, {"kind": "speed", "speed": 2.0})
         until(stream, has_changed(speed=2.0))
 
 
@@ -64,7 +64,7 @@ def test_a_drag_is_a_few_changes(server: Server, client: httpx.Client, session: 
     found = server.manager.get(session["id"])
     for count in range(100, 160):
         command = {"kind": "change", "values": {"sample_count": count}}
-        found.scene_feed._loop.call_soon_threadsafe(found._panel.ask, command)
+        server.uvicorn.loop.call_soon_threadsafe(found.scene_feed.ask, command)
     wait_for(lambda: found.spec.run.parameters["sample_count"] == 159)
     assert client.get(f"/api/v1/sessions/{session['id']}").json()["timeline"] == [
         {"frame": 1, "values": {"sample_count": 159}, "before": {"sample_count": 800}}

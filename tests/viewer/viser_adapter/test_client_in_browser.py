@@ -43,7 +43,7 @@ def scene(chromium: Any) -> Iterator[Any]:
     yield page
     context.close()
     site.close()
-    session.viewer.close()
+    session.close()
 
 
 @pytest.mark.parametrize(("member", "kind"), MEMBERS.items())

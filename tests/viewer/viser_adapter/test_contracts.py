@@ -1,12 +1,15 @@
 """What viser does not promise and the adapter rests on: each test says what has changed when a new version breaks it.
 
-What the endpoint rests on is in `test_endpoint`, since it decides whether a viser server is started at all.
+What a server rests on is in `test_server`, since it decides whether one is started at all.
 """
 
 import ast
+import asyncio
+import contextlib
 import dataclasses
 import inspect
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +19,13 @@ import pytest
 import viser
 from viser import _messages
 from viser.infra import _infra
+from viser.infra._async_message_buffer import AsyncMessageBuffer
 
 from pftrack_server.viewer import viser_adapter
 from pftrack_server.viewer.viser_adapter import messages
 from pftrack_server.viewer.viser_adapter.client_page import client_parts, original_page
+from tests.apart import run
+from tests.viewer.host import Loop, decode
 
 VERSION = f"viser {viser.__version__}"
 ROOT = Path(__file__).parents[3]
@@ -69,6 +75,19 @@ SAID: dict[str, dict[str, Any]] = {
 """What browsers say in good order."""
 
 
+@contextlib.contextmanager
+def started() -> Iterator[viser.ViserServer]:
+    """Have a server in a loop beside this thread."""
+    loop = Loop()
+    server, reached = loop.call(viser_adapter.start, "Ball")
+    try:
+        yield server
+    finally:
+        loop.call(server.stop)
+        loop.call(reached.wait_closed)
+        loop.close()
+
+
 def test_only_the_adapter_touches_what_is_private() -> None:
     """An upgrade of viser is a matter of one room."""
     found = [
@@ -92,9 +111,9 @@ def test_the_clock_serves_nothing_but_the_times_of_messages() -> None:
         for node in ast.walk(tree)
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "time"
     ]
-    assert used == ["perf_counter"], f"{VERSION} uses {used} of the clock that viser_adapter.clock replaces"
+    assert used == ["perf_counter"], f"{VERSION} uses {used} of the clock that viser_adapter.server replaces"
     assert '"timestampSec": time.perf_counter()' in inspect.getsource(_infra._message_producer), (
-        f"{VERSION} no longer says by time.perf_counter when a message was sent; see viser_adapter.clock"
+        f"{VERSION} no longer says by time.perf_counter when a message was sent; see viser_adapter.server"
     )
 
 
@@ -116,9 +135,8 @@ def test_a_browsers_connection_is_known() -> None:
 
 def test_unwanted_messages_have_handlers_that_can_be_removed() -> None:
     """Once removed, neither a tunnel can be opened nor a file uploaded."""
-    server, _ = viser_adapter.start("Ball")
-    handled = {kind.__name__ for kind in server._websock_server._incoming_handlers}
-    viser_adapter.stop(server)
+    with started() as server:
+        handled = {kind.__name__ for kind in server._websock_server._incoming_handlers}
     assert handled.isdisjoint({kind.__name__ for kind in messages.UNWANTED}), (
         f"{VERSION} still handles {handled & {kind.__name__ for kind in messages.UNWANTED}}"
     )
@@ -135,13 +153,36 @@ def test_a_message_goes_by_the_name_of_its_class(name: str) -> None:
     assert kind in _messages.Message.get_subclasses(), f"{VERSION} has no message {name}"
     fields = {field.name for field in dataclasses.fields(kind) if field.init}
     assert fields == SAID[name].keys(), f"{name} of {VERSION} has other fields"
-    assert messages.is_allowed(msgspec.msgpack.encode({"type": name, **SAID[name]}))
+    assert messages.kind_of(msgspec.msgpack.encode({"type": name, **SAID[name]})) == name
+
+
+def test_a_question_travels_as_a_message_of_visers() -> None:
+    """It is asked past viser's queues, in the form in which viser sends what a browser takes up in order."""
+    fields = [field.name for field in dataclasses.fields(_messages.LocalStorageGetItemRequestMessage)]
+    assert fields == ["key", "request_uuid"], f"{VERSION} asks for an item by {fields}; see messages.question"
+
+    async def send() -> list[bytes]:
+        buffer = AsyncMessageBuffer(asyncio.get_running_loop(), persistent_messages=True)
+        buffer.push(_messages.LocalStorageGetItemRequestMessage(key=messages.KEY, request_uuid=messages.KEY))
+        sent: list[bytes] = []
+
+        class Websocket:
+            async def send(self, message: bytes) -> None:
+                sent.append(message)
+                buffer.set_done()
+
+        websocket: Any = Websocket()
+        await _infra._message_producer(websocket, buffer, 0)
+        return sent
+
+    (theirs,) = run(send())
+    sent_s, asked = decode(theirs)
+    assert decode(messages.question(sent_s)) == (sent_s, asked), f"{VERSION} packs messages in another way"
 
 
 def test_a_picture_travels_as_a_file() -> None:
     """A file that is encoded already takes the place of what viser would encode: nothing else differs."""
-    server, _ = viser_adapter.start("Ball")
-    try:
+    with started() as server:
         theirs = server.scene.add_image("/one", np.zeros((6, 8, 3), np.uint8), 8.0, 6.0, format="jpeg", **LOOK)
         ours = viser_adapter.add_jpeg(
             server, "/two", theirs._data, (8.0, 6.0), wxyz=(0.0, 1.0, 0.0, 0.0), position=(1.0, 2.0, 3.0)
@@ -155,8 +196,6 @@ def test_a_picture_travels_as_a_file() -> None:
         last = queued.message_from_id[before]
         assert isinstance(last, _messages.SceneNodeUpdateMessage), f"{VERSION} tells another file by {last}"
         assert (last.name, last.updates) == ("/two", {"_data": b"other"})
-    finally:
-        viser_adapter.stop(server)
 
 
 def test_a_control_is_changed_by_its_value() -> None:
@@ -167,7 +206,7 @@ def test_a_control_is_changed_by_its_value() -> None:
 
 def test_the_client_can_be_taken_apart() -> None:
     """Otherwise it is served in one piece: 0.8 MB to be loaded and compiled again for each session."""
-    assert client_parts() is not None, f"{VERSION} packs its client in another way; see client_bundle.take_apart"
+    assert client_parts() is not None, f"{VERSION} packs its client in another way; see client_page.take_apart"
 
 
 def test_the_clients_page_has_the_places_where_something_is_put() -> None:

@@ -1,22 +1,28 @@
-"""viser's messages that must not pass, and those from a browser that may.
+"""viser's messages: those from a browser that may pass, those that viser must not hear, and a question of our own.
 
 viser lets any browser open a public tunnel to the server, upload files into its memory, ask for renders, drag nodes and
 assign any attribute of a control, and has no public way to refuse. So only what the scene and the panel need is passed
 on to it, and the handlers of tunnel and uploads are removed. A value that a control cannot take, such as a word for a
 number, is dropped with a warning now and then, where viser would write ten lines for each.
+
+The question is one for an item of a browser's storage, under which nothing is ever stored: one that blocks its storage
+answers with an error, which is as good an answer as any. viser's own way to ask blocks a thread for each browser.
 """
 
 from typing import Any
 
 import msgspec
 import viser
+import zstandard
 from viser import _messages
 from viser.infra import _messages as infra_messages
 
 from pftrack_server.core.log import RateLimitedLogger
 
 CONTROL = _messages.GuiUpdateMessage.__name__
-LOOKING = frozenset({_messages.ViewerCameraMessage.__name__, _messages.LocalStorageGetItemResponseMessage.__name__})
+ANSWER = _messages.LocalStorageGetItemResponseMessage.__name__
+"""Kind of the answer to a `question`."""
+LOOKING = frozenset({_messages.ViewerCameraMessage.__name__, ANSWER})
 """What a browser may say that only looks on; a message carries the name of its class as its type."""
 WELCOME = LOOKING | {CONTROL}
 """What one may say whose controls count."""
@@ -26,6 +32,8 @@ UNWANTED = (
     _messages.FileTransferStartUpload,
     _messages.FileTransferPart,
 )
+
+KEY = "pftrack-echo"
 
 
 class _Message(msgspec.Struct):
@@ -38,8 +46,8 @@ class _Message(msgspec.Struct):
 _DECODER = msgspec.msgpack.Decoder(_Message)
 
 
-def is_allowed(data: bytes, *, looks_only: bool = False) -> bool:
-    """Whether a message from a browser is one that the scene or the panel needs.
+def kind_of(data: bytes, *, looks_only: bool = False) -> str | None:
+    """Return the kind of a message from a browser; None unless the scene or the panel needs it.
 
     Args:
         data: What came.
@@ -50,16 +58,28 @@ def is_allowed(data: bytes, *, looks_only: bool = False) -> bool:
     try:
         message = _DECODER.decode(data)
     except (msgspec.MsgspecError, ValueError, RecursionError):
-        return False
+        return None
     if message.type not in (LOOKING if looks_only else WELCOME) or (
         message.type == CONTROL and message.updates.keys() != {"value"}
     ):
-        return False
+        return None
     try:
         infra_messages.Message.deserialize(data)
     except Exception:  # noqa: BLE001 - viser would end the connection, whatever it is
-        return False
-    return True
+        return None
+    return message.type
+
+
+def question(sent_s: float) -> bytes:
+    """Return a message that asks a browser for an answer once it has taken up what was sent before.
+
+    Args:
+        sent_s: When viser's clock says that it is sent.
+    """
+    asked = _messages.LocalStorageGetItemRequestMessage(key=KEY, request_uuid=KEY).as_serializable_dict([])
+    inner = msgspec.msgpack.encode({"messages": (asked,), "timestampSec": sent_s, "binaryBufferLengths": ()})
+    compressed = zstandard.ZstdCompressor(level=1).compress(inner)
+    return len(inner).to_bytes(8, "little") + len(compressed).to_bytes(8, "little") + compressed
 
 
 def drop_bad_values(server: viser.ViserServer) -> None:

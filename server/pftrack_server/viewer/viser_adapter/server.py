@@ -1,39 +1,291 @@
-"""A viser server, reached by its endpoint alone, that has no smoothing, no public tunnel, no uploads and no banner."""
+"""A viser server that works in the loop of whoever starts it, and is reached by the browsers that are let in alone.
+
+viser listens on a TCP port and checks neither Origin nor identity of whoever connects. A port on the loopback interface
+is open to every page of every site in the user's own browser, and to every other user of the machine. So here it never
+listens: where viser would open its port it is given an `Endpoint`, which has viser serve a browser's websocket after
+the web application has checked who is asking. Nor has it a thread: with a loop for each session every frame would go
+back and forth between threads, which wait for each other and for the interpreter.
+
+Nothing queues on the way to a browser: viser's sender waits until a message has left, and meanwhile viser replaces what
+it has not sent yet by what is newer. But a browser or a line that cannot keep up does not complain: the buffers of the
+connection fill with seconds of stale pictures. So up to ten times a second a `Connection` sends a question behind a
+message, which is answered by the code that takes messages up to be drawn. While the answer is overdue the browser is
+sent nothing more, and what follows is the newest. A line that is merely long is not mistaken for a slow one, and a
+frozen tab is sent nothing until it thaws.
+"""
 
 import asyncio
-import contextlib
-import threading
-from collections.abc import Iterator
-from typing import cast
+import inspect
+import logging
+import math
+import time
+from collections.abc import Callable, Coroutine
+from contextlib import suppress
+from functools import cache
+from types import SimpleNamespace
+from typing import Any, Self, cast
 
 import rich
 import viser
+import websockets.asyncio.server
+import websockets.datastructures
+import websockets.exceptions
+from fastapi import WebSocket
+from starlette.websockets import WebSocketDisconnect
+from viser.infra import _infra
 
-from pftrack_server.viewer.viser_adapter import clock, endpoint, loops, messages
-from pftrack_server.viewer.viser_adapter.endpoint import Connection, Endpoint
+from pftrack_server.viewer.viser_adapter import messages
 
-_console = threading.Lock()
+Handler = Callable[[Any], Coroutine[Any, Any, None]]
+Ending = tuple[int, str]
+
+OPENING = "websockets.asyncio.server.serve("
+"""How viser opens its port; looked for before the first start of a server."""
+
+MAXIMUM_BYTES = 16 * 1024
+"""Largest message that a browser may send; a camera takes 300 bytes."""
+MOST_HZ = 150.0
+"""Messages a second that a browser may go on sending; one that drags a slider and turns the camera sends 120."""
+BURST = 300
+"""Messages that it may send at once."""
+
+LATE_S = 0.2
+"""Time beyond a browser's best at which its answer is overdue."""
+LOADING_S = 4.0
+"""The best of a browser that has never answered: it may still be loading."""
+ASK_EVERY_S = 0.1
+
+CLOSE_GOING_AWAY = 1001
+CLOSE_UNSUPPORTED = 1003
+CLOSE_TOO_BIG = 1009
+CLOSE_INTERNAL_ERROR = 1011
+CLOSE_TRY_LATER = 1013
+
+FAST = 1e6
+"""Messages that leave a microsecond apart seem a second apart, and viser's client does not smooth from 100 ms on."""
+
+logger = logging.getLogger(__name__)
 
 
-def start(title: str, loop: asyncio.AbstractEventLoop | None = None) -> tuple[viser.ViserServer, Endpoint]:
-    """Start a server, and return it with the only place where it is reached.
+class Connection:
+    """A browser's websocket, as viser's handler of connections sees it.
+
+    viser is given it in place of a `websockets.asyncio.server.ServerConnection`, of which it uses `subprotocol`,
+    `send`, `recv` and `close`. Messages pass as they are: from viser whole, from the browser only if they are small and
+    of a kind that the scene and the panel need. The browser's leg does not compress: positions of particles hardly
+    shrink, and deflating 50,000 of them takes ten times as long as sending them.
+
+    Args:
+        websocket: Accepted.
+        subprotocol: What the client and viser speak, or None if the client has offered nothing known.
+        looks_only: Whether the client moves its own camera and changes nothing that others see.
+        on_free: Called when the browser has answered.
+
+    Attributes:
+        ending: Code and reason for closing the websocket, once viser's handler has ended.
+    """
+
+    def __init__(
+        self,
+        websocket: WebSocket,
+        subprotocol: str | None,
+        *,
+        looks_only: bool = False,
+        on_free: Callable[[], None] = lambda: None,
+    ) -> None:
+        self.subprotocol = subprotocol
+        self.looks_only = looks_only
+        self.ending: Ending = CLOSE_GOING_AWAY, "The scene has ended"
+        self._websocket = websocket
+        self._on_free = on_free
+        self._taken_up = 0.0
+        self._asked, self._best_s, self._overdue = -math.inf, LOADING_S, math.inf
+        self._answered = asyncio.Event()
+
+    @property
+    def is_held(self) -> bool:
+        """Whether nothing is sent, because an answer is overdue."""
+        return time.monotonic() >= self._overdue
+
+    async def send(self, message: bytes) -> None:
+        """Send a message as soon as the browser can take it up, and wait until it has left.
+
+        Raises:
+            ConnectionClosed: The browser has gone.
+        """
+        while self.is_held:
+            self._answered.clear()
+            await self._answered.wait()
+        try:
+            await self._websocket.send_bytes(message)
+            if self._overdue == math.inf and time.monotonic() >= self._asked + ASK_EVERY_S:
+                await self._ask()
+        except Exception:  # noqa: BLE001 - whatever it was, the message cannot be taken
+            raise websockets.exceptions.ConnectionClosedError(None, None) from None
+
+    async def recv(self) -> bytes:
+        """Return the browser's next message for viser.
+
+        Raises:
+            ConnectionClosed: The browser has left, or has sent what none may send.
+        """
+        while True:
+            message = await self._websocket.receive()
+            await self._slow_down()
+            data = message.get("bytes")
+            if message["type"] == "websocket.disconnect":
+                await self.close(CLOSE_GOING_AWAY, "The browser has left")
+            elif data is None:
+                await self.close(CLOSE_UNSUPPORTED, "Binary messages only")
+            elif len(data) > MAXIMUM_BYTES:
+                await self.close(CLOSE_TOO_BIG, f"A message must not exceed {MAXIMUM_BYTES} bytes")
+            else:
+                kind = messages.kind_of(data, looks_only=self.looks_only)
+                if kind == messages.ANSWER:
+                    self._note_answer()
+                elif kind is not None:
+                    return cast("bytes", data)
+                continue
+            raise websockets.exceptions.ConnectionClosedOK(None, None)
+
+    async def close(self, code: int = CLOSE_GOING_AWAY, reason: str = "The scene has ended") -> None:
+        """Take note of why the connection ends."""
+        self.ending = code, reason
+
+    async def _slow_down(self) -> None:
+        """Wait, if messages come faster than is allowed, until this one may be taken up."""
+        now = time.monotonic()
+        self._taken_up = max(self._taken_up, now) + 1.0 / MOST_HZ
+        await asyncio.sleep(self._taken_up - BURST / MOST_HZ - now)
+
+    async def _ask(self) -> None:
+        self._note_question()  # before it waits, so that one question at most is under way
+        await self._websocket.send_bytes(messages.question(FAST * time.perf_counter()))
+        if self._overdue < math.inf:
+            # What delays the question itself, such as a busy server, is not counted.
+            self._note_question()
+
+    def _note_question(self) -> None:
+        self._asked = time.monotonic()
+        self._overdue = self._asked + self._best_s + LATE_S
+
+    def _note_answer(self) -> None:
+        if self._overdue < math.inf:
+            self._best_s = min(time.monotonic() - self._asked, self._best_s)
+            self._overdue = math.inf
+            self._answered.set()
+            self._on_free()
+
+
+class Endpoint:
+    """Where one viser server is reached, in place of a host and a port.
+
+    Give it to `viser.ViserServer` as its host, after `install`. All of it belongs to the loop of the server.
+    """
+
+    def __init__(self) -> None:
+        self.is_open = True
+        self._handler: Handler | None = None
+        self._opened, self._closed = asyncio.Event(), asyncio.Event()
+        self._free = asyncio.Event()
+        self._connections: dict[asyncio.Task[None], Connection] = {}
+
+    async def serve(self, websocket: WebSocket, subprotocol: str | None, *, looks_only: bool = False) -> Ending:
+        """Have viser serve a browser until one of them leaves; return why to close its websocket.
+
+        Args:
+            websocket: Accepted.
+            subprotocol: The one of those offered by the client that viser is to see.
+            looks_only: Whether the client moves its own camera and changes nothing that others see.
+        """
+        connection = Connection(websocket, subprotocol, looks_only=looks_only, on_free=self._free.set)
+        await self._opened.wait()
+        if not self.is_open or self._handler is None:
+            return connection.ending
+        task = asyncio.ensure_future(self._handler(connection))
+        self._connections[task] = connection
+        self._free.set()
+        try:
+            await asyncio.wait([task])
+        finally:
+            task.cancel()
+            (failure,) = await asyncio.gather(task, return_exceptions=True)
+            del self._connections[task]
+        if isinstance(failure, Exception):
+            logger.error("a connection to the scene failed", exc_info=failure)
+            return CLOSE_INTERNAL_ERROR, "The scene has failed"
+        return connection.ending
+
+    async def wait_for_browser(self) -> None:
+        """Wait until there is a browser that takes up what it is sent."""
+        while all(connection.is_held for connection in self._connections.values()):
+            self._free.clear()
+            await self._free.wait()
+
+    async def wait_closed(self) -> None:
+        """Wait until the server has ended, and all browsers have gone."""
+        await self._closed.wait()
+
+    def serving(self, handler: Handler) -> Self:
+        """Return a context, entered and left in the server's loop, in which a handler serves connections."""
+        self._handler = handler
+        return self
+
+    async def __aenter__(self) -> SimpleNamespace:
+        self._opened.set()
+        # viser asks a server for its sockets, to learn its port; there are none.
+        return SimpleNamespace(server=SimpleNamespace(sockets=()))
+
+    async def __aexit__(self, *_: object) -> None:
+        self.is_open = False
+        for task in self._connections:
+            task.cancel()
+        await asyncio.gather(*self._connections, return_exceptions=True)
+        self._closed.set()
+
+
+async def bridge(websocket: WebSocket, endpoint: Endpoint, *, looks_only: bool = False) -> None:
+    """Join a browser to the viser server of its session until one of them leaves.
+
+    The web application has checked Origin, session and right before.
+
+    Args:
+        websocket: Not yet accepted.
+        endpoint: The viewer's.
+        looks_only: Whether the browser may move its camera and nothing else.
+    """
+    if not endpoint.is_open:
+        await websocket.close(CLOSE_TRY_LATER, "The scene is not ready")
+        return
+    offered = (name for name in websocket.scope.get("subprotocols", []) if name.startswith("viser-v"))
+    subprotocol = next(offered, None)
+    try:
+        await websocket.accept(subprotocol=subprotocol)
+    except OSError:
+        # It has left while the scene was made; until it is let in, Starlette does not say so in its own words.
+        return
+    ending = await endpoint.serve(websocket, subprotocol, looks_only=looks_only)
+    with suppress(RuntimeError, WebSocketDisconnect):  # the browser has gone before
+        await websocket.close(*ending)
+
+
+def start(title: str) -> tuple[viser.ViserServer, Endpoint]:
+    """Start a server in the running loop, without public tunnel, uploads and smoothing, and return where it is reached.
 
     Args:
         title: Heading of its panel.
-        loop: Where it works, which must not be that of the calling thread; None for a thread of its own.
 
     Raises:
-        RuntimeError: The installed viser cannot be kept from opening a port.
+        RuntimeError: No loop runs here, or the installed viser cannot be kept from opening a port.
     """
-    endpoint.install()
-    clock.install()
-    loops.install()
-    reached = Endpoint()
-    with _quiet(), loops.working_in(loop):
-        server = viser.ViserServer(cast("str", reached), 0, label=title, verbose=False)
+    install()
+    asyncio.get_running_loop()
+    endpoint = Endpoint()
+    with rich.get_console().capture():  # viser prints a banner, and standard output belongs to the command
+        server = viser.ViserServer(cast("str", endpoint), 0, label=title, verbose=False)
     messages.remove_handlers(server)
     messages.drop_bad_values(server)
-    return server, reached
+    return server, endpoint
 
 
 def connection_of(client: viser.ClientHandle) -> Connection | None:
@@ -42,19 +294,77 @@ def connection_of(client: viser.ClientHandle) -> Connection | None:
     return cast("Connection | None", live.get(client.client_id))
 
 
-def stop(server: viser.ViserServer) -> None:
-    """Disconnect all browsers and end the server."""
-    with _quiet():
-        server.stop()
+@cache
+def install() -> None:
+    """Make viser serve an `Endpoint` in the running loop where it is given one in place of a host.
+
+    Raises:
+        RuntimeError: This version of viser opens its port in another way. It must not be started then.
+    """
+    if OPENING not in inspect.getsource(_infra.WebsockServer._background_worker):  # noqa: SLF001 - all this is private
+        raise RuntimeError(
+            f"viser {viser.__version__} does not open its port by {OPENING}...), so it cannot be kept from "
+            "listening; install a version that this server knows"
+        )
+    _infra.websockets = SimpleNamespace(  # type: ignore[attr-defined,assignment]  # a module of viser's own, as those below
+        asyncio=SimpleNamespace(server=SimpleNamespace(serve=_serve)),
+        datastructures=websockets.datastructures,
+        exceptions=websockets.exceptions,
+    )
+    loops = {"new_event_loop": _new_event_loop, "set_event_loop": _set_event_loop}
+    _infra.asyncio = SimpleNamespace(**{**vars(asyncio), **loops})  # type: ignore[attr-defined,assignment]
+    # viser's client spaces out messages by the times at which the server says it sent them. One that was late once
+    # makes all that follow late, by up to a tenth of a second, for seconds. No public option turns that off.
+    _infra.time = SimpleNamespace(perf_counter=lambda: FAST * time.perf_counter())  # type: ignore[attr-defined,assignment]
+    _infra.WebsockServer.start = _start  # type: ignore[method-assign,assignment]
 
 
-@contextlib.contextmanager
-def _quiet() -> Iterator[None]:
-    """Keep viser's banner off standard output, which belongs to the command."""
-    console = rich.get_console()
-    with _console:
-        before, console.quiet = console.quiet, True
-        try:
-            yield
-        finally:
-            console.quiet = before
+def _serve(handler: Handler, host: object, port: int, **options: Any) -> Any:  # noqa: ANN401 - as websockets' own
+    """Stand in for `websockets.asyncio.server.serve`."""
+    if isinstance(host, Endpoint):
+        return host.serving(handler)
+    return websockets.asyncio.server.serve(handler, host, port, **options)  # type: ignore[arg-type]
+
+
+_start_thread = _infra.WebsockServer.start
+_NO_THREAD: Any = SimpleNamespace(release=lambda: None, join=lambda timeout: timeout)
+"""In place of viser's thread, and of the semaphore by which that says that it is ready."""
+
+
+def _start(server: _infra.WebsockServer) -> None:
+    """Stand in for `WebsockServer.start`, which works in a thread with a loop of its own."""
+    if not isinstance(server._host, Endpoint):  # noqa: SLF001
+        _start_thread(server)
+        return
+    server._server_thread = _NO_THREAD  # noqa: SLF001
+    with suppress(_RunsElsewhere):
+        server._background_worker(_NO_THREAD)  # noqa: SLF001
+
+
+class _RunsElsewhere(Exception):  # noqa: N818 - says that all is well
+    """Leaves viser's thread where its work would begin."""
+
+
+class _RunningLoop:
+    """The running loop, as what viser takes for a loop of its own."""
+
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        self._loop = loop
+
+    def __getattr__(self, name: str) -> Any:  # noqa: ANN401 - whatever viser asks of a loop
+        return getattr(self._loop, name)
+
+    def run_until_complete(self, work: Coroutine[Any, Any, None]) -> None:
+        """Begin, as a task."""
+        self._work = self._loop.create_task(work)
+        raise _RunsElsewhere
+
+
+def _new_event_loop() -> asyncio.AbstractEventLoop | _RunningLoop:
+    running = asyncio._get_running_loop()  # noqa: SLF001 - None in viser's own threads
+    return asyncio.new_event_loop() if running is None else _RunningLoop(running)
+
+
+def _set_event_loop(loop: asyncio.AbstractEventLoop | _RunningLoop) -> None:
+    if not isinstance(loop, _RunningLoop):
+        asyncio.set_event_loop(loop)

@@ -1,6 +1,7 @@
-"""A mesh with a colour and an opacity for each vertex, each of them updated in place.
+"""Nodes that viser has in another way only: pictures that are JPEG files already, and meshes of many colours.
 
-viser takes such a mesh as a file, which travels whole whenever something of it changes, and for as long as its client
+viser's `add_image` takes pixels, and encodes them itself. A mesh with a colour and an opacity for each vertex it takes
+as a file, which travels whole whenever something of it changes, and for as long as its client
 reads a new one it shows neither. Here the mesh is one of viser's plain ones, white, and its colours travel as those of
 points that are never shown; `client/colours.js` gives them to the vertices. Of what changes only that is sent: 12 bytes
 a vertex that moves, 4 a vertex that changes its colour.
@@ -9,6 +10,7 @@ a vertex that moves, 4 a vertex that changes its colour.
 import numpy as np
 import viser
 from numpy.typing import NDArray
+from viser import _messages
 
 SUFFIX = " colours"
 """Behind the name of the mesh; `client/colours.js` looks for it."""
@@ -90,3 +92,41 @@ def _pack(rgba: NDArray[np.float32]) -> NDArray[np.uint8]:
 def _opacity(rgba: NDArray[np.float32]) -> float | None:
     """Return viser's opacity of the whole: only a mesh through which something is seen has to be blended."""
     return None if rgba[:, 3].min() >= 1.0 else 1.0
+
+
+def add_jpeg(
+    server: viser.ViserServer,
+    name: str,
+    file: bytes,
+    extent: tuple[float, float],
+    *,
+    wxyz: tuple[float, float, float, float],
+    position: tuple[float, float, float],
+) -> viser.ImageHandle:
+    """Add a picture to the scene as `add_image` does, without shadows.
+
+    Args:
+        server: Whose scene.
+        name: Of the node.
+        file: The JPEG file.
+        extent: Width and height in the scene.
+        wxyz: Its turn.
+        position: Its centre.
+    """
+    width, height = extent
+    props = _messages.ImageProps(
+        _format="jpeg",
+        _data=file,
+        render_width=width,
+        render_height=height,
+        cast_shadow=False,
+        receive_shadow=False,
+        scale=1.0,
+    )
+    message = _messages.ImageMessage(name=name, props=props)
+    return viser.ImageHandle._make(server.scene, message, name, wxyz, position, visible=True)
+
+
+def replace_jpeg(handle: viser.ImageHandle, file: bytes) -> None:
+    """Show another file in the place of a picture that `add_jpeg` has added."""
+    handle._data = file  # noqa: SLF001 - there is no public way
