@@ -119,7 +119,11 @@ def row(scene: Any, label: str) -> Any:
 
 
 def box(scene: Any, label: str) -> Any:
-    return row(scene, label).locator(".mantine-NumberInput-input")
+    found = row(scene, label)
+    found.wait_for(state="attached")
+    # A box that reaches further than its slider stands in the place of that one's own.
+    wide = found.locator("xpath=../following-sibling::*[1][.//label[not(node())]]//input[@inputmode]")
+    return wide if wide.count() else found.locator(".mantine-NumberInput-input")
 
 
 def test_picture_and_particles_are_in_the_scene(session: Session, scene: Any, opened: tuple[Any, list[str]]) -> None:
