@@ -7,9 +7,8 @@ import pytest
 
 from pftrack.analysis.failures import gallery
 from pftrack.experiments import EXPERIMENTS
-from pftrack_server.jobs.functions import run_with_and_without_cure
+from pftrack_server.jobs.functions import FailureResult, run_with_and_without_cure
 from pftrack_server.jobs.results import DiskCache, ExperimentResults
-from pftrack_server.work.failures import FailureResult
 from tests.apart import run
 from tests.server.host import Server
 from tests.session_requests import session_request
