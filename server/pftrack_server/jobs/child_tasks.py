@@ -28,6 +28,7 @@ from pftrack.runs.comparison import ComparisonError
 from pftrack.runs.record import RecordError
 from pftrack.sources.limits import SourceError
 from pftrack.sources.truth import TruthError
+from pftrack.sweep.axis import SweepError
 from pftrack_server.core.errors import RefusedError, UnavailableError
 from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.core.processes import FORK_SERVER
@@ -170,6 +171,7 @@ REFUSALS = (
     RecordError,
     ReplayError,
     SourceError,
+    SweepError,
     TruthError,
 )
 """Exceptions whose text is for whoever asked; all others are for the log."""
@@ -252,8 +254,8 @@ class ChildTasks:
         function: Callable[..., Any],
         *arguments: object,
         budget: Budget,
-        on_step: Callable[..., None],
-        stopped: Callable[[], bool],
+        on_step: Callable[..., None] = lambda *_: None,
+        stopped: Callable[[], bool] | None = None,
     ) -> Any:  # noqa: ANN401 - whatever the function returns
         """Return the result of a function that waits for no turn, since it leaves the processors to all others.
 

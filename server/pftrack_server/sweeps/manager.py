@@ -3,12 +3,13 @@
 import asyncio
 import contextlib
 import json
-from typing import Any
+from dataclasses import replace
 
 import structlog
 from pydantic import BaseModel
 
 from pftrack.core.model.parameters import Value
+from pftrack.process import UNLIMITED
 from pftrack.sweep import Plan
 from pftrack.sweep.axis import SweepError
 from pftrack.sweep.work import Recording
@@ -20,7 +21,6 @@ from pftrack_server.store.files import is_name, new_name, now
 from pftrack_server.store.filters import FilterFiles
 from pftrack_server.store.tables import SweepRow, UploadRow
 from pftrack_server.sweeps import functions
-from pftrack_server.sweeps.computing import ask
 from pftrack_server.sweeps.planning import BYTES_A_RUN, EstimateRequest, SweepCreate, as_plan, cells_of, within_limits
 from pftrack_server.sweeps.results import upload_of
 from pftrack_server.sweeps.sweep import CANCELLED, DELETED, RESTARTED, STOPPED, Sweep, check_idle, default_title
@@ -78,18 +78,18 @@ class Sweeps:
         """Take over the sweeps that the store kept; none of them is running."""
         for row in reversed(await asyncio.to_thread(self._store.all, SweepRow)):
             try:
-                sweep = await asyncio.to_thread(self._restore, row)
+                sweep = await asyncio.to_thread(self._sweep, row)
             except (SweepError, ValueError, TypeError, LookupError, AttributeError) as error:
                 log.warning(
                     "a stored sweep is damaged and left out", sweep=row.id, error=f"{type(error).__name__}: {error}"
                 )
                 continue
-            self._sweeps[sweep.id] = sweep
+            self._sweeps[sweep.row.id] = sweep
             if row.state == "running":
                 with contextlib.suppress(SweepError):
                     await sweep.look()
-                finished = self._store.files.sweep(sweep.id).exists()
-                sweep.state, sweep.message = ("done", None) if finished else ("stopped", RESTARTED)
+                finished = self._store.files.sweep(sweep.row.id).exists()
+                sweep.row.state, sweep.row.message = ("done", None) if finished else ("stopped", RESTARTED)
                 await self._keep(sweep)
 
     async def close(self) -> None:
@@ -101,7 +101,7 @@ class Sweeps:
     @property
     def all(self) -> list[Sweep]:
         """All sweeps, the newest first."""
-        return sorted(self._sweeps.values(), key=lambda sweep: sweep.created, reverse=True)
+        return sorted(self._sweeps.values(), key=lambda sweep: sweep.row.created, reverse=True)
 
     def get(self, name: str) -> Sweep:
         """Return a sweep.
@@ -156,26 +156,27 @@ class Sweeps:
 
     async def _create(self, body: SweepCreate, plan: Plan) -> Sweep:
         await self._check_room(plan)
-        row = {
-            "id": new_name(),
-            "title": body.title or default_title(plan),
-            "state": "stopped",
-            "message": None,
-            "done": 0,
-            "successes": None,
-            "problems": 0,
-            "seconds": 0.0,
-            "created": now(),
-        }
-        sweep = await asyncio.to_thread(self._sweep, row, plan)
-        self._sweeps[sweep.id] = sweep
+        row = SweepRow(
+            id=new_name(),
+            title=body.title or default_title(plan),
+            experiment=plan.experiment,
+            plan=json.dumps(plan.as_dict()),
+            state="stopped",
+            runs=plan.runs,
+            done=0,
+            problems=0,
+            seconds=0.0,
+            created=now(),
+        )
+        sweep = await asyncio.to_thread(self._sweep, row)
+        self._sweeps[sweep.row.id] = sweep
         try:
-            await self._store_whole(sweep)
+            await self._keep(sweep)
             await sweep.start()
         except BaseException:
-            del self._sweeps[sweep.id]
+            del self._sweeps[sweep.row.id]
             with contextlib.suppress(Exception):
-                await asyncio.to_thread(self._store.remove, SweepRow, sweep.id)
+                await asyncio.to_thread(self._store.remove, SweepRow, sweep.row.id)
             raise
         return sweep
 
@@ -185,7 +186,7 @@ class Sweeps:
         Raises:
             ConflictError: It is not running.
         """
-        if sweep.state != "running":
+        if sweep.row.state != "running":
             raise ConflictError("The sweep is not running.")
         await sweep.stop(CANCELLED)
 
@@ -216,7 +217,7 @@ class Sweeps:
 
     def uses(self, upload: UploadRow) -> bool:
         """Tell whether a sweep that is computed needs an upload."""
-        running = (sweep.plan.footage for sweep in self.all if sweep.state == "running")
+        running = (sweep.plan.footage for sweep in self.all if sweep.row.state == "running")
         return any(footage is not None and footage.sha256 == upload.sha256 for footage in running)
 
     async def _find_recording(self, plan: Plan) -> Recording | None:
@@ -247,7 +248,7 @@ class Sweeps:
         await asyncio.to_thread(self._store.disk_budget.check, wanted)
 
     def _check_places(self) -> None:
-        running = sum(sweep.state == "running" for sweep in self._sweeps.values())
+        running = sum(sweep.row.state == "running" for sweep in self._sweeps.values())
         if running >= self._settings.max_sweeps_running:
             most = self._settings.max_sweeps_running
             what = "1 sweep" if most == 1 else f"{most} sweeps"
@@ -256,7 +257,9 @@ class Sweeps:
     def _used_bytes(self, sweeps: list[Sweep]) -> int:
         """Return how much room sweeps take; this looks at each of their files."""
         return sum(
-            self._store.files.sweep_bytes(sweep.id) if sweep.state != "running" else sweep.plan.runs * BYTES_A_RUN
+            self._store.files.sweep_bytes(sweep.row.id)
+            if sweep.row.state != "running"
+            else sweep.plan.runs * BYTES_A_RUN
             for sweep in sweeps
         )
 
@@ -272,7 +275,8 @@ class Sweeps:
                     recording = await self._find_recording(plan)
                     filters = await asyncio.to_thread(self._trusted, plan)
                     told = plan.as_dict(), jobs, recording, filters
-                    answer = await ask(functions.measure, *told, patience_s=MEASURE_S)
+                    budget = replace(UNLIMITED, silence_s=MEASURE_S, file_bytes=0)
+                    answer = await self._tasks.run_beside(functions.measure, *told, budget=budget)
                     while len(self._measured) >= MOST_REMEMBERED:
                         del self._measured[next(iter(self._measured))]
                     self._measured[key] = float(answer["seconds"])
@@ -280,27 +284,19 @@ class Sweeps:
 
     # ------------------------------------------------------------ store
 
-    def _restore(self, row: SweepRow) -> Sweep:
+    def _sweep(self, row: SweepRow) -> Sweep:
         plan = Plan.from_dict(json.loads(row.plan), outlined=True)
-        names = ("id", "title", "state", "message", "done", "successes", "problems", "seconds", "created")
-        return self._sweep({name: getattr(row, name) for name in names}, plan)
-
-    def _sweep(self, row: dict[str, Any], plan: Plan) -> Sweep:
-        out, filters = self._store.files.sweep(row["id"]), self._trusted(plan)
+        out, filters = self._store.files.sweep(row.id), self._trusted(plan)
         return Sweep(row, plan, out, self._settings, self._keep, self._find_recording, filters)
 
     def _trusted(self, plan: Plan) -> tuple[str, ...]:
         """Return the texts of a plan's filters that are files of this server's owner."""
         return self._store.files.filters_of(plan.single(0).recipe) if plan.filters else ()
 
-    async def _store_whole(self, sweep: Sweep) -> None:
-        row = {**sweep.as_row(), "plan": json.dumps(sweep.plan.as_dict())}
-        await asyncio.to_thread(self._store.save, SweepRow(**row))
-
     async def _keep(self, sweep: Sweep) -> None:
         """Store the changes of a sweep, unless it was deleted."""
-        if sweep.id in self._sweeps:
-            await asyncio.to_thread(self._store.save, SweepRow(**sweep.as_row()))
+        if sweep.row.id in self._sweeps:
+            await asyncio.to_thread(self._store.save, sweep.row)
 
 
 def _mebibytes(count: int) -> str:

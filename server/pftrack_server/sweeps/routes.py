@@ -5,6 +5,7 @@ import pathlib
 import shutil
 import zipfile
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from http import HTTPStatus
 from typing import Annotated, Literal
 
@@ -12,18 +13,19 @@ from fastapi import APIRouter, Depends, Path, Query, WebSocket
 from starlette.background import BackgroundTask
 from starlette.responses import FileResponse, Response, StreamingResponse
 
+from pftrack.process import UNLIMITED
 from pftrack.sweep.axis import MOST_RUNS, SweepError
 from pftrack.sweep.journal import csv_pieces
 from pftrack_server.core.bodies import Name, RequestBody
 from pftrack_server.core.errors import ApiError, ConflictError
 from pftrack_server.core.requests import AnExperiment, SettingsNow, service
+from pftrack_server.jobs.child_tasks import ChildTasks, TheTasks
 from pftrack_server.sessions.duplex import GONE, converse
 from pftrack_server.sessions.routes import Begin
 from pftrack_server.sessions.stream import SessionPublic
 from pftrack_server.store import Store
 from pftrack_server.store.store import AStore
 from pftrack_server.sweeps import functions
-from pftrack_server.sweeps.computing import ask
 from pftrack_server.sweeps.functions import Pictures
 from pftrack_server.sweeps.manager import EstimatePublic, Sweeps
 from pftrack_server.sweeps.planning import EstimateRequest, SweepCreate, example
@@ -154,7 +156,7 @@ async def open_row(
 ) -> SessionPublic:
     """Start a session with exactly this run, or the same with another method, ten frames before the first loss."""
     tracker = body.tracker if body else None
-    spec = await asyncio.to_thread(session_spec, store, sweep.id, sweep.plan, sweep.results, run, tracker)
+    spec = await asyncio.to_thread(session_spec, store, sweep.row.id, sweep.plan, sweep.results, run, tracker)
     return (await begin(spec)).view()
 
 
@@ -174,17 +176,18 @@ async def download(
     sweep: ASweep,
     store: AStore,
     settings: SettingsNow,
+    tasks: TheTasks,
     form: Annotated[Format, Query(alias="format", description="png and svg are archives of all maps.")] = "parquet",
 ) -> Response:
     """Return what there is of a sweep as a file: all runs as Parquet or CSV, or a report as one page or as pictures."""
     await sweep.look()
-    if sweep.done == 0:
+    if sweep.row.done == 0:
         raise ConflictError("No run of this sweep has been computed yet.")
-    name = f"{sweep.plan.experiment}-sweep-{sweep.id[:6]}"
+    name = f"{sweep.plan.experiment}-sweep-{sweep.row.id[:6]}"
     if form == "csv":
         result = await asyncio.to_thread(sweep.results.result)
         return StreamingResponse(csv_pieces(result), media_type="text/csv", headers=_attach(f"{name}.csv"))
-    whole = store.files.sweep(sweep.id)
+    whole = store.files.sweep(sweep.row.id)
     if form == "parquet" and whole.exists():
         return FileResponse(whole, media_type=PARQUET, filename=f"{name}.parquet")
     store.disk_budget.check()
@@ -195,7 +198,7 @@ async def download(
         if form == "parquet":
             path = await asyncio.to_thread(_gather, sweep, folder / "sweep.parquet")
             return FileResponse(path, media_type=PARQUET, filename=f"{name}.parquet", background=after)
-        await _report(sweep, store, folder, settings.max_sweeps_bytes, pictures=PICTURES[form])
+        await _report(sweep, store, tasks, folder, settings.max_sweeps_bytes, pictures=PICTURES[form])
         if form == "html":
             page = next(folder.glob("*.html"))
             return FileResponse(page, media_type="text/html", filename=f"{name}.html", background=after)
@@ -210,11 +213,14 @@ def _attach(name: str) -> dict[str, str]:
     return {"Content-Disposition": f'attachment; filename="{name}"'}
 
 
-async def _report(sweep: Sweep, store: Store, folder: pathlib.Path, largest_file: int, *, pictures: Pictures) -> None:
+async def _report(
+    sweep: Sweep, store: Store, tasks: ChildTasks, folder: pathlib.Path, largest_file: int, *, pictures: Pictures
+) -> None:
     """Have a child write the report of a sweep into a folder."""
-    result = store.files.sweep(sweep.id)
+    result = store.files.sweep(sweep.row.id)
     filters = await asyncio.to_thread(store.files.filters_of, sweep.plan.single(0).recipe)
-    await ask(functions.report, result, folder, pictures, filters, patience_s=REPORT_S, file_bytes=largest_file)
+    budget = replace(UNLIMITED, silence_s=REPORT_S, file_bytes=largest_file)
+    await tasks.run_beside(functions.report, result, folder, pictures, filters, budget=budget)
 
 
 def _gather(sweep: Sweep, path: pathlib.Path) -> pathlib.Path:

@@ -13,24 +13,28 @@ import time
 from collections import deque
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import AbstractContextManager
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import structlog
 from pydantic import BaseModel
 
 from pftrack.core.model.parameters import Value
 from pftrack.experiments import EXPERIMENTS
-from pftrack.process import Ending, Fault, Outcome, Refusal, Reply, Worker
+from pftrack.process import UNLIMITED, Ending, Fault, Outcome, Refusal, Reply, Worker
 from pftrack.sweep import Plan, begin, partial_of
-from pftrack.sweep.work import Recording
+from pftrack.sweep.axis import SweepError
+from pftrack.sweep.work import Recording, prepare
 from pftrack_server.core.errors import ConflictError
 from pftrack_server.core.log import RateLimitedLogger
+from pftrack_server.core.processes import FORK_SERVER
 from pftrack_server.core.settings import Settings
 from pftrack_server.sessions.duplex import Message, encode
 from pftrack_server.sessions.listeners import Listener, Listeners
 from pftrack_server.sessions.spec import MeasurePublic, TrackerPublic
-from pftrack_server.sweeps import computing, functions
+from pftrack_server.store.tables import SweepRow
+from pftrack_server.sweeps import functions
 from pftrack_server.sweeps.results import AxisPublic, CellsPublic, MapPublic, Results, axis_view, fixed_views
 
 State = Literal["running", "stopped", "done"]
@@ -201,6 +205,8 @@ def _only(one: MapPublic, at: list[int]) -> MapPublic:
     return MapPublic(tracker=one.tracker, measures=measures, **columns)
 
 
+NICENESS = 10
+"""A sweep gives way to sessions, which people watch."""
 GRACE_S = 8.0
 """So long a process that is asked to stop may wind up."""
 
@@ -218,16 +224,14 @@ class Sweep:
     """One sweep; all methods belong to the event loop's thread.
 
     Attributes:
-        id: Its name.
+        row: What is kept of it in the database.
         plan: What is computed.
-        title: What it is called.
-        created: When it was created.
         results: What there is of it so far.
     """
 
     def __init__(
         self,
-        row: dict[str, Any],
+        row: SweepRow,
         plan: Plan,
         out: Path,
         settings: Settings,
@@ -238,7 +242,7 @@ class Sweep:
         """Take it over as it is stored.
 
         Args:
-            row: What is kept of it in the database.
+            row: What is kept of it in the database, to which it writes how far it is.
             plan: What is computed.
             out: Its result file.
             settings: Of the server.
@@ -246,17 +250,10 @@ class Sweep:
             find_recording: Finds what its runs are on.
             filters: Texts of filters of the server's owner that its runs may execute.
         """
-        self.id: str = row["id"]
+        self.row = row
         self.plan = plan
-        self.title: str = row["title"]
-        self.created: str = row["created"]
-        self.state: State = row["state"]
-        self.message: str | None = row["message"]
-        self.done: int = row["done"]
-        self.successes: int | None = row["successes"]
-        self.problems: int = row["problems"]
         self.results = Results(plan, out)
-        self._seconds: float = row["seconds"]
+        self._seconds = row.seconds
         self._axes = [axis_view(plan, axis.name) for axis in plan.axes]
         self._fixed = fixed_views(plan)
         self._out = out
@@ -289,29 +286,13 @@ class Sweep:
         """Whether its runs may succeed or fail."""
         return self.plan.judged
 
-    def as_row(self) -> dict[str, Any]:
-        """Return what is kept of it in the database."""
-        return {
-            "id": self.id,
-            "title": self.title,
-            "experiment": self.plan.experiment,
-            "state": self.state,
-            "message": self.message,
-            "runs": self.plan.runs,
-            "done": self.done,
-            "successes": self.successes,
-            "problems": self.problems,
-            "seconds": self._now_seconds(),
-            "created": self.created,
-        }
-
     def view(self) -> SweepPublic:
         """Return it as everybody outside sees it."""
-        plan, experiment = self.plan, self.plan.wiring
+        row, plan, experiment = self.row, self.plan, self.plan.wiring
         rate = self._rate()
         return SweepPublic(
-            id=self.id,
-            title=self.title,
+            id=row.id,
+            title=row.title,
             experiment=plan.experiment,
             unit=experiment.unit,
             judged=self.judged,
@@ -328,17 +309,17 @@ class Sweep:
             fixed=self._fixed,
             runs=plan.runs,
             conditions=plan.conditions,
-            done=self.done,
-            successes=self.successes if self.judged else None,
-            problems=self.problems,
-            state=self.state,
-            message=self.message,
+            done=row.done,
+            successes=row.successes if self.judged else None,
+            problems=row.problems,
+            state=row.state,
+            message=row.message,
             rate=rate,
             seconds=self._now_seconds(),
-            seconds_left=(plan.runs - self.done) / rate if rate and self.state == "running" else None,
-            created=self.created,
+            seconds_left=(plan.runs - row.done) / rate if rate and row.state == "running" else None,
+            created=row.created,
             outcome=self._outcome(),
-            page=f"sweep/{self.id}",
+            page=f"sweep/{row.id}",
         )
 
     async def cells(self, x: str | None = None, y: str | None = None) -> CellsPublic:
@@ -367,12 +348,16 @@ class Sweep:
         settings = self._settings
         # What a stranger sent is decoded within bounds, and a file of the owner executed in them, as in a session.
         memory_bytes = settings.worker_memory_bytes if recording or self._filters else None
-        self._worker = await computing.start(settings.max_sweeps_bytes, memory_bytes)
+        budget = replace(UNLIMITED, file_bytes=settings.max_sweeps_bytes, memory_bytes=memory_bytes, niceness=NICENESS)
+        # The fork server of its pool is forked before the process has a thread.
+        self._worker = await Worker.start(
+            FORK_SERVER, budget, refusals=(SweepError, OSError), as_json=True, prepare=prepare
+        )
         self._began = time.monotonic()
         self._past.clear()
         self._watch = asyncio.create_task(self._follow(self._worker, settings.sweep_jobs, recording))
         await self._become("running", None)
-        log.info("sweep started", sweep=self.id, runs=self.plan.runs, done=self.done)
+        log.info("sweep started", sweep=self.row.id, runs=self.plan.runs, done=self.row.done)
 
     async def stop(self, reason: str) -> None:
         """End its process; what was computed is kept."""
@@ -415,7 +400,7 @@ class Sweep:
         else:
             because = self._reason or reason(outcome, how)
             if self._reason is None:
-                log.warning("sweep stopped", sweep=self.id, process=how, outcome=outcome)
+                log.warning("sweep stopped", sweep=self.row.id, process=how, outcome=outcome)
             await self._become("stopped", because)
 
     async def _glance(self) -> None:
@@ -424,26 +409,27 @@ class Sweep:
             if await asyncio.to_thread(self.results.refresh):
                 self._take()
         except Exception:
-            log.exception("a sweep's files cannot be read", sweep=self.id)
+            log.exception("a sweep's files cannot be read", sweep=self.row.id)
 
     def _take(self) -> None:
-        self.done, self.successes, self.problems = self.results.totals
-        self._past.append((time.monotonic(), self.done))
+        self.row.done, self.row.successes, self.row.problems = self.results.totals
+        self._past.append((time.monotonic(), self.row.done))
         while len(self._past) > 2 and self._past[-1][0] - self._past[0][0] > RATE_OVER_S:
             self._past.popleft()
         self._wake()
 
     async def _become(self, state: State, message: str | None) -> None:
-        self.state, self.message = state, message
+        self.row.state, self.row.message = state, message
         self._wake()
         await self._write()
 
     async def _write(self) -> None:
         """Keep how far it is; if that fails, the next time may do better, and the files say it as well."""
+        self.row.seconds = self._now_seconds()
         try:
             await self._keep(self)
         except Exception as error:  # noqa: BLE001 - whatever it is, the sweep goes on
-            self._warnings.warn("how far a sweep is could not be stored", sweep=self.id, error=repr(error))
+            self._warnings.warn("how far a sweep is could not be stored", sweep=self.row.id, error=repr(error))
 
     # ------------------------------------------------------------ listeners
 
@@ -463,7 +449,7 @@ class Sweep:
 
     def _rate(self) -> float | None:
         """Return the runs a second of late."""
-        if self.state != "running" or len(self._past) < 2:
+        if self.row.state != "running" or len(self._past) < 2:
             return None
         (then, before), (now, after) = self._past[0], self._past[-1]
         return (after - before) / (now - then) if now > then and after > before else None
@@ -471,12 +457,12 @@ class Sweep:
     def _outcome(self) -> str:
         """Say in a few words what came of it."""
         parts = []
-        if self.state != "done":
-            parts.append(f"{self.done:,} of {self.plan.runs:,} runs")
+        if self.row.state != "done":
+            parts.append(f"{self.row.done:,} of {self.plan.runs:,} runs")
         else:
             parts.append(f"{self.plan.runs:,} runs")
-        if self.judged and self.successes is not None and self.done > self.problems:
-            parts.append(f"{100 * self.successes / (self.done - self.problems):.0f} % succeeded")
+        if self.judged and self.row.successes is not None and self.row.done > self.row.problems:
+            parts.append(f"{100 * self.row.successes / (self.row.done - self.row.problems):.0f} % succeeded")
         return ", ".join(parts)
 
 
@@ -495,7 +481,7 @@ def check_idle(sweep: Sweep) -> None:
     Raises:
         ConflictError: There is nothing to resume.
     """
-    if sweep.state == "running":
+    if sweep.row.state == "running":
         raise ConflictError("The sweep is running already.")
-    if sweep.state == "done":
+    if sweep.row.state == "done":
         raise ConflictError("The sweep is complete; there is nothing left to compute.")

@@ -68,11 +68,11 @@ class _Sweeps(Collector):
     def collect(self) -> list[GaugeMetricFamily]:
         """Count sweeps, runs and visitors at the moment of asking."""
         states = GaugeMetricFamily("pftrack_sweeps", "Sweeps by state", labels=["state"])
-        found = [sweep.state for sweep in self._sweeps.all]
+        found = [sweep.row.state for sweep in self._sweeps.all]
         for state in get_args(State):
             states.add_metric([state], found.count(state))
         runs = GaugeMetricFamily("pftrack_sweep_runs", "Runs that are there of all sweeps kept")
-        runs.add_metric([], sum(sweep.done for sweep in self._sweeps.all))
+        runs.add_metric([], sum(sweep.row.done for sweep in self._sweeps.all))
         visitors = GaugeMetricFamily("pftrack_sweep_visitors", "Connections that watch a sweep")
         visitors.add_metric([], sum(sweep.listeners for sweep in self._sweeps.all))
         return [states, runs, visitors]

@@ -175,5 +175,5 @@ def _of_session(name: str, place: str, tracker: str | None = None, *, house: Hou
 
 async def _of_sweep(name: str, run: int, tracker: str | None = None, *, house: House) -> NamedRun:
     sweep = house.sweeps.get(name)
-    spec = await asyncio.to_thread(session_spec, house.store, sweep.id, sweep.plan, sweep.results, run, tracker)
+    spec = await asyncio.to_thread(session_spec, house.store, sweep.row.id, sweep.plan, sweep.results, run, tracker)
     return NamedRun(spec, f"{sweep.view().title}, run {run}")

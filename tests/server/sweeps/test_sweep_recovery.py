@@ -16,8 +16,9 @@ import pytest
 
 from pftrack.sweep import read_result
 from pftrack_server.core.settings import Settings
-from pftrack_server.sweeps import computing, functions
+from pftrack_server.sweeps import functions
 from pftrack_server.sweeps import sweep as sweep_of_the_server
+from pftrack_server.sweeps.sweep import NICENESS
 from tests.server.host import Server, error_of, running
 from tests.server.sweeping import (
     RUNS,
@@ -76,9 +77,7 @@ def test_a_killed_process(served: Server, own: tuple[httpx.Client, Path]) -> Non
     until_some(client, sweep["id"])
     workers = driver_of(served, sweep["id"]).children(recursive=True)
     for process in (driver_of(served, sweep["id"]), *workers):
-        assert process.nice() == min(
-            psutil.Process().nice() + computing.NICENESS, 19
-        )  # it gives way to what people watch
+        assert process.nice() == min(psutil.Process().nice() + NICENESS, 19)  # it gives way to what people watch
         assert process.rlimit(psutil.RLIMIT_FSIZE)[0] == Settings().max_sweeps_bytes
     os.kill(driver_of(served, sweep["id"]).pid, signal.SIGKILL)
     stopped = until_state(client, sweep["id"], "stopped")
