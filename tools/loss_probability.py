@@ -8,8 +8,10 @@ trackers whose expected calibration error is at most 0.05 in scenes that were no
 enough there to tell; of the others that error is kept alone. A test compares page and record.
 """
 
+import json
 import subprocess
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -17,7 +19,7 @@ import typer
 
 from pftrack.cli.output import progress
 from pftrack.experiments import EXPERIMENTS
-from pftrack.experiments.shared.loss_probability import FIRST_JUDGED, LossModel, describe_models, write_models
+from pftrack.experiments.shared.loss_probability import FIRST_JUDGED, FORMAT, LossModel
 from pftrack.reproduce.finding import Entry, read_record
 from pftrack.reproduce.loss_probability import (
     Judgement,
@@ -31,7 +33,7 @@ from pftrack.reproduce.loss_probability import (
 from pftrack.reproduce.pool import Pool
 from tools.reproduction import RECORD
 
-__all__ = ["PAGE", "describe", "fit_in_scenes", "page", "path_of", "sort_out"]
+__all__ = ["PAGE", "describe", "describe_models", "fit_in_scenes", "page", "path_of", "sort_out", "write_models"]
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs/explanation/loss.md"
@@ -47,6 +49,9 @@ COLUMNS = {
     "frames until": "frames until half are told",
 }
 """Of the table: how the result of a finding begins, and the title."""
+
+DIGITS = 6
+"""Of the numbers in a file."""
 
 app = typer.Typer(add_completion=False)
 
@@ -64,6 +69,35 @@ def describe(tracker: str, judged: Judgement) -> str:
         f"{tracker}: {kept}, calibration error {judged.error:.3f}, Brier score {judged.brier:.3f} "
         f"({judged.base:.3f}), ROC {judged.roc.area:.3f}, {waits}"
     )
+
+
+def describe_models(
+    models: Mapping[str, LossModel], refused: Mapping[str, float], about: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return models as JSON values.
+
+    Args:
+        models: By name of the tracker.
+        refused: The calibration error of those trackers of which none is kept.
+        about: What they were fitted on, JSON values.
+    """
+    trackers = {name: {"signals": one.signals, **_rounded(asdict(one.regression))} for name, one in models.items()}
+    return {**about, "refused": _rounded(refused), "trackers": trackers}
+
+
+def write_models(described: Mapping[str, Any]) -> str:
+    """Return the text of a file, by what `describe_models` says."""
+    return json.dumps({"format": FORMAT, "version": 1, **described}, indent=1) + "\n"
+
+
+def _rounded(values: Mapping[str, Any]) -> dict[str, Any]:
+    def shorten(value: float) -> float:
+        return float(f"{value:.{DIGITS}g}")
+
+    return {
+        name: shorten(value) if isinstance(value, float) else [shorten(one) for one in value]
+        for name, value in values.items()
+    }
 
 
 @app.command("fit")

@@ -10,9 +10,10 @@ import pftrack
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
-from pftrack.experiments.shared.loss_probability import Scenes, describe_models, read_declaration, write_models
+from pftrack.experiments.shared.loss_probability import Scenes, read_declaration
 from pftrack.runs.loss_probability import LossAccount, columns_of, loss_probabilities
 from pftrack.runs.run import Run
+from tools.loss_probability import describe_models, write_models
 
 BALL = find("ball")
 FRAMES = 40

@@ -10,7 +10,7 @@ reproduce loss`), and only where it says what is true it is declared. On recordi
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -271,7 +271,7 @@ LOSS_PROBABILITY = Series(
 MOST_ERROR = 0.05
 """Expected calibration error in scenes that were not fitted above which none is declared."""
 
-FORMAT, DIGITS = "pftrack-loss", 6
+FORMAT = "pftrack-loss"
 
 
 @dataclass(frozen=True)
@@ -302,25 +302,6 @@ class LossDeclaration:
 
 NOTHING_DECLARED = LossDeclaration()
 """Of an experiment none of whose trackers can tell."""
-
-
-def describe_models(
-    models: Mapping[str, LossModel], refused: Mapping[str, float], about: Mapping[str, Any]
-) -> dict[str, Any]:
-    """Return models as JSON values.
-
-    Args:
-        models: By name of the tracker.
-        refused: The calibration error of those trackers of which none is kept.
-        about: What they were fitted on, JSON values.
-    """
-    trackers = {name: {"signals": one.signals, **_rounded(asdict(one.regression))} for name, one in models.items()}
-    return {**about, "refused": _rounded(refused), "trackers": trackers}
-
-
-def write_models(described: Mapping[str, Any]) -> str:
-    """Return the text of a file, by what `describe_models` says."""
-    return json.dumps({"format": FORMAT, "version": 1, **described}, indent=1) + "\n"
 
 
 def read_declaration(
@@ -362,16 +343,6 @@ def _model(values: Mapping[str, Any], series: tuple[Series, ...]) -> LossModel:
         raise ValueError("means, deviations and weights are not as many")
     regression = Logistic(**numbers, intercept=float(values["intercept"]))
     return LossModel(tuple(values["signals"]), regression, {one.name: one for one in series})
-
-
-def _rounded(values: Mapping[str, Any]) -> dict[str, Any]:
-    def shorten(value: float) -> float:
-        return float(f"{value:.{DIGITS}g}")
-
-    return {
-        name: shorten(value) if isinstance(value, float) else [shorten(one) for one in value]
-        for name, value in values.items()
-    }
 
 
 # Scores say how good probabilities are, beside what happened.
