@@ -14,9 +14,10 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
 
-from pftrack.core.model.parameters import ParameterError, Value
+from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Change, Footage, Recipe
 from pftrack.core.model.source import FrameSequence
+from pftrack.core.refusal import ParameterError, RefusedError
 from pftrack.experiments import find, find_for
 from pftrack.experiments.own.code import trust_filters
 from pftrack.experiments.own.extension import experiment_of, name_of
@@ -68,7 +69,7 @@ def run(
         FilterFileError: The filter in the file cannot go on; it says the line.
         OSError: The file with the filter cannot be read.
         ParameterError: A value is unknown or out of bounds.
-        RecordError: The recording is not to be had, is another one, or shows no target.
+        RefusedError: The recording is not to be had, is another one, or shows no target.
     """
     recipe = _recipe(experiment)
     if tracker is not None and str(tracker).endswith(".py"):
@@ -159,7 +160,7 @@ def load(path: PathOrName, *, recording: PathOrName | None = None, trust: bool =
     Raises:
         FilterFileError: It brings a filter that is not trusted, or cannot go on.
         ParameterError: A value of a recipe is unknown or out of bounds.
-        RecordError: It is no saved run and no recipe, or its recording is not to be had or another one.
+        RefusedError: It is no saved run and no recipe, or its recording is not to be had or another one.
     """
     file = Path(path)
     if is_beliefs(file):
@@ -194,7 +195,7 @@ def compare(*runs: Run) -> Comparison:
     """Return the comparison of two to four runs, with all frames computed that they have in common.
 
     Raises:
-        ComparisonError: They are too few or too many, their units differ, or they have no frame in common.
+        RefusedError: They are too few or too many, their units differ, or they have no frame in common.
     """
     return Comparison.of(*runs).finish()
 
@@ -203,9 +204,9 @@ def _read_recipe(file: Path) -> Recipe:
     try:
         raw = json.loads(file.read_text(encoding="utf-8-sig"))
     except OSError as error:
-        raise records.RecordError(f"{file} cannot be read: {error.strerror}") from None
+        raise RefusedError(f"{file} cannot be read: {error.strerror}") from None
     except ValueError as error:
-        raise records.RecordError(f"{file} is no JSON: {error}") from None
+        raise RefusedError(f"{file} is no JSON: {error}") from None
     return Recipe.read(raw)
 
 
@@ -239,9 +240,7 @@ def _opener(recording: PathOrName | None, folder: Path | None = None) -> OpenSeq
         beside = (folder or Path()) / (footage.path or footage.name)
         place = beside if recording is None else Path(recording)
         if not place.exists():
-            raise records.RecordError(
-                f"the run was made on {place}, which is not there; say as `recording` where it is"
-            )
+            raise RefusedError(f"the run was made on {place}, which is not there; say as `recording` where it is")
         return open_sequence(place, square=footage.square)
 
     return open_footage if recording is not None or folder is not None else None

@@ -8,10 +8,11 @@ from random import Random
 
 import pytest
 
-from pftrack.analysis.counterfactuals import LossError, what_if
+from pftrack.analysis.counterfactuals import what_if
 from pftrack.analysis.diagnosis import diagnose
 from pftrack.cli.app import main
 from pftrack.core.model.measures import judge_loss
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.runs.comparison import Comparison
 from pftrack.runs.coverage import measured_run
@@ -91,7 +92,7 @@ def test_everybody_says_the_same_first_lost_frame(
     assert f"frame {said}" in why.sentence
     try:
         report = next(what_if(run, rounds=(1,)))
-    except LossError:
+    except RefusedError:
         assert said == 0
     else:
         assert report.first_lost_frame == said <= report.loss

@@ -4,8 +4,9 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Literal, TypeAlias, get_args
 
-from pftrack.core.model.parameters import Declaration, ParameterError, Parameters, Role, Value, revise
+from pftrack.core.model.parameters import Declaration, Parameters, Role, Value, revise
 from pftrack.core.model.recipe import parameter_values
+from pftrack.core.refusal import ParameterError
 from pftrack.runs.run import Run
 
 Kind: TypeAlias = Literal[

@@ -27,6 +27,7 @@ from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Change, Timeline
 from pftrack.core.model.series import Known, as_json
 from pftrack.core.numerics.statistics import holm, mcnemar, wilson
+from pftrack.core.refusal import RefusedError
 from pftrack.runs.loss import Loss
 from pftrack.runs.many import FrameBlock, Trial, read_blocks
 from pftrack.runs.run import Run
@@ -34,7 +35,6 @@ from pftrack.runs.run import Run
 __all__ = [
     "Alternative",
     "Finding",
-    "LossError",
     "Report",
     "alternatives",
     "find_loss",
@@ -388,10 +388,6 @@ ROUNDS = 1, 4, 10, 20, 40
 """Seeds that each change has been tried with after each round: all are tried a little before one is tried much."""
 
 
-class LossError(ValueError):
-    """There is no loss to be explained."""
-
-
 def find_loss(run: Run, frame: int | None = None) -> tuple[int, int]:
     """Return the frame in which a loss began that is to be explained, and that of the loss that was asked about.
 
@@ -404,12 +400,12 @@ def find_loss(run: Run, frame: int | None = None) -> tuple[int, int]:
             that lasts if not given.
 
     Raises:
-        LossError: The run has not lost its target so far.
+        RefusedError: The run has not lost its target so far.
     """
     loss = Loss.of(run.diagnostics)
     lasting, found = loss.lasting, loss.spans
     if lasting is None:
-        raise LossError("the run has not lost its target so far")
+        raise RefusedError("the run has not lost its target so far")
     asked = lasting if frame is None else max((start for start, _ in found if start <= frame), default=found[0][0])
     meant = asked
     for start, end in reversed(found):
@@ -444,13 +440,13 @@ def what_if(
             loss: since the run has gone on another one may be meant.
 
     Raises:
-        LossError: The run has not lost its target so far, or begins with that.
-        ReplayError: It is a recording of what was computed elsewhere.
+        RefusedError: The run has not lost its target so far, or begins with that.
+        RefusedError: It is a recording of what was computed elsewhere.
     """
     loss, asked = find_loss(run, frame)
     check_not_replayed(run, loss)
     if loss == 0:
-        raise LossError("the run begins with its target lost: there is nothing before that could be changed")
+        raise RefusedError("the run begins with its target lost: there is nothing before that could be changed")
     begin, last = _begin(run, loss), min(loss + HORIZON_FRAMES, run.frames - 1)
     trials = _Trials(run, begin, loss, last)
     tried = alternatives(run, begin + 1, allow=allow)

@@ -22,10 +22,10 @@ from pftrack.core.model.measures import MEAN_IOU, PICTURE_MEASURES, EvaluatedRun
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.setup import Setup
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import evaluated_run, extent_series
-from pftrack.sources.limits import SourceError
 from pftrack.sources.results.table import rectangle
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.truth import TruthTable
@@ -44,10 +44,6 @@ from pftrack.sources.truth import TruthTable
 Rectangle = tuple[float, float, float, float]
 
 LARGEST_TEXT_BYTES = 16 * 1024 * 1024
-
-
-class BenchmarkError(ValueError):
-    """A folder that is no sequence of a benchmark; the message says what was expected."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,13 +69,13 @@ def find_sequences(folder: Path) -> list[BenchmarkSequence]:
     """Return the sequence that a folder is, or those of the folders in it, by name.
 
     Raises:
-        BenchmarkError: There is none, or one cannot be read.
+        RefusedError: There is none, or one cannot be read.
     """
     if not folder.is_dir():
-        raise BenchmarkError(f"there is no folder {folder}")
+        raise RefusedError(f"there is no folder {folder}")
     folders = [folder] if _form_of(folder) else sorted(place for place in folder.iterdir() if _form_of(place))
     if not folders:
-        raise BenchmarkError(
+        raise RefusedError(
             f"{folder.name} is no sequence and holds none: expected img/ with groundtruth_rect.txt (OTB), or pictures "
             "with groundtruth.txt (VOT)"
         )
@@ -99,26 +95,23 @@ def _form_of(folder: Path) -> tuple[Path, Path, float] | None:
 def _read(folder: Path) -> BenchmarkSequence:
     form = _form_of(folder)
     if form is None:
-        raise BenchmarkError(f"{folder.name} is no sequence")
+        raise RefusedError(f"{folder.name} is no sequence")
     pictures, text, first_pixel = form
     start = _start(folder, pictures)
     place = f"{folder.name}/{text.name}"
     try:
         if text.stat().st_size > LARGEST_TEXT_BYTES:
-            raise BenchmarkError(f"{place} is larger than the {LARGEST_TEXT_BYTES // 1024**2} MiB allowed")
+            raise RefusedError(f"{place} is larger than the {LARGEST_TEXT_BYTES // 1024**2} MiB allowed")
         lines = [line for line in text.read_text(encoding="utf-8-sig").splitlines() if line.strip()]
     except (OSError, UnicodeDecodeError):
-        raise BenchmarkError(f"{place} cannot be read as text") from None
+        raise RefusedError(f"{place} cannot be read as text") from None
     boxes = {}
     for number, line in enumerate(lines):
-        try:
-            x, y, w, h = rectangle(f"{place}, line {number + 1}", line)
-        except SourceError as error:
-            raise BenchmarkError(str(error)) from None
+        x, y, w, h = rectangle(f"{place}, line {number + 1}", line)
         if all(math.isfinite(value) for value in (x, y, w, h)) and w > 0 and h > 0:
             boxes[start + number] = (x - first_pixel, y - first_pixel, w, h)
     if start not in boxes:
-        raise BenchmarkError(f"{place}, line 1: a tracker begins there, so it must be a box with an area")
+        raise RefusedError(f"{place}, line 1: a tracker begins there, so it must be a box with an area")
     return BenchmarkSequence(folder.resolve().name, pictures, start, len(lines), boxes)
 
 
@@ -214,16 +207,16 @@ def evaluate_sequence(
         on_run: Called after each run.
 
     Raises:
-        BenchmarkError: The tracker believes in no box, or the pictures do not fit the boxes.
-        SourceError: The pictures cannot be read.
+        RefusedError: The tracker believes in no box, or the pictures do not fit the boxes.
+        RefusedError: The pictures cannot be read.
         ParameterError: The experiment refuses the box or a value.
     """
     if not experiment.accepts_video or Box not in experiment.video.marks:
-        raise BenchmarkError(f"{experiment.id} follows no box on recordings")
+        raise RefusedError(f"{experiment.id} follows no box on recordings")
     with closing(open_sequence(sequence.pictures)) as pictures:
         last = sequence.start + sequence.frames
         if pictures.frame_count < last:
-            raise BenchmarkError(f"{sequence.name} has boxes for {last} pictures, got {pictures.frame_count} pictures")
+            raise RefusedError(f"{sequence.name} has boxes for {last} pictures, got {pictures.frame_count} pictures")
         mark = _within(sequence.boxes[sequence.start], pictures.size)
         setup = experiment.video.on_video(pictures, mark, start=sequence.start, truth=TruthTable(sequence.boxes))
         changes = (Change(0, dict(values(setup))),)
@@ -234,7 +227,7 @@ def evaluate_sequence(
             course = evaluated_run(experiment, run.diagnostics)
             found = evaluate((SUCCESS, PRECISION), course)
             if SUCCESS.name not in found:
-                raise BenchmarkError(f"{run.tracker} of {experiment.id} believes in no box, which overlap needs")
+                raise RefusedError(f"{run.tracker} of {experiment.id} believes in no box, which overlap needs")
             success.append(float(found[SUCCESS.name]))
             precision.append(float(found[PRECISION.name]))
             step_ms += [row.step_ms for row in run.diagnostics[1:]]

@@ -8,11 +8,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, cast
 
-from pftrack.analysis.counterfactuals import ROUNDS, LossError, Report, what_if
+from pftrack.analysis.counterfactuals import ROUNDS, Report, what_if
 from pftrack.analysis.diagnosis import Diagnosis, diagnose
-from pftrack.analysis.other_seeds import ReplayError
 from pftrack.core.entry_points import PRESENTERS, load
 from pftrack.core.model.series import as_json
+from pftrack.core.refusal import RefusedError
 from pftrack.runs.run import Run
 
 
@@ -73,6 +73,6 @@ def explain(
     try:
         for found in what_if(run, diagnosis.frame, rounds=rounds):
             on_step(sum(each.runs for each in found.findings), (found.planned + 1) * seeds)
-    except (LossError, ReplayError) as reason:
+    except RefusedError as reason:
         return Explanation(diagnosis, untried=f"What would have saved it cannot be tried: {reason}.")
     return Explanation(diagnosis, found)

@@ -22,6 +22,7 @@ from pftrack.core.model.parameters import Declaration, Parameters, Role, Value, 
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.series import as_json
 from pftrack.core.model.tracker import Tracker
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments.experiment import Experiment
 from pftrack.filters.particles import normalise
 from pftrack.runs.coverage import count_held, measure_consistency, pool_counts
@@ -29,7 +30,7 @@ from pftrack.runs.loss import Loss
 from pftrack.runs.many import KeptFrames, side_by_side
 from pftrack.runs.run import Run
 
-__all__ = ["MOST_NUMBERS", "Fit", "FitError", "Fitted", "Half", "Method", "Score", "fit", "fittable"]
+__all__ = ["MOST_NUMBERS", "Fit", "Fitted", "Half", "Method", "Score", "fit", "fittable"]
 
 
 # Fitting a run's numbers to what it has seen, on its first half, judged on its second; and what a fit has found.
@@ -285,10 +286,6 @@ Method: TypeAlias = Literal["em", "search"]
 """How numbers are found: by expectation maximisation where the model is linear, by trying values elsewhere."""
 
 
-class FitError(ValueError):
-    """What cannot be fitted."""
-
-
 @dataclass(frozen=True, slots=True)
 class Fitted:
     """One number that was fitted.
@@ -455,13 +452,13 @@ def fit(
         on_step: Called with how many runs are done, and of how many at most.
 
     Raises:
-        FitError: The tracker's evidence does not tell settings apart, a number cannot be fitted, the run is short, or
-            the model is not linear and expectation maximisation was asked for.
+        RefusedError: The tracker's evidence does not tell settings apart, a number cannot be fitted, the run is short,
+            or the model is not linear and expectation maximisation was asked for.
     """
     declared = _choose(run, tuple(dict.fromkeys(names)))
     end = min(run.computed + 1, 1 + 2 * LONGEST_HALF)
     if end < 1 + 2 * LEAST_HALF:
-        raise FitError(
+        raise RefusedError(
             f"A fit takes at least {1 + 2 * LEAST_HALF} frames, half of them to judge it by, and {run.computed + 1} "
             "are computed. Let the run go on first."
         )
@@ -471,7 +468,7 @@ def fit(
         found, rounds = maximise_linear(trials.linear, trials.begin, trials.bounds)
     elif method == "em":
         title = run.experiment.trackers[trials.tracker].title
-        raise FitError(
+        raise RefusedError(
             f"The model of {title} is not linear in these numbers, so expectation maximisation cannot find them."
         )
     else:
@@ -518,14 +515,14 @@ def _choose(run: Run, names: Sequence[str]) -> tuple[Declaration, ...]:
     title = run.experiment.trackers[tracker].title
     offered = {it.name: it for it in fittable(run.experiment, tracker, type(run.setup.parameters))}
     if not offered:
-        raise FitError(f"The evidence of {title} does not tell settings apart, so nothing can be fitted by it.")
+        raise RefusedError(f"The evidence of {title} does not tell settings apart, so nothing can be fitted by it.")
     for name in names:
         if name not in offered:
-            raise FitError(f"{title} has no number {name!r} that can be fitted; there are {', '.join(offered)}.")
+            raise RefusedError(f"{title} has no number {name!r} that can be fitted; there are {', '.join(offered)}.")
     chosen = tuple(offered[name] for name in names or offered)
     if len(chosen) > MOST_NUMBERS:
         listed = ", ".join(it.name for it in chosen)
-        raise FitError(f"At most {MOST_NUMBERS} numbers are fitted at once; choose among {listed}.")
+        raise RefusedError(f"At most {MOST_NUMBERS} numbers are fitted at once; choose among {listed}.")
     return chosen
 
 

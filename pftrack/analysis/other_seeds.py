@@ -18,6 +18,7 @@ from pftrack.core.model.recipe import Timeline
 from pftrack.core.model.series import Known
 from pftrack.core.model.tracker import EnsembleStep, TrackState
 from pftrack.core.numerics.random import LARGEST_SEED
+from pftrack.core.refusal import RefusedError
 from pftrack.runs.loss import judge_estimates
 from pftrack.runs.many import FrameBlock, KeptFrames, Losses, Trial, read_blocks
 from pftrack.runs.run import Run
@@ -30,10 +31,6 @@ QUANTILES = 0.1, 0.5, 0.9
 
 Scene: TypeAlias = Literal["same", "other"]
 """Whether all runs see the scene of the run that they are compared with, or each the one that its own seed makes."""
-
-
-class ReplayError(ValueError):
-    """A run was only recorded, and cannot be carried out again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,10 +113,10 @@ def check_not_replayed(run: Run, frame: int) -> None:
         frame: From which on its tracker would be used again.
 
     Raises:
-        ReplayError: Its tracker replays.
+        RefusedError: Its tracker replays.
     """
     if run.experiment.trackers[run.tracker_at(frame)].replays:
-        raise ReplayError(
+        raise RefusedError(
             "it was computed elsewhere and is shown as it was recorded, so no seed and no setting changes it"
         )
 
@@ -139,7 +136,7 @@ def ensemble(run: Run, *, runs: int = RUNS, frames: int | None = None, scene: Sc
         scene: What they see.
 
     Raises:
-        ReplayError: The run is a recording of what was computed elsewhere.
+        RefusedError: The run is a recording of what was computed elsewhere.
         ValueError: There are no runs or frames, or the scene is unknown.
     """
     length = run.frames if frames is None else frames
@@ -167,7 +164,7 @@ def ensembling(
         rounds: Ascending: so many runs are carried out to the end before further ones begin.
 
     Raises:
-        ReplayError: The run is a recording of what was computed elsewhere.
+        RefusedError: The run is a recording of what was computed elsewhere.
     """
     check_not_replayed(run, 0)
     stops = [*(each for each in rounds if each < len(seeds)), len(seeds)]

@@ -169,42 +169,37 @@ def otb(
     """
     from pftrack.analysis.evaluation import (
         PUBLISHED_SOURCE,
-        BenchmarkError,
         evaluate_sequence,
         find_sequences,
         follows_boxes,
         published,
     )
     from pftrack.experiments import EXPERIMENTS
-    from pftrack.sources.limits import SourceError
 
     chosen = experiment or next(one.id for one in EXPERIMENTS.values() if follows_boxes(one))
     followed, count = find_experiment(chosen), whole("--seeds", seeds, 1, 1000)
     name = find_tracker(followed, tracker or followed.default_tracker)
     scores: list[Score] = []
-    try:
-        sequences = find_sequences(folder)
-        with progress(f"{followed.id}, {name}") as tick, compiling():
-            done = 0
+    sequences = find_sequences(folder)
+    with progress(f"{followed.id}, {name}") as tick, compiling():
+        done = 0
 
-            def on_run() -> None:
-                nonlocal done
-                done += 1
-                tick(done, count * len(sequences))
+        def on_run() -> None:
+            nonlocal done
+            done += 1
+            tick(done, count * len(sequences))
 
-            scores.extend(
-                evaluate_sequence(
-                    followed,
-                    sequence,
-                    tracker=name,
-                    seeds=count,
-                    values=lambda setup: values_of(setup.parameters, assignments or []),
-                    on_run=on_run,
-                )
-                for sequence in sequences
+        scores.extend(
+            evaluate_sequence(
+                followed,
+                sequence,
+                tracker=name,
+                seeds=count,
+                values=lambda setup: values_of(setup.parameters, assignments or []),
+                on_run=on_run,
             )
-    except (BenchmarkError, SourceError) as error:
-        raise CommandError(str(error)) from None
+            for sequence in sequences
+        )
     for score in scores:
         if score.grey:
             note(f"pftrack: {score.name} is grey: a tracker by colours sees its brightness alone")

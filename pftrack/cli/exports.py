@@ -78,7 +78,7 @@ def _say(files: list[Path], details: dict[str, int], *, json: bool) -> None:
 
 def _sweep(file: Path, places: list[Path], plot: str | None) -> list[Path]:
     """Write files of the result of a sweep and return them."""
-    from pftrack.core.model.setup import ExportError
+    from pftrack.core.refusal import ConflictError
     from pftrack.sweep import read_result
     from pftrack.sweep.report.files import export_result
 
@@ -86,7 +86,7 @@ def _sweep(file: Path, places: list[Path], plot: str | None) -> list[Path]:
     pictures = [place for place in places if place.suffix.lower() in {".png", ".svg"}] or places
     written: list[Path] = []
     for place in places:
-        with refusing(ExportError), writing(place):
+        with refusing(ConflictError), writing(place):
             written += export_result(result, place, plot=plot if place in pictures else None)
     return written
 
@@ -108,10 +108,10 @@ def wanted_exports(
     """Return what is to be written where, by the suffixes of the files; refused before anything is computed."""
     if not places:
         return []
-    from pftrack.core.model.setup import ExportError
+    from pftrack.core.refusal import ConflictError
     from pftrack.output.exports.formats import check_plot, export_at
 
-    with refusing(ExportError):
+    with refusing(ConflictError):
         wanted = [(export_at(experiment, place), place) for place in places]
         pictures = [kind for kind, _ in wanted if kind.group == "plots"]
         for kind in pictures or [wanted[0][0]]:

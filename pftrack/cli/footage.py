@@ -186,12 +186,12 @@ def path_from(video: Path, out: Path) -> str:
 
 def open_footage(stack: ExitStack, path: Path, *, square: bool | None = None) -> "FrameSequence":
     """Open a recording, with pixels made square or not as a run says; it is closed with the stack."""
-    from pftrack.sources.limits import SourceError
+    from pftrack.core.refusal import RefusedError
     from pftrack.sources.sequence import open_sequence
 
     try:
         return stack.enter_context(closing(open_sequence(path, square=square)))
-    except SourceError as error:
+    except RefusedError as error:
         raise CommandError(f"{path.name}: {error}") from None
 
 
@@ -241,7 +241,7 @@ def _demand_mark(experiment: "Experiment", said: FootageOptions, footage: "Foota
 
 
 def _mark(experiment: "Experiment", said: FootageOptions) -> dict[str, Any]:
-    from pftrack.core.model.parameters import ParameterError
+    from pftrack.core.refusal import ParameterError
 
     if len(said.marks) > 1:
         given = " and ".join(option for option, _, _ in said.marks)

@@ -141,7 +141,7 @@ def explain(error: Exception) -> CommandError:
     """Turn any error into one sentence and an exit status."""
     if hasattr(error, "format_message") and hasattr(error, "exit_code"):  # the command line's own complaints
         return CommandError(f"{error.format_message()}{_given_value(error)}", error.exit_code)
-    from pftrack.core.model.parameters import ParameterError
+    from pftrack.core.refusal import ParameterError
 
     match error:
         case CommandError():

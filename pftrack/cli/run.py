@@ -362,14 +362,11 @@ def open_results(
 
 
 def _open_together(stack: ExitStack, file: Path, video: Path | None, truth: Path | None) -> "FrameSequence":
-    from pftrack.sources.limits import DEFAULT_LIMITS, SourceError
+    from pftrack.sources.limits import DEFAULT_LIMITS
     from pftrack.sources.results.parts import Part, open_parts
 
     named: dict[Part, Path | None] = {"clip": video, "results": file, "truth": truth}
-    try:
-        together = open_parts({part: path for part, path in named.items() if path is not None}, DEFAULT_LIMITS)
-    except SourceError as error:
-        raise CommandError(str(error)) from None
+    together = open_parts({part: path for part, path in named.items() if path is not None}, DEFAULT_LIMITS)
     return stack.enter_context(closing(together))
 
 

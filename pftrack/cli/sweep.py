@@ -230,7 +230,7 @@ def plan_of(
 
 
 def _values(experiment: "Experiment", assignments: list[str], kind: "Kind | None") -> "dict[str, Value]":
-    from pftrack.core.model.parameters import ParameterError
+    from pftrack.core.refusal import ParameterError
     from pftrack.sweep.axis import SweepError, find_declaration
 
     values: dict[str, Value] = {}

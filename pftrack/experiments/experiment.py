@@ -14,13 +14,14 @@ from pftrack.core.model.glossary import Citation, Section, Term
 from pftrack.core.model.marks import Mark, read_mark
 from pftrack.core.model.measures import HIT_RATE, MEAN_LOSS_PROBABILITY, Measure, own_account
 from pftrack.core.model.model import Model
-from pftrack.core.model.parameters import Declaration, ParameterError, Parameters, Value, declarations
+from pftrack.core.model.parameters import Declaration, Parameters, Value, declarations
 from pftrack.core.model.preset import ExampleSweep, Failure, Preset
 from pftrack.core.model.recipe import NO_PARAMETERS, Footage, Recipe, check_tracker
 from pftrack.core.model.series import STANDARD_PLOTS, STANDARD_READINGS, Plot, Reading, Series, SeriesValue, join
 from pftrack.core.model.setup import Export, Finder, Setup, Suits
 from pftrack.core.model.source import Frame, FrameSequence, Kind, Target, Truth
 from pftrack.core.model.tracker import Diagnostics, Draw, Tracker, with_readers
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments.shared.loss_probability import NOTHING_DECLARED, LossDeclaration
 from pftrack.filters.learning.diffusion import Guidance
 from pftrack.sources.results.table import Box

@@ -19,6 +19,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from pftrack.core.refusal import RefusedError
 from pftrack.process.child import BlockingEnd, Ending, Pack
 from pftrack.process.limits import MEBIBYTE, Budget, confine, give_way, leave_interrupts_to_parent, stand_alone
 
@@ -93,7 +94,7 @@ def report(value: object) -> None:
 def answer_calls(
     end: socket.socket,
     budget: Budget,
-    refusals: tuple[type[Exception], ...] = (),
+    refusals: tuple[type[Exception], ...] = (RefusedError,),
     pack: Pack | None = None,
     prepare: Callable[[], object] | None = None,
 ) -> None:

@@ -12,6 +12,7 @@ from concurrent.futures import Future
 from types import TracebackType
 from typing import Any, Self, TypeVar
 
+from pftrack.core.refusal import RefusedError
 from pftrack.process.calls import Answer, Call, Fault, Outcome, Refusal, Reply, Step, answer_calls, pack, unpack
 from pftrack.process.child import LARGEST_MESSAGE, AsyncEnd, Child, Ending, describe, ending
 from pftrack.process.fork_server import ForkServer
@@ -41,7 +42,7 @@ class Worker:
         fork_server: ForkServer,
         budget: Budget,
         *,
-        refusals: tuple[type[Exception], ...] = (),
+        refusals: tuple[type[Exception], ...] = (RefusedError,),
         as_json: bool = False,
         prepare: Callable[[], object] | None = None,
     ) -> Self:
@@ -153,7 +154,7 @@ async def run_task(
     function: Callable[..., Any],
     *arguments: object,
     budget: Budget,
-    refusals: tuple[type[Exception], ...] = (),
+    refusals: tuple[type[Exception], ...] = (RefusedError,),
     on_step: Callable[[Any], object] = lambda _: None,
     stopped: Callable[[], bool] | None = None,
 ) -> Outcome:
@@ -207,7 +208,7 @@ class Pool:
         most: int,
         kept: int,
         budget: Budget,
-        refusals: tuple[type[Exception], ...] = (),
+        refusals: tuple[type[Exception], ...] = (RefusedError,),
         prepare: Callable[[], object] | None = None,
     ) -> None:
         """Take note of what it shall be; its workers are forked when they are needed.

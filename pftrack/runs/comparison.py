@@ -20,15 +20,12 @@ from pftrack.core.model.parameters import Declaration, Value, declarations
 from pftrack.core.model.series import Known, as_json
 from pftrack.core.model.tracker import Diagnostics
 from pftrack.core.numerics.statistics import dependent_mean_interval
+from pftrack.core.refusal import RefusedError
 from pftrack.runs.loss import Loss
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import evaluated_run
 
 MOST_RUNS = 4
-
-
-class ComparisonError(ValueError):
-    """Runs that cannot be compared; the sentence says why, and what can be."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,16 +48,16 @@ def align(runs: Sequence[Run]) -> Alignment:
         runs: Two to four, computed or not: what counts is how long they are.
 
     Raises:
-        ComparisonError: There are too few or too many, their units differ, or they have no frame in common.
+        RefusedError: There are too few or too many, their units differ, or they have no frame in common.
     """
     if not 2 <= len(runs) <= MOST_RUNS:
-        raise ComparisonError(f"expected two to four runs to compare, got {len(runs)}")
+        raise RefusedError(f"expected two to four runs to compare, got {len(runs)}")
     _check_units(runs)
     starts = _starts(runs)
     begin, end = max(starts), min(start + run.frames for start, run in zip(starts, runs, strict=True))
     if begin >= end:
         pictures = ", ".join(f"{start} to {start + run.frames - 1}" for start, run in zip(starts, runs, strict=True))
-        raise ComparisonError(
+        raise RefusedError(
             f"the runs have no picture of the recording in common: they show pictures {pictures}; compare runs that "
             "begin closer to each other, or that are longer"
         )
@@ -72,7 +69,7 @@ def _check_units(runs: Sequence[Run]) -> None:
     for run in runs[1:]:
         other = run.experiment
         if other.unit != first.unit:
-            raise ComparisonError(
+            raise RefusedError(
                 f"errors of {first.title} are {_in_words(first.unit)}, those of {other.title} {_in_words(other.unit)}; "
                 "compare runs whose errors have one unit"
             )
@@ -388,7 +385,7 @@ class Comparison:
         """Return the comparison of runs, which need not have been computed; see `finish`.
 
         Raises:
-            ComparisonError: They are too few or too many, their units differ, or they have no frame in common.
+            RefusedError: They are too few or too many, their units differ, or they have no frame in common.
         """
         return cls(runs, align(runs))
 

@@ -25,9 +25,9 @@ from pftrack.core.model.likelihood import (
     trace,
 )
 from pftrack.core.model.model import Model, State
-from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.series import Known
 from pftrack.core.model.tracker import Step, Tracker
+from pftrack.core.refusal import ParameterError
 from pftrack.runs.run import Run
 
 # Each cloud knows the places of its particles' parents in the cloud before. A frame without particles, or with those of

@@ -20,9 +20,10 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from pftrack.core.arrays import Floats
 from pftrack.core.files import part_of, settle
-from pftrack.core.model.parameters import ParameterError, Value, flat
+from pftrack.core.model.parameters import Value, flat
 from pftrack.core.model.recipe import Recipe
 from pftrack.core.numerics import machine
+from pftrack.core.refusal import RefusedError, first_problem
 from pftrack.core.version import __version__
 from pftrack.experiments.own.code import with_texts
 from pftrack.runs.loss_probability import columns_of
@@ -36,10 +37,6 @@ LARGEST_DIAGNOSTICS_BYTES = 256 * 1024 * 1024
 
 DAMAGED = (OSError, EOFError, zipfile.BadZipFile, zlib.error, KeyError, ValueError, NotImplementedError, RuntimeError)
 """What reading an archive may raise that is none, was cut short or changed."""
-
-
-class RecordError(ValueError):
-    """A file that is no run, or a run whose source is not to be had; the sentence says which."""
 
 
 class Record(BaseModel):
@@ -131,39 +128,37 @@ def read(path: Path) -> Record:
     """Read what a file says of its run, without computing anything.
 
     Raises:
-        RecordError: It is no saved run, or one that this version does not understand.
+        RefusedError: It is no saved run, or one that this version does not understand.
     """
     try:
         with zipfile.ZipFile(path) as archive:
-            if archive.getinfo("run.json").file_size > LARGEST_RECORD_BYTES:
-                raise RecordError(f"{path.name} is no saved run: its description is larger than 16 MiB")
-            raw = json.loads(archive.read("run.json"))
+            is_larger = archive.getinfo("run.json").file_size > LARGEST_RECORD_BYTES
+            raw = None if is_larger else json.loads(archive.read("run.json"))
     except FileNotFoundError:
-        raise RecordError(f"there is no file {path}") from None
-    except DAMAGED as error:
-        if isinstance(error, RecordError):
-            raise
-        raise RecordError(f"{path.name} is no saved run, or was cut short; expected a .pft file") from None
+        raise RefusedError(f"there is no file {path}") from None
+    except DAMAGED:
+        raise RefusedError(f"{path.name} is no saved run, or was cut short; expected a .pft file") from None
+    if is_larger:
+        raise RefusedError(f"{path.name} is no saved run: its description is larger than 16 MiB")
     version = raw.get("version") if isinstance(raw, dict) else None
     if isinstance(version, int) and version != FORMAT:
         remedy = "update pftrack" if version > FORMAT else "it is older than any release"
-        raise RecordError(f"{path.name} was saved in format {version}, this version reads format {FORMAT}; {remedy}")
+        raise RefusedError(f"{path.name} was saved in format {version}, this version reads format {FORMAT}; {remedy}")
     try:
         return Record.model_validate(raw)
     except ValidationError as error:
-        first = error.errors()[0]
-        cause = first.get("ctx", {}).get("error")
-        if isinstance(cause, ParameterError):
-            raise RecordError(f"{path.name} is no saved run of this version: {cause}") from None
-        place = ".".join(str(part) for part in first["loc"])
-    raise RecordError(f"{path.name} is no saved run: {place or 'its description'} is missing or wrong")
+        try:
+            place = ".".join(str(part) for part in first_problem(error.errors())["loc"])
+        except RefusedError as cause:
+            raise RefusedError(f"{path.name} is no saved run of this version: {cause}") from None
+    raise RefusedError(f"{path.name} is no saved run: {place or 'its description'} is missing or wrong")
 
 
 def read_saved(path: Path) -> Saved:
     """Read what a file says of its run, and the estimates that it holds.
 
     Raises:
-        RecordError: See `read`.
+        RefusedError: See `read`.
     """
     record = read(path)
     estimates = _columns_in(path, ("estimate",)).get("estimate")

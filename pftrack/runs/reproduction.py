@@ -18,16 +18,17 @@ from typing import Any
 import numpy as np
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.parameters import ParameterError, flat
+from pftrack.core.model.parameters import flat
 from pftrack.core.model.recipe import Footage, Recipe
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import FrameSequence, Truth
 from pftrack.core.numerics import machine
+from pftrack.core.refusal import ParameterError, RefusedError
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.own import version_parameter
 from pftrack.experiments.own.code import FilterFileError
 from pftrack.experiments.own.extension import experiment_of
-from pftrack.runs.record import RecordError, Saved, read
+from pftrack.runs.record import Saved, read
 from pftrack.runs.run import Run
 from pftrack.sources.truth import TruthKind
 
@@ -248,7 +249,7 @@ def load(path: Path, *, open_sequence: OpenSequence | None = None) -> Run:
         open_sequence: How to find the pictures of a run on a recording.
 
     Raises:
-        RecordError: It is no saved run, its source is not to be had, or its parameters are not known here.
+        RefusedError: It is no saved run, its source is not to be had, or its parameters are not known here.
     """
     return make(read(path).recipe, open_sequence=open_sequence)
 
@@ -261,27 +262,27 @@ def make(recipe: Recipe, *, open_sequence: OpenSequence | None = None) -> Run:
     except FilterFileError:
         raise
     except (LookupError, ParameterError) as error:
-        raise RecordError(f"the run does not fit this version of pftrack: {error}") from None
+        raise RefusedError(f"the run does not fit this version of pftrack: {error}") from None
 
 
 def wire(experiment: Experiment, footage: Footage | None, open_sequence: OpenSequence | None) -> Setup:
     """Return the setup of a recipe's footage, or of the experiment's own scene if there is none.
 
     Raises:
-        RecordError: The pictures are not to be had, or are others.
+        RefusedError: The pictures are not to be had, or are others.
         ParameterError: The experiment does not take such a mark or such a truth.
     """
     if footage is None:
         return experiment.simulate()
     name = footage.name or footage.path or "a recording"
     if not experiment.accepts_video:
-        raise RecordError(f"the run is to be made on {name}, but {experiment.id} takes no recording")
+        raise RefusedError(f"the run is to be made on {name}, but {experiment.id} takes no recording")
     if open_sequence is None:
-        raise RecordError(f"the run was made on {name}, which has to be given along with it")
+        raise RefusedError(f"the run was made on {name}, which has to be given along with it")
     sequence = open_sequence(footage)
     experiment.check_footage(sequence.index.kind)
     if footage.sha256 not in {None, sequence.sha256}:
-        raise RecordError(f"the run was made on {name}; {sequence.name} has other content")
+        raise RefusedError(f"the run was made on {name}; {sequence.name} has other content")
     mark = None if footage.mark is None else experiment.video.mark(footage.mark)
     truth = _truth(experiment.video.truth, footage.truth or {})
     try:
@@ -289,7 +290,7 @@ def wire(experiment: Experiment, footage: Footage | None, open_sequence: OpenSeq
     except ParameterError:
         raise
     except ValueError as error:
-        raise RecordError(f"{name} does not show where the run is to begin: {error}") from None
+        raise RefusedError(f"{name} does not show where the run is to begin: {error}") from None
 
 
 def _truth(kind: TruthKind | None, rows: Mapping[int, tuple[float, ...]]) -> Truth | None:

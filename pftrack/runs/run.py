@@ -20,12 +20,13 @@ import numpy as np
 from pftrack.core.entry_points import PRESENTERS, load
 from pftrack.core.model.band import Direction
 from pftrack.core.model.measures import evaluate
-from pftrack.core.model.parameters import ParameterError, flat, with_role
+from pftrack.core.model.parameters import flat, with_role
 from pftrack.core.model.recipe import LONGEST_RUN, Change, Recipe, Timeline
 from pftrack.core.model.setup import Exported, Setup
 from pftrack.core.model.source import Frame
 from pftrack.core.model.tracker import Diagnostics, Step, TrackState, diagnose
 from pftrack.core.numerics.random import LARGEST_KEY, LARGEST_SEED, Purpose, Stream
+from pftrack.core.refusal import ConflictError, ParameterError
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.checkpoint import Checkpoint, Keyframes
 from pftrack.runs.loss import judge_state
@@ -35,14 +36,6 @@ from pftrack.runs.table import table_of
 
 if TYPE_CHECKING:
     import pyarrow as pa
-
-
-class EndOfRun(Exception):  # noqa: N818 - an end is not an error
-    """There is no further frame."""
-
-
-class PastError(ValueError):
-    """A change to what has already happened; it would have to be a branch."""
 
 
 class Run:
@@ -153,10 +146,10 @@ class Run:
         """Compute the next frame and return it.
 
         Raises:
-            EndOfRun: The current frame is the last.
+            ConflictError: The current frame is the last.
         """
         if self.position + 1 >= self.frames:
-            raise EndOfRun(f"the run ends at frame {self.frames - 1}")
+            raise ConflictError(f"the run ends at frame {self.frames - 1}")
         self.current = self._compute(self.position + 1, self.current.state)
         return self.current
 
@@ -227,17 +220,19 @@ class Run:
             The change as it stands on the timeline.
 
         Raises:
-            PastError: The current frame is in the past, or a value cannot change in mid-run.
+            ConflictError: The current frame is in the past, or a value cannot change in mid-run.
             ParameterError: A value is unknown or out of bounds; nothing has changed.
-            EndOfRun: There is no next frame.
+            ConflictError: There is no next frame.
         """
         following = self.position + 1
         if self.is_only_drawn(values):
             following = min(following, self.frames - 1)
         elif self.position < self.computed:
-            raise PastError(f"frame {following} has been computed already; branch there to change it")
+            raise ConflictError(f"frame {following} has been computed already; branch there to change it")
         elif following >= self.frames:
-            raise EndOfRun(f"the run ends at frame {self.frames - 1}; go back to change what leads there, or restart")
+            raise ConflictError(
+                f"the run ends at frame {self.frames - 1}; go back to change what leads there, or restart"
+            )
         self.timeline = self.timeline.insert(Change(following, dict(values)))
         self._explained = None  # trials may have gone beyond this frame
         return next(change for change in self.timeline.changes if change.frame == following)
@@ -397,7 +392,7 @@ class Run:
             The files that were written, and how much of the run they hold.
 
         Raises:
-            ExportError: There is no such kind of file, no such folder or no such plot; it names those that there are.
+            ConflictError: There is no such kind of file, no such folder or no such plot; it names those that there are.
             OSError: The file cannot be written; what was there before is still there.
         """
         return cast(Exported, load(PRESENTERS, "export")(self, Path(path), plot=plot))

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 from pydantic import BaseModel, ConfigDict
 
+from pftrack.core.refusal import RefusedError
 from pftrack.core.texts import read_whole
-from pftrack.sources.limits import SourceError
 
 LARGEST_FRAME = 10_000_000
 MOST_COLUMNS = 16_384
@@ -81,7 +81,7 @@ class Table(NamedTuple):
 
     Attributes:
         header: Names of the columns.
-        rows: Number of the line, from 1, and cells of each line after the header; may raise SourceError.
+        rows: Number of the line, from 1, and cells of each line after the header; may raise RefusedError.
         delimiter: What separates the cells.
     """
 
@@ -110,12 +110,12 @@ def read_table(text: str) -> Table:
     """Return the header of a table and its lines; no names if the header is not one.
 
     Raises:
-        SourceError: It has more than `MOST_COLUMNS` columns.
+        RefusedError: It has more than `MOST_COLUMNS` columns.
     """
     first = text.partition("\n")[0]
     delimiter = delimiter_of(first)
     if (count := first.count(delimiter) + 1) > MOST_COLUMNS:
-        raise SourceError(f"expected a table with at most {MOST_COLUMNS:,} columns, got {count:,}")
+        raise RefusedError(f"expected a table with at most {MOST_COLUMNS:,} columns, got {count:,}")
     lines = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
     try:
         names = next(lines, [])
@@ -131,14 +131,14 @@ def _rows(lines: Iterator[list[str]]) -> Iterator[tuple[int, list[str]]]:
             if any(cell.strip() for cell in cells):
                 yield line, cells
     except csv.Error as error:
-        raise SourceError(f"the table cannot be read ({error})") from None
+        raise RefusedError(f"the table cannot be read ({error})") from None
 
 
 def frame_in(line: int, text: str) -> int:
     """Return the number of a frame.
 
     Raises:
-        SourceError: It is not a whole number within bounds.
+        RefusedError: It is not a whole number within bounds.
     """
     try:
         number = float(text)
@@ -146,7 +146,7 @@ def frame_in(line: int, text: str) -> int:
     except (ValueError, OverflowError):
         frame, number = -1, 0.0
     if frame != number or not 0 <= frame <= LARGEST_FRAME:
-        raise SourceError(
+        raise RefusedError(
             f"line {line}: frame must be a whole number from 0 to {LARGEST_FRAME:,}, got {text.strip()[:40]!r}"
         )
     return frame
@@ -156,7 +156,7 @@ def number_in(line: int, what: str, text: str, *, unit: str = "", delimiter: str
     """Return a number, NaN for a cell without one; where commas do not separate cells, they may separate decimals.
 
     Raises:
-        SourceError: It is another text.
+        RefusedError: It is another text.
     """
     bare = text.strip()
     if bare.lower() in UNKNOWN:
@@ -164,4 +164,4 @@ def number_in(line: int, what: str, text: str, *, unit: str = "", delimiter: str
     try:
         return float(bare if delimiter == "," else bare.replace(",", "."))
     except ValueError:
-        raise SourceError(f"line {line}: {what} must be a number{unit and f' of {unit}'}, got {bare[:40]!r}") from None
+        raise RefusedError(f"line {line}: {what} must be a number{unit and f' of {unit}'}, got {bare[:40]!r}") from None

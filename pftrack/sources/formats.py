@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from pftrack.core.refusal import RefusedError
 from pftrack.sources.cells import BOX_NAMES, COLUMN_NAMES, decode, find_columns, places_of, read_table
-from pftrack.sources.limits import HEAD_BYTES, SourceError
+from pftrack.sources.limits import HEAD_BYTES
 from pftrack.sources.results.table import WAYS, form_of
 
 ALLOWED = (
@@ -50,15 +51,15 @@ def sniff(head: bytes) -> Format:
         head: The first `HEAD_BYTES` of the file, fewer only if it is shorter.
 
     Raises:
-        SourceError: It is empty, or nothing that can be read here.
+        RefusedError: It is empty, or nothing that can be read here.
     """
     if not head:
-        raise SourceError(f"the file is empty; expected {ALLOWED}")
+        raise RefusedError(f"the file is empty; expected {ALLOWED}")
     for found, matches in _READABLE:
         if matches(head):
             return found
     what = next((what for what, matches in _KNOWN if matches(head)), "of an unknown format")
-    raise SourceError(f"the file is {what}, which is not supported; expected {ALLOWED}")
+    raise RefusedError(f"the file is {what}, which is not supported; expected {ALLOWED}")
 
 
 def is_beliefs(path: Path) -> bool:
@@ -66,7 +67,7 @@ def is_beliefs(path: Path) -> bool:
     try:
         with path.open("rb") as file:
             return sniff(file.read(HEAD_BYTES)).kind == "beliefs"
-    except (OSError, SourceError):
+    except (OSError, RefusedError):
         return False
 
 

@@ -23,8 +23,9 @@ from PIL import Image, ImageOps
 from typing_extensions import override
 
 from pftrack.core.model.source import FrameIndex, FrameSequence
+from pftrack.core.refusal import RefusedError
 from pftrack.sources.formats import sniff
-from pftrack.sources.limits import HEAD_BYTES, Limits, SourceError, check_bytes, check_pixels, natural_order
+from pftrack.sources.limits import HEAD_BYTES, Limits, check_bytes, check_pixels, natural_order
 from pftrack.sources.sequence import BoundedCache
 
 _PICTURES = "PNG, JPEG, BMP, TIFF or WebP pictures"
@@ -46,7 +47,7 @@ class ImageSequence(FrameSequence):
             index: From an earlier survey of the same content.
 
         Raises:
-            SourceError: There are none, one is broken, they differ in size or exceed the limits.
+            RefusedError: There are none, one is broken, they differ in size or exceed the limits.
         """
         self.name = folder.resolve().name
         self._limits = limits
@@ -64,7 +65,7 @@ class ImageSequence(FrameSequence):
             if picture is None:
                 picture = _decode(self._files[index], self._limits)
                 if zlib.crc32(picture.data) != self.index.checksums[index]:
-                    raise SourceError(f"picture {index} has changed; a folder must not change while it is open")
+                    raise RefusedError(f"picture {index} has changed; a folder must not change while it is open")
                 self._cache.put(index, picture, picture.nbytes)
             return picture
 
@@ -81,7 +82,7 @@ class ImageSequence(FrameSequence):
             picture = _decode(file, self._limits)
             shape = shape or picture.shape
             if picture.shape != shape:
-                raise SourceError(
+                raise RefusedError(
                     f"{file.title} is {picture.shape[1]} x {picture.shape[0]} px and {self._files[0].title} is "
                     f"{shape[1]} x {shape[0]} px; all pictures must be of one size"
                 )
@@ -120,21 +121,21 @@ def _list(folder: Path, limits: Limits) -> tuple[list[_File], int]:
     """Find the pictures in order, and count the files passed over."""
     paths = [path for path in folder.iterdir() if path.is_file() and not path.name.startswith(".")]
     if len(paths) > limits.frames:
-        raise SourceError(f"the folder has {len(paths):,} files; at most {limits.frames:,} are allowed")
+        raise RefusedError(f"the folder has {len(paths):,} files; at most {limits.frames:,} are allowed")
     check_bytes(sum(path.stat().st_size for path in paths), limits, "the folder's files have")
     files = []
     for path in sorted(paths, key=lambda path: natural_order(path.name)):
         with path.open("rb") as file:
             try:
                 found = sniff(file.read(HEAD_BYTES))
-            except SourceError:
+            except RefusedError:
                 continue
             if found.kind == "picture":
                 file.seek(0)
                 files.append(_File(path, found.decoder, hashlib.file_digest(file, "sha256").digest()))
     if not files:
         what = "is empty" if not paths else "holds no pictures"
-        raise SourceError(f"the folder {what}; expected {_PICTURES}")
+        raise RefusedError(f"the folder {what}; expected {_PICTURES}")
     return files, len(paths) - len(files)
 
 
@@ -144,12 +145,12 @@ def _decode(file: _File, limits: Limits) -> NDArray[np.uint8]:
         with Image.open(io.BytesIO(file.path.read_bytes()), formats=[file.format]) as image:
             _check(image, file, limits)
             picture = np.ascontiguousarray(_rgb(image))
-    except (SourceError, MemoryError):
+    except (RefusedError, MemoryError):
         raise
     except (Image.DecompressionBombError, Image.DecompressionBombWarning):
-        raise SourceError(f"{file.title} is too large; at most {limits.pixels:,} pixels are allowed") from None
+        raise RefusedError(f"{file.title} is too large; at most {limits.pixels:,} pixels are allowed") from None
     except Exception:  # noqa: BLE001 - whatever a decoder makes of broken bytes, it is the bytes that are broken
-        raise SourceError(f"{file.title} is broken or cut short; expected {_PICTURES} that open elsewhere") from None
+        raise RefusedError(f"{file.title} is broken or cut short; expected {_PICTURES} that open elsewhere") from None
     picture.setflags(write=False)
     return picture
 
@@ -158,10 +159,10 @@ def _check(image: Image.Image, file: _File, limits: Limits) -> None:
     """Refuse, by its header, a picture that is too large or has no one way to be shown."""
     check_pixels(image.width, image.height, limits, f"{file.title} has")
     if image.mode in _DEPTHLESS:
-        raise SourceError(f"{file.title} has 32 bits a channel; expected 8 or 16")
+        raise RefusedError(f"{file.title} has 32 bits a channel; expected 8 or 16")
     pages = getattr(image, "n_frames", 1) if file.format in _ALBUMS else 1
     if pages > 1:
-        raise SourceError(f"{file.title} holds {pages} pictures; expected one a file")
+        raise RefusedError(f"{file.title} holds {pages} pictures; expected one a file")
 
 
 def _rgb(image: Image.Image) -> NDArray[np.uint8]:

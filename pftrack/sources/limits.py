@@ -3,10 +3,7 @@
 import re
 from dataclasses import dataclass
 
-
-class SourceError(ValueError):
-    """A sequence of pictures that cannot be used; the message is one sentence: what was wrong, what is allowed."""
-
+from pftrack.core.refusal import RefusedError
 
 HEAD_BYTES = 1024
 """How much of a file is looked at to tell what it is."""
@@ -36,23 +33,23 @@ def check_bytes(size_bytes: int, limits: Limits, subject: str) -> None:
     """Refuse what is larger than the limits allow.
 
     Raises:
-        SourceError: It is; the sentence begins with the subject.
+        RefusedError: It is; the sentence begins with the subject.
     """
     if size_bytes > limits.file_bytes:
         size, most = (f"{number / 1024**2:.4g} MiB" for number in (size_bytes, limits.file_bytes))
-        raise SourceError(f"{subject} {size}; at most {most} are allowed")
+        raise RefusedError(f"{subject} {size}; at most {most} are allowed")
 
 
 def check_pixels(width: int, height: int, limits: Limits, subject: str) -> None:
     """Refuse pictures that have more pixels than the limits allow, or none.
 
     Raises:
-        SourceError: They have; the sentence begins with the subject.
+        RefusedError: They have; the sentence begins with the subject.
     """
     if width <= 0 or height <= 0:
-        raise SourceError(f"{subject} no size that can be read; expected from 1 to {limits.pixels:,} pixels")
+        raise RefusedError(f"{subject} no size that can be read; expected from 1 to {limits.pixels:,} pixels")
     if width * height > limits.pixels:
-        raise SourceError(
+        raise RefusedError(
             f"{subject} {width} x {height} = {width * height:,} pixels; at most {limits.pixels:,} are allowed"
         )
 

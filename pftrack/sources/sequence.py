@@ -15,8 +15,9 @@ from pathlib import Path
 from typing import BinaryIO, Generic, TypeVar
 
 from pftrack.core.model.source import FrameIndex, FrameSequence
+from pftrack.core.refusal import RefusedError
 from pftrack.sources.formats import ALLOWED, Format, sniff
-from pftrack.sources.limits import DEFAULT_LIMITS, HEAD_BYTES, Limits, SourceError, check_bytes
+from pftrack.sources.limits import DEFAULT_LIMITS, HEAD_BYTES, Limits, check_bytes
 
 
 def open_sequence(
@@ -38,7 +39,7 @@ def open_sequence(
             an earlier version was made on pixels as they are stored.
 
     Raises:
-        SourceError: It is not a sequence of pictures, is broken, or exceeds the limits.
+        RefusedError: It is not a sequence of pictures, is broken, or exceeds the limits.
     """
     # Decoders are imported where they are needed, so that a run on a simulated scene does not pay for them.
     try:
@@ -50,10 +51,10 @@ def open_sequence(
                 return open_parts(parts, limits, index=index)
             return ImageSequence(path, limits, index)
         if not path.is_file():
-            raise SourceError(f"there is no such file or folder; expected {ALLOWED}")
+            raise RefusedError(f"there is no such file or folder; expected {ALLOWED}")
         file = path.open("rb")
     except OSError as error:
-        raise SourceError(f"the file cannot be read ({(error.strerror or 'input or output error').lower()})") from None
+        raise RefusedError(f"the file cannot be read ({(error.strerror or 'input or output error').lower()})") from None
     try:
         found = _inspect(file, limits)
         sha256 = hashlib.file_digest(file, "sha256").hexdigest()
@@ -95,7 +96,7 @@ def _inspect(file: BinaryIO, limits: Limits) -> Format:
     """Tell the format of an open file before any decoder sees it."""
     found = sniff(file.read(HEAD_BYTES))
     if found.kind == "picture":
-        raise SourceError(f"the file is one {found.title} picture, no sequence; expected {ALLOWED}")
+        raise RefusedError(f"the file is one {found.title} picture, no sequence; expected {ALLOWED}")
     check_bytes(file.seek(0, os.SEEK_END), limits, "the file has")
     file.seek(0)
     return found

@@ -15,9 +15,10 @@ from pftrack.core.files import csv_text
 from pftrack.core.geometry import paint_disc
 from pftrack.core.model.parameters import Parameters
 from pftrack.core.model.source import Frame, FrameIndex, FrameSequence, History, Measurements, Target
+from pftrack.core.refusal import RefusedError
 from pftrack.sources.cells import COLUMN_NAMES, Table, decode, find_columns, frame_in, number_in, places_of, read_table
 from pftrack.sources.formats import TRACKS_COLUMNS
-from pftrack.sources.limits import Limits, SourceError
+from pftrack.sources.limits import Limits
 
 # Tables of tracks, text with a header as spreadsheets and other programs write it.
 #
@@ -82,7 +83,7 @@ def read_tracks(data: bytes, most_frames: int) -> TrackTable:
         most_frames: How many frames it may have.
 
     Raises:
-        SourceError: It is no such table, a line of it is wrong, or it has too much or too little.
+        RefusedError: It is no such table, a line of it is wrong, or it has too much or too little.
     """
     table = read_table(decode(data))
     header = table.header
@@ -93,13 +94,13 @@ def read_tracks(data: bytes, most_frames: int) -> TrackTable:
     seen: dict[str, dict[int, tuple[float, float, float, float]]] = {}
     for line, frame, name, values in form(table, columns):
         if name not in seen and len(seen) == MOST_POINTS:
-            raise SourceError(f"the table has more than the {MOST_POINTS} points that are allowed")
+            raise RefusedError(f"the table has more than the {MOST_POINTS} points that are allowed")
         track = seen.setdefault(name, {})
         if frame in track:
-            raise SourceError(_duplicate_message(line, None if form is _long and point is None else name, frame))
+            raise RefusedError(_duplicate_message(line, None if form is _long and point is None else name, frame))
         track[frame] = values
         if len(track) > most_frames:
-            raise SourceError(f"the table has more than {most_frames:,} frames of point {name}; so many are allowed")
+            raise RefusedError(f"the table has more than {most_frames:,} frames of point {name}; so many are allowed")
     warnings = []
     if any(name in header for name in COVARIANCE):
         warnings.append("The covariances of x and y are not used, only the variances.")
@@ -121,12 +122,12 @@ def _table(
         warnings.append(f"Never seen and left out: {', '.join(never[:8])}{', ...' if len(never) > 8 else ''}.")
     frames = sorted({frame for track in seen.values() for frame in track})
     if len(frames) < FEWEST_FRAMES:
-        raise SourceError(
+        raise RefusedError(
             f"expected at least {FEWEST_FRAMES} frames in which points are seen, got {len(frames)} in the table"
         )
     length = frames[-1] - frames[0] + 1
     if length > most_frames:
-        raise SourceError(f"the table reaches over {length:,} frames; at most {most_frames:,} are allowed")
+        raise RefusedError(f"the table reaches over {length:,} frames; at most {most_frames:,} are allowed")
     positions = np.full((length, len(names), 2), np.nan)
     variances = np.full((length, len(names), 2), np.inf)
     for place, name in enumerate(names):
@@ -155,11 +156,11 @@ def _long(table: Table, columns: Mapping[str, int]) -> Iterator[Row]:
     found = find_columns(columns, SYNONYMS)
     places, frame, point = _places(found), found.get("frame"), found.get("point")
     if places is None or (frame is None and point is not None):
-        raise SourceError(f"the table has the columns {', '.join(table.header)[:120]}; expected {WORDS}")
+        raise RefusedError(f"the table has the columns {', '.join(table.header)[:120]}; expected {WORDS}")
     for number, (line, cells) in enumerate(_fill(table)):
         name = ONLY if point is None else cells[point].strip()[:40]
         if not name:
-            raise SourceError(f"line {line} names no point")
+            raise RefusedError(f"line {line} names no point")
         index = number if frame is None else frame_in(line, cells[frame])
         yield line, index, name, _values(line, cells, places, table.delimiter)
 
@@ -173,7 +174,7 @@ def _wide(table: Table, columns: Mapping[str, int]) -> Iterator[Row]:
         (name, places) for name in kept if (places := _places(find_columns(columns, SYNONYMS, f"{name}_"))) is not None
     ]
     if frame is None or not points:
-        raise SourceError(
+        raise RefusedError(
             f"the table has the columns {', '.join(header)[:120]}; expected {WORDS}, or frame and NAME_x, NAME_y, "
             "NAME_var_x, NAME_var_y for each point"
         )
@@ -196,7 +197,7 @@ def _places(found: Mapping[str, int]) -> _Places | None:
 def _fill(table: Table) -> Iterator[tuple[int, list[str]]]:
     for line, cells in table.rows:
         if len(cells) != len(table.header):
-            raise SourceError(f"line {line}: expected {len(table.header)} values, got {len(cells)}")
+            raise RefusedError(f"line {line}: expected {len(table.header)} values, got {len(cells)}")
         yield line, cells
 
 
@@ -204,14 +205,16 @@ def _values(line: int, cells: Sequence[str], places: _Places, delimiter: str) ->
     x = number_in(line, "x", cells[places.x], delimiter=delimiter)
     y = number_in(line, "y", cells[places.y], delimiter=delimiter)
     if max(abs(x), abs(y)) > FURTHEST_PX and math.isfinite(x) and math.isfinite(y):
-        raise SourceError(f"line {line}: a position must lie within {FURTHEST_PX:,.0f} px, got {x:g}, {y:g}")
+        raise RefusedError(f"line {line}: a position must lie within {FURTHEST_PX:,.0f} px, got {x:g}, {y:g}")
     if places.spread is None:
         return x, y, 1.0, 1.0
     first, second = (number_in(line, "variance", cells[place], delimiter=delimiter) for place in places.spread)
     variances = (first, second) if places.squared else (first * first, second * second)
     # The square of a deviation that is above 0 may be too small for a number.
     if min(first, second, *variances) <= 0.0:
-        raise SourceError(f"line {line}: variances and standard deviations must be above 0, got {min(first, second):g}")
+        raise RefusedError(
+            f"line {line}: variances and standard deviations must be above 0, got {min(first, second):g}"
+        )
     return x, y, *variances
 
 
@@ -264,13 +267,13 @@ class TrackSequence(FrameSequence):
         """Read a file, which is closed.
 
         Raises:
-            SourceError: It is no table of tracks, or exceeds the limits.
+            RefusedError: It is no table of tracks, or exceeds the limits.
         """
         with file:
             file.seek(0)
             data = file.read(LARGEST_FILE_BYTES + 1)
         if len(data) > LARGEST_FILE_BYTES:
-            raise SourceError(f"a table of tracks may have at most {LARGEST_FILE_BYTES // 1024**2} MiB")
+            raise RefusedError(f"a table of tracks may have at most {LARGEST_FILE_BYTES // 1024**2} MiB")
         table = read_tracks(data, limits.frames)
         self.name = name
         self.names: Sequence[str] = table.names
@@ -323,7 +326,7 @@ def _frame(positions: Floats, variances: Floats) -> tuple[tuple[int, int], float
     low, high = seen.min(axis=0), seen.max(axis=0)
     longest = float((high - low).max())
     if not longest > LEAST_EXTENT:
-        raise SourceError("expected points at different places, got all at one")
+        raise RefusedError("expected points at different places, got all at one")
     margin = MARGIN * longest
     # Positions that are px of a picture stay where they are in it.
     origin = np.where((low >= 0.0) & (low < longest), np.zeros(2), low - margin)

@@ -22,9 +22,9 @@ import numpy as np
 from pftrack.core.files import csv_text
 from pftrack.core.model.marks import Box, Mark
 from pftrack.core.model.source import Target, Truth
+from pftrack.core.refusal import RefusedError
 from pftrack.sources.cells import Table, decode, frame_in, number_in
 from pftrack.sources.cells import read_table as read_cells
-from pftrack.sources.limits import SourceError
 from pftrack.sources.results.table import form_of
 from pftrack.sources.results.writing import read_results
 
@@ -128,10 +128,6 @@ class Form(NamedTuple):
 BOX_FORM = Form(("frame", "x", "y", "w", "h"), "box", "boxes", 100_000.0, "px", positive=("w", "h"))
 
 
-class TruthError(ValueError):
-    """A table of truth that cannot be read; the message names the line and what is allowed."""
-
-
 @dataclass(frozen=True)
 class TruthTable:
     """The true boxes of a clip.
@@ -169,7 +165,7 @@ def read_truth(path: Path) -> TruthTable:
         path: A comma-separated file with the columns frame, x, y, w, h and any others.
 
     Raises:
-        TruthError: The file is missing, is no such table, or a line of it is wrong.
+        RefusedError: The file is missing, is no such table, or a line of it is wrong.
     """
     if (table := _results(path)) is not None:
         return table
@@ -194,8 +190,8 @@ def _results(path: Path) -> TruthTable | None:
         found = read_results(data)
     except OSError:
         return None  # why it cannot be read is said by whoever reads it as a table
-    except SourceError as error:
-        raise TruthError(f"{path.name}: {error}") from None
+    except RefusedError as error:
+        raise RefusedError(f"{path.name}: {error}") from None
     first = found.targets[0]
     boxes = {box.frame: (box.x, box.y, box.w, box.h) for box in found.boxes if box.target == first}
     others = len(found.targets) - 1
@@ -213,7 +209,7 @@ def _corners_in(path: Path) -> int:
     """Return how many corners of a polygon the header of a table names; 0 if it is no table of polygons.
 
     Raises:
-        TruthError: It names more corners than are read.
+        RefusedError: It names more corners than are read.
     """
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
@@ -225,7 +221,7 @@ def _corners_in(path: Path) -> int:
         return 0
     corners = next(count for count in range(LONGEST_HEADER) if not names >= {f"x{count + 1}", f"y{count + 1}"})
     if corners > MOST_CORNERS or (corners >= FEWEST_CORNERS and len(header) == LONGEST_HEADER):
-        raise TruthError(f"{path.name}, line 1: a polygon may have at most {MOST_CORNERS:,} corners")
+        raise RefusedError(f"{path.name}, line 1: a polygon may have at most {MOST_CORNERS:,} corners")
     return corners
 
 
@@ -286,22 +282,28 @@ def read_table(path: Path, form: Form) -> tuple[dict[int, list[float]], tuple[st
     """Read a file of this form: values by frame, and warnings, one sentence each.
 
     Raises:
-        TruthError: The file is missing, is no such table, or a line of it is wrong.
+        RefusedError: The file is missing, is no such table, or a line of it is wrong.
     """
     name = path.name
     try:
-        if path.stat().st_size > LARGEST_FILE_BYTES:
-            raise TruthError(f"{name} is larger than the {LARGEST_FILE_BYTES // 1024**2} MiB allowed")
-        return _table(name, read_cells(decode(path.read_bytes())), form)
+        data = path.read_bytes() if path.stat().st_size <= LARGEST_FILE_BYTES else None
     except FileNotFoundError:
-        raise TruthError(f"there is no file {path}") from None
+        raise RefusedError(f"there is no file {path}") from None
     except OSError as error:
-        raise TruthError(f"{path} cannot be read: {error.strerror}") from None
-    except SourceError as error:
-        raise TruthError(f"{name}, {error}") from None
+        raise RefusedError(f"{path} cannot be read: {error.strerror}") from None
+    if data is None:
+        raise RefusedError(f"{name} is larger than the {LARGEST_FILE_BYTES // 1024**2} MiB allowed")
+    try:
+        found, left_out = _table(read_cells(decode(data)), form)
+    except RefusedError as error:
+        raise RefusedError(f"{name}, {error}") from None
+    if found is None:
+        raise RefusedError(f"{name} lists no frames")
+    return found, (f"{name} {left_out}",) if left_out else ()
 
 
-def _table(name: str, table: Table, form: Form) -> tuple[dict[int, list[float]], tuple[str, ...]]:
+def _table(table: Table, form: Form) -> tuple[dict[int, list[float]] | None, str]:
+    """Return values by frame, None if no frame is listed, and what was left out, a clause."""
     wanted = form.columns
     found: dict[int, list[float]] = {}
     seen: set[int] = set()
@@ -310,7 +312,7 @@ def _table(name: str, table: Table, form: Form) -> tuple[dict[int, list[float]],
     several = "object" in columns
     for line, row in table.rows:
         if len(row) <= max(columns[column] for column in wanted):
-            raise SourceError(f"line {line}: expected {len(columns)} values, got {len(row)}")
+            raise RefusedError(f"line {line}: expected {len(columns)} values, got {len(row)}")
         texts = {column: row[columns[column]].strip() for column in wanted}
         frame = frame_in(line, texts["frame"])
         values = None
@@ -318,30 +320,28 @@ def _table(name: str, table: Table, form: Form) -> tuple[dict[int, list[float]],
             values = [_number(line, column, texts[column], form) for column in wanted[1:]]
             if not form.allows(values):
                 got = " and ".join(f"{length:g}" for length in form.lengths(values))
-                raise SourceError(f"line {line}: {' and '.join(form.positive)} must be above 0, got {got}")
+                raise RefusedError(f"line {line}: {' and '.join(form.positive)} must be above 0, got {got}")
         if frame in seen:
             if not several:
-                raise SourceError(f"line {line}: frame {frame} is listed twice; one {form.one} a frame")
+                raise RefusedError(f"line {line}: frame {frame} is listed twice; one {form.one} a frame")
             repeated += 1
             continue
         seen.add(frame)
         if values is not None:
             found[frame] = values
-    if not seen:
-        raise TruthError(f"{name} lists no frames")
-    left_out = f"{name} has several objects; further {form.several} of the same frames were left out ({repeated})"
-    return found, (left_out,) if repeated else ()
+    left_out = f"has several objects; further {form.several} of the same frames were left out ({repeated})"
+    return found if seen else None, left_out if repeated else ""
 
 
 def _columns(names: list[str], wanted: tuple[str, ...]) -> dict[str, int]:
     if not set(wanted) <= set(names):
         found = ", ".join(names)[:80] or "nothing"
-        raise SourceError(f"line 1: expected the columns {', '.join(wanted)}, got {found}")
+        raise RefusedError(f"line 1: expected the columns {', '.join(wanted)}, got {found}")
     return {column: names.index(column) for column in (*wanted, "object") if column in names}
 
 
 def _number(line: int, column: str, text: str, form: Form) -> float:
     value = number_in(line, column, text, unit=form.unit)
     if not abs(value) <= form.largest:
-        raise SourceError(f"line {line}: {column} must be a number of {form.unit}, got {text[:40]!r}")
+        raise RefusedError(f"line {line}: {column} must be a number of {form.unit}, got {text[:40]!r}")
     return value

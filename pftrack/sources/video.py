@@ -40,8 +40,9 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from pftrack.core.model.source import FrameIndex, FrameSequence
+from pftrack.core.refusal import RefusedError
 from pftrack.sources.formats import ALLOWED, Format
-from pftrack.sources.limits import Limits, SourceError, check_pixels
+from pftrack.sources.limits import Limits, check_pixels
 from pftrack.sources.sequence import BoundedCache
 
 _CODECS = {
@@ -95,7 +96,7 @@ class Decoder:
             max_pixels: The most that a picture may have.
 
         Raises:
-            SourceError: It is broken, holds no pictures, or has an unsupported codec.
+            RefusedError: It is broken, holds no pictures, or has an unsupported codec.
         """
         self.damaged = 0
         self.skip_before: int | None = None
@@ -132,12 +133,12 @@ class Decoder:
         """Go on from the keyframe at a time, or the nearest before it.
 
         Raises:
-            SourceError: The container cannot seek.
+            RefusedError: The container cannot seek.
         """
         try:
             self._container.seek(stamp, stream=self.stream, backward=True)
         except av.FFmpegError:
-            raise SourceError("the video cannot be entered in the middle; expected one that can") from None
+            raise RefusedError("the video cannot be entered in the middle; expected one that can") from None
 
     def frames(self) -> Iterator[VideoFrame]:
         """Yield the pictures that decode undamaged, in the order in which they are shown."""
@@ -216,11 +217,11 @@ class Decoder:
         if stream is None:
             kinds = {each.type for each in self._container.streams}
             what = "sound, but no pictures" if "audio" in kinds else "no pictures"
-            raise SourceError(f"the file holds {what}; expected {ALLOWED}")
+            raise RefusedError(f"the file holds {what}; expected {ALLOWED}")
         context = stream.codec_context
         if getattr(context, "name", None) not in _CODECS:  # there is no context where FFmpeg has no decoder
             known = ", ".join(dict.fromkeys(_CODECS.values()))
-            raise SourceError(f"the video has an unsupported codec; expected one of {known}")
+            raise RefusedError(f"the video has an unsupported codec; expected one of {known}")
         for other in self._container.streams:
             if other.index != stream.index:
                 other.discard = Discard.all
@@ -270,7 +271,7 @@ def _refuse(*_: object) -> NoReturn:
 def _out_of_memory_or(error: av.FFmpegError, sentence: str) -> Exception:
     if isinstance(error, MemoryError):
         return MemoryError()
-    return SourceError(f"{sentence}, so that it cannot be read; expected {ALLOWED}")
+    return RefusedError(f"{sentence}, so that it cannot be read; expected {ALLOWED}")
 
 
 # Frames are counted; a tracker steps from one to the next. Their times matter for speeds on a screen, and as names by
@@ -381,7 +382,7 @@ class VideoSequence(FrameSequence):
             square: Whether to make pixels square that are not; None for as the index has it, and yes without one.
 
         Raises:
-            SourceError: It cannot be read, or exceeds the limits.
+            RefusedError: It cannot be read, or exceeds the limits.
         """
         self.name = name
         self._file = file
@@ -435,7 +436,7 @@ class VideoSequence(FrameSequence):
         limits, stream = self._limits, self._decoder.stream
         announced = stream.frames
         if announced > limits.frames:
-            raise SourceError(f"the video has {announced:,} frames; at most {limits.frames:,} are allowed")
+            raise RefusedError(f"the video has {announced:,} frames; at most {limits.frames:,} are allowed")
         check_pixels(stream.width, stream.height, limits, "the pictures of the video have")
         # A picture whose side data were looked at is held until the next garbage collection: start again after that.
         orientation = next((orientation_of(frame) for frame in self._decoder.frames()), 0)
@@ -445,7 +446,7 @@ class VideoSequence(FrameSequence):
         keyframes: list[int] = []
         for number, frame in enumerate(decoder.frames()):
             if number == limits.frames:
-                raise SourceError(f"the video has more frames than the {limits.frames:,} that are allowed")
+                raise RefusedError(f"the video has more frames than the {limits.frames:,} that are allowed")
             if number == 0:
                 shape = frame.width, frame.height
                 check_pixels(*shape, limits, "the pictures of the video have")
@@ -454,7 +455,7 @@ class VideoSequence(FrameSequence):
                     size, remark = shape, "pixels are not square; they are taken as they are stored, as by the run"
                 check_pixels(*size, limits, "in square pixels the pictures of the video have")
             elif (frame.width, frame.height) != shape:
-                raise SourceError(
+                raise RefusedError(
                     f"frame {number} of the video is {frame.width} x {frame.height} px and frame 0 is "
                     f"{shape[0]} x {shape[1]} px; all must be of one size"
                 )
@@ -466,7 +467,7 @@ class VideoSequence(FrameSequence):
             stamps.append(frame.pts)
             checksums.append(zlib.crc32(picture.data))
         if not checksums:
-            raise SourceError("none of the video's pictures can be decoded; expected a video that plays elsewhere")
+            raise RefusedError("none of the video's pictures can be decoded; expected a video that plays elsewhere")
         width, height = stored_size(size, orientation)
         timing = measure(stamps, decoder)
         return FrameIndex(
@@ -497,7 +498,7 @@ class VideoSequence(FrameSequence):
             self._pass = None
             if keyframe is not None:
                 self._untrue.add(keyframe)
-        raise SourceError(f"frame {goal} no longer decodes as it did; the file must not change while it is open")
+        raise RefusedError(f"frame {goal} no longer decodes as it did; the file must not change while it is open")
 
     def _entries(self, goal: int) -> Iterator[int | None]:
         """Take up a place from which the goal can be reached, the cheapest first; yield the keyframe, if it is one."""
@@ -512,7 +513,7 @@ class VideoSequence(FrameSequence):
         for keyframe in near[:_KEYFRAMES_TRIED]:
             try:
                 self._decoder.seek(stamps[keyframe])
-            except SourceError:
+            except RefusedError:
                 break
             self._decoder.skip_before = skip_before
             self._pass = self._number_frames()

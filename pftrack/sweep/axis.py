@@ -14,16 +14,9 @@ from difflib import get_close_matches
 from math import inf
 from typing import Self
 
-from pftrack.core.model.parameters import (
-    LONGEST_FILE,
-    Declaration,
-    ParameterError,
-    Value,
-    declarations,
-    describe_allowed,
-    parse,
-)
+from pftrack.core.model.parameters import LONGEST_FILE, Declaration, Value, declarations, describe_allowed, parse
 from pftrack.core.model.source import Kind
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments.experiment import Experiment
 
 

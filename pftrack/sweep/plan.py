@@ -18,11 +18,12 @@ from pydantic import BeforeValidator, ConfigDict, TypeAdapter, ValidationError, 
 from pydantic.dataclasses import dataclass
 
 from pftrack.core.model.measures import Measure
-from pftrack.core.model.parameters import ParameterError, Parameters, Value, revise
+from pftrack.core.model.parameters import Parameters, Value, revise
 from pftrack.core.model.recipe import LONGEST_RUN, Change, Footage, Recipe
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Kind
 from pftrack.core.numerics.random import LARGEST_SEED
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.own.code import FilterFileError
 from pftrack.experiments.own.extension import extend, outline
@@ -159,7 +160,7 @@ class Plan:
             open_recording: How to find the recording.
 
         Raises:
-            RecordError: The recording is not to be had, or is another one.
+            RefusedError: The recording is not to be had, or is another one.
             ParameterError: The experiment does not take it.
         """
         return wire(self.wiring, self.footage, open_recording)

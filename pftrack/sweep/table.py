@@ -23,9 +23,10 @@ from itertools import chain
 import numpy as np
 
 from pftrack.core.arrays import Ints
-from pftrack.core.model.parameters import ParameterError, Value
+from pftrack.core.model.parameters import Value
 from pftrack.core.model.series import Reduction
 from pftrack.core.model.setup import Setup
+from pftrack.core.refusal import ParameterError
 from pftrack.runs.many import Outcome, outcomes
 from pftrack.sweep import arrow
 from pftrack.sweep.plan import Plan

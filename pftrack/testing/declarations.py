@@ -7,9 +7,10 @@ from typing import Any
 
 from pftrack.core.model.drawing import Drawing, legend
 from pftrack.core.model.marks import Editor, Mark
-from pftrack.core.model.parameters import Declaration, ParameterError, Parameters, declarations, revise, with_role
+from pftrack.core.model.parameters import Declaration, Parameters, declarations, revise, with_role
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.series import Plot, SeriesShape
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments import NAME, find
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.run import Run

@@ -17,8 +17,9 @@ from pftrack.core.model.marks import Mark
 from pftrack.core.model.setup import Setup, Suitability
 from pftrack.core.model.source import FrameSequence, Target
 from pftrack.core.model.tracker import Step
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments.experiment import PICTURES, Experiment
-from pftrack.runs.record import RecordError, save
+from pftrack.runs.record import save
 from pftrack.runs.reproduction import load
 from pftrack.runs.run import Run
 from pftrack.sources.beliefs.recorder import Recorder
@@ -378,7 +379,7 @@ def _demand_reopened(run: Run, sequence: FrameSequence, what: str) -> None:
         save(run, path)
         try:
             again = load(path, open_sequence=lambda _: sequence)
-        except RecordError as error:
+        except RefusedError as error:
             raise CheckError(f"a saved run on {what} must open again: {error}") from None
     again.seek(FEW)
     demand_equal(run, again, f"a saved run on {what}", FEW + 1)

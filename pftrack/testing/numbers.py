@@ -23,12 +23,13 @@ from pftrack.core.model.parameters import Value, declarations, flat, revise, wit
 from pftrack.core.model.series import check_value, columns
 from pftrack.core.model.source import Frame, History
 from pftrack.core.model.tracker import Step, Tracker
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments.experiment import Experiment
 from pftrack.filters.disturbances import smooth_disturbances
 from pftrack.filters.particles import normalise
 from pftrack.process import UNLIMITED, BlockingPool, CallError, ForkServer, WorkerLostError
 from pftrack.runs import many
-from pftrack.runs.record import RecordError, save
+from pftrack.runs.record import save
 from pftrack.runs.reproduction import load
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import estimates_hash, evaluated_run, reductions
@@ -393,7 +394,7 @@ def _a_saved_run_agrees(experiment: Experiment, tracker: str) -> None:
 def _load(path: Path) -> Run:
     try:
         return load(path)
-    except RecordError as error:
+    except RefusedError as error:
         raise CheckError(f"a saved run must open again: {error}") from None
 
 

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 import pftrack
-from pftrack.analysis.fitting import FitError, fit, fittable
+from pftrack.analysis.fitting import fit, fittable
 from pftrack.analysis.search import maximise
+from pftrack.core.refusal import RefusedError
 from pftrack.runs.run import Run
 
 TRUE_SD = 0.1
@@ -212,5 +213,5 @@ def test_the_scene_stays_as_it_was() -> None:
 )
 def test_what_cannot_be_fitted_says_why(run: Callable[[], Run], names: tuple[str, ...], message: str) -> None:
     """A short run, a number that is none, a tracker without evidence, and one without a linear model."""
-    with pytest.raises(FitError, match=message):
+    with pytest.raises(RefusedError, match=message):
         fit(run(), names, method="em")

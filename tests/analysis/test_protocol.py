@@ -5,8 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pftrack.analysis.evaluation import SUCCESS, BenchmarkError, evaluate_sequence, find_sequences, published
+from pftrack.analysis.evaluation import SUCCESS, evaluate_sequence, find_sequences, published
 from pftrack.core.model.measures import EvaluatedRun
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments import find
 from tests.analysis.clips import FRAMES, write_otb
 
@@ -34,9 +35,9 @@ def test_a_plain_target_is_followed(tmp_path: Path) -> None:
 def test_trackers_without_a_box_are_refused(tmp_path: Path) -> None:
     """What believes in a point alone has no overlap."""
     (sequence,) = find_sequences(write_otb(tmp_path / "Clip"))
-    with pytest.raises(BenchmarkError, match="believes in no box"):
+    with pytest.raises(RefusedError, match="believes in no box"):
         evaluate_sequence(find("ball"), sequence)
-    with pytest.raises(BenchmarkError, match="follows no box"):
+    with pytest.raises(RefusedError, match="follows no box"):
         evaluate_sequence(find("sine"), sequence)
 
 

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from pftrack.analysis.evaluation import BenchmarkError, find_sequences
+from pftrack.analysis.evaluation import find_sequences
+from pftrack.core.refusal import RefusedError
 from tests.analysis.clips import BOX, FRAMES, write_otb, write_pictures
 
 
@@ -41,13 +42,13 @@ def test_what_is_no_box_is_refused(tmp_path: Path, text: str, said: str) -> None
     """A refusal names the line and what was expected."""
     write_pictures(tmp_path / "clip")
     (tmp_path / "clip" / "groundtruth.txt").write_text(text)
-    with pytest.raises(BenchmarkError, match=said):
+    with pytest.raises(RefusedError, match=said):
         find_sequences(tmp_path)
 
 
 def test_folders_without_sequences_are_refused(tmp_path: Path) -> None:
     """So is a folder that holds none, and one that does not exist."""
-    with pytest.raises(BenchmarkError, match="no sequence"):
+    with pytest.raises(RefusedError, match="no sequence"):
         find_sequences(tmp_path)
-    with pytest.raises(BenchmarkError, match="no folder"):
+    with pytest.raises(RefusedError, match="no folder"):
         find_sequences(tmp_path / "none")

@@ -6,8 +6,9 @@ import pytest
 
 import pftrack
 from pftrack.analysis.alternatives import KINDS, alternatives
-from pftrack.analysis.counterfactuals import LossError, Report, find_loss, join, read_record, record, what_if
+from pftrack.analysis.counterfactuals import Report, find_loss, join, read_record, record, what_if
 from pftrack.core.model.parameters import Parameters, flat
+from pftrack.core.refusal import RefusedError
 from pftrack.runs.run import Run
 
 
@@ -80,7 +81,7 @@ def test_a_negative_number_of_seeds_is_refused() -> None:
 def test_a_run_that_holds_has_nothing_to_explain() -> None:
     """There is no loss, and the sentence says so."""
     run = pftrack.run("ball", preset="works", frames=5)
-    with pytest.raises(LossError, match="has not lost its target"):
+    with pytest.raises(RefusedError, match="has not lost its target"):
         next(what_if(run))
 
 

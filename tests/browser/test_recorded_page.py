@@ -14,8 +14,8 @@ import pytest
 
 from pftrack.core import entry_points
 from pftrack.core.model.recipe import Change, Recipe
-from pftrack.core.model.setup import ExportError
 from pftrack.core.model.source import Frame
+from pftrack.core.refusal import ConflictError
 from pftrack.experiments import find
 from pftrack.output.exports.formats import export_at, exporting
 from pftrack.runs.run import Run
@@ -228,7 +228,7 @@ def test_without_the_server_a_page_is_refused(run: Run, tmp_path: Path, monkeypa
     """The library alone writes no pages, and says what is missing."""
     found = entry_points.find
     monkeypatch.setattr(entry_points, "find", lambda group, name: None if name == "page" else found(group, name))
-    with pytest.raises(ExportError, match="no package is installed that provides 'page'"):
+    with pytest.raises(ConflictError, match="no package is installed that provides 'page'"):
         run.export(tmp_path / "run.html")
 
 

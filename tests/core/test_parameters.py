@@ -4,7 +4,6 @@ from typing import Literal
 import pytest
 
 from pftrack.core.model.parameters import (
-    ParameterError,
     Parameters,
     declarations,
     flat,
@@ -15,6 +14,7 @@ from pftrack.core.model.parameters import (
     revise,
     with_role,
 )
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments.ball.experiment import RecordedBallParameters
 
 

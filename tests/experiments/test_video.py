@@ -5,8 +5,8 @@ from typing import Any
 import pytest
 
 from pftrack.core.model.marks import Box, LongBody, Mark
-from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.setup import Setup
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.experiments.experiment import NO_VIDEO, Video
 from tests.experiments.head.heads import Pictures, pictures

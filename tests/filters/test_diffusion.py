@@ -13,8 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from pftrack.core.refusal import RefusedError
 from pftrack.filters.learning.charts import Chart, Reading, advance_states, changes, steps
-from pftrack.filters.learning.diffusion import Learned, LearnedError, learn
+from pftrack.filters.learning.diffusion import Learned, learn
 
 FISH = Chart(place=("a", "b"), heading="theta", angles=("phi",))
 TRUE = np.array([[1.0, 0.2, 0.0, 0.0], [0.2, 2.0, 0.05, -0.02], [0.0, 0.05, 0.02, -0.015], [0.0, -0.02, -0.015, 0.02]])
@@ -123,7 +124,7 @@ def test_lost_stretches_are_left_out() -> None:
 )
 def test_tracks_that_teach_nothing_are_refused(tracks: list[NDArray[np.float64]], words: str) -> None:
     """Too few frames, a component that never changes and absurd changes are refused, each with what to do."""
-    with pytest.raises(LearnedError, match=words):
+    with pytest.raises(RefusedError, match=words):
         learn(tracks, FISH, "fish")
 
 
@@ -180,7 +181,7 @@ def spread(raw: dict[str, Any]) -> list[list[float]]:
 )
 def test_files_that_do_not_fit_are_refused(text: str, words: str) -> None:
     """A file that is none, of another experiment, chart or version, or no covariance, is refused with one sentence."""
-    with pytest.raises(LearnedError, match=words):
+    with pytest.raises(RefusedError, match=words):
         Learned.read(text, experiment="fish", chart=FISH)
 
 
@@ -188,5 +189,5 @@ def test_files_that_do_not_fit_are_refused(text: str, words: str) -> None:
 def test_no_damaged_file_does_more_than_be_refused(place: int, scrap: str) -> None:
     """A file that was cut or written into is read as a learned motion or refused, and raises nothing else."""
     for text in (LEARNED.text[:place], LEARNED.text[:place] + scrap + LEARNED.text[place + 1 :]):
-        with suppress(LearnedError):
+        with suppress(RefusedError):
             assert Learned.read(text, experiment="fish", chart=FISH).experiment == "fish"

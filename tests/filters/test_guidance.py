@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pftrack.core.model.parameters import ParameterError
-from pftrack.core.model.setup import ExportError
 from pftrack.core.model.tracker import Diagnostics
+from pftrack.core.refusal import ConflictError, ParameterError, RefusedError
 from pftrack.filters.learning.charts import Chart
-from pftrack.filters.learning.diffusion import Guidance, LearnedError, learn
+from pftrack.filters.learning.diffusion import Guidance, learn
 
 FISH = Chart(place=("a", "b"), heading="theta", angles=("phi",))
 TRACK = np.cumsum(np.random.default_rng(0).normal(size=(40, 4)), axis=0)
@@ -46,7 +45,7 @@ def test_a_state_of_another_length_is_refused() -> None:
         short = rows()
         short[6] = replace(short[6], series={"body": tuple(range(length))})
         expected = f"frame 6 must hold a state of a, b, theta, phi to learn from, 4 numbers, got {length}"
-        with pytest.raises(LearnedError, match=expected):
+        with pytest.raises(RefusedError, match=expected):
             GUIDANCE.states(short)
 
 
@@ -58,7 +57,7 @@ def test_a_saved_run_gives_the_same_states() -> None:
     states = GUIDANCE.saved_states(columns, "run.pft")
     assert np.flatnonzero(np.isnan(states).any(axis=1)).tolist() == [4]
     for damaged in ({}, {"series_body": TRACK[:, :3]}, {"series_body": np.array(["x"])}):
-        with pytest.raises(LearnedError, match=r"run\.pft holds no states of a, b, theta, phi"):
+        with pytest.raises(RefusedError, match=r"run\.pft holds no states of a, b, theta, phi"):
             GUIDANCE.saved_states(damaged, "run.pft")
 
 
@@ -67,7 +66,7 @@ def test_the_open_run_is_offered_as_a_file() -> None:
     export = GUIDANCE.export
     assert export.make(None, rows()).decode() == BUILT_IN
     assert (export.suffix, export.media_type) == ("learned.json", "application/json")
-    with pytest.raises(ExportError, match="at least 20 frames"):
+    with pytest.raises(ConflictError, match="at least 20 frames"):
         export.make(None, rows()[:5])
 
 

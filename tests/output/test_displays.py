@@ -10,10 +10,8 @@ from xml.etree import ElementTree as ET
 import pytest
 
 import pftrack
-from pftrack.core.model.parameters import ParameterError
+from pftrack.core.refusal import ParameterError, RefusedError
 from pftrack.output.displays import MISSING, quantity, run_html, summary_lines, track
-from pftrack.runs.comparison import ComparisonError
-from pftrack.runs.record import RecordError
 
 WIDE = {"occlusion_width_px": 70.0}
 
@@ -112,7 +110,7 @@ def test_a_file_that_is_no_recipe_is_told(tmp_path: Path, content: str | None, s
     file = tmp_path / "broken.json"
     if content is not None:
         file.write_text(content)
-    with pytest.raises((RecordError, ParameterError), match=sentence):
+    with pytest.raises((RefusedError, ParameterError), match=sentence):
         pftrack.load(file)
 
 
@@ -124,11 +122,11 @@ def test_what_cannot_be_run_is_refused_with_a_sentence(run: pftrack.Run, tmp_pat
         pftrack.run("ball", preset="best")
     with pytest.raises(ParameterError, match="sample_count must be a whole number between 1 and"):
         pftrack.run("ball", sample_count=-1)
-    with pytest.raises(RecordError, match="which is not there; say as `recording` where it is"):
+    with pytest.raises(RefusedError, match="which is not there; say as `recording` where it is"):
         pftrack.run("ball", recording=tmp_path / "none.mp4")
     with pytest.raises(ParameterError, match="belong to a recording"):
         pftrack.run("ball", mark={"kind": "box"})
-    with pytest.raises(ComparisonError, match="two to four runs"):
+    with pytest.raises(RefusedError, match="two to four runs"):
         pftrack.compare(run)
 
 

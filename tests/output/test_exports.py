@@ -17,7 +17,7 @@ from pyarrow import parquet
 
 from pftrack import __version__
 from pftrack.core.model.recipe import Change, Recipe
-from pftrack.core.model.setup import ExportError
+from pftrack.core.refusal import ConflictError
 from pftrack.experiments import find
 from pftrack.output.exports import files as made
 from pftrack.output.exports.formats import FORMATS, export_at, exporting, exports_of
@@ -179,7 +179,7 @@ def test_names_of_columns_and_suffixes_are_each_anothers(name: str) -> None:
 )
 def test_what_cannot_be_is_refused(ball: Run, tmp_path: Path, place: str, plot: str | None, words: str) -> None:
     """With a sentence that names what there is; nothing is left behind."""
-    with pytest.raises(ExportError) as refused:
+    with pytest.raises(ConflictError) as refused:
         ball.export(tmp_path / place, plot=plot)
     assert words in str(refused.value)
     assert list(tmp_path.iterdir()) == []
@@ -199,7 +199,7 @@ def test_one_that_is_stopped_or_has_no_room_leaves_what_was_there(
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr("pftrack.output.exports.formats.settle", full)
-    with pytest.raises(ExportError, match=r"old\.mp4 cannot be written: No space left on device; make room"):
+    with pytest.raises(ConflictError, match=r"old\.mp4 cannot be written: No space left on device; make room"):
         ball.export(place)
 
     def denied(*_: object) -> None:

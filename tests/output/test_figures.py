@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.series import PlotKind
-from pftrack.core.model.setup import ExportError
+from pftrack.core.refusal import ConflictError
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.output.figures import sheet
 from pftrack.output.figures.sheet import KINDS, drawable, figure_of
@@ -91,11 +91,11 @@ def test_a_single_frame_is_drawn() -> None:
 
 def test_what_cannot_be_drawn_is_told(ball: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     """A plot that is not there, one that the tracker measures nothing for, and a tree with more than can be seen."""
-    with pytest.raises(ExportError, match="ball has no plot 'gain', only error, sigma, ess, proposals"):
+    with pytest.raises(ConflictError, match="ball has no plot 'gain', only error, sigma, ess, proposals"):
         figure_of(ball, "gain")
     kalman = finished("sine", 2, tracker="kalman")
-    with pytest.raises(ExportError, match=r"nothing for the plot 'ess'.*; it has error, sigma"):
+    with pytest.raises(ConflictError, match=r"nothing for the plot 'ess'.*; it has error, sigma"):
         figure_of(kalman, "ess")
     monkeypatch.setattr(sheet, "MOST_MARKS", 2)
-    with pytest.raises(ExportError, match=r"has [0-9]+ marks, a picture shows at most 2; export another plot"):
+    with pytest.raises(ConflictError, match=r"has [0-9]+ marks, a picture shows at most 2; export another plot"):
         figure_of(finished("hand", 3), "hands")

@@ -9,10 +9,10 @@ import pytest
 
 from pftrack.core.model.marks import Box
 from pftrack.core.model.recipe import Change
-from pftrack.core.model.setup import ExportError
+from pftrack.core.refusal import ConflictError, RefusedError
 from pftrack.experiments import find
 from pftrack.output.exports.comparisons import export_comparison
-from pftrack.runs.comparison import Comparison, ComparisonError, align
+from pftrack.runs.comparison import Comparison, align
 from pftrack.runs.run import Run
 from tests.experiments.head.heads import Pictures
 
@@ -53,21 +53,21 @@ def test_runs_on_one_recording_are_compared_picture_by_picture() -> None:
 
 def test_runs_without_a_common_picture_are_refused() -> None:
     """The sentence names the pictures of both."""
-    with pytest.raises(ComparisonError, match=r"no picture of the recording in common.* 0 to 4, 10 to 19; compare"):
+    with pytest.raises(RefusedError, match=r"no picture of the recording in common.* 0 to 4, 10 to 19; compare"):
         align([on_clip(0, 5), on_clip(10, 10)])
 
 
 @pytest.mark.parametrize("count", [0, 1, 5])
 def test_a_comparison_has_two_to_four_runs(count: int) -> None:
     """One has nothing beside it, and five are too many to look at."""
-    with pytest.raises(ComparisonError, match=f"expected two to four runs to compare, got {count}"):
+    with pytest.raises(RefusedError, match=f"expected two to four runs to compare, got {count}"):
         align([sine()] * count)
 
 
 def test_runs_of_other_units_are_refused() -> None:
     """Pixels are not compared with pure numbers."""
     other = Run(BALL, BALL.simulate(), frames=3)
-    with pytest.raises(ComparisonError, match=f"{SINE.title} are pure numbers, those of {BALL.title} in px; compare"):
+    with pytest.raises(RefusedError, match=f"{SINE.title} are pure numbers, those of {BALL.title} in px; compare"):
         Comparison.of(sine(), other)
 
 
@@ -205,7 +205,7 @@ def test_files_of_a_comparison_on_a_clip_count_both_frames(tmp_path: Path) -> No
     told = json.loads((tmp_path / "both.json").read_text())
     assert [run["recipe"]["frames"] for run in told["runs"]] == [12, 17]
     assert told["settings"] == compared.as_dict()["settings"]
-    with pytest.raises(ExportError, match="there is no error to draw"):
+    with pytest.raises(ConflictError, match="there is no error to draw"):
         export_comparison(compared, tmp_path / "both.png")
-    with pytest.raises(ExportError, match=r"can be exported as \.csv, \.png, \.svg, \.json; got 'both.docx'"):
+    with pytest.raises(ConflictError, match=r"can be exported as \.csv, \.png, \.svg, \.json; got 'both.docx'"):
         export_comparison(compared, tmp_path / "both.docx")

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from pftrack.core.model.parameters import ParameterError
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments import find
 from pftrack.experiments.prism.scene import NAMES
 from pftrack.runs.inspection import GENERATIONS, Inspection

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.analysis.counterfactuals import LossError, find_loss, what_if
+from pftrack.analysis.counterfactuals import find_loss, what_if
 from pftrack.analysis.diagnosis import diagnose
 from pftrack.analysis.other_seeds import ensemble
 from pftrack.core.model.marks import Box
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.source import Target
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments import find
 from pftrack.runs.loss import Loss
 from pftrack.runs.loss_probability import columns_of, loss_probabilities, measure_loss_probability
@@ -55,7 +56,7 @@ def test_no_probability_is_told_of_a_recording() -> None:
     assert not measure_loss_probability(run)
     assert "series_loss_probability" not in columns_of(run)
     assert set(Loss.of(run.diagnostics).witnesses) == {""}
-    with pytest.raises(LossError):
+    with pytest.raises(RefusedError):
         find_loss(run)
     assert "P(lost) is not calibrated on recordings" in diagnose(run).sentence
 

@@ -8,9 +8,10 @@ import pytest
 from pftrack.core.model.band import Calibration
 from pftrack.core.model.marks import Box
 from pftrack.core.model.measures import Measure
-from pftrack.core.model.parameters import ParameterError, Value, revise
+from pftrack.core.model.parameters import Value, revise
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments import find
 from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.experiments.shared.loss_probability import NOTHING_DECLARED

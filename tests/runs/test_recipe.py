@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.recipe import Change, Footage, Recipe
 from pftrack.core.model.source import FrameSequence
 from pftrack.core.numerics.random import LARGEST_SEED
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments import find
 from pftrack.experiments.own.code import trust
 from pftrack.runs.record import read, save

@@ -10,9 +10,10 @@ import pytest
 
 from pftrack.core.model.marks import Box
 from pftrack.core.model.recipe import Change
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments import find
 from pftrack.runs import record
-from pftrack.runs.record import RecordError, read, read_saved, save
+from pftrack.runs.record import read, read_saved, save
 from pftrack.runs.reproduction import load
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
@@ -71,7 +72,7 @@ def test_a_saved_run_keeps_the_defaults_that_it_had(run: Run, tmp_path: Path) ->
 def test_a_run_has_a_frame(run: Run, tmp_path: Path, computed: object) -> None:
     """One that says that less was computed, or nothing, could be kept and never opened."""
     save(run, tmp_path / "a.pft")
-    with pytest.raises(RecordError, match="computed is missing or wrong"):
+    with pytest.raises(RefusedError, match="computed is missing or wrong"):
         read(_rewritten(tmp_path / "a.pft", computed=computed))
 
 
@@ -132,7 +133,7 @@ def test_foreign_files_are_refused(run: Run, tmp_path: Path) -> None:
         (text, "no saved run"),
         (foreign, "no saved run"),
     ):
-        with pytest.raises(RecordError, match=word):
+        with pytest.raises(RefusedError, match=word):
             load(path)
 
 
@@ -147,7 +148,7 @@ def test_a_damaged_archive_is_told_from_a_whole_one(run: Run, tmp_path: Path, me
     data[start : start + 40] = bytes([0xFF]) * 40
     path.write_bytes(data)
     if member == "run.json":
-        with pytest.raises(RecordError, match=r"a\.pft is no saved run, or was cut short"):
+        with pytest.raises(RefusedError, match=r"a\.pft is no saved run, or was cut short"):
             read(path)
     else:
         assert read_saved(path).record == read(path)
@@ -190,7 +191,7 @@ def test_numbers_that_unpack_to_too_much_are_left_out(
 def test_wrong_descriptions_are_refused(run: Run, tmp_path: Path, changes: dict[str, object], word: str) -> None:
     """A description that does not fit is refused with what does not fit."""
     save(run, tmp_path / "a.pft")
-    with pytest.raises(RecordError, match=word):
+    with pytest.raises(RefusedError, match=word):
         load(_rewritten(tmp_path / "a.pft", **changes))
 
 
@@ -202,7 +203,7 @@ def test_a_truth_that_no_file_could_give_is_refused(tmp_path: Path, row: list[fl
     save(Run(BALL, setup), tmp_path / "a.pft")
     footage = read(tmp_path / "a.pft").recipe.as_dict()["footage"]
     path = _rewritten(tmp_path / "a.pft", footage={**footage, "truth": {"0": row}})
-    with pytest.raises(RecordError, match=r"truth\.0"):
+    with pytest.raises(RefusedError, match=r"truth\.0"):
         load(path, open_sequence=lambda _: Pictures(pictures(2, width=160)))
 
 

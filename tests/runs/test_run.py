@@ -8,12 +8,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.tracker import Step
+from pftrack.core.refusal import ConflictError, ParameterError
 from pftrack.experiments import find
 from pftrack.runs.checkpoint import STATE_BYTES, Keyframes, bytes_of
-from pftrack.runs.run import EndOfRun, PastError, Run
+from pftrack.runs.run import Run
 from tests.making import whole_run
 
 BALL = find("ball")
@@ -136,7 +136,7 @@ def test_the_past_is_the_past() -> None:
     """A change at a frame that has been computed is refused and says to branch; nothing has changed."""
     run = finished()
     run.seek(12)
-    with pytest.raises(PastError, match="branch"):
+    with pytest.raises(ConflictError, match="branch"):
         run.change({"gamma_px": 9})
     assert run.timeline.changes == ()
 
@@ -151,7 +151,7 @@ def test_what_is_only_drawn_changes_in_the_past_and_at_the_end() -> None:
     run.change({"shown_mode": 4})
     assert run.timeline.changes == (Change(2, {"shown_mode": 4}), Change(3, {"shown_mode": 2}))
     assert run.estimates_sha256 == before
-    with pytest.raises(PastError, match="branch"):
+    with pytest.raises(ConflictError, match="branch"):
         run.change({"shown_mode": 1, "sample_count": 100})
     again = whole_run(fish, frames=4, timeline=run.timeline.changes)
     assert again.estimates_sha256 == before
@@ -183,9 +183,9 @@ def test_two_changes_of_one_frame_are_one() -> None:
 def test_the_end() -> None:
     """After the last frame there is none, neither to compute nor to change."""
     run = finished(frames=3)
-    with pytest.raises(EndOfRun, match="frame 2"):
+    with pytest.raises(ConflictError, match="frame 2"):
         run.advance()
-    with pytest.raises(EndOfRun):
+    with pytest.raises(ConflictError):
         run.change({"gamma_px": 7})
     for frame in (-1, 3):
         with pytest.raises(ParameterError, match="between 0 and 2"):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pftrack.sources.limits import SourceError
+from pftrack.core.refusal import RefusedError
 from pftrack.sources.sequence import open_sequence
 from tests.sources.test_images import saved
 
@@ -78,7 +78,7 @@ def test_a_gif_of_giant_declared_size_is_refused(
     content[6:10] = side.to_bytes(2, "little") * 2
     path = tmp_path / "a.gif"
     path.write_bytes(content)
-    with pytest.raises(SourceError, match=sentence):
+    with pytest.raises(RefusedError, match=sentence):
         open_sequence(path)
 
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import pftrack
-from pftrack.analysis.other_seeds import ReplayError, ensemble
+from pftrack.analysis.other_seeds import ensemble
+from pftrack.core.refusal import RefusedError
 from pftrack.sources.beliefs import content
 from pftrack.sources.beliefs.content import header_of
-from pftrack.sources.limits import SourceError
 from pftrack.sources.sequence import open_sequence
 from pftrack.vision.film import FilmWriter
 
@@ -87,7 +87,7 @@ def test_a_loop_that_lost_its_target_is_told_why_and_that_nothing_can_be_tried(t
     assert "fit" not in " ".join(sign.words for sign in explanation.diagnosis.signs)
     assert explanation.lines[-1].startswith("What would have saved it cannot be tried: ")
     assert "shown as it was recorded" in explanation._repr_html_()
-    with pytest.raises(ReplayError):
+    with pytest.raises(RefusedError):
         ensemble(run, runs=2)
 
 
@@ -198,10 +198,10 @@ def test_a_recording_has_bounds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     """What would take too much memory is refused with the bound."""
     path = record(tmp_path / "mine.pft")
     monkeypatch.setattr(content, "MOST_PARTICLES", COUNT - 1)
-    with pytest.raises(SourceError, match=f"more than the {COUNT - 1} particles"):
+    with pytest.raises(RefusedError, match=f"more than the {COUNT - 1} particles"):
         open_sequence(path)
     monkeypatch.setattr(content, "MOST_ROWS", 3)
-    with pytest.raises(SourceError, match="more than the 3 times"):
+    with pytest.raises(RefusedError, match="more than the 3 times"):
         open_sequence(path)
 
 
@@ -242,7 +242,7 @@ def test_damage_is_refused_in_a_sentence(tmp_path: Path) -> None:
     for place in rng.integers(0, len(data), 60):
         path = tmp_path / "damaged.pft"
         path.write_bytes(data[:place] + bytes([data[place] ^ 0xFF]) + data[place + 1 :])
-        with suppress(SourceError):
+        with suppress(RefusedError):
             sequence = open_sequence(path)
             sequence.content.belief(sequence.content.first, 0)
 
@@ -288,7 +288,7 @@ def test_what_no_recorder_writes_is_refused(
     if words is None:
         open_sequence(tmp_path / "mine.pft").close()
     else:
-        with pytest.raises(SourceError, match=words):
+        with pytest.raises(RefusedError, match=words):
             open_sequence(tmp_path / "mine.pft")
 
 
@@ -308,7 +308,7 @@ def test_a_clip_may_be_a_file_of_its_own(tmp_path: Path) -> None:
     assert pftrack.load(path, recording=elsewhere).source.size == (64, 48)
     write_clip(clip, shade=39)
     assert "is another clip than its own" in open_sequence(path).index.warnings[0]
-    with pytest.raises(SourceError, match=r"another one than clip\.mp4"):
+    with pytest.raises(RefusedError, match=r"another one than clip\.mp4"):
         pftrack.load(path, recording=clip)
 
 

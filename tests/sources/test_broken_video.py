@@ -8,7 +8,8 @@ import av
 import numpy as np
 import pytest
 
-from pftrack.sources.limits import Limits, SourceError
+from pftrack.core.refusal import RefusedError
+from pftrack.sources.limits import Limits
 from pftrack.sources.sequence import open_sequence
 from tests.sources.films import Draw, Film, Read, opened
 
@@ -72,7 +73,7 @@ def test_a_file_without_its_table_is_refused(clip: Path, tmp_path: Path) -> None
     """An MP4 that ends before its table of contents is refused as broken or cut short."""
     path = tmp_path / "half.mp4"
     path.write_bytes(clip.read_bytes()[: clip.stat().st_size // 2])
-    with pytest.raises(SourceError, match="MP4 or MOV file is broken or cut short"):
+    with pytest.raises(RefusedError, match="MP4 or MOV file is broken or cut short"):
         open_sequence(path)
 
 
@@ -98,7 +99,7 @@ def test_lists_and_other_things_in_disguise_are_refused(tmp_path: Path, clip: Pa
     content, what = disguises(tmp_path, clip)[case]
     path = tmp_path / "disguised.mp4"
     path.write_bytes(content)
-    with pytest.raises(SourceError, match=what) as refusal:
+    with pytest.raises(RefusedError, match=what) as refusal:
         open_sequence(path)
     assert str(tmp_path) not in str(refusal.value)
 
@@ -107,7 +108,7 @@ def test_a_list_behind_a_video_signature_opens_nothing(tmp_path: Path, clip: Pat
     """Even with the signature of a video before it, a list of files is never followed."""
     path = tmp_path / "list.mp4"
     path.write_bytes(b"\x00\x00\x00\x10ftypisom\nffconcat version 1.0\nfile " + clip.name.encode() + b"\n")
-    with pytest.raises(SourceError, match="broken or cut short"):
+    with pytest.raises(RefusedError, match="broken or cut short"):
         open_sequence(path)
 
 
@@ -127,13 +128,13 @@ def test_a_relative_path_that_looks_like_an_address_is_a_file(
 ) -> None:
     """A relative path such as `http:/host/clip.mp4` is looked for in the folder, not in the network."""
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(SourceError, match="no such file or folder"):
+    with pytest.raises(RefusedError, match="no such file or folder"):
         open_sequence(Path("http://127.0.0.1:1/clip.mp4"))
 
 
 def test_sound_alone_is_refused(sound: Path) -> None:
     """A file with sound and no pictures is refused by saying so."""
-    with pytest.raises(SourceError, match="holds sound, but no pictures; expected"):
+    with pytest.raises(RefusedError, match="holds sound, but no pictures; expected"):
         open_sequence(sound)
 
 
@@ -156,14 +157,14 @@ def test_a_cover_is_not_a_video(tmp_path: Path) -> None:
         output.mux(sound.encode(frame))
         output.mux(sound.encode(None))
         output.mux(packet)
-    with pytest.raises(SourceError, match="sound, but no pictures"):
+    with pytest.raises(RefusedError, match="sound, but no pictures"):
         open_sequence(path)
 
 
 def test_a_codec_that_is_not_known_well_is_refused(tmp_path: Path, make_film: Film, make_picture: Draw) -> None:
     """Only decoders of well-known codecs are let near the bytes; others are refused with the list of those."""
     path = make_film(tmp_path / "a.avi", [make_picture(0)] * 3, "wmv2", between=0)
-    with pytest.raises(SourceError, match=r"unsupported codec; expected one of H\.264"):
+    with pytest.raises(RefusedError, match=r"unsupported codec; expected one of H\.264"):
         open_sequence(path)
 
 
@@ -177,14 +178,14 @@ def test_a_codec_that_is_not_known_well_is_refused(tmp_path: Path, make_film: Fi
 )
 def test_what_is_too_large_is_refused_with_the_limit(clip: Path, limits: Limits, sentence: str) -> None:
     """Pictures, frames and files beyond the limits are refused with what they have and what is allowed."""
-    with pytest.raises(SourceError, match=sentence):
+    with pytest.raises(RefusedError, match=sentence):
         open_sequence(clip, limits)
 
 
 def test_frames_that_are_not_announced_are_counted(tmp_path: Path, make_film: Film, make_picture: Draw) -> None:
     """A container that tells no number of frames is decoded up to the limit and no further."""
     path = make_film(tmp_path / "a.mkv", [make_picture(number) for number in range(30)])
-    with pytest.raises(SourceError, match="more frames than the 20 that are allowed"):
+    with pytest.raises(RefusedError, match="more frames than the 20 that are allowed"):
         open_sequence(path, Limits(frames=20))
 
 
@@ -201,7 +202,7 @@ def test_a_giant_declared_size_is_refused_unseen(
     small, giant = (w.to_bytes(4, "little") + h.to_bytes(4, "little") for w, h in ((96, 64), (width, height)))
     assert small in content
     path.write_bytes(content.replace(small, giant))
-    with pytest.raises(SourceError, match=sentence):
+    with pytest.raises(RefusedError, match=sentence):
         open_sequence(path)
 
 
@@ -211,12 +212,12 @@ def test_pictures_of_different_sizes_are_refused(tmp_path: Path, make_film: Film
     two = make_film(tmp_path / "two.ts", [make_picture(0, 128, 96)] * 5).read_bytes()
     path = tmp_path / "both.ts"
     path.write_bytes(one + two)
-    with pytest.raises(SourceError, match="is 128 x 96 px and frame 0 is 96 x 64 px; all must be of one size"):
+    with pytest.raises(RefusedError, match="is 128 x 96 px and frame 0 is 96 x 64 px; all must be of one size"):
         open_sequence(path)
 
 
 @pytest.mark.parametrize("name", ["missing.mp4", "/dev/null", "/dev/zero"])
 def test_what_is_no_file_is_refused(tmp_path: Path, name: str) -> None:
     """A path that leads nowhere, or to a device, is refused before anything is read."""
-    with pytest.raises(SourceError, match="there is no such file or folder"):
+    with pytest.raises(RefusedError, match="there is no such file or folder"):
         open_sequence(tmp_path / name)

@@ -2,8 +2,8 @@
 
 import pytest
 
+from pftrack.core.refusal import RefusedError
 from pftrack.sources.formats import sniff
-from pftrack.sources.limits import SourceError
 
 
 @pytest.mark.parametrize(
@@ -69,6 +69,6 @@ def test_tables_are_told_by_the_names_of_their_columns(header: str, kind: str) -
 )
 def test_everything_else_is_refused_by_what_it_is(head: bytes, what: str) -> None:
     """What cannot be read is refused with a sentence that says what it is and what can."""
-    with pytest.raises(SourceError, match=what) as refusal:
+    with pytest.raises(RefusedError, match=what) as refusal:
         sniff(head)
     assert "expected an MP4" in str(refusal.value)

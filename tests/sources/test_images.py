@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from pftrack.core.model.source import FrameIndex
+from pftrack.core.refusal import RefusedError
 from pftrack.sources.images import ImageSequence
-from pftrack.sources.limits import Limits, SourceError, natural_order
+from pftrack.sources.limits import Limits, natural_order
 from pftrack.sources.sequence import open_sequence
 
 Draw = Callable[..., NDArray[np.uint8]]
@@ -118,7 +119,7 @@ def test_a_picture_that_changes_is_found_out(folder: Path, make_picture: Draw) -
     index = open_sequence(folder).index
     sequence = open_sequence(folder, index=index)
     Image.fromarray(make_picture(200)).save(folder / "frame 4.png")
-    with pytest.raises(SourceError, match="picture 3 has changed"):
+    with pytest.raises(RefusedError, match="picture 3 has changed"):
         sequence.picture(3)
 
 
@@ -231,7 +232,7 @@ def test_one_size_for_all(folder: Path, make_picture: Draw) -> None:
     """A picture of another size is refused by its name, with both sizes."""
     Image.fromarray(make_picture(1, 100, 64)).save(folder / "frame 7.png")
     sentence = r"frame 7\.png is 100 x 64 px and frame 1\.png is 96 x 64 px; all pictures must be of one size"
-    with pytest.raises(SourceError, match=sentence):
+    with pytest.raises(RefusedError, match=sentence):
         open_sequence(folder)
 
 
@@ -239,7 +240,7 @@ def test_a_broken_picture_is_named(folder: Path) -> None:
     """A picture that is cut short is refused by its name, without a path."""
     path = folder / "frame 9.png"
     path.write_bytes(path.read_bytes()[:-200])
-    with pytest.raises(SourceError, match=r"^frame 9\.png is broken or cut short"):
+    with pytest.raises(RefusedError, match=r"^frame 9\.png is broken or cut short"):
         open_sequence(folder)
 
 
@@ -255,7 +256,7 @@ def giant_png(width: int, height: int) -> bytes:
 @pytest.mark.parametrize(("width", "height"), [(5000, 5000), (10_000, 10_000), (60_000, 60_000), (2**31 - 1, 1)])
 def test_a_picture_that_unfolds_to_a_giant_is_refused_unseen(tmp_path: Path, width: int, height: int) -> None:
     """A small file that announces a giant picture is refused by its header."""
-    with pytest.raises(SourceError, match=r"bomb\.png .*; at most 4,147,200"):
+    with pytest.raises(RefusedError, match=r"bomb\.png .*; at most 4,147,200"):
         open_sequence(only(tmp_path, "bomb.png", giant_png(width, height)))
 
 
@@ -277,13 +278,13 @@ def stack() -> bytes:
 )
 def test_other_pictures_are_refused(tmp_path: Path, content: bytes, sentence: str) -> None:
     """Pictures of 32 bits, stacks of them and broken ones are refused by what they are."""
-    with pytest.raises(SourceError, match=sentence):
+    with pytest.raises(RefusedError, match=sentence):
         open_sequence(only(tmp_path, "a", content))
 
 
 def test_an_empty_folder_is_refused(tmp_path: Path) -> None:
     """A folder with nothing in it is refused by saying so."""
-    with pytest.raises(SourceError, match="the folder is empty; expected PNG"):
+    with pytest.raises(RefusedError, match="the folder is empty; expected PNG"):
         open_sequence(tmp_path)
 
 
@@ -297,20 +298,20 @@ def test_an_empty_folder_is_refused(tmp_path: Path) -> None:
 )
 def test_what_is_too_large_is_refused_with_the_limit(folder: Path, limits: Limits, sentence: str) -> None:
     """Folders beyond the limits are refused with what they have and what is allowed."""
-    with pytest.raises(SourceError, match=sentence):
+    with pytest.raises(RefusedError, match=sentence):
         open_sequence(folder, limits)
 
 
 def test_names_are_shown_harmlessly(tmp_path: Path) -> None:
     """Control characters, undecodable bytes and length of a file's name do not reach the message."""
-    with pytest.raises(SourceError, match=r"^bad\?\?\[31mna\?me" + "x" * 40) as refusal:
+    with pytest.raises(RefusedError, match=r"^bad\?\?\[31mna\?me" + "x" * 40) as refusal:
         open_sequence(only(tmp_path, "bad\n\x1b[31mna\udcffme" + "x" * 200, b"\x89PNG\r\n\x1a\n"))
     assert len(str(refusal.value)) < 200
 
 
 def test_one_picture_is_no_sequence(folder: Path) -> None:
     """A single picture file is refused with what is expected."""
-    with pytest.raises(SourceError, match="the file is one PNG picture, no sequence; expected"):
+    with pytest.raises(RefusedError, match="the file is one PNG picture, no sequence; expected"):
         open_sequence(folder / "frame 1.png")
 
 

@@ -5,8 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pftrack.core.refusal import RefusedError
 from pftrack.sources.formats import sniff
-from pftrack.sources.limits import HEAD_BYTES, SourceError
+from pftrack.sources.limits import HEAD_BYTES
 from pftrack.sources.results.parts import part_names
 from pftrack.sources.sequence import open_sequence
 from pftrack.vision.film import FilmWriter
@@ -49,7 +50,7 @@ def test_a_long_file_is_known_by_its_beginning(line: bytes) -> None:
 )
 def test_what_does_not_go_together_is_refused(heads: dict[str, bytes], words: str) -> None:
     """In a sentence that names the files."""
-    with pytest.raises(SourceError, match=words):
+    with pytest.raises(RefusedError, match=words):
         part_names(heads)
 
 

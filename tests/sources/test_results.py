@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import pftrack
-from pftrack.sources.limits import SourceError
+from pftrack.core.refusal import RefusedError
 from pftrack.sources.results.table import FORMS, Box, columns_in, form_of, preview, rename
 from pftrack.sources.results.writing import read_results, write_results
 from pftrack.sources.sequence import open_sequence
@@ -141,9 +141,9 @@ def test_columns_that_a_person_names() -> None:
     assert form_of(table) is None
     said = {"frame": 0, "x": 1, "y": 2, "right": 3, "bottom": 4}
     assert places(rename(table, said).decode()) == [(0, 1, 10, 20, 30, 40)]
-    with pytest.raises(SourceError, match="expected the frame"):
+    with pytest.raises(RefusedError, match="expected the frame"):
         rename(table, {"frame": 0, "x": 1})
-    with pytest.raises(SourceError, match="no column for y"):
+    with pytest.raises(RefusedError, match="no column for y"):
         rename(table, {"frame": 0, "y": 7})
 
 
@@ -212,7 +212,7 @@ def test_no_bytes_are_too_odd_to_be_told_from_results() -> None:
 )
 def test_what_is_wrong_is_said(text: str | bytes, words: str) -> None:
     """A refusal says what was expected."""
-    with pytest.raises(SourceError, match=words):
+    with pytest.raises(RefusedError, match=words):
         read_results(text if isinstance(text, bytes) else text.encode())
 
 

@@ -8,8 +8,9 @@ import pytest
 
 from pftrack.core.model.parameters import Parameters
 from pftrack.core.model.source import History
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments.structure.scene import named_body, named_shape, normalise
-from pftrack.sources.limits import Limits, SourceError
+from pftrack.sources.limits import Limits
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.tracks import MOST_POINTS, RecordedTracks, TrackSequence, TrackTable, read_tracks, write
 from pftrack.vision.face import FEATURES, LINKS, mean_model
@@ -158,7 +159,7 @@ def test_without_variances_all_count_alike() -> None:
 )
 def test_a_plain_sentence_for_what_is_wrong(text: str, sentence: str) -> None:
     """It names the line, what is there and what is expected."""
-    with pytest.raises(SourceError) as caught:
+    with pytest.raises(RefusedError) as caught:
         read(text)
     assert sentence in str(caught.value)
 
@@ -166,14 +167,14 @@ def test_a_plain_sentence_for_what_is_wrong(text: str, sentence: str) -> None:
 def test_too_many_points_are_refused_at_once() -> None:
     """A hostile table is read no further than to the first point too many."""
     lines = "".join(f"0,{number},{number},1,1,1\n" for number in range(MOST_POINTS + 1))
-    with pytest.raises(SourceError, match=f"more than the {MOST_POINTS} points"):
+    with pytest.raises(RefusedError, match=f"more than the {MOST_POINTS} points"):
         read(LONG.splitlines()[0] + "\n" + lines + "rubbish")
 
 
 def test_a_header_of_any_length_is_refused_at_once() -> None:
     """More columns than any spreadsheet has are not looked at one by one."""
     header = "frame," + ",".join(f"p{number}_x,p{number}_y" for number in range(10_000))
-    with pytest.raises(SourceError, match="at most 16,384 columns"):
+    with pytest.raises(RefusedError, match="at most 16,384 columns"):
         read_tracks(f"{header}\n0{',1' * 20_000}\n".encode(), 100)
 
 
@@ -182,7 +183,7 @@ def test_many_columns_take_time_in_proportion() -> None:
     count = 8_000
     header = ",".join(f"p{number}_x,p{number}_y" for number in range(count))
     before = time.process_time()
-    with pytest.raises(SourceError, match=f"more than the {MOST_POINTS} points"):
+    with pytest.raises(RefusedError, match=f"more than the {MOST_POINTS} points"):
         read(f"frame,{header}\n0,{','.join(['1'] * 2 * count)}\n")
     assert time.process_time() - before < 10.0
 
@@ -195,7 +196,7 @@ def test_points_at_one_place_are_refused(tmp_path: Path, unit: float) -> None:
         f"{frame},{name},{unit * (x + frame)},{unit * y},4,9" for frame in (0, 1) for name, (x, y) in SQUARE.items()
     ]
     path.write_text("\n".join([LONG.splitlines()[0], *lines]))
-    with pytest.raises(SourceError, match="expected points at different places, got all at one"):
+    with pytest.raises(RefusedError, match="expected points at different places, got all at one"):
         open_sequence(path)
 
 
@@ -274,7 +275,7 @@ def test_a_table_that_is_too_large_is_refused(tmp_path: Path) -> None:
     """By its bytes before it is read, and by its frames after."""
     path = tmp_path / "tracks.csv"
     path.write_text(LONG)
-    with pytest.raises(SourceError, match="at most"):
+    with pytest.raises(RefusedError, match="at most"):
         open_sequence(path, Limits(file_bytes=100))
-    with pytest.raises(SourceError, match="reaches over 4 frames"):
+    with pytest.raises(RefusedError, match="reaches over 4 frames"):
         open_sequence(path, Limits(frames=3))

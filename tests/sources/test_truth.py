@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.sources.truth import BOX_FORM, BOXES, TruthError, read_truth, write_table
+from pftrack.core.refusal import RefusedError
+from pftrack.sources.truth import BOX_FORM, BOXES, read_truth, write_table
 
 DATA = Path(__file__).parents[2] / ".." / "shared" / "data"
 
@@ -74,7 +75,7 @@ FRAME = "frame must be a whole number from 0 to 10,000,000"
 )
 def test_a_wrong_table_is_refused_by_line(tmp_path: Path, text: str, message: str) -> None:
     """The message names the file, the line, what was expected and what was found."""
-    with pytest.raises(TruthError) as caught:
+    with pytest.raises(RefusedError) as caught:
         read_truth(write(tmp_path, text))
     assert str(caught.value) == message
 
@@ -97,7 +98,7 @@ def test_a_polygon_is_the_box_around_its_corners(tmp_path: Path) -> None:
 )
 def test_a_wrong_polygon_is_refused_by_line(tmp_path: Path, values: str, message: str) -> None:
     """As a box is."""
-    with pytest.raises(TruthError) as caught:
+    with pytest.raises(RefusedError) as caught:
         read_truth(write(tmp_path, f"frame,x1,y1,x2,y2,x3,y3\n{values}\n"))
     assert str(caught.value) == f"truth.csv, {message}"
 
@@ -106,7 +107,7 @@ def test_a_wrong_polygon_is_refused_by_line(tmp_path: Path, values: str, message
 def test_more_corners_than_are_read_are_refused(tmp_path: Path, corners: int) -> None:
     """They would be a box around some of them."""
     header = ",".join(f"x{number},y{number}" for number in range(1, corners + 1))
-    with pytest.raises(TruthError, match=r"line 1: a polygon may have at most 1,000 corners"):
+    with pytest.raises(RefusedError, match=r"line 1: a polygon may have at most 1,000 corners"):
         read_truth(write(tmp_path, f"frame,{header}\n0{',1,2' * corners}\n"))
 
 
@@ -144,18 +145,18 @@ def test_a_mark_has_a_part_for_each_column() -> None:
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
     """A file that is not there is said to be not there; a folder is said to be none."""
-    with pytest.raises(TruthError, match=r"there is no file .*none\.csv"):
+    with pytest.raises(RefusedError, match=r"there is no file .*none\.csv"):
         read_truth(tmp_path / "none.csv")
-    with pytest.raises(TruthError, match="cannot be read: Is a directory"):
+    with pytest.raises(RefusedError, match="cannot be read: Is a directory"):
         read_truth(tmp_path)
 
 
 @given(content=st.binary(max_size=200))
 def test_any_bytes_are_read_or_refused(tmp_path_factory: pytest.TempPathFactory, content: bytes) -> None:
-    """Whatever a file holds, reading it ends in a table or in a `TruthError`."""
+    """Whatever a file holds, reading it ends in a table or in a `RefusedError`."""
     path = tmp_path_factory.mktemp("truth") / "truth.csv"
     path.write_bytes(b"frame,x,y,w,h\n" + content)
-    with suppress(TruthError):
+    with suppress(RefusedError):
         read_truth(path)
 
 

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.source import FrameIndex
-from pftrack.sources.limits import Limits, SourceError
+from pftrack.core.refusal import RefusedError
+from pftrack.sources.limits import Limits
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.video import Decoder, VideoSequence
 from tests.sources.films import Draw, Film, Read, decoded, opened
@@ -117,7 +118,7 @@ def test_a_file_that_changes_while_open_is_found_out(clip: Path) -> None:
     """Pictures that no longer have the pixels of the survey are refused, never handed out."""
     index = opened(clip).index
     sequence = opened(clip, index=dataclasses.replace(index, checksums=(0,) * 120))
-    with pytest.raises(SourceError, match="frame 5 no longer decodes as it did"):
+    with pytest.raises(RefusedError, match="frame 5 no longer decodes as it did"):
         sequence.picture(5)
     sequence.close()
 
@@ -189,7 +190,7 @@ def test_no_file_stays_open(clip: Path, tmp_path: Path) -> None:
         sequence = opened(clip)
         sequence.picture(90)
         sequence.close()
-        with pytest.raises(SourceError):
+        with pytest.raises(RefusedError):
             open_sequence(broken)
     # Others of this process open and close files meanwhile.
     assert not {clip.resolve(), broken.resolve()} & {one.resolve() for one in Path("/proc/self/fd").iterdir()}

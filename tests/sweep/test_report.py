@@ -13,7 +13,7 @@ import pyarrow.compute as pc
 import pytest
 from PIL import Image
 
-from pftrack.core.model.setup import ExportError
+from pftrack.core.refusal import ConflictError
 from pftrack.experiments import EXPERIMENTS
 from pftrack.sweep import Plan, Result, begin, carry_out, compare, read_result
 from pftrack.sweep.axis import Axis, SweepError
@@ -210,6 +210,6 @@ def test_what_a_sweep_cannot_be_exported_as(
     finished: Result, tmp_path: Path, name: str, plot: str | None, words: str
 ) -> None:
     """It is refused with what there is."""
-    with pytest.raises(ExportError, match=words):
+    with pytest.raises(ConflictError, match=words):
         export_result(finished, tmp_path / name, plot=plot)
     assert list(tmp_path.iterdir()) == []

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from pftrack.core.model.drawing import Ellipse, Primitive
 from pftrack.core.model.marks import Box, Editor, Handle, Mark, MarkNumber
-from pftrack.core.model.parameters import ParameterError
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments import find
 from pftrack.testing import CheckError, experiment_checks
 

@@ -9,8 +9,8 @@ import pytest
 
 from pftrack.core.model.drawing import Picture
 from pftrack.core.model.marks import Box, Mark
-from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.recipe import Footage
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments import find
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.shared.recording import RecordingSource

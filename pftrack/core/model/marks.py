@@ -21,8 +21,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.drawing import COLOURS, Ellipse, Links, Points, Polyline, Primitive
-from pftrack.core.model.parameters import NOT_BOOLEAN, ParameterError, first_problem
+from pftrack.core.model.parameters import NOT_BOOLEAN
 from pftrack.core.model.source import Target
+from pftrack.core.refusal import ParameterError, first_problem
 
 LARGEST_FILE_BYTES = 1024 * 1024
 LARGEST_PX = 100_000
@@ -144,7 +145,7 @@ class Mark(BaseModel, ABC):
         try:
             return cls.model_validate(raw)
         except ValidationError as error:
-            first = first_problem(error)
+            first = first_problem(error.errors())
             place = ".".join(str(part) for part in ("mark", *first["loc"]))
             message = first["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
             raise ParameterError(place, first["input"], f"as a mark of kind {cls.name()} has it: {message}") from None

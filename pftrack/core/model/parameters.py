@@ -10,10 +10,12 @@ import math
 from collections.abc import Iterable, Mapping
 from functools import cache
 from types import MappingProxyType
-from typing import Any, ClassVar, Literal, Self, TypeAlias, TypeVar, Unpack, get_args, get_origin
+from typing import Any, ClassVar, Literal, TypeAlias, TypeVar, Unpack, get_args, get_origin
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError, computed_field
 from pydantic.fields import FieldInfo
+
+from pftrack.core.refusal import ParameterError, first_problem
 
 Value: TypeAlias = bool | int | float | str
 
@@ -58,39 +60,6 @@ def _refuse_boolean(value: object) -> object:
 
 NOT_BOOLEAN = BeforeValidator(_refuse_boolean)
 """In the annotation of a number, as the last of it: the `true` of JSON is not 1."""
-
-
-class ParameterError(ValueError):
-    """A parameter that cannot be accepted.
-
-    Attributes:
-        field: The parameter's name.
-        value: What was given.
-        bound: What is allowed, in words.
-    """
-
-    def __init__(self, field: str, value: object, bound: str) -> None:
-        super().__init__(f"{field} must be {bound}, got {_format_value(value)}")
-        self.field = field
-        self.value = value
-        self.bound = bound
-
-    def __reduce__(self) -> tuple[type[Self], tuple[str, object, str]]:
-        """Travel between processes whole: the default would rebuild from the message alone."""
-        return type(self), (self.field, self.value, self.bound)
-
-
-def first_problem(error: ValidationError) -> Any:  # noqa: ANN401 - as pydantic tells it
-    """Return what pydantic found wrong, first of all.
-
-    Raises:
-        ParameterError: A validator has raised it.
-    """
-    first = error.errors()[0]
-    cause = first.get("ctx", {}).get("error")
-    if isinstance(cause, ParameterError):
-        raise cause from None
-    return first
 
 
 Within: TypeAlias = tuple[float, float, float]
@@ -332,7 +301,7 @@ def revise(current: P, changes: Mapping[str, object]) -> P:
     try:
         return model.model_validate(values, strict=False)
     except ValidationError as error:
-        first = first_problem(error)
+        first = first_problem(error.errors())
         name = str(first["loc"][0])
         raise ParameterError(name, first["input"], describe_allowed(known[name])) from None
 
@@ -390,10 +359,3 @@ def _nearest(declared: Declaration, value: object) -> object:
     on_step = float(f"{low + step * round((value - low) / step):.12g}")
     within = min(max(on_step, low), high)
     return round(within) if declared.kind == "integer" else within
-
-
-def _format_value(value: object) -> str:
-    if isinstance(value, str) and "\n" in value:  # the content of a file, of which the beginning says nothing
-        return f"a text of {len(value)} characters"
-    text = repr(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."

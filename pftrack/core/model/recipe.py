@@ -20,16 +20,15 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from pftrack.core.model.parameters import (
     LONGEST_FILE,
     NOT_BOOLEAN,
-    ParameterError,
     Parameters,
     Value,
     declarations,
-    first_problem,
     flat,
     revise,
 )
 from pftrack.core.model.source import History
 from pftrack.core.numerics.random import LARGEST_SEED
+from pftrack.core.refusal import ParameterError, first_problem
 
 if TYPE_CHECKING:
     from pftrack.core.model.marks import Mark
@@ -323,7 +322,7 @@ class Recipe(BaseModel):
         try:
             return cls.model_validate(raw)
         except ValidationError as error:
-            first = first_problem(error)
+            first = first_problem(error.errors())
             place = ".".join(str(part) for part in first["loc"]) or "recipe"
             if first["type"] == "extra_forbidden":
                 raise ParameterError(place, first["input"], "left out: a recipe has no such field") from None

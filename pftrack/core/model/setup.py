@@ -216,11 +216,7 @@ class Finder:
 
 
 Make: TypeAlias = Callable[[Any, Sequence[Diagnostics]], bytes]
-"""(the tracker's state, the rows of all frames from 0 to this one) -> the file; an `ExportError` says why not."""
-
-
-class ExportError(ValueError):
-    """No such file can be made of these frames; the sentence says why."""
+"""(the tracker's state, the rows of all frames from 0 to this one) -> the file; an `ConflictError` says why not."""
 
 
 @dataclass(frozen=True, slots=True)

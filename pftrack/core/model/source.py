@@ -364,7 +364,7 @@ class FrameSequence(ABC):
 
         Raises:
             IndexError: There is no such frame.
-            SourceError: The file has changed since it was surveyed.
+            RefusedError: The file has changed since it was surveyed.
         """
         if not 0 <= index < self.frame_count:
             raise IndexError(f"frame must be between 0 and {self.frame_count - 1}, got {index}")

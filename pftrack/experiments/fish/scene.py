@@ -14,12 +14,13 @@ from numpy.typing import NDArray
 
 from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.model.marks import LongBody
-from pftrack.core.model.parameters import ParameterError, parameter, revise
+from pftrack.core.model.parameters import parameter, revise
 from pftrack.core.model.recipe import Footage
 from pftrack.core.model.setup import Setup, Suitability, grade
 from pftrack.core.model.source import Frame, FrameSequence, History, Target, Truth
 from pftrack.core.numerics.compiled import compiled, read_only
 from pftrack.core.numerics.random import Purpose, Stream, uniforms
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments.fish.model import (
     CAP_PX,
     GOLDFISH,

@@ -24,6 +24,7 @@ from pftrack.core.arrays import Bools, Floats
 from pftrack.core.geometry import fill
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponential, logarithm, sines_cosines
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments.hand.fingers import HandFeatures, Protrusion
 from pftrack.experiments.hand.shape import FINGERS as FINGER_NAMES
 from pftrack.experiments.hand.shape import HIGH, LOW, MODEL, HandShape, finger_slice, joints, open_pose, parts
@@ -353,10 +354,6 @@ LONGER_THAN_THE_REST = 0.45
 """A protrusion shorter than this share of the fourth longest is none of five fingers, where there are more."""
 
 
-class NoOpenHandError(ValueError):
-    """There is no open hand in the picture; the message says why, in words."""
-
-
 class OpenHand(NamedTuple):
     """An open hand that was found, in px of the picture.
 
@@ -383,10 +380,10 @@ def find_open_hand(features: HandFeatures, tips: Floats | None = None) -> OpenHa
         tips: (5, 2) where a person has marked the tips, thumb first, px of the picture; None if nobody has.
 
     Raises:
-        NoOpenHandError: There is none, with the reason.
+        RefusedError: There is none, with the reason.
     """
     if not features.finding.ok:
-        raise NoOpenHandError(features.finding.value)
+        raise RefusedError(features.finding.value)
     start = _initial_guess(features) if tips is None else _guess_from_tips(features, features.silhouette.in_mask(tips))
     hand, misfit, _ = fit_hand(features.silhouette.mask, start)
     remarks = _check(hand, misfit, marked=tips is not None)
@@ -421,9 +418,9 @@ def _initial_guess(features: HandFeatures) -> FlatHand:
     across = knuckles[0] - knuckles[-1]
     breadth = side * (across[0] * math.cos(turn) - across[1] * math.sin(turn)) / scale
     if scale < LEAST_SCALE_PX:
-        raise NoOpenHandError(TOO_SMALL.format(scale))
+        raise RefusedError(TOO_SMALL.format(scale))
     if breadth < LEAST_ROW * _model_row():
-        raise NoOpenHandError("the palm is seen from its side: turn it to the camera")
+        raise RefusedError("the palm is seen from its side: turn it to the camera")
     return hand_of(wrist, turn, scale, side, dict(enumerate(fingers)))
 
 
@@ -437,7 +434,7 @@ def _five(protrusions: tuple[Protrusion, ...]) -> list[Protrusion]:
         seen = (
             ("no finger is", "one finger is")[len(by_length)] if len(by_length) < 2 else f"{len(by_length)} fingers are"
         )
-        raise NoOpenHandError(f"{seen} seen: hold up an open hand with its five fingers spread, the palm to the camera")
+        raise RefusedError(f"{seen} seen: hold up an open hand with its five fingers spread, the palm to the camera")
     return by_length
 
 
@@ -452,7 +449,7 @@ def _order(fingers: list[SeenFinger], wrist: Floats | None) -> tuple[list[SeenFi
     guesses = [similar(dict(enumerate(order)), wrist, side) for side, order in orders.items()]
     best, other = sorted(guesses, key=attrgetter("off"))
     if other.off < CLEARLY * best.off:
-        raise NoOpenHandError("the thumb cannot be distinguished from the little finger: spread it")
+        raise RefusedError("the thumb cannot be distinguished from the little finger: spread it")
     return orders[best.side], best.side
 
 
@@ -480,12 +477,12 @@ def _guess_from_tips(features: HandFeatures, tips: Floats) -> FlatHand:
             seen[finger] = measure_finger(features.protrusions[number])._replace(tip=tips[finger])
             taken.add(number)
     if len(seen) < 2:
-        raise NoOpenHandError(
+        raise RefusedError(
             "fewer than two of the marked tips belong to fingers that are seen: two that are straight are needed"
         )
     guess = min((similar(seen, features.wrist, side) for side in (1.0, -1.0)), key=attrgetter("off"))
     if guess.scale < LEAST_SCALE_PX:
-        raise NoOpenHandError(TOO_SMALL.format(guess.scale))
+        raise RefusedError(TOO_SMALL.format(guess.scale))
     hand = hand_of(guess.wrist, guess.turn, guess.scale, guess.side, seen)
     return hand._replace(pose=fold(hand, {finger: tips[finger] for finger in range(5) if finger not in seen}))
 
@@ -496,13 +493,13 @@ def _check(hand: FlatHand, misfit: float, *, marked: bool) -> tuple[str, ...]:
     odd = f"what is seen differs from an open hand in {100 * misfit:.0f} % of its pixels"
     if misfit > LARGEST_MISFIT:
         if not marked:
-            raise NoOpenHandError(f"{odd}: hold the palm to the camera, with the fingers straight and spread")
+            raise RefusedError(f"{odd}: hold the palm to the camera, with the fingers straight and spread")
         remarks.append(odd)
     lengths = (hand.shape.phalanges / MODEL.phalanges).mean(axis=1)
     for finger, length in zip(FINGER_NAMES, lengths.tolist(), strict=True):
         if not LENGTHS[0] < length < LENGTHS[1]:
             if not marked:
-                raise NoOpenHandError(
+                raise RefusedError(
                     f"the {finger} is {length:.1f} times as long as usual: hold all fingers straight and flat"
                 )
             remarks.append(f"the {finger} is {length:.1f} times as long as usual")

@@ -26,10 +26,10 @@ from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.setup import Finder, Setup, Sighting, Suitability, grade
 from pftrack.core.model.source import Frame, FrameSequence, Target, Truth
 from pftrack.core.model.tracker import Diagnostics
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments.hand.fingers import HandFeatures, features_of
 from pftrack.experiments.hand.first_pose import (
     FlatHand,
-    NoOpenHandError,
     OpenHand,
     SeenFinger,
     around_hand,
@@ -143,7 +143,7 @@ def search(sequence: FrameSequence, frames: Sequence[int]) -> Iterator[Sighting]
         features = _features(sequence, frame, _parameters(sequence, frame))
         try:
             found = find_open_hand(features)
-        except NoOpenHandError as error:
+        except RefusedError as error:
             if len(frames) == 1:
                 yield _guess(features, frame, str(error))
             else:
@@ -161,7 +161,7 @@ def _guess(features: HandFeatures, frame: int, reason: str) -> Sighting:
     """Return where the tips of a hand that is not open may be; if nothing can be guessed, why there is no open one."""
     try:
         found = propose(features)
-    except NoOpenHandError:
+    except RefusedError:
         return Sighting(frame, remarks=(reason,))
     placed = tuple(f"points.{name}" for name, seen in zip(TIPS, found.seen, strict=True) if not seen)
     return Sighting(frame, HandTips.of(found.tips), placed=placed, remarks=found.remarks)
@@ -206,11 +206,11 @@ def propose(features: HandFeatures) -> ProposedTips:
         features: Of the silhouette.
 
     Raises:
-        NoOpenHandError: It shows no hand, or none of which at least two fingers are seen, with the reason.
+        RefusedError: It shows no hand, or none of which at least two fingers are seen, with the reason.
     """
     try:
         hand = find_open_hand(features)
-    except NoOpenHandError as error:
+    except RefusedError as error:
         if not features.finding.ok or not 2 <= len(features.protrusions) <= 4:
             raise
         return _of_some(features, str(error))
@@ -227,7 +227,7 @@ def _of_some(features: HandFeatures, reason: str) -> ProposedTips:
     fits = [(fit_hand(mask, hand), seen) for _, _, hand, seen in sorted(choices, key=itemgetter(0, 1))[:FITTED]]
     fit, seen = min(fits, key=lambda found: found[0].cost + _unusual(found[1]))
     if fit.misfit > LARGEST_MISFIT:
-        raise NoOpenHandError(reason)
+        raise RefusedError(reason)
     tips = joints(fit.hand.pose, fit.hand.scale, fit.hand.shape)[:, 3, :2]
     for finger, found in seen.items():
         tips[finger] = found.tip
@@ -272,7 +272,7 @@ def suits(sequence: FrameSequence, footage: Footage, parameters: RecordedHandPar
     features, tips = _features(sequence, footage.start, parameters), HandTips.read(footage.mark).tips
     try:
         hand = find_open_hand(features, tips)
-    except NoOpenHandError as error:
+    except RefusedError as error:
         return Suitability(
             0.0, str(error), ("change how the hand is separated from the background, or begin with another picture",)
         )
@@ -287,7 +287,7 @@ def suits(sequence: FrameSequence, footage: Footage, parameters: RecordedHandPar
         turned = tips[::-1].copy()
         try:
             other = _fit(find_open_hand(features, turned), turned)
-        except NoOpenHandError:
+        except RefusedError:
             other = 0.0
         if other > value:
             better = HandTips.of(turned)
@@ -322,7 +322,7 @@ def _first(sequence: FrameSequence, start: int) -> tuple[int, HandTips]:
     for frame in to_search(start, sequence.frame_count - 1):
         try:
             return frame, _tips(find_open_hand(_features(sequence, frame, _parameters(sequence, frame))))
-        except NoOpenHandError as error:
+        except RefusedError as error:
             reason = reason or str(error)
     raise ValueError(f"{reason}; or mark the tips of its fingers")
 

@@ -27,10 +27,11 @@ from pftrack.core.model.tracker import Tracker
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponential, exponentials, logarithms
 from pftrack.core.numerics.random import Stream, standard_normals, uniforms
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments.hand.beams import alike, differences, differing, follow, predictions
 from pftrack.experiments.hand.candidates import HIGHEST, LOWEST, assign, flexion_limits
 from pftrack.experiments.hand.fingers import HandFeatures, features_of
-from pftrack.experiments.hand.first_pose import NoOpenHandError, find_open_hand
+from pftrack.experiments.hand.first_pose import find_open_hand
 from pftrack.experiments.hand.likelihood import (
     PictureTables,
     View,
@@ -93,7 +94,7 @@ def restart(state: HandState, found: HandFeatures) -> HandState:
     """Return the state that begins with the open hand of a frame; or one that waits, and says why there is none."""
     try:
         hand = find_open_hand(found)
-    except NoOpenHandError as reason:
+    except RefusedError as reason:
         return replace(waiting(state, found, str(reason)), lost=True)
     return HandState(
         Beam.of(hand.pose),

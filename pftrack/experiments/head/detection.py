@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Bools, Floats
+from pftrack.core.refusal import RefusedError
 from pftrack.vision.face import FEATURES, FaceModel, Similarity, fit_similarity, mean_model, place
 
 # The cascades are those of Viola and Jones (Bando 2007, ch. 4 section 4; OpenCV's stock files). A face is looked for in
@@ -308,18 +309,6 @@ BOX_MARGIN = 0.3
 """A box around a face is made larger by this share on each side: the cascades want some of what is around it."""
 
 
-class FaceError(ValueError):
-    """A picture in which no face can be tracked; the message says what was expected and what was found.
-
-    Attributes:
-        kind: What is wrong.
-    """
-
-    def __init__(self, kind: Literal["too small", "no face", "not upright", "cut off"], message: str) -> None:
-        super().__init__(message)
-        self.kind = kind
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class DetectedFace:
     """A face found in a picture.
@@ -361,13 +350,12 @@ def detect(grey: NDArray[np.uint8]) -> DetectedFace:
         grey: (height, width), 8 bit.
 
     Raises:
-        FaceError: There is no upright frontal face that is wholly in the picture.
+        RefusedError: There is no upright frontal face that is wholly in the picture.
     """
     height, width = grey.shape
     if min(height, width) < LEAST_FACE_PX:
         least = LEAST_FACE_PX
-        raise FaceError(
-            "too small",
+        raise RefusedError(
             f"expected a picture of at least {least} x {least} px to find a face in, got {width} x {height}",
         )
     faces = _all_faces(grey)
@@ -376,12 +364,12 @@ def detect(grey: NDArray[np.uint8]) -> DetectedFace:
         # An inverted face looks a little like an upright one, with one eye at most.
         turned = _turn(grey)
         if turned:
-            raise FaceError("not upright", f"expected an upright face, found one {turned}; turn the picture first")
+            raise RefusedError(f"expected an upright face, found one {turned}; turn the picture first")
     if face is None:
-        raise FaceError("no face", "expected a whole face that looks into the camera, found none in the picture")
+        raise RefusedError("expected a whole face that looks into the camera, found none in the picture")
     beyond = [name for name, (x, y) in zip(FEATURES, face.points_px, strict=True) if not _within(x, y, width, height)]
     if beyond:
-        raise FaceError("cut off", f"expected the whole face in the picture, but {', '.join(beyond)} would be outside")
+        raise RefusedError(f"expected the whole face in the picture, but {', '.join(beyond)} would be outside")
     several = sum(other.eyes_seen > 0 and other.box[2] >= SIMILAR_SIZE * face.box[2] for other in faces)
     if several > 1:
         crowd = f"{several} faces were found; the largest was taken, draw a box around another one to have that"
@@ -409,7 +397,7 @@ def in_box(grey: NDArray[np.uint8], box: Box) -> DetectedFace:
         box: Around the face, px.
 
     Raises:
-        FaceError: There is no such face in the box.
+        RefusedError: There is no such face in the box.
     """
     height, width = grey.shape
     x, y, w, h = box

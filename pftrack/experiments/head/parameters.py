@@ -12,8 +12,9 @@ import numpy as np
 from pydantic import field_validator
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.parameters import ParameterError, Parameters, Value, parameter
+from pftrack.core.model.parameters import Parameters, Value, parameter
 from pftrack.core.numerics.elementary import exponential
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments.head.appearance import EYE_DISTANCE_PX
 from pftrack.experiments.shared.pose import calibrated as pose
 from pftrack.experiments.shared.pose.calibrated import (

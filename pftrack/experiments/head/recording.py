@@ -19,21 +19,14 @@ from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.marks import Box, FeaturePoints, Mark
-from pftrack.core.model.parameters import ParameterError, revise
+from pftrack.core.model.parameters import revise
 from pftrack.core.model.recipe import Footage
 from pftrack.core.model.setup import WELL, Finder, Setup, Sighting, Suitability, grade
 from pftrack.core.model.source import FrameSequence, Landmarks, Target, Truth
 from pftrack.core.numerics.elementary import wrap
+from pftrack.core.refusal import ParameterError, RefusedError
 from pftrack.experiments.head.appearance import EYE_DISTANCE_PX, around
-from pftrack.experiments.head.detection import (
-    DetectedFace,
-    FaceError,
-    by_proportion,
-    detect,
-    eye_distance,
-    in_box,
-    spot,
-)
+from pftrack.experiments.head.detection import DetectedFace, by_proportion, detect, eye_distance, in_box, spot
 from pftrack.experiments.head.first_sight import camera_of
 from pftrack.experiments.head.parameters import HeadTrackerParameters
 from pftrack.experiments.shared.recording import RecordingParameters, RecordingSource, frames_to_search
@@ -81,7 +74,7 @@ def search(sequence: FrameSequence, frames: Sequence[int]) -> Iterator[Sighting]
         if index == 0 or spot(grey) is not None:
             try:
                 yield _sighting(frame, detect(grey))
-            except FaceError as error:
+            except RefusedError as error:
                 yield Sighting(frame, remarks=(str(error),))
         else:
             yield Sighting(frame)
@@ -116,7 +109,7 @@ def within(sequence: FrameSequence, frame: int, mark: Mark) -> Sighting:
     box = mark.corner_and_size
     try:
         return _sighting(frame, in_box(luma(sequence.picture(frame)), box))
-    except FaceError:
+    except RefusedError:
         points = _points(by_proportion(box).clip(0.0, np.array(sequence.size) - 1.0))
         remark = "no face was recognised in the box; drag the points of a mean face to where they belong"
         return Sighting(frame, points, placed=_handles(FEATURES), remarks=(remark,))
@@ -128,7 +121,7 @@ def first_face(sequence: FrameSequence, start: int) -> tuple[int, Floats]:
     It is the first one, or a better start soon after it.
 
     Raises:
-        FaceError: There is none; it says what is wrong with the picture `start`.
+        RefusedError: There is none; it says what is wrong with the picture `start`.
     """
     refused = "expected a face with two eyes, found none"
     for sighting in search(sequence, to_search(start, sequence.frame_count - 1)):
@@ -138,7 +131,7 @@ def first_face(sequence: FrameSequence, start: int) -> tuple[int, Floats]:
             return found.frame, np.array([found.mark.points[name] for name in FEATURES])
         if sighting.frame == start and sighting.mark is None:
             refused = sighting.remarks[0]
-    raise FaceError("no face", f"{refused}; mark its features or its box")
+    raise RefusedError(f"{refused}; mark its features or its box")
 
 
 def _sighting(frame: int, face: DetectedFace) -> Sighting:
@@ -200,7 +193,7 @@ def read_poses(path: Path) -> PoseTable:
         path: A comma-separated file with the columns frame, yaw_deg, pitch_deg, roll_deg and any others.
 
     Raises:
-        TruthError: The file is missing, is no such table, or a line of it is wrong.
+        RefusedError: The file is missing, is no such table, or a line of it is wrong.
     """
     rows, warnings = read_table(path, POSE_FORM)
     poses = {frame: (yaw, pitch, roll) for frame, (yaw, pitch, roll) in rows.items()}
@@ -391,7 +384,7 @@ def _light(grey: NDArray[np.uint8], points: Floats) -> _Reason:
 def _angle(grey: NDArray[np.uint8], points: Floats) -> _Reason:
     try:
         face: DetectedFace | None = in_box(grey, around(points))
-    except FaceError:
+    except RefusedError:
         face = None
     if face is None or not face.eyes_seen:
         missing = "the finder does not recognise it, so that it is not found again once it is lost"

@@ -20,13 +20,14 @@ from pftrack.core.arrays import Floats
 from pftrack.core.model.drawing import Drawing, Picture, Primitive
 from pftrack.core.model.marks import FeaturePoints
 from pftrack.core.model.measures import EvaluatedRun, held_at_end
-from pftrack.core.model.parameters import ParameterError, Value, parameter, revise
+from pftrack.core.model.parameters import Value, parameter, revise
 from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, FrameSequence, History, Target, Truth
 from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.core.numerics.elementary import direction, wrap
 from pftrack.core.numerics.matrices import product
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments.declared import read_words
 from pftrack.experiments.experiment import PICTURES, Experiment, Video
 from pftrack.experiments.linkage.draw import (

@@ -14,10 +14,11 @@ from typing_extensions import override
 from pftrack.core.arrays import Floats
 from pftrack.core.model.likelihood import Amount, Cloud, Contributions, Part
 from pftrack.core.model.model import Model, Values
-from pftrack.core.model.parameters import ParameterError, Parameters, parameter
+from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.series import Hypotheses, Interval, Series, SeriesValue
 from pftrack.core.model.source import Frame
 from pftrack.core.numerics.elementary import wrap
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments.declared import read_reported
 from pftrack.experiments.linkage.model import LINKS, Bounds
 from pftrack.experiments.linkage.scene import LinkageSceneParameters, in_degrees

@@ -42,6 +42,7 @@ from pydantic import with_config
 
 from pftrack.core.model.parameters import LONGEST_FILE, Value, Within, parameter
 from pftrack.core.model.recipe import FILTER_HASH, Recipe
+from pftrack.core.refusal import RefusedError
 from pftrack.core.texts import CLOSED, Origin, read_as
 from pftrack.filters.alone import named_arguments
 
@@ -52,7 +53,7 @@ from pftrack.filters.alone import named_arguments
 # gets some around its default, a comment behind it is its help, and the end of its name tells its unit.
 
 
-class FilterFileError(ValueError):
+class FilterFileError(RefusedError):
     """A filter that cannot go on; the run stands where it was.
 
     Attributes:

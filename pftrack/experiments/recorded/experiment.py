@@ -14,12 +14,13 @@ import numpy as np
 from pftrack.core.arrays import Floats
 from pftrack.core.model.drawing import COLOURS, OKABE_ITO, Colour, Drawing, Picture, Polyline, Primitive, Text
 from pftrack.core.model.measures import MEAN_IOU, PICTURE_MEASURES
-from pftrack.core.model.parameters import ParameterError, Parameters, parameter, revise
+from pftrack.core.model.parameters import Parameters, parameter, revise
 from pftrack.core.model.recipe import Footage
 from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Belief, Frame, FrameSequence, Plane, Target, Truth
 from pftrack.core.model.tracker import Diagnostics, Step
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments.declared import read_words
 from pftrack.experiments.experiment import Experiment, Video
 from pftrack.experiments.recorded.scene import (

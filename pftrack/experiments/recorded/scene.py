@@ -18,11 +18,12 @@ from pftrack.core.arrays import Floats
 from pftrack.core.geometry import paint_disc
 from pftrack.core.model.likelihood import Cloud
 from pftrack.core.model.model import Model
-from pftrack.core.model.parameters import ParameterError, Parameters, parameter
+from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.source import Belief, Beliefs, Frame, History, Plane, Target
 from pftrack.core.model.tracker import Tracker
 from pftrack.core.numerics.random import Generator, Purpose, Stream
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments.declared import read_reported
 from pftrack.experiments.shared.reports import CLOUD
 from pftrack.filters.particles import ParticleSet, normalise

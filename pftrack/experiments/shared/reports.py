@@ -12,9 +12,10 @@ from pydantic import model_validator
 
 from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.likelihood import Cloud
-from pftrack.core.model.parameters import ParameterError, Parameters, parameter
+from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.numerics.random import Gaussian
+from pftrack.core.refusal import ParameterError
 from pftrack.core.texts import read_as
 from pftrack.filters.auxiliary import WeightRule
 from pftrack.filters.dynamics import Lineage

@@ -27,12 +27,12 @@ from pftrack.core.model.drawing import (
     WorldDrawing,
 )
 from pftrack.core.model.measures import EvaluatedRun
-from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, FrameSequence, Target, Truth
 from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.core.numerics.matrices import pinhole
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments.declared import read_words
 from pftrack.experiments.experiment import Experiment, Video
 from pftrack.experiments.shared.pose.drawing import dashes

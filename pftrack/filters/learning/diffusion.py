@@ -21,10 +21,10 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from pftrack.core.arrays import Floats, Ints
-from pftrack.core.model.parameters import ParameterError
-from pftrack.core.model.setup import Export, ExportError
+from pftrack.core.model.setup import Export
 from pftrack.core.numerics.matrices import cholesky, eigenvalues, product
 from pftrack.core.numerics.random import Generator
+from pftrack.core.refusal import ConflictError, ParameterError, RefusedError
 from pftrack.filters.learning.charts import Chart, Reading, advance_states, changes, steps
 
 if TYPE_CHECKING:
@@ -42,10 +42,6 @@ ROUNDING = 1e-9
 """How far a correlation may be from symmetric, or its eigenvalue below 0, and still be what rounding left."""
 
 Number: TypeAlias = Annotated[float, Field(allow_inf_nan=False, ge=-1e30, le=1e30)]
-
-
-class LearnedError(ValueError):
-    """A learned motion that cannot be used, or tracks from which none can be learned; the sentence says why."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,20 +156,20 @@ class Learned(BaseModel):
             chart: The chart of that experiment.
 
         Raises:
-            LearnedError: It is no such file, was cut short, is of another version, experiment or chart, or its numbers
+            RefusedError: It is no such file, was cut short, is of another version, experiment or chart, or its numbers
                 are no covariance.
         """
         raw = _parse(text)
         if raw.get("version") != VERSION:
-            raise LearnedError(f"it has format {str(raw.get('version'))[:20]}, and this version of pftrack reads 1")
+            raise RefusedError(f"it has format {str(raw.get('version'))[:20]}, and this version of pftrack reads 1")
         if raw.get("experiment") != experiment:
-            raise LearnedError(f"it was learned in {str(raw.get('experiment'))[:64]!r}, and this is {experiment!r}")
+            raise RefusedError(f"it was learned in {str(raw.get('experiment'))[:64]!r}, and this is {experiment!r}")
         try:
             learned = cls.model_validate(raw)
         except ValidationError as error:
-            raise LearnedError(_sentence(error)) from None
+            raise RefusedError(_sentence(error)) from None
         if learned.chart != chart:
-            raise LearnedError(f"it was learned of {_describe(learned.chart)}, and {experiment} has {_describe(chart)}")
+            raise RefusedError(f"it was learned of {_describe(learned.chart)}, and {experiment} has {_describe(chart)}")
         return learned
 
     @property
@@ -213,7 +209,7 @@ def learn(tracks: Iterable[ArrayLike], chart: Chart, experiment: str) -> Learned
         experiment: Name of the experiment that they come from.
 
     Raises:
-        LearnedError: There are too few frames, or a component never changes or changes absurdly.
+        RefusedError: There are too few frames, or a component never changes or changes absurdly.
     """
     given = [np.array(track, np.float64) for track in tracks]
     readings = _learned_readings(chart)
@@ -222,7 +218,7 @@ def learn(tracks: Iterable[ArrayLike], chart: Chart, experiment: str) -> Learned
     count, least = sum(map(len, first)), CHANGES_EACH * len(chart.names)
     if count < least:
         before = "two frames" if chart.place else "a frame"
-        raise LearnedError(
+        raise RefusedError(
             f"expected at least {least} frames with {before} known before them, got {count} in {_tracks(len(used))}; "
             "learn from longer runs, or from more of them"
         )
@@ -245,7 +241,7 @@ def learn(tracks: Iterable[ArrayLike], chart: Chart, experiment: str) -> Learned
             }
         )
     except ValidationError as error:
-        raise LearnedError(_sentence(error)) from None
+        raise RefusedError(_sentence(error)) from None
 
 
 def _learned_readings(chart: Chart) -> list[Reading]:
@@ -309,11 +305,11 @@ def _parse(text: str) -> dict[str, Any]:
         raw = json.loads(text)
     except json.JSONDecodeError as error:
         cut = text.lstrip().startswith("{") and error.pos >= len(text.rstrip()) - 1
-        raise LearnedError("it was cut short" if cut else f"it is no JSON ({error})") from None
+        raise RefusedError("it was cut short" if cut else f"it is no JSON ({error})") from None
     except (RecursionError, ValueError):
-        raise LearnedError("it is no JSON of a learned motion") from None
+        raise RefusedError("it is no JSON of a learned motion") from None
     if not isinstance(raw, dict) or raw.get("format") != "pftrack-learned":
-        raise LearnedError("it is no learned motion, as `pftrack learn` writes it")
+        raise RefusedError("it is no learned motion, as `pftrack learn` writes it")
     return raw
 
 
@@ -375,7 +371,7 @@ class Guidance:
         """
         try:
             return _read(text or self.built_in, self.experiment, self.chart)
-        except LearnedError as error:
+        except RefusedError as error:
             raise ParameterError(self.parameter, text, f"a learned motion ({error})") from None
 
     def states(self, rows: Sequence["Diagnostics"]) -> Floats:
@@ -384,13 +380,13 @@ class Guidance:
         A person who learns from tracks looks them through first; where the truth is known, it does that.
 
         Raises:
-            LearnedError: A row holds another number of values than a state has.
+            RefusedError: A row holds another number of values than a state has.
         """
         states = np.full((len(rows), len(self.chart.names)), np.nan)
         for frame, row in enumerate(rows):
             recorded = row.vector(self.series) if self.series else row.estimate
             if recorded is not None and len(recorded) != states.shape[1]:
-                raise LearnedError(
+                raise RefusedError(
                     f"frame {row.frame} must hold a state of {', '.join(self.chart.names)} to learn from, "
                     f"{states.shape[1]} numbers, got {len(recorded)}"
                 )
@@ -402,12 +398,12 @@ class Guidance:
         """Return the same of the columns of a saved run, given the name of its file.
 
         Raises:
-            LearnedError: The file has no such states.
+            RefusedError: The file has no such states.
         """
         recorded = columns.get(f"series_{self.series}" if self.series else "estimate")
         wanted = len(self.chart.names)
         if recorded is None or recorded.dtype.kind != "f" or recorded.shape[1:] != (wanted,):
-            raise LearnedError(f"{name} holds no states of {', '.join(self.chart.names)} to learn from; save it again")
+            raise RefusedError(f"{name} holds no states of {', '.join(self.chart.names)} to learn from; save it again")
         states: Floats = np.array(recorded, np.float64) / self.scale
         for gone in (columns.get("lost"), columns.get("searching")):
             if gone is not None and gone.shape == states.shape[:1]:
@@ -418,7 +414,7 @@ class Guidance:
         """Return what the recorded states of one or several runs teach.
 
         Raises:
-            LearnedError: They are too few, or something never changes in them.
+            RefusedError: They are too few, or something never changes in them.
         """
         return learn(tracks, self.chart, self.experiment)
 
@@ -432,8 +428,8 @@ def _export(guidance: Guidance, state: Any, rows: Sequence["Diagnostics"]) -> by
     del state
     try:
         return guidance.learn([guidance.states(rows)]).text.encode()
-    except LearnedError as error:
-        raise ExportError(str(error)) from None
+    except RefusedError as error:
+        raise ConflictError(str(error)) from None
 
 
 @lru_cache(maxsize=32)

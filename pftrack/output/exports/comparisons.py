@@ -15,7 +15,7 @@ import numpy as np
 
 from pftrack.core.arrays import Bools, Floats
 from pftrack.core.files import csv_text, write_whole
-from pftrack.core.model.setup import ExportError
+from pftrack.core.refusal import ConflictError
 from pftrack.core.version import __version__
 from pftrack.output.exports.formats import FileKind, read_kinds
 from pftrack.output.figures.style import explain_below, new_figure, write_title
@@ -95,13 +95,13 @@ def export_comparison(comparison: Comparison, path: Path) -> None:
     """Write a comparison, as far as its runs have been computed, to a file of the kind that its name asks for.
 
     Raises:
-        ExportError: There is no such kind of file, or there is nothing to draw.
+        ConflictError: There is no such kind of file, or there is nothing to draw.
         OSError: The file cannot be written; what was there before is still there.
     """
     found = next((one for one in COMPARISON_FORMATS if path.name.lower().endswith(f".{one.suffix}")), None)
     if found is None:
         known = ", ".join(f".{one.suffix}" for one in COMPARISON_FORMATS)
-        raise ExportError(f"a comparison can be exported as {known}; got {path.name!r}")
+        raise ConflictError(f"a comparison can be exported as {known}; got {path.name!r}")
     write_whole(path, found.make(comparison))
 
 
@@ -133,7 +133,7 @@ def _picture(comparison: Comparison, form: str) -> bytes:
     rows = comparison.rows
     errors = [np.array([np.nan if row.error is None else row.error for row in each]) for each in rows]
     if not any(np.isfinite(each).any() for each in errors):
-        raise ExportError("there is no error to draw: the truth of these frames is not known")
+        raise ConflictError("there is no error to draw: the truth of these frames is not known")
     title = " · ".join(comparison.names)
     figure = draw_errors(
         [np.where(np.isfinite(each), each, np.nan) for each in errors],

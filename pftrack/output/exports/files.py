@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from pftrack.core.model.faults import without_faults
 from pftrack.core.model.recipe import Recipe
 from pftrack.core.model.series import Plot, PlotKind, SeriesRole
-from pftrack.core.model.setup import ExportError
 from pftrack.core.model.tracker import Diagnostics
+from pftrack.core.refusal import ConflictError
 from pftrack.core.version import __version__
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.loss_probability import PREFIX
@@ -100,7 +100,7 @@ def believed_file(run: Run, form: Form) -> bytes:
     """Return the boxes that the tracker believes in, of all frames computed; those of a clip count as in the clip.
 
     Raises:
-        ExportError: It believes in none.
+        ConflictError: It believes in none.
     """
     boxes = _of_states(run) if run.experiment.boxes is not None else _of_rows(run)
     return _file(run, form, boxes, "no frame has a box that is believed")
@@ -110,7 +110,7 @@ def true_file(run: Run, form: Form) -> bytes:
     """Return the true boxes of all frames computed.
 
     Raises:
-        ExportError: None is known.
+        ConflictError: None is known.
     """
     boxes = [
         _box(_number(run, row.frame), row.truth, row.extent) for row in run.diagnostics if row.truth and row.extent
@@ -120,7 +120,7 @@ def true_file(run: Run, form: Form) -> bytes:
 
 def _file(run: Run, form: Form, boxes: list[Box], nothing: str) -> bytes:
     if not boxes:
-        raise ExportError(nothing)
+        raise ConflictError(nothing)
     frames = _number(run, run.computed) + 1
     return write_results(form, boxes, frames=frames, size=run.source.size, rate_hz=run.source.frame_rate_hz)
 

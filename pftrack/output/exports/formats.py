@@ -23,8 +23,9 @@ from pydantic import ConfigDict, with_config
 from pftrack.core.entry_points import load
 from pftrack.core.files import part_of, settle, write_whole
 from pftrack.core.model.faults import without_faults
-from pftrack.core.model.setup import Export, Exported, ExportError
+from pftrack.core.model.setup import Export, Exported
 from pftrack.core.model.source import FrameIndex
+from pftrack.core.refusal import ConflictError, RefusedError
 from pftrack.core.texts import Origin, read_as
 from pftrack.experiments.experiment import Experiment
 from pftrack.output.exports.files import (
@@ -42,7 +43,7 @@ from pftrack.runs.manifest import bibtex_of, extent_of, manifest_of
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import extent_series
 from pftrack.sources.beliefs.sequence import BeliefSequence
-from pftrack.sources.limits import DEFAULT_LIMITS, SourceError
+from pftrack.sources.limits import DEFAULT_LIMITS
 from pftrack.sources.results.table import Form
 from pftrack.sources.truth import BOXES
 
@@ -88,13 +89,13 @@ def write_page(run: Run, path: Path, _plot: str | None = None) -> Iterator[tuple
         How many frames are done, of how many.
 
     Raises:
-        ExportError: No viewer is installed that can do that.
+        ConflictError: No viewer is installed that can do that.
         OSError: The file cannot be written.
     """
     try:
         write = load(GROUP, "page")
     except LookupError as error:
-        raise ExportError(str(error)) from None
+        raise ConflictError(str(error)) from None
     yield from write(run, path)
 
 
@@ -140,7 +141,7 @@ class Write(Protocol):
             plot: Id of the one plot that is wanted of a format of the group "plots"; None for all of them.
 
         Raises:
-            ExportError: It cannot be written so; the sentence says why.
+            ConflictError: It cannot be written so; the sentence says why.
             OSError: The file cannot be written.
         """
 
@@ -205,24 +206,24 @@ def export_at(experiment: Experiment, path: Path, plot: str | None = None) -> Ru
         plot: Id of the one plot that is wanted in a picture.
 
     Raises:
-        ExportError: There is no such kind of file, no such folder or no such plot.
+        ConflictError: There is no such kind of file, no such folder or no such plot.
     """
     offered = exports_of(experiment)
     name = path.name.lower()
     fitting = [one for one in offered if name == one.suffix or name.endswith(f".{one.suffix}")]
     if not fitting:
         known = ", ".join(f".{one.suffix}" for one in offered)
-        raise ExportError(f"a run of {experiment.id} can be exported as {known}; got {path.name!r}")
+        raise ConflictError(f"a run of {experiment.id} can be exported as {known}; got {path.name!r}")
     folder = path.absolute().parent
     if not folder.is_dir():
-        raise ExportError(f"{path} cannot be written: there is no folder {folder}")
+        raise ConflictError(f"{path} cannot be written: there is no folder {folder}")
     if path.is_dir():
-        raise ExportError(f"{path} is a folder, not a file to write")
+        raise ConflictError(f"{path} is a folder, not a file to write")
     # Of two with the same suffix the experiment's own comes last, and is meant.
     found = max(reversed(fitting), key=lambda one: len(one.suffix))
     meant = next((one for one in (*BELIEVED, *TRUE) if name.endswith(f".{one.suffix}")), found)
     if len(meant.suffix) > len(found.suffix):
-        raise ExportError(f"{path.name} would hold boxes ({meant.title}), and runs of {experiment.id} know of none")
+        raise ConflictError(f"{path.name} would hold boxes ({meant.title}), and runs of {experiment.id} know of none")
     check_plot(experiment, found, plot)
     return found
 
@@ -236,7 +237,7 @@ def export(run: Run, path: Path, *, plot: str | None = None) -> Exported:
         plot: Id of the one plot that is wanted in a picture; all if not given.
 
     Raises:
-        ExportError: There is no such kind of file or no such plot, or it cannot be made of this run.
+        ConflictError: There is no such kind of file or no such plot, or it cannot be made of this run.
         OSError: The file cannot be written; what was there before is still there.
     """
     kind = export_at(run.experiment, path, plot)
@@ -260,7 +261,7 @@ def exporting(run: Run, path: Path, kind: RunExport, plot: str | None = None) ->
         reason = os.strerror(error.errno)  # some libraries tell it in words of their own, with the part's name
         if error.errno not in FULL:
             raise OSError(error.errno, reason, str(path)) from None
-        raise ExportError(f"{path.name} cannot be written: {reason}; make room, or export fewer frames") from None
+        raise ConflictError(f"{path.name} cannot be written: {reason}; make room, or export fewer frames") from None
     finally:
         part.unlink(missing_ok=True)
         if run.position != position:
@@ -276,13 +277,13 @@ def check_plot(experiment: Experiment, kind: RunExport, plot: str | None) -> Non
     """Make sure that a plot that is wanted can be exported so.
 
     Raises:
-        ExportError: The kind is no picture of plots, or there is no such plot.
+        ConflictError: The kind is no picture of plots, or there is no such plot.
     """
     known = [one.id for one in experiment.plots]
     if plot is not None and kind.group != "plots":
-        raise ExportError(f"a plot can be written as a picture, .png or .svg; got .{kind.suffix}")
+        raise ConflictError(f"a plot can be written as a picture, .png or .svg; got .{kind.suffix}")
     if plot is not None and plot not in known:
-        raise ExportError(f"{experiment.id} has no plot {plot!r}, only {', '.join(known)}")
+        raise ConflictError(f"{experiment.id} has no plot {plot!r}, only {', '.join(known)}")
 
 
 def _beside(path: Path) -> Path:
@@ -426,7 +427,7 @@ class Watcher:
             self._news.clear()
             try:
                 self._show()
-            except SourceError:
+            except RefusedError:
                 continue  # nothing whole is in the file yet
             except Exception as error:  # noqa: BLE001 - the loop goes on, whatever is wrong with a picture of it
                 self.failure = error

@@ -18,7 +18,7 @@ from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.model import series
 from pftrack.core.model.parameters import Declaration
 from pftrack.core.model.series import Hypotheses, Plot, PlotKind, Series, SeriesRole
-from pftrack.core.model.setup import ExportError
+from pftrack.core.refusal import ConflictError
 from pftrack.output.figures.style import CURVE_COLOURS, INK, LETTERS_PT, TWO_COLUMNS_IN, PictureForm, bare, encode
 from pftrack.runs.loss import Loss
 from pftrack.runs.manifest import extent_of, manifest_of, title_of
@@ -323,17 +323,17 @@ def figure_of(run: Run, plot: str | None = None) -> Figure:
         plot: Id of the one that is wanted.
 
     Raises:
-        ExportError: The experiment has no such plot, or the run has nothing for it.
+        ConflictError: The experiment has no such plot, or the run has nothing for it.
     """
     known = {it.id: it for it in run.experiment.plots}
     if plot is not None and plot not in known:
-        raise ExportError(f"{run.experiment.id} has no plot {plot!r}, only {', '.join(known)}")
+        raise ConflictError(f"{run.experiment.id} has no plot {plot!r}, only {', '.join(known)}")
     offered = drawable(run)
     shown = offered if plot is None else tuple(it for it in offered if it.id == plot)
     if not shown:
         there = ", ".join(it.id for it in offered) or "none"
         wanted = "no plot" if plot is None else f"nothing for the plot {plot!r}"
-        raise ExportError(f"the frames of this run have {wanted}: what it shows was not measured; it has {there}")
+        raise ConflictError(f"the frames of this run have {wanted}: what it shows was not measured; it has {there}")
     _check_amount(run, shown)
     heights = [_height(run, it, alone=plot is not None) for it in shown]
     high = HEAD_IN + sum(heights) + BETWEEN_IN * len(shown) + FOOT_IN
@@ -355,7 +355,7 @@ def picture_of(run: Run, form: PictureForm, plot: str | None = None) -> bytes:
     """Return the same as the content of a file, which holds the run's manifest.
 
     Raises:
-        ExportError: See `figure_of`.
+        ConflictError: See `figure_of`.
     """
     return encode(figure_of(run, plot), form, _heading(run), manifest_of(run))
 
@@ -422,7 +422,7 @@ def _check_amount(run: Run, plots: tuple[Plot, ...]) -> None:
         if plot.kind in {"tree", "hypotheses"}:
             marks = sum(len(it.weights) for it in hypotheses(run, plot.series[0]))
             if marks > MOST_MARKS:
-                raise ExportError(
+                raise ConflictError(
                     f"the plot {plot.id!r} of this run has {marks:,} marks, a picture shows at most {MOST_MARKS:,}; "
                     "export another plot, or the numbers"
                 )

@@ -33,8 +33,8 @@ from numpy.typing import NDArray
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.source import Belief
+from pftrack.core.refusal import RefusedError
 from pftrack.sources.formats import RECORDING_ENTRY
-from pftrack.sources.limits import SourceError
 
 VERSION = 1
 ARRAYS: Mapping[str, str] = {
@@ -69,7 +69,7 @@ def entries_of(file: BinaryIO) -> dict[str, Entry]:
     """Return all entries that are whole, by name.
 
     Raises:
-        SourceError: It is no recording of beliefs, or has too many entries.
+        RefusedError: It is no recording of beliefs, or has too many entries.
     """
     end = file.seek(0, io.SEEK_END)
     found: dict[str, Entry] = {}
@@ -82,7 +82,7 @@ def entries_of(file: BinaryIO) -> dict[str, Entry]:
         if signature != LOCAL:
             break
         if method != zipfile.ZIP_STORED or name_length > LONGEST_NAME or flags & 0x9:
-            raise SourceError("the recording was packed anew by another program; expected the file as it was written")
+            raise RefusedError("the recording was packed anew by another program; expected the file as it was written")
         name = file.read(name_length).decode("utf-8", "replace")
         extra = file.read(extra_length)
         if LONG in {packed, size}:
@@ -92,10 +92,10 @@ def entries_of(file: BinaryIO) -> dict[str, Entry]:
             break  # cut short, or being written
         found[name] = Entry(start, packed)
         if len(found) > MOST_ENTRIES:
-            raise SourceError(f"the recording has more than {MOST_ENTRIES:,} entries")
+            raise RefusedError(f"the recording has more than {MOST_ENTRIES:,} entries")
         place = start + packed
     if next(iter(found), None) != RECORDING_ENTRY:
-        raise SourceError("the file is no recording of beliefs, or was cut short at its beginning")
+        raise RefusedError("the file is no recording of beliefs, or was cut short at its beginning")
     return found
 
 
@@ -107,7 +107,7 @@ def _long_size(extra: bytes) -> int:
         if kind == 1 and length >= 16 and place + 20 <= len(extra):
             return int(struct.unpack_from("<Q", extra, place + 12)[0])
         place += 4 + length
-    raise SourceError("the recording is damaged: an entry has no size")
+    raise RefusedError("the recording is damaged: an entry has no size")
 
 
 def header_of(dtype: "np.dtype[np.generic]", shape: tuple[int, ...]) -> bytes:
@@ -132,18 +132,18 @@ def shape_of(file: BinaryIO, entry: Entry) -> Stored:
     """Return what an entry that is an array says of itself.
 
     Raises:
-        SourceError: It is none, or has not as many numbers as it says.
+        RefusedError: It is none, or has not as many numbers as it says.
     """
     file.seek(entry.start)
     try:
         version = np.lib.format.read_magic(file)
         shape, fortran, dtype = np.lib.format.read_array_header_1_0(file)
     except (ValueError, SyntaxError, TypeError, EOFError, TokenError):
-        raise SourceError("the recording is damaged: an entry is no array") from None
+        raise RefusedError("the recording is damaged: an entry is no array") from None
     start = file.tell()
     is_ours = version == (1, 0) and not fortran and dtype in DTYPES and len(shape) > 0 and min(shape) >= 0
     if not is_ours or dtype.itemsize * math.prod(shape) != entry.start + entry.size - start:
-        raise SourceError("the recording is damaged: an array has not as many numbers as it says")
+        raise RefusedError("the recording is damaged: an array has not as many numbers as it says")
     return Stored(start, shape, dtype)
 
 
@@ -154,7 +154,7 @@ def read_array(file: BinaryIO, stored: Stored, first: int, count: int) -> NDArra
     file.seek(stored.start + first * row_bytes)
     data = file.read(count * row_bytes)
     if len(data) != count * row_bytes:
-        raise SourceError("the file has changed since it was opened")
+        raise RefusedError("the file has changed since it was opened")
     return np.frombuffer(data, stored.dtype).reshape(count, *inner)
 
 
@@ -215,7 +215,7 @@ class Content:
         """Read the index of a file, which stays open.
 
         Raises:
-            SourceError: It is none, is damaged, or says nothing.
+            RefusedError: It is none, is damaged, or says nothing.
         """
         self._file, self._lock = file, threading.Lock()
         self.entries = entries_of(file)
@@ -230,7 +230,7 @@ class Content:
             self._take_in(f"chunks/{number:06d}/")
         frames = (self._beliefs or self._truths).keys()
         if not frames:
-            raise SourceError("the recording says nothing of any frame yet")
+            raise RefusedError("the recording says nothing of any frame yet")
         self.first, self.last = min(frames), max(frames)
 
     def _take_in(self, chunk: str) -> None:
@@ -242,17 +242,17 @@ class Content:
             or rows.dtype.kind != "i"
             or not _fits(rows[:, FIRST_COUNT:])
         ):
-            raise SourceError("the recording is damaged: its rows are none")
+            raise RefusedError("the recording is damaged: its rows are none")
         self._rows += len(rows)
         if self._rows > MOST_ROWS:
-            raise SourceError(f"the recording speaks of targets more than the {MOST_ROWS:,} times that are allowed")
+            raise RefusedError(f"the recording speaks of targets more than the {MOST_ROWS:,} times that are allowed")
         reached = dict.fromkeys(NAMES, 0)
         for row in rows.tolist():
             frame, target, is_truth, *counts = row
             if not 0 <= frame <= LARGEST_FRAME:
-                raise SourceError(f"the recording has a frame {frame}")
+                raise RefusedError(f"the recording has a frame {frame}")
             if max(counts) > MOST_PARTICLES:
-                raise SourceError(f"frame {frame} has more than the {MOST_PARTICLES:,} particles that are allowed")
+                raise RefusedError(f"frame {frame} has more than the {MOST_PARTICLES:,} particles that are allowed")
             places: list[tuple[Stored, int, int] | None] = []
             for name, count in zip(NAMES, counts, strict=True):
                 places.append((stored[name], reached[name], count) if count and name in stored else None)
@@ -262,7 +262,7 @@ class Content:
             if not is_truth:
                 self.targets.setdefault(target, []).append(frame)
         if any(reached[name] != (stored[name].shape[0] if name in stored else 0) for name in NAMES):
-            raise SourceError("the recording is damaged: an array has not as many rows as its chunk says")
+            raise RefusedError("the recording is damaged: an array has not as many rows as its chunk says")
 
     def _stored_in(self, chunk: str) -> dict[str, Stored]:
         """Return where the arrays of a chunk are."""
@@ -273,11 +273,11 @@ class Content:
             stored[name] = found = shape_of(self._file, entry)
             inner = found.shape[1:]
             if len(inner) != INNER[name] or (name == "box" and inner != (5,)):
-                raise SourceError(f"the recording is damaged: {name} have a shape of {found.shape}")
+                raise RefusedError(f"the recording is damaged: {name} have a shape of {found.shape}")
             if name in {"particles", "mean", "covariance"}:
                 self.dimension = self.dimension or inner[0]
                 if set(inner) != {self.dimension} or not 1 <= self.dimension <= MOST_COMPONENTS:
-                    raise SourceError(
+                    raise RefusedError(
                         f"the recording is damaged: all states must have the same 1 to {MOST_COMPONENTS} components, "
                         f"got {name} of shape {found.shape}"
                     )
@@ -302,7 +302,7 @@ class Content:
         times = self._whole("times.npy").astype(np.float64)
         bounded = times.ndim == 1 and len(times) > 0 and (np.abs(times) <= LATEST_S).all()
         if not bounded or (np.diff(times) < LEAST_STEP_S).any():
-            raise SourceError("the recording is damaged: its times do not rise")
+            raise RefusedError("the recording is damaged: its times do not rise")
         return times
 
     def targets_in(self, frame: int) -> tuple[int, ...]:
@@ -368,7 +368,7 @@ def _doubles(array: NDArray[Any] | None) -> Floats | None:
 
 def _about(file: BinaryIO, entry: Entry) -> About:
     if entry.size > LARGEST_ABOUT_BYTES:
-        raise SourceError("the recording's description is larger than 1 MiB")
+        raise RefusedError("the recording's description is larger than 1 MiB")
     file.seek(entry.start)
     try:
         raw: Mapping[str, Any] = json.loads(file.read(entry.size))
@@ -380,12 +380,12 @@ def _about(file: BinaryIO, entry: Entry) -> About:
         digest = str(raw.get("clip_sha256") or "")[:64]
         remarks = tuple(str(one)[:400] for one in raw["remarks"][:20])
     except (ValueError, TypeError, KeyError, OverflowError, RecursionError):
-        raise SourceError("the recording is damaged: its description cannot be read") from None
+        raise RefusedError("the recording is damaged: its description cannot be read") from None
     if version != VERSION:
         remedy = "update pftrack" if version > VERSION else "it is older than any release"
-        raise SourceError(f"the recording is of version {version}, this pftrack reads version {VERSION}; {remedy}")
+        raise RefusedError(f"the recording is of version {version}, this pftrack reads version {VERSION}; {remedy}")
     if not 0.001 <= rate <= 100_000.0:
-        raise SourceError(f"the recording has a rate of {rate:g} Hz; expected 0.001 to 100,000 Hz")
+        raise RefusedError(f"the recording has a rate of {rate:g} Hz; expected 0.001 to 100,000 Hz")
     return About(names, units, rate, clip, digest, remarks)
 
 

@@ -23,9 +23,10 @@ from typing_extensions import override
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.source import Belief, FrameIndex, FrameSequence, Plane
+from pftrack.core.refusal import RefusedError
 from pftrack.sources.beliefs.content import Content, Entry
 from pftrack.sources.formats import sniff
-from pftrack.sources.limits import HEAD_BYTES, Limits, SourceError, check_bytes, check_pixels
+from pftrack.sources.limits import HEAD_BYTES, Limits, check_bytes, check_pixels
 from pftrack.sources.truth import boxes_outside
 
 PAPER, PAPER_PX = 255, (640, 480)
@@ -67,7 +68,7 @@ class BeliefSequence(FrameSequence):
             beside: Where a clip is looked for that the recording names only.
 
         Raises:
-            SourceError: It is no recording of beliefs, its clip cannot be read, or it exceeds the limits.
+            RefusedError: It is no recording of beliefs, its clip cannot be read, or it exceeds the limits.
         """
         self.name = name
         self._file, self._lock = file, threading.Lock()
@@ -98,7 +99,7 @@ class BeliefSequence(FrameSequence):
         if name in self.content.entries:
             image = _decode(self.content.bytes_of(name))
             if image is None or image.shape[1::-1] != self.size:
-                raise SourceError(f"picture {index} of the recording cannot be read, or is of another size")
+                raise RefusedError(f"picture {index} of the recording cannot be read, or is of another size")
         else:
             image = np.full((self.size[1], self.size[0], 3), PAPER, dtype=np.uint8)
         image.flags.writeable = False
@@ -143,7 +144,7 @@ class BeliefSequence(FrameSequence):
         times = content.times_s
         count = (max([content.last, *self._pictures[-1:]]) + 1 - self.first) if times is None else len(times)
         if count > limits.frames:
-            raise SourceError(f"the recording spans {count:,} frames; at most {limits.frames:,} are allowed")
+            raise RefusedError(f"the recording spans {count:,} frames; at most {limits.frames:,} are allowed")
         rate = content.about.frame_rate_hz
         if times is None:
             times = np.arange(count) / rate
@@ -178,7 +179,7 @@ class BeliefSequence(FrameSequence):
         if self._pictures:
             image = _decode(self.content.bytes_of(f"pictures/{self._pictures[0]:06d}.jpg"))
             if image is None:
-                raise SourceError("the first picture of the recording cannot be read")
+                raise RefusedError("the first picture of the recording cannot be read")
             height, width, _ = image.shape
             check_pixels(width, height, limits, "the pictures of the recording have")
             return width, height
@@ -246,13 +247,13 @@ def open_clip(file: BinaryIO, name: str, sha256: str, limits: Limits, index: Fra
         index: From an earlier survey of the same content.
 
     Raises:
-        SourceError: It is no video and no GIF, or exceeds the limits.
+        RefusedError: It is no video and no GIF, or exceeds the limits.
     """
     from pftrack.sources.video import VideoSequence  # noqa: PLC0415 - it loads decoders
 
     found = sniff(file.read(HEAD_BYTES))
     if found.kind not in {"video", "gif"}:
-        raise SourceError("the clip of the recording is no video and no GIF")
+        raise RefusedError("the clip of the recording is no video and no GIF")
     check_bytes(file.seek(0, io.SEEK_END), limits, "the clip has")
     file.seek(0)
     return VideoSequence(file, found, name=name, sha256=sha256, limits=limits, index=index)
@@ -271,16 +272,16 @@ def find_clip(
         limits: How large it may be.
 
     Raises:
-        SourceError: It has a clip already, or the one that is given is another.
+        RefusedError: It has a clip already, or the one that is given is another.
     """
     about = content.about
     if (entry := content.entries.get("clip")) is not None:
         if given is not None:
-            raise SourceError(f"the recording has its clip in it, {about.clip or 'without a name'}; open it alone")
+            raise RefusedError(f"the recording has its clip in it, {about.clip or 'without a name'}; open it alone")
         return io.BufferedReader(_Part(file, entry)), ""
     if given is not None:
         if about.clip_sha256 and _digest_of(given, limits) != about.clip_sha256:
-            raise SourceError(f"the clip is another one than {about.clip}, of which the recording is")
+            raise RefusedError(f"the clip is another one than {about.clip}, of which the recording is")
         return given.open("rb"), ""
     if not about.clip_sha256:
         return None, ""

@@ -13,10 +13,11 @@ from pathlib import Path
 from typing import BinaryIO, Literal, TypeAlias
 
 from pftrack.core.model.source import FrameIndex
+from pftrack.core.refusal import RefusedError
 from pftrack.sources.beliefs.recorder import Recorder
 from pftrack.sources.beliefs.sequence import BeliefSequence
 from pftrack.sources.formats import Format, sniff
-from pftrack.sources.limits import HEAD_BYTES, Limits, SourceError, check_bytes
+from pftrack.sources.limits import HEAD_BYTES, Limits, check_bytes
 from pftrack.sources.results.table import ResultTable
 from pftrack.sources.results.writing import read_results_file
 
@@ -35,7 +36,7 @@ def part_names(heads: Mapping[str, bytes]) -> dict[Part, str] | None:
         heads: Of each file by its name, `HEAD_BYTES` or fewer.
 
     Raises:
-        SourceError: There are results among them, but they do not go together.
+        RefusedError: There are results among them, but they do not go together.
     """
     if not 2 <= len(heads) <= MOST_FILES:
         return None
@@ -44,20 +45,20 @@ def part_names(heads: Mapping[str, bytes]) -> dict[Part, str] | None:
     if "beliefs" not in kinds.values() or "picture" in kinds.values():
         return None
     if others := [name for name, kind in kinds.items() if kind not in {"video", "gif", "beliefs"}]:
-        raise SourceError(f"{others[0]} does not go with results; expected their clip, and boxes that are true")
+        raise RefusedError(f"{others[0]} does not go with results; expected their clip, and boxes that are true")
     clips = [name for name, kind in kinds.items() if kind != "beliefs"]
     if len(clips) > 1:
-        raise SourceError(f"results are of one clip, got {' and '.join(clips)}")
+        raise RefusedError(f"results are of one clip, got {' and '.join(clips)}")
     said = [name for name, kind in kinds.items() if kind == "beliefs"]
     true = [name for name in said if TRUE.search(name) and len(said) > 1]
     results = [name for name in said if name not in true]
     if len(results) != 1 or len(true) > 1:
-        raise SourceError(
+        raise RefusedError(
             f"of {' and '.join(said)} one should be the results and one the truth; call the truth gt.txt, "
             "or open the results of each tracker for themselves"
         )
     if true and getattr(found[true[0]], "decoder", "") != "results":
-        raise SourceError(f"{true[0]} is a recording; expected a truth of boxes")
+        raise RefusedError(f"{true[0]} is a recording; expected a truth of boxes")
     named: dict[Part, list[str]] = {"clip": clips, "results": results, "truth": true}
     return {part: names[0] for part, names in named.items() if names}
 
@@ -80,7 +81,7 @@ def open_parts(parts: Mapping[Part, Path], limits: Limits, *, index: FrameIndex 
         index: From an earlier survey of the same content.
 
     Raises:
-        SourceError: One of them is not what it should be, is broken, or they exceed the limits.
+        RefusedError: One of them is not what it should be, is broken, or they exceed the limits.
     """
     results, clip, truth = parts["results"], parts.get("clip"), parts.get("truth")
     try:
@@ -106,17 +107,17 @@ def open_parts(parts: Mapping[Part, Path], limits: Limits, *, index: FrameIndex 
             recording.close()
             raise
     except OSError as error:
-        raise SourceError(f"a file cannot be read ({(error.strerror or 'input or output error').lower()})") from None
+        raise RefusedError(f"a file cannot be read ({(error.strerror or 'input or output error').lower()})") from None
 
 
 def _recording(results: Path, truth: Path | None) -> BinaryIO:
     """Return what somebody has said as a recording of beliefs, and with it what is true."""
     said = _sniffed(_head(results))
     if said is None or said.kind != "beliefs":
-        raise SourceError(f"{results.name} holds no results")
+        raise RefusedError(f"{results.name} holds no results")
     if said.decoder != "results":
         if truth is not None:
-            raise SourceError("a recording says itself what is true; open it without a truth")
+            raise RefusedError("a recording says itself what is true; open it without a truth")
         return results.open("rb")
     recording = io.BytesIO()
     table = read_results_file(results)
@@ -137,7 +138,7 @@ def _head(path: Path) -> bytes:
 def _sniffed(head: bytes) -> Format | None:
     try:
         return sniff(head)
-    except SourceError:
+    except RefusedError:
         return None
 
 

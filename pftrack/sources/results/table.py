@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, TypeAlias
 
+from pftrack.core.refusal import RefusedError
 from pftrack.sources.cells import (
     BOX_NAMES,
     COLUMN_NAMES,
@@ -22,7 +23,7 @@ from pftrack.sources.cells import (
     places_of,
     read_table,
 )
-from pftrack.sources.limits import HEAD_BYTES, SourceError
+from pftrack.sources.limits import HEAD_BYTES
 
 Form: TypeAlias = Literal["mot", "otb", "vot", "cvat", "coco", "csv"]
 
@@ -105,13 +106,13 @@ def table_of(
     """Return the table of boxes as they come; those without an area, or that are not finite, are left out.
 
     Raises:
-        SourceError: There are none or too many, or a target has two in a frame.
+        RefusedError: There are none or too many, or a target has two in a frame.
     """
     found: dict[tuple[int, int], Box] = {}
     empty = 0
     for box in boxes:
         if not (0 <= box.frame <= LARGEST_FRAME and 0 <= box.target <= LARGEST_NUMBER):
-            raise SourceError(
+            raise RefusedError(
                 f"frames count from 0 to {LARGEST_FRAME:,} and targets to {LARGEST_NUMBER:,}; "
                 f"got frame {box.frame} and target {box.target}"
             )
@@ -120,14 +121,14 @@ def table_of(
             empty += 1
             continue
         if max(map(abs, sides)) > FURTHEST_PX:
-            raise SourceError(f"frame {box.frame} has a box at {box.x:g}, {box.y:g}, which is no pixel of a picture")
+            raise RefusedError(f"frame {box.frame} has a box at {box.x:g}, {box.y:g}, which is no pixel of a picture")
         if (box.frame, box.target) in found:
-            raise SourceError(f"target {box.target} has two boxes in frame {box.frame}; one is allowed")
+            raise RefusedError(f"target {box.target} has two boxes in frame {box.frame}; one is allowed")
         found[box.frame, box.target] = box
         if len(found) > MOST_BOXES:
-            raise SourceError(f"there are more than the {MOST_BOXES:,} boxes that are allowed")
+            raise RefusedError(f"there are more than the {MOST_BOXES:,} boxes that are allowed")
     if not found:
-        raise SourceError(f"the {FORMS[form]} has no box with an area")
+        raise RefusedError(f"the {FORMS[form]} has no box with an area")
     told = [*remarks]
     if empty:
         told.append(f"{empty} {'line has' if empty == 1 else 'lines have'} no box with an area.")
@@ -173,20 +174,20 @@ def read_csv(data: bytes) -> ResultTable:
     """Read a table.
 
     Raises:
-        SourceError: It has other columns, or a line of it is wrong.
+        RefusedError: It has other columns, or a line of it is wrong.
     """
     table = read_table(decode(data))
     header = table.header
     places = columns_in(header)
     if places is None:
         got = ", ".join(header)[:80] or "nothing"
-        raise SourceError(f"expected columns such as frame, id, x, y, w, h, got {got}")
+        raise RefusedError(f"expected columns such as frame, id, x, y, w, h, got {got}")
     corners = [place for place, name in enumerate(header) if name[:1] in {"x", "y"} and name[1:].isdecimal()]
     names: dict[str, int] = {}
     boxes = []
     for line, row in table.rows:
         if len(row) < len(header):
-            raise SourceError(f"line {line}: expected {len(header)} values, got {len(row)}")
+            raise RefusedError(f"line {line}: expected {len(header)} values, got {len(row)}")
         boxes.append(_box_of(line, row, places, names, corners if len(places) == 1 else []))
     called = {number: name for name, number in names.items() if name != str(number)}
     return table_of("csv", boxes, names=called)
@@ -217,7 +218,7 @@ def _target(text: str, names: dict[str, int]) -> int:
     if text.isdecimal() and len(text) <= 6:
         return int(text)
     if len(names) > MOST_NAMES:
-        raise SourceError(f"there are more than {MOST_NAMES:,} names of targets")
+        raise RefusedError(f"there are more than {MOST_NAMES:,} names of targets")
     return names.setdefault(text[:80], len(names) + 1)
 
 
@@ -228,12 +229,12 @@ def preview(text: str) -> Preview:
         text: Its beginning.
 
     Raises:
-        SourceError: It is no table with columns enough.
+        RefusedError: It is no table with columns enough.
     """
     table = read_table(text)
     header = table.header
     if len(header) < FEWEST_COLUMNS or not any(header):
-        raise SourceError(f"expected a table with {FEWEST_COLUMNS} columns or more, got {len(header)}")
+        raise RefusedError(f"expected a table with {FEWEST_COLUMNS} columns or more, got {len(header)}")
     rows = [tuple(row) for _, row in itertools.islice(table.rows, ROWS_SHOWN)]
     return Preview(tuple(header), tuple(rows), find_columns(places_of(header), BOX_NAMES))
 
@@ -246,18 +247,20 @@ def rename(data: bytes, columns: Mapping[str, int]) -> bytes:
         columns: Places of columns by what they are, such as {"frame": 0, "x": 3}.
 
     Raises:
-        SourceError: There is no such column, or these do not make a box.
+        RefusedError: There is no such column, or these do not make a box.
     """
     text = decode(data)
     header = read_table(text).header
     unknown = [what for what, place in columns.items() if what not in BOX_NAMES or not 0 <= place < len(header)]
     if unknown:
-        raise SourceError(f"the table has no column for {', '.join(unknown)[:80]}; it has {len(header)} columns")
+        raise RefusedError(f"the table has no column for {', '.join(unknown)[:80]}; it has {len(header)} columns")
     line, _, rest = text.partition("\n")
     said = {place: what for what, place in columns.items()}
     renamed = [said.get(place, f"other_{place}") for place in range(len(header))]
     if columns_in(renamed) is None:
-        raise SourceError("expected the frame, and of the box two edges or its middle, and its size or the other edges")
+        raise RefusedError(
+            "expected the frame, and of the box two edges or its middle, and its size or the other edges"
+        )
     return f"{delimiter_of(line).join(renamed)}\n{rest}".encode()
 
 
@@ -318,18 +321,18 @@ def rectangle(place: str, line: str) -> tuple[float, float, float, float]:
     """Return x, y, w, h of a line with these or four corners; NaN for one number, with which VOT says that none is.
 
     Raises:
-        SourceError: It has other numbers, or anything else; the sentence names the place.
+        RefusedError: It has other numbers, or anything else; the sentence names the place.
     """
     numbers = numbers_of(line)
     if numbers is None:
-        raise SourceError(f"{place}: expected numbers, got {line.strip()[:40]!r}")
+        raise RefusedError(f"{place}: expected numbers, got {line.strip()[:40]!r}")
     if len(numbers) == 1:
         return math.nan, math.nan, math.nan, math.nan
     if len(numbers) == 4:
         return numbers[0], numbers[1], numbers[2], numbers[3]
     if len(numbers) == 8:
         return around(numbers)
-    raise SourceError(f"{place}: expected 4 numbers (x, y, w, h) or 8 (four corners), got {len(numbers)}")
+    raise RefusedError(f"{place}: expected 4 numbers (x, y, w, h) or 8 (four corners), got {len(numbers)}")
 
 
 def read_mot(data: bytes, first_frame: int | None = None, first_pixel: int | None = None) -> ResultTable:
@@ -340,7 +343,7 @@ def read_mot(data: bytes, first_frame: int | None = None, first_pixel: int | Non
             continue
         numbers = numbers_of(line)
         if numbers is None or len(numbers) < 6 or not _finite(numbers[:2]):
-            raise SourceError(f"line {number}: expected frame, id, x, y, w, h and more, got {line.strip()[:40]!r}")
+            raise RefusedError(f"line {number}: expected frame, id, x, y, w, h and more, got {line.strip()[:40]!r}")
         rows.append(numbers)
     told = []
     begin = first_frame

@@ -14,8 +14,8 @@ from typing import Any
 from xml.etree import ElementTree as ET
 from xml.sax.saxutils import quoteattr
 
+from pftrack.core.refusal import RefusedError
 from pftrack.sources.cells import decode
-from pftrack.sources.limits import SourceError
 from pftrack.sources.results.table import (
     FORMS,
     Box,
@@ -159,18 +159,18 @@ def read_coco(data: bytes) -> ResultTable:
     """Read a file; of several videos the first.
 
     Raises:
-        SourceError: It is none.
+        RefusedError: It is none.
     """
     try:
         raw = json.loads(decode(data))
     except (ValueError, RecursionError) as error:
-        raise SourceError(f"the JSON cannot be read ({error})") from None
+        raise RefusedError(f"the JSON cannot be read ({error})") from None
     try:
         return _read(raw)
-    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
-        if isinstance(error, SourceError):
-            raise
-        raise SourceError("expected COCO's images and annotations with bbox and track_id") from None
+    except RefusedError:
+        raise
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError):
+        raise RefusedError("expected COCO's images and annotations with bbox and track_id") from None
 
 
 def _read(raw: Any) -> ResultTable:  # noqa: ANN401 - JSON
@@ -246,18 +246,18 @@ def read_cvat(data: bytes) -> ResultTable:
     """Read a file; where a target is `outside`, it has no box, and polygons and others are passed over.
 
     Raises:
-        SourceError: It is none.
+        RefusedError: It is none.
     """
     text = decode(data)  # what is parsed is what was searched, whatever encoding the XML declares
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
-        raise SourceError("the XML declares entities, which CVAT never does")
+        raise RefusedError("the XML declares entities, which CVAT never does")
     try:
         root = ET.fromstring(text)  # noqa: S314 - it declares no entities
     except ET.ParseError as error:
-        raise SourceError(f"the XML cannot be read ({error})") from None
+        raise RefusedError(f"the XML cannot be read ({error})") from None
     tracks = root.findall("track")
     if root.tag != "annotations" or not tracks:
-        raise SourceError("expected CVAT's annotations of a video, with tracks; those for images have none")
+        raise RefusedError("expected CVAT's annotations of a video, with tracks; those for images have none")
     size = root.find(".//task/size")
     told_size = "" if size is None else size.text or ""
     frames = int(told_size) if _is_whole(told_size) else 0
@@ -278,7 +278,7 @@ def read_cvat(data: bytes) -> ResultTable:
 def _whole(element: Any, name: str) -> int:  # noqa: ANN401 - an element has no public type that all Pythons share
     text = element.get(name, "")
     if not _is_whole(text):
-        raise SourceError(f"<{element.tag}> must have a whole number {name}, got {text[:40]!r}")
+        raise RefusedError(f"<{element.tag}> must have a whole number {name}, got {text[:40]!r}")
     return int(text)
 
 
@@ -291,7 +291,7 @@ def _number(element: Any, name: str) -> float:  # noqa: ANN401
     try:
         return float(text)
     except ValueError:
-        raise SourceError(f"<{element.tag}> must have a number {name}, got {text[:40]!r}") from None
+        raise RefusedError(f"<{element.tag}> must have a number {name}, got {text[:40]!r}") from None
 
 
 # Reading results: which form a file has, its content tells; what was guessed is said.
@@ -311,10 +311,10 @@ def read_results(
         first_pixel: Number of the first pixel in text of numbers; as the form has it if not given.
 
     Raises:
-        SourceError: It is none, a line of it is wrong, or it is too large.
+        RefusedError: It is none, a line of it is wrong, or it is too large.
     """
     if len(data) > LARGEST_FILE_BYTES:
-        raise SourceError(f"results may have at most {LARGEST_FILE_BYTES // 1024**2} MiB")
+        raise RefusedError(f"results may have at most {LARGEST_FILE_BYTES // 1024**2} MiB")
     found = form or form_of(data)
     if found == "mot":
         return read_mot(data, first_frame, first_pixel)
@@ -324,7 +324,7 @@ def read_results(
         return read_rows(data, whole, first_pixel)
     readers: dict[str, Callable[[bytes], ResultTable]] = {"cvat": read_cvat, "coco": read_coco, "csv": read_csv}
     if found is None:
-        raise SourceError(f"the file is none of results; expected {', '.join(FORMS.values())}")
+        raise RefusedError(f"the file is none of results; expected {', '.join(FORMS.values())}")
     return readers[found](data)
 
 
@@ -334,13 +334,13 @@ def read_results_file(
     """Read a file; see `read_results`.
 
     Raises:
-        SourceError: It cannot be read, or is none; the sentence begins with its name.
+        RefusedError: It cannot be read, or is none; the sentence begins with its name.
     """
     try:
         with path.open("rb") as file:
             data = file.read(LARGEST_FILE_BYTES + 1)
         return read_results(data, form=form, first_frame=first_frame, first_pixel=first_pixel)
     except OSError as error:
-        raise SourceError(f"{path.name} cannot be read: {error.strerror}") from None
-    except SourceError as error:
-        raise SourceError(f"{path.name}: {error}") from None
+        raise RefusedError(f"{path.name} cannot be read: {error.strerror}") from None
+    except RefusedError as error:
+        raise RefusedError(f"{path.name}: {error}") from None

@@ -22,7 +22,7 @@ from pftrack.core.arrays import Floats
 from pftrack.core.files import csv_text, part_of, settle, write_whole
 from pftrack.core.model.drawing import VERDICTS, hexadecimal
 from pftrack.core.model.parameters import with_role
-from pftrack.core.model.setup import ExportError
+from pftrack.core.refusal import ConflictError
 from pftrack.core.version import __version__
 from pftrack.output.figures.layout import (
     Part,
@@ -511,21 +511,21 @@ def export_result(result: Result, path: Path, *, plot: str | None = None) -> tup
         plot: Name of the map or of the curves that a picture shows.
 
     Raises:
-        ExportError: There is no such kind of file, no such folder or no such map; it names those that there are.
+        ConflictError: There is no such kind of file, no such folder or no such map; it names those that there are.
         OSError: The file cannot be written; what was there before is still there.
     """
     name, folder = path.name.lower(), path.absolute().parent
     form = next((suffix for suffix in SUFFIXES if name.endswith(f".{suffix}")), None)
     if form is None:
         known = ", ".join(f".{suffix}" for suffix in SUFFIXES)
-        raise ExportError(f"a sweep can be exported as {known}; got {path.name!r}")
+        raise ConflictError(f"a sweep can be exported as {known}; got {path.name!r}")
     if not folder.is_dir():
-        raise ExportError(f"{path} cannot be written: there is no folder {folder}")
+        raise ConflictError(f"{path} cannot be written: there is no folder {folder}")
     if form in {"png", "svg"}:
         write_whole(path, _picture(result, "png" if form == "png" else "svg", plot))
         return (path,)
     if plot is not None:
-        raise ExportError(f"a plot can be written as a picture, .png or .svg; got {path.name!r}")
+        raise ConflictError(f"a plot can be written as a picture, .png or .svg; got {path.name!r}")
     manifest = f"{json.dumps(manifest_of_result(result), indent=1, ensure_ascii=False)}\n".encode()
     if form == "manifest.json":
         write_whole(path, manifest)
@@ -540,7 +540,7 @@ def _picture(result: Result, form: PictureForm, name: str | None) -> bytes:
     known = figures(Study.of(result))
     if name not in known:
         wanted = "say which one is wanted" if name is None else f"there is none called {name!r}"
-        raise ExportError(f"the plots of this sweep are {', '.join(known) or 'none'}; {wanted}")
+        raise ConflictError(f"the plots of this sweep are {', '.join(known) or 'none'}; {wanted}")
     manifest = manifest_of_result(result)
     return encode(known[name](), form, f"{manifest['title']}: {name}", manifest)
 

@@ -259,9 +259,7 @@ async def _grade(
         wanted, tracker, text = _read(path, exercises, exercise)
     except (OSError, ValueError) as error:
         return _nothing(str(error), None)
-    outcome = await run_task(
-        fork_server, check_confined, wanted, tracker, text, seed, budget=budget, refusals=(FilterFileError,)
-    )
+    outcome = await run_task(fork_server, check_confined, wanted, tracker, text, seed, budget=budget)
     if not isinstance(outcome, Reply):
         return _nothing(_problem(outcome, budget), wanted)
     try:

@@ -20,7 +20,7 @@ from typing import Any, Final, Protocol, TypeAlias, TypeVar, get_args
 import yaml
 from pydantic import BaseModel, ValidationError
 
-from pftrack.core.model.parameters import ParameterError
+from pftrack.core.refusal import ParameterError
 
 LARGEST_BYTES: Final = 32 * 1024
 MOST_FILES: Final = 200

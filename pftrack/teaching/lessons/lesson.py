@@ -14,8 +14,9 @@ from typing import Annotated, Any, Final, Literal, TypeAlias
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
-from pftrack.core.model.parameters import ParameterError, Parameters, revise
+from pftrack.core.model.parameters import Parameters, revise
 from pftrack.core.model.recipe import Change, Recipe
+from pftrack.core.refusal import ParameterError
 from pftrack.runs.reproduction import make
 from pftrack.teaching.lessons.figure import Figure
 
@@ -547,7 +548,7 @@ def answer_of(lesson: Lesson) -> Answer:
     """Compute the answer of a lesson's question from the run or the figure that it asks about.
 
     Raises:
-        RecordError: The run cannot be computed, or does not have the number that is asked for.
+        RefusedError: The run cannot be computed, or does not have the number that is asked for.
     """
     body, question = lesson.body, lesson.question
     if isinstance(body, Scenario):

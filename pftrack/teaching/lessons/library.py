@@ -17,12 +17,12 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Final, cast
 
-from pftrack.core.model.parameters import ParameterError, Parameters, declarations, revise
+from pftrack.core.model.parameters import Parameters, declarations, revise
 from pftrack.core.model.recipe import Change, Timeline
 from pftrack.core.numerics.random import LARGEST_SEED
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments import find as find_experiment
 from pftrack.experiments.experiment import Experiment
-from pftrack.runs.record import RecordError
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import summarise
 from pftrack.teaching.lessons import LESSONS
@@ -250,12 +250,12 @@ def _answer_from(head: AnswerHead, numbers: Mapping[str, float | None]) -> Answe
     """Return the answer that a number gives: the number, or the last choice that begins at or below it."""
     number = numbers.get(head.measure)
     if number is None or not math.isfinite(number):
-        raise RecordError(f"the run has no {head.measure}; ask for a measure that is known in its frames")
+        raise RefusedError(f"the run has no {head.measure}; ask for a measure that is known in its frames")
     if head.choices is None:
         return Answer(float(number))
     begun = [name for name, lowest in sorted(head.choices.items(), key=lambda each: each[1]) if lowest <= number]
     if not begun:
-        raise RecordError(f"{head.measure} is {number:g}, below the lowest number of every choice")
+        raise RefusedError(f"{head.measure} is {number:g}, below the lowest number of every choice")
     return Answer(begun[-1])
 
 
@@ -391,7 +391,7 @@ def _check(lesson: Lesson) -> Check:
         try:
             exact = answer_of(lesson).exact
             right = judge(lesson.question, Answer(exact), exact).right
-        except (ParameterError, RecordError) as error:
+        except RefusedError as error:
             return Outcome(math.nan, 1.0, 0.0, str(error))
         if isinstance(exact, float) and isinstance(expected, float) and right:
             return Outcome(exact, expected, lesson.question.tolerance)

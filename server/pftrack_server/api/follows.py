@@ -8,9 +8,10 @@ import segno
 from fastapi import APIRouter, Query, Request, WebSocket
 from starlette.responses import Response
 
+from pftrack.core.refusal import ConflictError
 from pftrack_server.api.dependencies import AFollow, TheFollows, TheLessons
 from pftrack_server.core.base_path import address_of
-from pftrack_server.core.errors import ConflictError, NotFoundError
+from pftrack_server.core.errors import NotFoundError
 from pftrack_server.follow.participant import participant_of
 from pftrack_server.schemas.follows import FollowCreate, FollowOwned, FollowUpdate, PollCreate
 from pftrack_server.schemas.lessons import ComputingPublic, FigurePublic, FigureRequest

@@ -76,7 +76,7 @@ class BodyLimit:
         with contextlib.suppress(_CutOffError):
             await self._app(scope, count_received, note_start)
         if refusal is not None and not answered:
-            answer = errors.response(refusal.status, refusal.detail, {"Connection": "close"})
+            answer = errors.response(refusal.status, errors.detail_of(refusal), {"Connection": "close"})
             await answer(scope, receive, send)
 
     def _check(self, scope: Scope, total: int) -> None:

@@ -12,6 +12,8 @@ from typing import Any
 from pydantic import BaseModel
 from starlette.responses import Response
 
+from pftrack.core.refusal import ConflictError, RefusedError
+
 LONGEST_VALUE = 200
 
 
@@ -31,18 +33,13 @@ class ErrorBody(BaseModel):
 
 
 class ApiError(Exception):
-    """An error that the client receives in the one error shape.
-
-    Attributes:
-        status: The HTTP status.
-        detail: The inside of the error shape.
-    """
+    """What is answered with another status than a refusal of the library."""
 
     status: int = HTTPStatus.BAD_REQUEST
 
-    def __init__(self, message: str, **detail: object) -> None:
-        super().__init__(message)
-        self.detail = shape(message, **detail)
+
+REFUSALS = (ApiError, RefusedError)
+"""What is told to a client in its own words; all others are for the log."""
 
 
 class DamagedError(ApiError):
@@ -75,12 +72,6 @@ class NotFoundError(ApiError):
     status = HTTPStatus.NOT_FOUND
 
 
-class ConflictError(ApiError):
-    """The thing is not in a state in which this can be done."""
-
-    status = HTTPStatus.CONFLICT
-
-
 class TooLargeError(ApiError):
     """More bytes than allowed."""
 
@@ -93,12 +84,6 @@ class DiskFullError(ApiError):
     status = HTTPStatus.INSUFFICIENT_STORAGE
 
 
-class RefusedError(ApiError):
-    """A value that cannot be accepted."""
-
-    status = HTTPStatus.UNPROCESSABLE_ENTITY
-
-
 class ClientGoneError(ApiError):
     """Nobody waits for the answer any more."""
 
@@ -109,6 +94,21 @@ class UnavailableError(ApiError):
     """The server cannot do it now; later it may."""
 
     status = HTTPStatus.SERVICE_UNAVAILABLE
+
+
+def status_of(error: ApiError | RefusedError) -> int:
+    """Return the HTTP status with which an error is answered."""
+    if isinstance(error, ApiError):
+        return error.status
+    return HTTPStatus.CONFLICT if isinstance(error, ConflictError) else HTTPStatus.UNPROCESSABLE_ENTITY
+
+
+def detail_of(error: ApiError | RefusedError) -> dict[str, Any]:
+    """Return the inside of the error shape; a sentence about no field begins with a capital letter."""
+    message = str(error)
+    if isinstance(error, RefusedError) and error.field:
+        return shape(message, field=error.field, bound=error.bound, value=error.value)
+    return shape(message[:1].upper() + message[1:])
 
 
 def shape(message: str, **detail: object) -> dict[str, Any]:

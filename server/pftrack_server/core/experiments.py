@@ -1,8 +1,8 @@
 """Experiments as clients name them."""
 
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments import find
 from pftrack.experiments.experiment import Experiment
-from pftrack_server.core.errors import RefusedError
 
 
 def find_experiment(name: str) -> Experiment:

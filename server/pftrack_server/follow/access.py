@@ -161,7 +161,7 @@ async def _refuse(scope: Scope, receive: Receive, send: Send, error: ApiError) -
     answer = (
         HTMLResponse(REFUSAL.read_text(encoding="utf-8").replace("{message}", html.escape(str(error))), error.status)
         if is_page
-        else errors.response(error.status, error.detail)
+        else errors.response(error.status, errors.detail_of(error))
     )
     answer.headers["Cache-Control"] = "no-store"
     await answer(scope, receive, send)

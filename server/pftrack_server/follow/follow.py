@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
 
-from pftrack_server.core.errors import ConflictError, ForbiddenError
+from pftrack.core.refusal import ConflictError
+from pftrack_server.core.errors import ForbiddenError
 from pftrack_server.follow.addresses import NOTICE, Address
 from pftrack_server.follow.forks import Fork, Forks
 from pftrack_server.follow.links import PREFIX, Links

@@ -4,15 +4,9 @@ import asyncio
 from collections.abc import Coroutine, Sequence
 from datetime import UTC, datetime, timedelta
 
+from pftrack.core.refusal import ConflictError, RefusedError
 from pftrack_server.core.bodies import printable
-from pftrack_server.core.errors import (
-    ConflictError,
-    CrowdedError,
-    EndedError,
-    ForbiddenError,
-    NotFoundError,
-    RefusedError,
-)
+from pftrack_server.core.errors import CrowdedError, EndedError, ForbiddenError, NotFoundError
 from pftrack_server.core.resource_limits import most_connections
 from pftrack_server.core.settings import Settings
 from pftrack_server.follow.addresses import addresses

@@ -8,7 +8,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from pftrack_server.core.errors import ConflictError, UnavailableError
+from pftrack.core.refusal import ConflictError
+from pftrack_server.core.errors import UnavailableError
 
 UNUSED_S = 300.0
 """After so long a fork ends of which nobody asks for anything."""

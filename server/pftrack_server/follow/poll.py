@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Self
 
-from pftrack_server.core.errors import ConflictError, RefusedError
+from pftrack.core.refusal import ConflictError, RefusedError
 from pftrack_server.schemas.follows import PollPublic
 from pftrack_server.store.files import new_name, now
 from pftrack_server.store.tables import PollRow

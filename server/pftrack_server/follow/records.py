@@ -10,7 +10,8 @@ from collections.abc import Container
 from sqlalchemy.exc import SQLAlchemyError
 
 from pftrack.core.files import csv_text
-from pftrack_server.core.errors import ConflictError, NotFoundError
+from pftrack.core.refusal import ConflictError
+from pftrack_server.core.errors import NotFoundError
 from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.follow.follow import Follow
 from pftrack_server.follow.poll import Poll

@@ -17,19 +17,10 @@ from typing import Annotated, Any, TypeVar
 
 from fastapi import Depends, Request
 
-from pftrack.analysis.counterfactuals import LossError
-from pftrack.analysis.fitting import FitError
-from pftrack.analysis.other_seeds import ReplayError
-from pftrack.core.model.parameters import ParameterError
-from pftrack.core.model.setup import ExportError
-from pftrack.experiments.own.code import FilterFileError
+from pftrack.core.refusal import RefusedError
 from pftrack.process import Budget, Ending, Fault, Outcome, Refusal, Reply, run_task
-from pftrack.runs.comparison import ComparisonError
-from pftrack.runs.record import RecordError
-from pftrack.sources.limits import SourceError
-from pftrack.sources.truth import TruthError
 from pftrack.sweep.axis import SweepError
-from pftrack_server.core.errors import RefusedError, UnavailableError
+from pftrack_server.core.errors import UnavailableError
 from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.core.processes import FORK_SERVER
 from pftrack_server.core.requests import service, unless_gone, wait_until_gone
@@ -161,21 +152,6 @@ class Queues:
         return self.light.before(ticket) or self.heavy.before(ticket) or 0
 
 
-REFUSALS = (
-    ComparisonError,
-    ExportError,
-    FilterFileError,
-    FitError,
-    LossError,
-    ParameterError,
-    RecordError,
-    ReplayError,
-    SourceError,
-    SweepError,
-    TruthError,
-)
-"""Exceptions whose text is for whoever asked; all others are for the log."""
-
 BUDGET = Budget()
 LONG_S = 30.0
 """So long a long task may take, as far as its place in the line goes."""
@@ -294,7 +270,7 @@ class ChildTasks:
             function,
             *arguments,
             budget=budget,
-            refusals=REFUSALS,
+            refusals=(RefusedError, SweepError),
             on_step=lambda step: on_step(step) if isinstance(step, dict) else on_step(*step),
             stopped=stopped,
         )

@@ -19,18 +19,17 @@ from pydantic import BaseModel, Field
 
 from pftrack.analysis.failures import FailureRun, Measured, entry, measure, run_failure
 from pftrack.core.model.marks import read_mark
-from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.series import Known
 from pftrack.core.model.setup import Sighting
 from pftrack.core.model.source import FrameIndex, FrameSequence
+from pftrack.core.refusal import ParameterError, RefusedError
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.runs.run import Run
-from pftrack.sources.limits import Limits, SourceError
+from pftrack.sources.limits import Limits
 from pftrack.sources.results.table import rename
 from pftrack.sources.results.writing import LARGEST_FILE_BYTES
 from pftrack.sources.sequence import open_sequence
-from pftrack.sources.truth import TruthError
 from pftrack.vision.rendering import over, png, render
 
 # So long one answer looks through a recording; whoever asked asks again, or does not want to know any more.
@@ -64,7 +63,7 @@ def index_frames(path: str, limits: Limits, memory_bytes: int, columns: Mapping[
         sequence = open_sequence(Path(path), limits)
     except MemoryError:
         allowed = f"{memory_bytes / MEBIBYTE:,.4g} MiB"
-        raise SourceError(f"decoding needs more than the {allowed} of memory that are allowed") from None
+        raise RefusedError(f"decoding needs more than the {allowed} of memory that are allowed") from None
     sequence.close()
     return sequence.index.to_json()
 
@@ -73,7 +72,7 @@ def _name_columns(path: Path, columns: Mapping[str, int]) -> None:
     """Give the columns of a table the names of what a person says they mean."""
     content = rename(path.read_bytes(), columns) if path.stat().st_size <= LARGEST_FILE_BYTES else b""
     if not 0 < len(content) <= LARGEST_FILE_BYTES:
-        raise SourceError(f"columns can be named in a table of at most {LARGEST_FILE_BYTES // MEBIBYTE} MiB")
+        raise RefusedError(f"columns can be named in a table of at most {LARGEST_FILE_BYTES // MEBIBYTE} MiB")
     path.write_bytes(content)
 
 
@@ -148,7 +147,7 @@ def frame_jpeg(path: str, index: str | None, number: int, limits: Limits) -> byt
 def _jpeg(picture_rgb: NDArray[np.uint8]) -> bytes:
     done, encoded = cv2.imencode(".jpg", cv2.cvtColor(picture_rgb, cv2.COLOR_RGB2BGR))
     if not done:
-        raise SourceError("the frame cannot be drawn")
+        raise RefusedError("the frame cannot be drawn")
     return encoded.tobytes()
 
 
@@ -175,16 +174,18 @@ def find_mark(path: str, index: str | None, question: TargetSearch, limits: Limi
     """Look for a target in an upload for a while, and return what came of it."""
     finder = find(question.experiment).video.finder
     if finder is None:
-        raise SourceError(f"the experiment {question.experiment} cannot find its target automatically; mark it")
+        raise RefusedError(f"the experiment {question.experiment} cannot find its target automatically; mark it")
     sequence = _open_upload(path, index, question.frame, limits)
     if question.hint is not None:
         hint = read_mark(finder.hints, question.hint)
         if finder.within is None:
-            raise SourceError(f"the experiment {question.experiment} cannot look for its target in a part of a picture")
+            raise RefusedError(
+                f"the experiment {question.experiment} cannot look for its target in a part of a picture"
+            )
         try:
             seen = finder.within(sequence, question.frame, hint)
         except ValueError as error:
-            raise SourceError(str(error)) from None
+            raise RefusedError(str(error)) from None
         return _sighting_json(seen, 1, 1)
     end = sequence.frame_count - 1
     last = end if question.last is None else min(question.last, end)
@@ -211,14 +212,14 @@ def weigh_target(
     sequence = _open_upload(path, index, frame, limits)
     experiment.check_footage(sequence.index.kind)
     if experiment.video.suits is None:
-        raise SourceError(f"the experiment {experiment_id} cannot judge beforehand whether it can track a target")
+        raise RefusedError(f"the experiment {experiment_id} cannot judge beforehand whether it can track a target")
     mark = experiment.video.mark(raw)
     try:
         setup = experiment.video.on_video(sequence, mark, start=frame)
     except ParameterError:
         raise
     except ValueError as error:
-        raise SourceError(str(error)) from None
+        raise RefusedError(str(error)) from None
     assert setup.footage is not None  # noqa: S101 - a recording has one
     found = experiment.video.suits(sequence, setup.footage, setup.parameters)
     remark, *advice = found.sentences
@@ -251,18 +252,20 @@ def read_truth(path: str, experiment_id: str, frames: int, size: tuple[int, int]
     """Read a table of truth of the kind that goes with an experiment, for an upload of so many frames of this size."""
     kind, name = find(experiment_id).video.truth, Path(path).name
     if kind is None:
-        raise TruthError(f"the experiment {experiment_id} takes no truth")
+        raise RefusedError(f"the experiment {experiment_id} takes no truth")
     try:
         table = kind.read(Path(path))
-    except TruthError as error:
+    except RefusedError as error:
         # What the file is called here, and where it lies, is nobody's business.
         said = str(error)
-        raise TruthError(f"the file{said.removeprefix(name) if said.startswith(name) else ' cannot be read'}") from None
+        raise RefusedError(
+            f"the file{said.removeprefix(name) if said.startswith(name) else ' cannot be read'}"
+        ) from None
     rows = {frame: row for frame, row in table.rows.items() if frame < frames}
     if not rows:
         least = min(table.rows, default=None)
         found = "lists none with any" if least is None else f"begins at frame {least}"
-        raise TruthError(f"expected {kind.form.several} of the upload's frames, 0 to {frames - 1}; the file {found}")
+        raise RefusedError(f"expected {kind.form.several} of the upload's frames, 0 to {frames - 1}; the file {found}")
     view = {"frames": len(rows), "first": min(rows), "last": max(rows)}
     warnings = [f"The file{warning.removeprefix(name)}." for warning in table.warnings]
     if beyond := len(table.rows) - len(rows):  # as of a table for a longer clip

@@ -15,6 +15,7 @@ from typing import Any, Generic, Literal, TypeAlias, TypeVar
 import structlog
 from pydantic import BaseModel, Field
 
+from pftrack.core.refusal import RefusedError
 from pftrack_server.core.errors import ApiError, ClientGoneError, NotFoundError, UnavailableError
 from pftrack_server.store.system_errors import failure_message
 
@@ -171,7 +172,7 @@ class Jobs:
         except BaseException as error:
             job.state, job.error = "failed", failure_message(error)
             entry.drop()
-            if not isinstance(error, ApiError | asyncio.CancelledError):
+            if not isinstance(error, ApiError | RefusedError | asyncio.CancelledError):
                 # Its client may have gone: nobody else would write it down.
                 log.exception("a job failed", kind=job.kind, job=job.id)
             if not isinstance(error, Exception):

@@ -16,8 +16,8 @@ from typing import Any, Final, NamedTuple
 
 import yaml
 
+from pftrack.core.refusal import RefusedError
 from pftrack.teaching.lessons.document import EXPONENT, DocumentError, ask, decode, document_of
-from pftrack_server.core.errors import RefusedError
 from pftrack_server.schemas.lectures import LectureItem, LectureUpdate
 
 LARGEST_BYTES: Final = 128 * 1024

@@ -5,11 +5,11 @@ from base64 import urlsafe_b64encode
 from collections.abc import Sequence
 from typing import Final
 
-from pftrack.core.model.parameters import ParameterError
+from pftrack.core.refusal import ParameterError, RefusedError
 from pftrack.experiments import EXPERIMENTS
 from pftrack.teaching.lessons.lesson import Lesson
 from pftrack_server.core.bodies import printable
-from pftrack_server.core.errors import NotFoundError, RefusedError
+from pftrack_server.core.errors import NotFoundError
 from pftrack_server.core.experiments import find_experiment
 from pftrack_server.lessons.service import Lessons
 from pftrack_server.schemas.lectures import Kind, LectureAsks, LectureItem, LectureItemPublic, LectureRun
@@ -86,7 +86,7 @@ class ItemViews:
                 case LectureItem(poll=str() as question):
                     title = printable(question)
                     asks = LectureAsks(question=question, answers=item.answers, lecture=lecture)
-        except (NotFoundError, ParameterError, RefusedError) as error:
+        except (NotFoundError, RefusedError) as error:
             problem = f"Line {line}: {error}"
         return LectureItemPublic(
             item=item.model_dump(mode="json", exclude_defaults=True),

@@ -2,7 +2,8 @@
 
 import asyncio
 
-from pftrack_server.core.errors import ConflictError, DamagedError, NotFoundError, RefusedError
+from pftrack.core.refusal import ConflictError, RefusedError
+from pftrack_server.core.errors import DamagedError, NotFoundError
 from pftrack_server.lectures.file import LectureText, read, write
 from pftrack_server.lectures.items import ItemViews, check_names
 from pftrack_server.lessons.service import Lessons

@@ -76,7 +76,7 @@ def answer(wanted: str, source: str) -> Steps:
     """Compute the run that a scenario's question is about, and return the right answer; a step is a frame.
 
     Raises:
-        RecordError: There is no such experiment, a value is refused, or the run does not have the number asked for.
+        RefusedError: There is no such experiment, a value is refused, or the run does not have the number asked for.
     """
     give_way(NICENESS)
     lesson = _lesson(wanted, source)

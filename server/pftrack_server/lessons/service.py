@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from pftrack.core.model.parameters import ParameterError
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments import find as find_experiment
 from pftrack.process import MEBIBYTE, Budget, CallError, Ending, Pool, WorkerLostError
 from pftrack.teaching.lessons import LESSONS, find
@@ -23,7 +23,7 @@ from pftrack.teaching.lessons.lesson import (
 )
 from pftrack.teaching.lessons.library import Library, read_lessons
 from pftrack.teaching.lessons.notebook import lesson_notebook
-from pftrack_server.core.errors import NotFoundError, RefusedError, UnavailableError
+from pftrack_server.core.errors import NotFoundError, UnavailableError
 from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.core.processes import FORK_SERVER
 from pftrack_server.jobs.child_tasks import ChildTasks
@@ -60,7 +60,7 @@ class Lessons:
     def __init__(self, folder: Path, kept: Path, tasks: ChildTasks) -> None:
         self._folder = folder
         self._reading = asyncio.Lock()
-        self._pool = Pool(FORK_SERVER, most=AT_ONCE, kept=KEPT, budget=BUDGET, refusals=(ParameterError,))
+        self._pool = Pool(FORK_SERVER, most=AT_ONCE, kept=KEPT, budget=BUDGET)
         self._computed = LessonResults(kept, tasks)
 
     async def open(self) -> None:
@@ -165,8 +165,7 @@ class Lessons:
         """Return the result of one of `functions`.
 
         Raises:
-            ParameterError: It refused its arguments.
-            RefusedError: It needs more memory than it may have.
+            RefusedError: It refused its arguments, or needs more memory than it may have.
             UnavailableError: It took too long, failed, or its worker died.
         """
         try:

@@ -5,12 +5,11 @@ from typing import Any
 
 from pydantic import Field
 
-from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.recipe import Footage, Recipe
+from pftrack.core.refusal import ParameterError, RefusedError
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.own.code import with_digests
 from pftrack_server.core.bodies import FrameNumber, RequestBody
-from pftrack_server.core.errors import RefusedError
 from pftrack_server.core.experiments import find_experiment
 from pftrack_server.sessions.spec import FIRST, Bookmark, BranchSpec, RunSnapshot, SessionSpec
 from pftrack_server.store import Store

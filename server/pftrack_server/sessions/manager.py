@@ -14,7 +14,8 @@ from typing import Any, TypeAlias
 
 import structlog
 
-from pftrack_server.core.errors import ConflictError, NotFoundError, UnavailableError
+from pftrack.core.refusal import ConflictError
+from pftrack_server.core.errors import NotFoundError, UnavailableError
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.sessions.session import Session

@@ -12,10 +12,11 @@ from pydantic import Field
 from starlette.responses import RedirectResponse, Response
 
 from pftrack.analysis.explanation import Explanation
+from pftrack.core.refusal import ConflictError
 from pftrack.sources.truth import LARGEST_FILE_BYTES
 from pftrack_server.core.base_path import address_of
 from pftrack_server.core.bodies import RequestBody, Title
-from pftrack_server.core.errors import ApiError, ConflictError, NotFoundError
+from pftrack_server.core.errors import REFUSALS, NotFoundError
 from pftrack_server.core.experiments import find_experiment
 from pftrack_server.core.requests import MULTIPART, TakesFiles, service, unless_client_gone
 from pftrack_server.jobs.child_tasks import TheTasks
@@ -245,5 +246,5 @@ async def _keep_awake(session: Session, manager: Manager) -> AsyncIterator[None]
 
 async def _wake(session: Session, manager: Manager) -> None:
     if session.phase is Phase.SUSPENDED:
-        with contextlib.suppress(ApiError):
+        with contextlib.suppress(*REFUSALS):
             await asyncio.shield(manager.resume(session))

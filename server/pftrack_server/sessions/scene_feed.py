@@ -17,12 +17,7 @@ from typing import TYPE_CHECKING, Any
 import structlog
 from pydantic import ValidationError
 
-from pftrack.core.model.parameters import ParameterError
-from pftrack.experiments.own.code import FilterFileError
-from pftrack.runs.record import RecordError
-from pftrack.runs.run import EndOfRun, PastError
-from pftrack.sources.limits import SourceError
-from pftrack_server.core.errors import ApiError, shape
+from pftrack_server.core.errors import REFUSALS, detail_of, shape
 from pftrack_server.core.panel import PanelDescription, PanelValues
 from pftrack_server.core.pictures import SceneDrawing
 from pftrack_server.sessions.spec import SessionDescription
@@ -34,9 +29,6 @@ if TYPE_CHECKING:
 
 
 log = structlog.get_logger(__name__)
-
-REFUSALS = (ApiError, EndOfRun, FilterFileError, ParameterError, PastError, RecordError, SourceError)
-"""Errors whose words are meant for people."""
 
 
 class SceneFeed:
@@ -149,8 +141,7 @@ class SceneFeed:
         try:
             await self._carry_out(command)
         except REFUSALS as error:
-            known = {name: getattr(error, name, None) for name in ("field", "bound", "value")}
-            self._on_refusal(shape(str(error), **known))
+            self._on_refusal(detail_of(error))
         except Exception as error:
             log.exception("a command of the panel failed")
             self._on_refusal(shape(failure_message(error)))

@@ -10,7 +10,8 @@ from collections.abc import Awaitable, Callable
 from contextlib import nullcontext, suppress
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from pftrack_server.core.errors import ConflictError, NotFoundError
+from pftrack.core.refusal import ConflictError
+from pftrack_server.core.errors import NotFoundError
 from pftrack_server.core.panel import PanelValues
 from pftrack_server.core.settings import Settings
 from pftrack_server.sessions.scene_feed import SceneFeed

@@ -11,8 +11,8 @@ from pydantic import BaseModel
 
 from pftrack.core.model.drawing import BRANCHES, hexadecimal
 from pftrack.core.model.measures import judge_loss
+from pftrack.core.refusal import ConflictError
 from pftrack.runs.loss import loss_start
-from pftrack_server.core.errors import ConflictError
 from pftrack_server.sessions.spec import (
     TRANSITIONS,
     Bookmark,

@@ -18,10 +18,11 @@ from pydantic import BaseModel, Field
 from pftrack.core.files import write_whole
 from pftrack.core.model.likelihood import Component
 from pftrack.core.model.recipe import Recipe
+from pftrack.core.refusal import ConflictError
 from pftrack.experiments import find
 from pftrack.experiments.own.code import HINTS, Hint, digest_of
 from pftrack.experiments.own.extension import name_of
-from pftrack_server.core.errors import ConflictError, NotFoundError
+from pftrack_server.core.errors import NotFoundError
 from pftrack_server.core.requests import service
 from pftrack_server.store.files import DataDirectory
 

@@ -6,7 +6,7 @@ from http import HTTPStatus
 
 from sqlalchemy.exc import DBAPIError
 
-from pftrack.core.model.parameters import ParameterError
+from pftrack.core.refusal import RefusedError
 from pftrack_server.core.errors import ApiError
 from pftrack_server.store.database import is_busy
 from pftrack_server.store.disk_budget import DISK_FULL, is_full
@@ -30,7 +30,7 @@ MEANINGS = {
 
 def failure_message(error: BaseException) -> str:
     """Return the sentence for something that failed after the request for it was answered."""
-    if isinstance(error, ApiError | ParameterError):
+    if isinstance(error, ApiError | RefusedError):
         return str(error)
     if isinstance(error, OSError | DBAPIError):
         return describe(error)[1]

@@ -9,11 +9,12 @@ import structlog
 from pydantic import BaseModel
 
 from pftrack.core.model.parameters import Value
+from pftrack.core.refusal import ConflictError
 from pftrack.process import UNLIMITED
 from pftrack.sweep import Plan
 from pftrack.sweep.axis import SweepError
 from pftrack.sweep.work import Recording
-from pftrack_server.core.errors import ApiError, ConflictError, NotFoundError, UnavailableError
+from pftrack_server.core.errors import REFUSALS, NotFoundError, UnavailableError
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.store import Store
@@ -125,7 +126,7 @@ class Sweeps:
         try:
             within_limits(plan, self._settings)
             await self._check_room(plan)
-        except ApiError as error:
+        except REFUSALS as error:
             problem = str(error)
         return EstimatePublic(
             runs=plan.runs,

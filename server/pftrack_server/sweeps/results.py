@@ -17,11 +17,12 @@ from pydantic import BaseModel
 
 from pftrack.core.model.parameters import Value, declarations
 from pftrack.core.model.recipe import Footage
+from pftrack.core.refusal import ConflictError, RefusedError
 from pftrack.runs.loss import APPROACH_FRAMES, approach
 from pftrack.sweep import Comparison, Plan, Result, compare, partial_of, read_chunk, read_result, rows_of
 from pftrack.sweep.axis import SweepError
 from pftrack.sweep.cells import CellMap, Code, Counts, Quantity, cells, columns, count, quantities, samples
-from pftrack_server.core.errors import ConflictError, NotFoundError, RefusedError
+from pftrack_server.core.errors import NotFoundError
 from pftrack_server.sessions.create import new_spec
 from pftrack_server.sessions.spec import SessionSpec
 from pftrack_server.store import Store

@@ -13,11 +13,12 @@ from fastapi import APIRouter, Depends, Path, Query, WebSocket
 from starlette.background import BackgroundTask
 from starlette.responses import FileResponse, Response, StreamingResponse
 
+from pftrack.core.refusal import ConflictError
 from pftrack.process import UNLIMITED
 from pftrack.sweep.axis import MOST_RUNS, SweepError
 from pftrack.sweep.journal import csv_pieces
 from pftrack_server.core.bodies import Name, RequestBody
-from pftrack_server.core.errors import ApiError, ConflictError
+from pftrack_server.core.errors import REFUSALS, NotFoundError
 from pftrack_server.core.requests import AnExperiment, SettingsNow, service
 from pftrack_server.jobs.child_tasks import ChildTasks, TheTasks
 from pftrack_server.sessions.duplex import GONE, converse
@@ -259,8 +260,8 @@ async def stream(websocket: WebSocket, sweep: str, sweeps: ASweeps, x: str | Non
         found = sweeps.get(sweep)
         await found.look()
         await found.cells(x, y)
-    except ApiError as error:
-        await websocket.close(GONE if error.status == HTTPStatus.NOT_FOUND else REFUSED, str(error)[:100])
+    except REFUSALS as error:
+        await websocket.close(GONE if isinstance(error, NotFoundError) else REFUSED, str(error)[:100])
         return
     except SweepError:
         await websocket.close(GONE, "The files of this sweep are damaged or were removed.")

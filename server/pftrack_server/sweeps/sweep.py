@@ -21,12 +21,12 @@ import structlog
 from pydantic import BaseModel
 
 from pftrack.core.model.parameters import Value
+from pftrack.core.refusal import ConflictError
 from pftrack.experiments import EXPERIMENTS
 from pftrack.process import UNLIMITED, Ending, Fault, Outcome, Refusal, Reply, Worker
 from pftrack.sweep import Plan, begin, partial_of
 from pftrack.sweep.axis import SweepError
 from pftrack.sweep.work import Recording, prepare
-from pftrack_server.core.errors import ConflictError
 from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.core.processes import FORK_SERVER
 from pftrack_server.core.settings import Settings

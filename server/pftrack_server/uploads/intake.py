@@ -2,7 +2,7 @@
 
 Every frame is decoded once, in a confined process, before an upload is anybody's to use; what does not pass is deleted.
 A file from a stranger is hostile until shown otherwise: it may crash a decoder, keep it busy for ever, or unfold to
-more memory than there is. Whatever happens becomes an index of its frames, or a `SourceError` with a sentence.
+more memory than there is. Whatever happens becomes an index of its frames, or a `RefusedError` with a sentence.
 """
 
 import asyncio
@@ -18,11 +18,12 @@ from typing import Any, Final, ParamSpec, TypeVar
 import structlog
 
 from pftrack.core.model.source import FrameIndex
+from pftrack.core.refusal import ConflictError, RefusedError
 from pftrack.process import MEBIBYTE, Budget, Ending, Fault, Refusal, Reply
-from pftrack.sources.limits import DEFAULT_LIMITS, HEAD_BYTES, Limits, SourceError, natural_order
+from pftrack.sources.limits import DEFAULT_LIMITS, HEAD_BYTES, Limits, natural_order
 from pftrack.sources.results.parts import part_names
 from pftrack.sources.results.writing import LARGEST_FILE_BYTES
-from pftrack_server.core.errors import ConflictError, DiskFullError
+from pftrack_server.core.errors import DiskFullError
 from pftrack_server.core.resource_limits import mebibytes
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
@@ -55,7 +56,7 @@ async def probe(
         stopped: Asked ten times a second whether to give up.
 
     Raises:
-        SourceError: It is not a sequence of pictures, is broken, exceeds the limits, or the decoder came to grief.
+        RefusedError: It is not a sequence of pictures, is broken, exceeds the limits, or the decoder came to grief.
     """
     if columns is not None:
         budget = replace(budget, file_bytes=LARGEST_FILE_BYTES)
@@ -68,16 +69,16 @@ async def probe(
             except ValueError:
                 how = Ending.CRASHED
         case Refusal(message=message):
-            raise SourceError(message)
+            raise RefusedError(message)
         case Fault():
-            raise SourceError("the file cannot be read; the server's log says where reading failed")
+            raise RefusedError("the file cannot be read; the server's log says where reading failed")
         case Ending():
             how = answer
         case _:
             how = Ending.CRASHED
     if stopped is not None and stopped():
-        raise SourceError("decoding was stopped before it finished; send the file again")
-    raise SourceError(_fate(how, budget))
+        raise RefusedError("decoding was stopped before it finished; send the file again")
+    raise RefusedError(_fate(how, budget))
 
 
 def _fate(how: Ending, budget: Budget) -> str:
@@ -134,7 +135,7 @@ async def index_of(store: Store, settings: Settings, tasks: ChildTasks, upload: 
     """Return what was found when an upload was decoded first, as JSON; if that is damaged or missing, decode it again.
 
     Raises:
-        SourceError: The upload itself is damaged.
+        RefusedError: The upload itself is damaged.
     """
     text = await asyncio.to_thread(_read_index, store, upload)
     if text is None:
@@ -177,12 +178,12 @@ async def take_in(
         columns: Places of a table's columns by their meaning, as a person says.
 
     Raises:
-        SourceError: They are no sequence of pictures, or exceed the limits.
+        RefusedError: They are no sequence of pictures, or exceed the limits.
         ConflictError: There are as many uploads as there may be.
         DiskFullError: There is no room for this one.
     """
     if columns is not None and len(received.paths) > 1:
-        raise SourceError(f"columns can be named in one table, got {len(received.paths)} files")
+        raise RefusedError(f"columns can be named in one table, got {len(received.paths)} files")
     await asyncio.to_thread(check_room, store, settings, received.size_bytes)
     content, names, title = await _to_the_end(_arrange, folder, received)
 
@@ -196,8 +197,8 @@ async def take_in(
                 found = await look()
         else:
             found = await tasks.queues.take_turn(look, ticket, weight_s=heavy_s)
-    except SourceError as error:
-        raise SourceError(_by_their_names(str(error), names)) from None
+    except RefusedError as error:
+        raise RefusedError(_by_their_names(str(error), names)) from None
 
     def keep() -> UploadRow:
         with _keeping:
@@ -242,7 +243,7 @@ def _arrange(folder: Path, received: Received) -> tuple[Path, dict[str, str], st
     looks like that in a sentence is from the file itself.
 
     Raises:
-        SourceError: They do not go together.
+        RefusedError: They do not go together.
     """
     files = dict(zip(received.names, received.paths, strict=True))
     if len(received.paths) == 1:

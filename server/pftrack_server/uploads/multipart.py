@@ -17,8 +17,9 @@ from python_multipart.exceptions import MultipartParseError
 from python_multipart.multipart import MultipartParser, parse_options_header
 from starlette.requests import ClientDisconnect
 
+from pftrack.core.refusal import RefusedError
 from pftrack_server.core.bodies import printable
-from pftrack_server.core.errors import ApiError, RefusedError, TooLargeError
+from pftrack_server.core.errors import ApiError, TooLargeError
 from pftrack_server.store.disk_budget import DiskBudget
 
 LONGEST_NAME = 200

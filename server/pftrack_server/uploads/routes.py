@@ -13,13 +13,13 @@ from fastapi import APIRouter, Depends, Path, Query, Request
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.responses import Response
 
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.experiment import Experiment
-from pftrack.sources.limits import SourceError
 from pftrack.sources.results.table import COLUMNS, preview
 from pftrack.sources.truth import LARGEST_FILE_BYTES
 from pftrack_server.core.bodies import RequestBody
-from pftrack_server.core.errors import NotFoundError, RefusedError
+from pftrack_server.core.errors import NotFoundError
 from pftrack_server.core.requests import (
     MULTIPART,
     SettingsNow,
@@ -195,7 +195,7 @@ def look_at_table(head: TableHead) -> TablePublic:
     """Tell which columns a table has, so that a person may say what they are, before it is sent with `columns`."""
     try:
         seen = preview(head.text)
-    except SourceError as error:
+    except RefusedError as error:
         raise RefusedError(f"{str(error).capitalize()}.", field="text") from None
     meanings = [ColumnMeaning(name=name, title=title) for name, title in COLUMNS.items()]
     rows = [list(row) for row in seen.rows]

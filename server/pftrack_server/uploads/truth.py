@@ -12,9 +12,9 @@ import structlog
 from pydantic import BaseModel, Field
 
 from pftrack.core.files import write_whole
+from pftrack.core.refusal import ConflictError
 from pftrack.experiments.experiment import Experiment
 from pftrack.sources.truth import write_table
-from pftrack_server.core.errors import ConflictError
 from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.jobs.functions import read_truth
 from pftrack_server.store import Store

@@ -34,10 +34,11 @@ from starlette.routing import Route, WebSocketRoute
 
 from pftrack.core.model.drawing import drawn_keys
 from pftrack.core.model.faults import without_faults
-from pftrack.core.model.parameters import ParameterError, Value, declarations, flat
+from pftrack.core.model.parameters import Value, declarations, flat
 from pftrack.core.model.recipe import Change
+from pftrack.core.refusal import ConflictError, ParameterError
 from pftrack.runs.manifest import title_of
-from pftrack.runs.run import EndOfRun, PastError, Run
+from pftrack.runs.run import Run
 from pftrack_server.core.panel import PanelDescription, PanelValues
 from pftrack_server.core.pictures import PictureEncoder, SceneDrawing
 from pftrack_server.viewer.viewer import Viewer
@@ -235,7 +236,7 @@ class Player:
             wishes = await self._wait_for()
             try:
                 await asyncio.to_thread(self._do_all, wishes)
-            except (ParameterError, PastError, EndOfRun) as error:
+            except (ParameterError, ConflictError) as error:
                 self.viewer.refuse(str(error))
             except Exception as error:  # noqa: BLE001 - an experiment's own, which must not end the picture
                 self._is_playing = False

@@ -15,15 +15,10 @@ from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from uvicorn.protocols.utils import ClientDisconnected
 
-from pftrack.core.model.parameters import ParameterError
-from pftrack.core.model.setup import ExportError
-from pftrack.experiments.own.code import FilterFileError
-from pftrack.runs.record import RecordError
-from pftrack.runs.run import EndOfRun, PastError
-from pftrack.sources.limits import SourceError
+from pftrack.core.refusal import RefusedError, first_problem
 from pftrack.sweep.axis import SweepError
 from pftrack_server.core.base_path import route_path
-from pftrack_server.core.errors import ApiError, response, shape
+from pftrack_server.core.errors import ApiError, detail_of, response, shape, status_of
 from pftrack_server.store.system_errors import describe
 
 log = structlog.get_logger(__name__)
@@ -66,25 +61,9 @@ def install(app: FastAPI) -> None:
     """Teach an app to answer every exception in the one shape."""
 
     @app.exception_handler(ApiError)
-    async def _own(_: Request, error: ApiError) -> Response:
-        return response(error.status, error.detail)
-
-    @app.exception_handler(ParameterError)
-    async def _parameter(_: Request, error: ParameterError) -> Response:
-        detail = shape(str(error), field=error.field, bound=error.bound, value=error.value)
-        return response(HTTPStatus.UNPROCESSABLE_ENTITY, detail)
-
-    @app.exception_handler(FilterFileError)
-    @app.exception_handler(SourceError)
-    @app.exception_handler(RecordError)
-    async def _file(_: Request, error: ValueError) -> Response:
-        return response(HTTPStatus.UNPROCESSABLE_ENTITY, shape(_sentence_case(str(error))))
-
-    @app.exception_handler(EndOfRun)
-    @app.exception_handler(ExportError)
-    @app.exception_handler(PastError)
-    async def _time(_: Request, error: Exception) -> Response:
-        return response(HTTPStatus.CONFLICT, shape(_sentence_case(str(error))))
+    @app.exception_handler(RefusedError)
+    async def _refused(_: Request, error: ApiError | RefusedError) -> Response:
+        return response(status_of(error), detail_of(error))
 
     @app.exception_handler(SweepError)
     async def _sweep(request: Request, error: SweepError) -> Response:
@@ -145,10 +124,10 @@ def _sentence(error: HTTPException) -> str:
 
 def _first(error: RequestValidationError) -> dict[str, Any]:
     """Tell the first of what a request got wrong, with the name of its field."""
-    first = error.errors()[0]
-    cause = first.get("ctx", {}).get("error")
-    if isinstance(cause, ParameterError):
-        return shape(str(cause), field=cause.field, bound=cause.bound, value=cause.value)
+    try:
+        first = first_problem(error.errors())
+    except RefusedError as refused:
+        return detail_of(refused)
     # The fields of a recipe have the names that the library's own refusals give them, and so have those of a command.
     kind = error.body.get("kind") if isinstance(error.body, dict) else None
     where = [str(part) for part in first["loc"] if part not in {"body", "query", "path", "recipe"}]
@@ -167,10 +146,6 @@ def _first(error: RequestValidationError) -> dict[str, Any]:
     return shape(
         f"{field or 'The body'}: {said[:1].lower()}{said[1:]}", field=field, bound=bound, value=first.get("input")
     )
-
-
-def _sentence_case(text: str) -> str:
-    return text[:1].upper() + text[1:]
 
 
 TOO_LONG = object()

@@ -9,11 +9,12 @@ from typing import Literal, NamedTuple
 from pydantic import BaseModel, Field, TypeAdapter
 
 from pftrack.core.model.recipe import Recipe
+from pftrack.core.refusal import ConflictError, RefusedError
 from pftrack.output.exports.comparisons import COMPARISON_FORMATS
 from pftrack.output.exports.formats import FileKind
 from pftrack.runs.comparison import MOST_RUNS, ComparisonOutline, ComparisonResult, Setting
 from pftrack_server.core.bodies import FrameNumber, GivenTitle, RequestBody
-from pftrack_server.core.errors import ConflictError, DamagedError, RefusedError
+from pftrack_server.core.errors import DamagedError
 from pftrack_server.core.experiments import find_experiment
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.jobs import Job, OnStep

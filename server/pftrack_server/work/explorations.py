@@ -14,9 +14,10 @@ from pydantic import Field, TypeAdapter
 from pftrack.analysis.counterfactuals import Report, join, read_record, record
 from pftrack.analysis.other_seeds import Bands, Scene
 from pftrack.core.model.parameters import NOT_BOOLEAN
+from pftrack.core.refusal import ConflictError
 from pftrack.process import Budget
 from pftrack_server.core.bodies import FrameNumber, RequestBody
-from pftrack_server.core.errors import ConflictError, NotFoundError, UnavailableError
+from pftrack_server.core.errors import NotFoundError, UnavailableError
 from pftrack_server.jobs.jobs import Job, OnStep
 from pftrack_server.sessions.session import Session
 from pftrack_server.store.files import new_name

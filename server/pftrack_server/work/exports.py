@@ -58,7 +58,7 @@ async def export_run(
 
     Raises:
         NotFoundError: There is no such export.
-        ExportError: There is no such plot.
+        ConflictError: There is no such plot.
         DiskFullError: The disk has no room.
         UnavailableError: There are as many under way as there may be.
     """

@@ -16,9 +16,10 @@ from fastapi import APIRouter, Depends, Path, Query, Request
 from pydantic import BaseModel, Field
 from starlette.responses import FileResponse, Response
 
+from pftrack.core.refusal import ConflictError
 from pftrack.experiments import EXPERIMENTS
 from pftrack_server.core.bodies import GivenTitle, RequestBody, Title
-from pftrack_server.core.errors import ConflictError, DamagedError, NotFoundError
+from pftrack_server.core.errors import DamagedError, NotFoundError
 from pftrack_server.core.requests import MULTIPART, SettingsNow, TakesFiles, kept_picture, service, unless_client_gone
 from pftrack_server.jobs.child_tasks import TheTasks
 from pftrack_server.sessions.routes import AManager, Begin

@@ -17,18 +17,19 @@ from pftrack.analysis.explanation import Explanation
 from pftrack.analysis.fitting import fit
 from pftrack.analysis.other_seeds import RUNS, Scene, ensembling, other_seeds
 from pftrack.core.files import write_whole
-from pftrack.core.model.parameters import ParameterError, Parameters, flat, limit_particles
+from pftrack.core.model.parameters import Parameters, flat, limit_particles
 from pftrack.core.model.recipe import Footage, check_timeline
 from pftrack.core.model.series import as_json
 from pftrack.core.model.setup import find_export
 from pftrack.core.model.source import FrameIndex, FrameSequence
 from pftrack.core.numerics.random import LARGEST_SEED
+from pftrack.core.refusal import ParameterError, RefusedError
 from pftrack.experiments.own.code import trust
 from pftrack.output.exports.comparisons import COMPARISON_FORMATS
 from pftrack.output.exports.formats import exporting, exports_of
 from pftrack.process import report
 from pftrack.runs.comparison import Comparison
-from pftrack.runs.record import RecordError, Saved, read_saved
+from pftrack.runs.record import Saved, read_saved
 from pftrack.runs.reproduction import departure, difference, make
 from pftrack.runs.run import Run
 from pftrack.sources.limits import Limits
@@ -96,11 +97,11 @@ def _reopen_footage(video: tuple[str, str] | None, limits: Limits, footage: Foot
         footage: What the run says of it.
 
     Raises:
-        RecordError: It is not here.
+        RefusedError: It is not here.
     """
     if video is None:
         name = footage.name or "a recording"
-        raise RecordError(f"The run was made on {name}, which is not on this server; upload it first")
+        raise RefusedError(f"The run was made on {name}, which is not on this server; upload it first")
     index = FrameIndex.from_json(video[1])
     return open_sequence(Path(video[0]), limits, index=index, square=footage.square)
 
@@ -114,9 +115,9 @@ def compare_record(path: str, estimates: list[list[float]]) -> str | None:
 def _read_record(path: str) -> Saved:
     try:
         return read_saved(Path(path))
-    except RecordError as error:
+    except RefusedError as error:
         # What the file is called here is nobody's business.
-        raise RecordError(str(error).replace(Path(path).name, "The file")) from None
+        raise RefusedError(str(error).replace(Path(path).name, "The file")) from None
 
 
 def write_export(
@@ -164,7 +165,7 @@ def outline_comparison(configs: Sequence[WorkerConfig]) -> dict[str, Any]:
     """Return what is known of a comparison before anything is computed.
 
     Raises:
-        ComparisonError: The runs cannot be compared.
+        RefusedError: The runs cannot be compared.
     """
     return as_json(_compare(configs).outline)
 
@@ -203,7 +204,7 @@ def explore_changes(
         seconds: After so long it ends with what it has found.
 
     Raises:
-        LossError: The run has not lost its target.
+        RefusedError: The run has not lost its target.
     """
     run = _run(config)
     run.seek(min(max(config.run.computed, run.computed), run.frames - 1))

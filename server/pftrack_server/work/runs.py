@@ -10,11 +10,12 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, computed_field
 from pftrack.analysis.fitting import MOST_NUMBERS, Fit
 from pftrack.core.files import settle
 from pftrack.core.model.measures import HIT_RATE
+from pftrack.core.refusal import ConflictError
 from pftrack.experiments import find
 from pftrack.runs.loss import loss_words
 from pftrack.runs.record import Record
 from pftrack_server.core.bodies import Name, RequestBody
-from pftrack_server.core.errors import ConflictError, DiskFullError
+from pftrack_server.core.errors import DiskFullError
 from pftrack_server.core.resource_limits import mebibytes
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks

@@ -16,9 +16,10 @@ from typing import Any, NamedTuple
 from pydantic import Field, model_validator
 
 from pftrack.core.model.recipe import Recipe
+from pftrack.core.refusal import ConflictError, RefusedError
 from pftrack.runs.record import Record
 from pftrack_server.core.bodies import RequestBody
-from pftrack_server.core.errors import ConflictError, NotFoundError, RefusedError
+from pftrack_server.core.errors import NotFoundError
 from pftrack_server.core.experiments import find_experiment
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks

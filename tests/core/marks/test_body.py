@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pftrack.core.model.marks import LongBody
-from pftrack.core.model.parameters import ParameterError
+from pftrack.core.refusal import ParameterError
 
 SIZE = (320, 240)
 GOOD = {"head": [120, 100], "root": [80, 100], "tip": [60, 100], "half_width": 8}

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.marks import Box, read_mark
-from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.source import Landmarks, Target
+from pftrack.core.refusal import ParameterError
 
 
 def test_a_box_is_read_from_text_and_json() -> None:

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pftrack.core.model.marks import FeaturePoints
-from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.source import Landmarks, Target
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments.head.recording import FaceBox, FacePoints
 from pftrack.vision.face import FEATURES, mean_model
 

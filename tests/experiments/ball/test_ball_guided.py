@@ -2,9 +2,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.model.parameters import ParameterError, Value, revise
+from pftrack.core.model.parameters import Value, revise
 from pftrack.core.model.source import Frame
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments import find
 from pftrack.experiments.ball.model import GUIDANCE, TRACKERS, BallTrackerParameters
 from pftrack.experiments.shared.reports import PointState

@@ -7,9 +7,10 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.geometry import paint_disc
-from pftrack.core.model.parameters import ParameterError, Value, revise
+from pftrack.core.model.parameters import Value, revise
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments.ball import model as motion
 from pftrack.experiments.ball.model import (
     COLOURED,

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from pftrack.core.model.parameters import ParameterError, revise
+from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import Frame, History
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments.fish.scene import FishSceneParameters, FishSource, FishTarget
 from pftrack.experiments.fish.swimming import FRAMES, clip, has_sharp_turn
 

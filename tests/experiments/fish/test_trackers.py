@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.model.parameters import ParameterError, revise
+from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import History
 from pftrack.core.numerics.compiled import read_only
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments import find
 from pftrack.experiments.fish.model import Edges, FishState, find_edges
 from pftrack.experiments.fish.parameters import GUIDANCE

@@ -11,11 +11,11 @@ import pytest
 from pftrack.core.model.drawing import COLOURS
 from pftrack.core.model.setup import Setup, Sighting
 from pftrack.core.model.source import FrameSequence, History
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments import find
 from pftrack.experiments.hand.recording import HandTips
 from pftrack.experiments.hand.scene import HandSceneParameters, HandSource
 from pftrack.runs.run import Run
-from pftrack.sources.limits import SourceError
 from pftrack.sources.sequence import open_sequence
 from pftrack.vision.film import FilmWriter
 
@@ -197,7 +197,7 @@ def test_a_large_picture_is_followed_in_a_smaller_one_and_a_larger_one_refused(t
     assert 520 * 0.85 < state.scale < 520 * 1.15
     assert run.diagnostics[1].number("difference") < 15.0
     cv2.imwrite(str(tmp_path / "0.png"), np.zeros((4000, 4000), np.uint8))
-    with pytest.raises(SourceError, match="4000 x 4000"):
+    with pytest.raises(RefusedError, match="4000 x 4000"):
         open_sequence(tmp_path)
 
 

@@ -10,10 +10,10 @@ from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import History
 from pftrack.core.numerics.compiled import read_only
 from pftrack.core.numerics.elementary import wrap
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments.hand.fingers import HandFeatures, features_of
 from pftrack.experiments.hand.first_pose import (
     FlatHand,
-    NoOpenHandError,
     OpenHand,
     apply_changes,
     disagreement,
@@ -95,7 +95,7 @@ def test_the_first_pose_on_a_hundred_hands() -> None:
         features, target = seen(0, 2000 + number, **values)
         try:
             hand = find_open_hand(features)
-        except NoOpenHandError:
+        except RefusedError:
             continue
         assert hand.shape.side == target.shape.side
         found.append(errors(hand, target))
@@ -129,7 +129,7 @@ def test_the_persons_fingers_are_measured() -> None:
 def test_what_cannot_be_begun_is_said_in_words(index: int, values: dict[str, object], reason: str) -> None:
     """A fist, a hand from its side, folded fingers, nothing, a flash, and a hand of a few pixels."""
     features, _ = seen(index, 3, **values)
-    with pytest.raises(NoOpenHandError, match=reason):
+    with pytest.raises(RefusedError, match=reason):
         find_open_hand(features)
 
 
@@ -138,7 +138,7 @@ def test_two_hands_and_a_hand_beyond_the_border_are_refused() -> None:
     mask = silhouette(open_pose((60, 137)), 40.0, MODEL, (200, 200))
     for both, finding in ((np.hstack([mask, mask]), Finding.SEVERAL), (np.roll(mask, -60, 0) | mask, Finding.CUT)):
         image = np.repeat(both[..., None].astype(np.uint8) * 255, 3, axis=2)
-        with pytest.raises(NoOpenHandError, match=finding.value):
+        with pytest.raises(RefusedError, match=finding.value):
             find_open_hand(features_of(image, SETTINGS))
 
 
@@ -164,7 +164,7 @@ def test_marks_give_what_is_seen_its_names() -> None:
 def test_folded_fingers_may_be_marked() -> None:
     """With two fingers folded, marks begin what cannot be begun by itself."""
     features, target = seen(10, 3, motion="occlusion", hand="left")
-    with pytest.raises(NoOpenHandError):
+    with pytest.raises(RefusedError):
         find_open_hand(features)
     hand = find_open_hand(features, target.tips)
     tips, wrist, size, turn = errors(hand, target)
@@ -180,7 +180,7 @@ def test_folded_fingers_may_be_marked() -> None:
 def test_marks_beside_the_fingers_are_refused() -> None:
     """At least two belong to fingers that are seen."""
     features, target = seen(0, 6)
-    with pytest.raises(NoOpenHandError, match="marked tips"):
+    with pytest.raises(RefusedError, match="marked tips"):
         find_open_hand(features, target.tips + np.array([60.0, 50.0]))
 
 
@@ -215,7 +215,7 @@ def test_a_persons_two_fingers_are_begun_by_marks() -> None:
     assert picture is not None
     image = np.ascontiguousarray(picture[..., ::-1], np.uint8)
     features = features_of(image, revise(SilhouetteParameters(), suggest_parameters(image)))
-    with pytest.raises(NoOpenHandError, match="2 fingers are seen"):
+    with pytest.raises(RefusedError, match="2 fingers are seen"):
         find_open_hand(features)
     hand = find_open_hand(features, np.array([[80.0, 125], [40, 60], [72, 42], [93, 121], [111, 125]]))
     assert hand.shape.side == -1.0
@@ -248,7 +248,7 @@ def test_an_open_hand_needs_no_proposal_and_a_fist_has_none() -> None:
     assert found.seen == (True,) * 5
     assert np.hypot(*(found.tips - target.tips).T).max() < 5.0
     for values in ({"occlusion_width_px": 400}, {"flash_every": 1}):
-        with pytest.raises(NoOpenHandError):
+        with pytest.raises(RefusedError):
             propose(seen(0, 6, **values)[0])
-    with pytest.raises(NoOpenHandError, match="finger is seen"):
+    with pytest.raises(RefusedError, match="finger is seen"):
         propose(seen(29, 3)[0])

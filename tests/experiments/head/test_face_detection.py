@@ -5,8 +5,9 @@ import cv2
 import numpy as np
 import pytest
 
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments.head import detection as cascades
-from pftrack.experiments.head.detection import FaceError, detect, eye_distance, find_again
+from pftrack.experiments.head.detection import detect, eye_distance, find_again
 from pftrack.vision.face import FEATURES, FaceModel, mean_model, place
 
 CLIP = Path(__file__).parents[3] / ".." / "shared" / "data" / "face_turning"
@@ -23,8 +24,8 @@ REFERENCE = {
 }
 
 
-def refused(grey: np.ndarray) -> FaceError:
-    with pytest.raises(FaceError) as error:
+def refused(grey: np.ndarray) -> RefusedError:
+    with pytest.raises(RefusedError) as error:
         detect(np.ascontiguousarray(grey))
     return error.value
 
@@ -107,7 +108,7 @@ def test_a_face_that_is_cut_off_is_refused_by_name(frontal: tuple, monkeypatch: 
     points = mean_model().points_mm.copy()
     points[FEATURES.index("lmou"), 1] = 190
     monkeypatch.setattr(cascades, "mean_model", lambda: FaceModel(points))
-    with pytest.raises(FaceError, match="but lmou would be outside") as error:
+    with pytest.raises(RefusedError, match="but lmou would be outside") as error:
         detect(grey)
     assert error.value.kind == "cut off"
 

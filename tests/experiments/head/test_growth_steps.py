@@ -7,10 +7,11 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.geometry import rotation
-from pftrack.core.model.parameters import ParameterError, Value, revise
+from pftrack.core.model.parameters import Value, revise
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.source import Target
 from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments import find
 from pftrack.experiments.head import parameters as face_growth
 from pftrack.experiments.head.appearance import HeadMemory

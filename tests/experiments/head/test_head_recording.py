@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.recipe import Change
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments import find
-from pftrack.experiments.head.detection import FaceError
 from pftrack.experiments.head.parameters import AS_PUBLISHED
 from pftrack.experiments.head.recording import FaceBox, FacePoints, PoseTable, read_poses
 from pftrack.runs.run import Run
@@ -196,7 +196,7 @@ def test_a_box_says_which_face() -> None:
         xs = [x for x, _ in setup.footage.mark["points"].values()]
         assert left < min(xs)
         assert max(xs) < left + 320
-    with pytest.raises(FaceError):
+    with pytest.raises(RefusedError):
         HEAD.video.on_video(Pictures(both), FaceBox.of(0.0, 0.0, 40.0, 40.0))
 
 
@@ -213,7 +213,7 @@ def test_a_box_says_which_face() -> None:
 )
 def test_pictures_without_a_face_are_refused(change: object, message: str) -> None:
     """What can be no face is refused with a sentence that says what was expected."""
-    with pytest.raises(FaceError, match=message):
+    with pytest.raises(RefusedError, match=message):
         HEAD.video.on_video(Pictures(pictures(3, change, width=320)), None)  # type: ignore[arg-type]
 
 

@@ -5,8 +5,8 @@ import pytest
 
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import History
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments import find
-from pftrack.experiments.head.detection import FaceError
 from pftrack.experiments.head.recording import FINDER, MOST_SEARCHED, FaceBox, first_face, to_search
 from pftrack.experiments.head.scene import HeadSceneParameters, HeadSource
 from pftrack.vision.face import FEATURES, LINKS, TITLES
@@ -37,7 +37,7 @@ def test_so_many_pictures_are_looked_into(count: int) -> None:
 def test_a_long_recording_of_nobody_is_given_up() -> None:
     """A recording without a face is refused after a bounded number of pictures, with what was wrong with the first."""
     nobody = Counted([empty(pictures(1)[0])] * 5000)
-    with pytest.raises(FaceError, match="found none in the picture; mark its features or its box"):
+    with pytest.raises(RefusedError, match="found none in the picture; mark its features or its box"):
         first_face(nobody, 10)
     assert nobody.asked <= MOST_SEARCHED
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments.head.recording import read_poses
-from pftrack.sources.truth import TruthError
 from pftrack.vision.face import gaze
 
 
@@ -40,5 +40,5 @@ def test_poses_are_read_and_taken_relative_to_a_frame(tmp_path: Path) -> None:
 )
 def test_a_wrong_table_of_poses_is_refused(tmp_path: Path, text: str, message: str) -> None:
     """The message says what was expected of poses."""
-    with pytest.raises(TruthError, match=message):
+    with pytest.raises(RefusedError, match=message):
         read_poses(write(tmp_path, text))

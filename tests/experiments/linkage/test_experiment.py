@@ -9,9 +9,10 @@ from typer.testing import CliRunner
 
 from pftrack.cli.app import app
 from pftrack.core.model.drawing import Points
-from pftrack.core.model.parameters import ParameterError, Value, revise
+from pftrack.core.model.parameters import Value, revise
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.tracker import Diagnostics
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments import find
 from pftrack.experiments.linkage.experiment import direction_error
 from pftrack.runs.run import Run

@@ -7,9 +7,10 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.geometry import quaternion, quaternion_matrix
-from pftrack.core.model.parameters import ParameterError, revise
+from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import Frame, Measurements
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments import find
 from pftrack.experiments.linkage.gaussians import box, constraints, from_moments, noise
 from pftrack.experiments.linkage.linearised import linearisation_points, predict

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.source import FrameSequence, Measurements
 from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments import find
 from pftrack.experiments.linkage.experiment import LinkagePoints, RecordedLinkageParameters, guess
 from pftrack.experiments.linkage.scene import NAMES, places

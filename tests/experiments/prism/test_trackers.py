@@ -7,11 +7,12 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.geometry import rotation
-from pftrack.core.model.parameters import ParameterError, Value, revise
+from pftrack.core.model.parameters import Value, revise
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.source import Frame, History, Measurements
 from pftrack.core.numerics.matrices import pinhole
 from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments import find
 from pftrack.experiments.prism import experiment as prism
 from pftrack.experiments.prism.experiment import TRACKERS, TrackedPrismParameters

@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from pftrack_server.core.errors import ApiError, ConflictError, CrowdedError, UnavailableError
+from pftrack.core.refusal import ConflictError
+from pftrack_server.core.errors import ApiError, CrowdedError, UnavailableError
 from pftrack_server.core.settings import Settings
 from pftrack_server.follow import addresses as found
 from pftrack_server.follow import places

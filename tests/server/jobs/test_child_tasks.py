@@ -13,10 +13,11 @@ from typing import Any
 import psutil
 import pytest
 
+from pftrack.core.refusal import RefusedError
 from pftrack.process import Budget, Ending, Reply
 from pftrack.process.calls import GRACE_S
 from pftrack.process.child import environment
-from pftrack_server.core.errors import ClientGoneError, RefusedError, UnavailableError
+from pftrack_server.core.errors import ClientGoneError, UnavailableError
 from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.jobs.child_tasks import ChildTasks, Queues
 from pftrack_server.uploads.intake import BUDGET

@@ -11,8 +11,9 @@ import pytest
 from PIL import Image
 
 from pftrack.core.model.source import FrameIndex
+from pftrack.core.refusal import RefusedError
 from pftrack.process import Budget
-from pftrack.sources.limits import DEFAULT_LIMITS, Limits, SourceError
+from pftrack.sources.limits import DEFAULT_LIMITS, Limits
 from pftrack.sources.sequence import open_sequence
 from pftrack_server.jobs.child_tasks import ChildTasks, Queues
 from pftrack_server.uploads import intake as module
@@ -95,7 +96,7 @@ def test_columns_are_named_in_the_confined_process(tmp_path: Path, monkeypatch: 
     assert (probe(path, columns=said).kind, path.read_bytes()[:13]) == ("beliefs", b"frame,x,y,w,h")
     for count, got in ((16_385, "16,385"), (1 << 20, "1,048,576")):
         path.write_bytes(b"," * (count - 1) + b"\n")
-        with pytest.raises(SourceError, match=f"expected a table with at most 16,384 columns, got {got}"):
+        with pytest.raises(RefusedError, match=f"expected a table with at most 16,384 columns, got {got}"):
             probe(path, columns=said)
 
 
@@ -113,14 +114,14 @@ def test_a_refusal_comes_through(tmp_path: Path, content: bytes, sentence: str) 
     """What opening would refuse is refused with the same sentence, without a path."""
     path = tmp_path / "a.mp4"
     path.write_bytes(content)
-    with pytest.raises(SourceError, match=sentence) as refusal:
+    with pytest.raises(RefusedError, match=sentence) as refusal:
         probe(path)
     assert str(tmp_path) not in str(refusal.value)
 
 
 def test_limits_come_through(clip: Path) -> None:
     """The limits of size hold in the process as they do here."""
-    with pytest.raises(SourceError, match="at most 10 are allowed"):
+    with pytest.raises(RefusedError, match="at most 10 are allowed"):
         probe(clip, Limits(frames=10))
 
 
@@ -137,20 +138,20 @@ def test_any_name_may_be_probed(clip: Path, tmp_path: Path) -> None:
 
 def test_a_decoder_without_end_runs_out_of_processor_time(endless: Path) -> None:
     """A file that keeps its decoder busy is given up after the processor time allowed."""
-    with pytest.raises(SourceError, match=r"takes more than the 0\.9 s of processor time that are allowed"):
+    with pytest.raises(RefusedError, match=r"takes more than the 0\.9 s of processor time that are allowed"):
         probe(endless, cpu_seconds=0.9)  # the system counts whole seconds, from what was used already
 
 
 def test_a_decoder_without_end_runs_out_of_time(endless: Path) -> None:
     """A file that takes long is given up after the time allowed."""
-    with pytest.raises(SourceError, match=r"takes longer than the 0\.5 s that are allowed"):
+    with pytest.raises(RefusedError, match=r"takes longer than the 0\.5 s that are allowed"):
         probe(endless, silence_s=0.5)
 
 
 def test_a_probe_may_be_stopped(endless: Path) -> None:
     """Who asks may give up, and the process is gone at once."""
     begun = time.monotonic()
-    with pytest.raises(SourceError, match="stopped before it finished"):
+    with pytest.raises(RefusedError, match="stopped before it finished"):
         probe(endless, stopped=lambda: time.monotonic() > begun + 0.3)
     assert time.monotonic() < begun + 5.0
 
@@ -171,7 +172,7 @@ def test_a_probe_may_be_dropped(endless: Path) -> None:
 
 def test_a_memory_bomb_is_told(endless: Path) -> None:
     """A file that unfolds to more memory than allowed is refused by saying so."""
-    with pytest.raises(SourceError, match="needs more than the 20 MiB of memory that are allowed"):
+    with pytest.raises(RefusedError, match="needs more than the 20 MiB of memory that are allowed"):
         probe(endless, memory_bytes=20 * MEBIBYTE)
 
 
@@ -203,7 +204,7 @@ def test_a_process_that_goes_wrong_becomes_a_sentence(
     """A crash, silence, nonsense, a flood or a hang of the process is told in one sentence."""
     monkeypatch.setattr(module, "index_frames", harm)
     monkeypatch.setattr("pftrack.process.pool.LAST_WORDS_S", 0.3)
-    with pytest.raises(SourceError, match=sentence):
+    with pytest.raises(RefusedError, match=sentence):
         probe(clip, silence_s=1 if harm is hostile.hang else 60)
     assert not hostile.HARM.exists()
 
@@ -221,5 +222,5 @@ def test_the_server_goes_on(clip: Path, monkeypatch: pytest.MonkeyPatch) -> None
 
     *good, bad = run(side_by_side())
     assert [index.frame_count for index in good] == [24] * 4
-    assert isinstance(bad, SourceError)
+    assert isinstance(bad, RefusedError)
     assert ask(hostile.surroundings)["parent"] == parent

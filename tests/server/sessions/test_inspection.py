@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.drawing import Drawing, Ellipse, Picture, Polyline
-from pftrack.core.model.parameters import ParameterError
+from pftrack.core.refusal import ParameterError
 from pftrack_server.sessions.worker.commands import Inspect
 from pftrack_server.sessions.worker.run_tree import RunTree
 from tests.server.host import command, error_of, steer

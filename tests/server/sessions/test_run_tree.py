@@ -9,8 +9,8 @@ import pytest
 
 from pftrack.core.model.band import DIRECTIONS
 from pftrack.core.model.drawing import Text
-from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.recipe import Change, Recipe
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack_server.sessions.spec import RunSnapshot, SessionDescription
 from pftrack_server.sessions.worker.protocol import WorkerConfig

@@ -8,7 +8,7 @@ import pytest
 
 import pftrack_server.viewer
 from pftrack.core.model.drawing import Drawing
-from pftrack.sources.limits import SourceError
+from pftrack.core.refusal import RefusedError
 from pftrack_server.core.panel import PanelDescription, PanelValues
 from pftrack_server.core.pictures import SceneDrawing
 from pftrack_server.sessions.scene_feed import SceneFeed
@@ -169,7 +169,7 @@ def test_what_waits_goes_together(act: Act) -> None:
 @pytest.mark.parametrize(
     ("body", "error", "said"),
     [
-        ({}, SourceError("picture 7 cannot be read"), "picture 7 cannot be read"),
+        ({}, RefusedError("picture 7 cannot be read"), "Picture 7 cannot be read"),
         ({}, OSError(5, "input/output error", "/somewhere/secret"), "could not read or write"),
         ({}, RuntimeError("a mistake"), "failed unexpectedly"),
         ({"seed": "seven"}, AssertionError("never carried out"), "seed: "),

@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from starlette.requests import Request
 
-from pftrack_server.core.errors import ApiError, RefusedError, TooLargeError
+from pftrack.core.refusal import RefusedError
+from pftrack_server.core.errors import ApiError, TooLargeError
 from pftrack_server.store.disk_budget import DiskBudget
 from pftrack_server.uploads.multipart import Received, receive
 from tests.apart import run

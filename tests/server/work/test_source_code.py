@@ -17,8 +17,8 @@ from typer.testing import CliRunner
 
 from pftrack.analysis.failures import gallery
 from pftrack.cli.app import app
-from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.recipe import Change, Footage, Recipe
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments import find
 from pftrack.runs.reproduction import make, run_code
 from pftrack.sweep import Plan

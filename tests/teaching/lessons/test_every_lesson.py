@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from pftrack.core.model.parameters import ParameterError
+from pftrack.core.refusal import ParameterError
 from pftrack.teaching.lessons import LESSONS
 from pftrack.teaching.lessons.lesson import Answer, Demonstration, Lesson, Mistake, judge
 

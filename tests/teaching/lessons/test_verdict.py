@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from pftrack.core.model.parameters import ParameterError
+from pftrack.core.refusal import ParameterError
 from pftrack.teaching.lessons.lesson import Answer, Mistake, Question, judge, read_answer
 
 HALVED = Question(

@@ -6,14 +6,12 @@ import sys
 import traceback
 from itertools import islice
 
-from pftrack.core.model.parameters import ParameterError
+from pftrack.core.refusal import RefusedError
 from pftrack.doctor.compiling import cases, run_case
 from pftrack.doctor.memory import cache_folder
 from pftrack.experiments import EXPERIMENTS
-from pftrack.experiments.own.code import FilterFileError, trust
+from pftrack.experiments.own.code import trust
 from pftrack.process import BlockingEnd, confine, end_with_parent, give_way, leave_interrupts_to_parent
-from pftrack.runs.record import RecordError
-from pftrack.sources.limits import SourceError
 from pftrack.vision.rendering import png, render
 from pftrack_server.sessions.worker.protocol import Failed, WorkerConfig
 from pftrack_server.sessions.worker.worker import Worker
@@ -61,7 +59,7 @@ def _make_worker(pipe: BlockingEnd, config: WorkerConfig) -> Worker | None:
     """Return the worker, or tell what of the config was refused."""
     try:
         return Worker(pipe, config)
-    except (FilterFileError, ParameterError, SourceError, RecordError) as error:
+    except RefusedError as error:
         _report_failure(pipe, Failed(str(error), error))
     except LookupError as error:
         # A session of an older version, whose experiment is no more.

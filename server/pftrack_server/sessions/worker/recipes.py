@@ -28,8 +28,8 @@ def wire(config: WorkerConfig) -> Setup:
     """Wire the recipe's footage, which is the upload, or the simulated scene.
 
     Raises:
-        SourceError: The upload cannot be opened.
-        RecordError: The upload is another one, or shows no target.
+        RefusedError: The upload cannot be opened.
+        RefusedError: The upload is another one, or shows no target.
         LookupError: There is no such experiment.
     """
     footage, experiment = config.run.recipe.footage, find(config.run.recipe.experiment)

@@ -12,17 +12,18 @@ from pftrack.analysis.explanation import Explanation, explain
 from pftrack.core.files import free_bytes
 from pftrack.core.model.band import DIRECTIONS
 from pftrack.core.model.drawing import Drawing
-from pftrack.core.model.parameters import ParameterError, declarations, flat, with_role
+from pftrack.core.model.parameters import declarations, flat, with_role
 from pftrack.core.model.recipe import Change, Recipe, Timeline, check_timeline, parameter_values
 from pftrack.core.model.setup import BESIDE, Setup, describe_course
 from pftrack.core.model.tracker import Diagnostics
+from pftrack.core.refusal import ConflictError, ParameterError
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.own.code import digest_of, trust, with_digests
 from pftrack.experiments.own.extension import extend, new_defaults, widen
 from pftrack.runs import checkpoint, record
 from pftrack.runs.loss import Loss
 from pftrack.runs.loss_probability import LossAccount
-from pftrack.runs.run import PastError, Run
+from pftrack.runs.run import Run
 from pftrack_server.sessions.spec import Goal, RunSnapshot, SessionDescription
 from pftrack_server.sessions.worker.commands import Inspect, InspectionPublic
 from pftrack_server.sessions.worker.description import describe, describe_timeline, with_loss
@@ -57,8 +58,8 @@ class RunTree:
 
         Raises:
             ParameterError: A value of the config is refused.
-            SourceError: The upload cannot be opened.
-            RecordError: The upload is another one, or shows no target.
+            RefusedError: The upload cannot be opened.
+            RefusedError: The upload is another one, or shows no target.
             LookupError: There is no such experiment.
         """
         self._recipe = recipe = with_digests(config.run.recipe)
@@ -144,12 +145,12 @@ class RunTree:
         """Return the frame from which to watch how the target was lost.
 
         Raises:
-            PastError: It has not been lost so far.
+            ConflictError: It has not been lost so far.
         """
         rows = self.run.diagnostics
         frame = Loss.of(rows).approach([row.hidden is True for row in rows], self.run.position)
         if frame is None:
-            raise PastError("the target has not been lost so far")
+            raise ConflictError("the target has not been lost so far")
         return frame
 
     def snapshot(self) -> RunSnapshot:

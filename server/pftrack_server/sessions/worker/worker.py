@@ -13,14 +13,10 @@ from dataclasses import dataclass
 from typing import Any, get_args
 
 from pftrack.core.model.drawing import Drawing
-from pftrack.core.model.parameters import ParameterError
-from pftrack.core.model.setup import ExportError
+from pftrack.core.refusal import ParameterError, RefusedError
 from pftrack.doctor.compiling import watch
 from pftrack.experiments.own.code import FilterFileError
 from pftrack.process import BlockingEnd
-from pftrack.runs.record import RecordError
-from pftrack.runs.run import EndOfRun, PastError
-from pftrack.sources.limits import SourceError
 from pftrack.vision.rendering import png, render
 from pftrack_server.core.pictures import PictureEncoder
 from pftrack_server.sessions.spec import Goal, Problem, RunSnapshot, differences
@@ -39,8 +35,6 @@ from pftrack_server.sessions.worker.protocol import (
 )
 from pftrack_server.sessions.worker.run_tree import RunTree
 
-# What a command may be answered with; anything else is a mistake of ours and ends the session.
-REFUSALS = (ExportError, FilterFileError, ParameterError, SourceError, RecordError, PastError, EndOfRun, OSError)
 FORMS: tuple[Form, ...] = get_args(Form)
 TELL_S = 1 / 30
 # A frame that comes a little early must not be skipped, or thirty a second would become fifteen.
@@ -357,7 +351,7 @@ class Worker:
         left = self._left
         try:
             result = order.carry_out(self)
-        except REFUSALS as error:
+        except (OSError, RefusedError) as error:
             self._way = self._way or left
             if self._news or self._rows:
                 self._report(draw=not self._playing)
