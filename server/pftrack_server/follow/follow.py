@@ -17,8 +17,7 @@ from pftrack_server.follow.places import LECTURER, Places
 from pftrack_server.follow.poll import Poll
 from pftrack_server.follow.roles import Reach, Standing, is_allowed
 from pftrack_server.schemas import follows as schemas
-from pftrack_server.sessions.duplex import encode
-from pftrack_server.sessions.listeners import Listeners
+from pftrack_server.sessions.duplex import Listeners, encode
 
 
 @dataclass(frozen=True, slots=True)

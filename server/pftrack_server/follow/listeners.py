@@ -6,7 +6,7 @@ Each text is encoded once for all.
 
 from collections.abc import AsyncIterator, Callable
 
-from pftrack_server.sessions.listeners import Listener
+from pftrack_server.sessions.duplex import Listener
 
 
 class NewestListener(Listener):

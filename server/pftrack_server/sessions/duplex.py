@@ -1,9 +1,16 @@
-"""Duplex: the two directions of a stream between server and page, the same for sessions and sweeps."""
+"""Streams between server and pages, the same for sessions, sweeps and classes.
+
+A listener is a page that hears a stream at its own pace: an asynchronous iterator of encoded messages. What it says and
+when is its own: a session's queues messages, a sweep's looks at what has changed. `converse` sends them over a socket
+and hears what the page says.
+"""
 
 import asyncio
 import contextlib
-from collections.abc import AsyncIterable, Callable
-from typing import Annotated, Literal
+from abc import ABC, abstractmethod
+from collections.abc import AsyncIterable, AsyncIterator, Callable, Iterator
+from contextlib import contextmanager
+from typing import Annotated, Generic, Literal, TypeVar
 
 import structlog
 from fastapi import WebSocket, WebSocketDisconnect
@@ -74,6 +81,58 @@ MOST_HZ = 150.0
 """Messages a second that a page may go on sending; one that paints every drawing of a fast run sends 60."""
 BURST = 300
 """Messages that it may send at once."""
+
+One = TypeVar("One", bound="Listener")
+
+
+class Listener(ABC):
+    """One page that hears a stream.
+
+    Attributes:
+        news: Set when there may be something to say.
+        closed: Whether the stream ends after what is left to say.
+    """
+
+    def __init__(self) -> None:
+        self.news = asyncio.Event()
+        self.news.set()
+        self.closed = False
+
+    def close(self) -> None:
+        """End the stream after what is left to say."""
+        self.closed = True
+        self.news.set()
+
+    @abstractmethod
+    def __aiter__(self) -> AsyncIterator[str | bytes]:
+        """Yield messages as they come, the greeting first."""
+
+
+class Listeners(Generic[One]):
+    """All listeners of one stream."""
+
+    def __init__(self) -> None:
+        self._all: set[One] = set()
+
+    def __len__(self) -> int:
+        return len(self._all)
+
+    def __iter__(self) -> Iterator[One]:
+        return iter(self._all)
+
+    @contextmanager
+    def add(self, listener: One) -> Iterator[One]:
+        """Add a listener for as long as the context lasts."""
+        self._all.add(listener)
+        try:
+            yield listener
+        finally:
+            self._all.discard(listener)
+
+    def close(self) -> None:
+        """End all streams."""
+        for listener in self._all:
+            listener.close()
 
 
 async def converse(

@@ -16,8 +16,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, WithJsonSchema
 
 from pftrack_server.core.panel import SPEEDS
-from pftrack_server.sessions.duplex import Message, encode
-from pftrack_server.sessions.listeners import Listener, Listeners
+from pftrack_server.sessions.duplex import Listener, Listeners, Message, encode
 from pftrack_server.sessions.spec import SessionDescription, SessionSnapshot
 from pftrack_server.sessions.worker.codec import EncodedDrawing
 

@@ -30,8 +30,7 @@ from pftrack.sweep.work import Recording, prepare
 from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.core.processes import FORK_SERVER
 from pftrack_server.core.settings import Settings
-from pftrack_server.sessions.duplex import Message, encode
-from pftrack_server.sessions.listeners import Listener, Listeners
+from pftrack_server.sessions.duplex import Listener, Listeners, Message, encode
 from pftrack_server.sessions.spec import MeasurePublic, TrackerPublic
 from pftrack_server.store.tables import SweepRow
 from pftrack_server.sweeps import functions

@@ -32,7 +32,7 @@ from pftrack.core.model.drawing import (
 )
 from pftrack.experiments import find
 from pftrack.runs.run import Run
-from pftrack_server.sessions.worker.codec import DrawingEncoder, DrawingError
+from pftrack_server.sessions.worker.codec import DrawingEncoder
 from tests.server.drawings import decode, messages_of
 
 anything = st.floats(width=32)  # a lost tracker draws what is not finite
@@ -237,5 +237,5 @@ def test_what_was_told_up_to_it_is_in_its_head() -> None:
 def test_what_a_page_cannot_read_is_refused_by_name(size: Any) -> None:
     """A number that is none, or a tuple in place of one, is told with the primitive's name before anything is sent."""
     cloud = Points(np.zeros((5, 3), np.float32), np.zeros((5, 3), np.uint8), size)
-    with pytest.raises(DrawingError, match="particles cannot be shown: size must be a finite number"):
+    with pytest.raises(ValueError, match="particles cannot be shown: size must be a finite number"):
         DrawingEncoder().encode(Drawing(8, 6, {"picture": Picture(picture(0)), "particles": cloud}), 0)

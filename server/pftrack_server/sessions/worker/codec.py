@@ -80,10 +80,6 @@ def picture_record(picture: EncodedPicture) -> bytes:
     return b"".join((RECORD.pack(picture.key, length), picture.file, bytes(-length % ALIGNMENT)))
 
 
-class DrawingError(ValueError):
-    """A drawing that cannot travel; the sentence names the primitive and what is wrong with it."""
-
-
 class DrawingEncoder:
     """Encodes the drawings of one run.
 
@@ -104,10 +100,10 @@ class DrawingEncoder:
             frame: The frame that it shows.
 
         Raises:
-            DrawingError: A primitive does not hold what it should.
+            ValueError: A primitive does not hold what it should.
         """
         for name, clause in faults(drawing).items():
-            raise DrawingError(f"{name} cannot be shown: {clause}")
+            raise ValueError(f"{name} cannot be shown: {clause}")
         arrays = _Arrays(self._bits)
         pictures = self._pictures.encode(drawing, fine=True)
         described = []

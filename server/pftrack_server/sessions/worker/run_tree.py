@@ -3,6 +3,7 @@
 It knows neither pipe nor clock: the worker drives it, and tests can too.
 """
 
+import dataclasses
 import os
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -12,31 +13,27 @@ from pftrack.analysis.explanation import Explanation, explain
 from pftrack.core.files import free_bytes
 from pftrack.core.model.band import DIRECTIONS
 from pftrack.core.model.drawing import Drawing
-from pftrack.core.model.parameters import declarations, flat, with_role
-from pftrack.core.model.recipe import Change, Recipe, Timeline, check_timeline, parameter_values
+from pftrack.core.model.parameters import Parameters, declarations, flat, limit_particles, revise, with_role
+from pftrack.core.model.recipe import Change, Footage, Recipe, Timeline, check_timeline, parameter_values
 from pftrack.core.model.setup import BESIDE, Setup, describe_course
+from pftrack.core.model.source import FrameIndex, FrameSequence
 from pftrack.core.model.tracker import Diagnostics
 from pftrack.core.refusal import ConflictError, ParameterError
+from pftrack.experiments import find
 from pftrack.experiments.experiment import Experiment
-from pftrack.experiments.own.code import digest_of, trust, with_digests
+from pftrack.experiments.own.code import FilterFileError, digest_of, trust, with_digests
 from pftrack.experiments.own.extension import extend, new_defaults, widen
-from pftrack.runs import checkpoint, record
+from pftrack.runs import checkpoint, record, reproduction
 from pftrack.runs.loss import Loss
 from pftrack.runs.loss_probability import LossAccount
 from pftrack.runs.run import Run
-from pftrack_server.sessions.spec import Goal, RunSnapshot, SessionDescription
+from pftrack.sources.limits import DEFAULT_LIMITS
+from pftrack.sources.sequence import open_sequence
+from pftrack_server.sessions.spec import Goal, Problem, RunSnapshot, SessionDescription
 from pftrack_server.sessions.worker.commands import Inspect, InspectionPublic
 from pftrack_server.sessions.worker.description import describe, describe_timeline, with_loss
 from pftrack_server.sessions.worker.frame_view import FrameView
 from pftrack_server.sessions.worker.protocol import WorkerConfig
-from pftrack_server.sessions.worker.recipes import (
-    changes_between,
-    limit_change,
-    limit_recipe,
-    usable_filters,
-    uses,
-    wire,
-)
 
 
 class RunTree:
@@ -57,9 +54,8 @@ class RunTree:
             on_step: Called after each step that is repeated for a branch, which may take a while.
 
         Raises:
-            ParameterError: A value of the config is refused.
-            RefusedError: The upload cannot be opened.
-            RefusedError: The upload is another one, or shows no target.
+            RefusedError: A value of the config is refused, or the upload cannot be opened, is another one, or shows no
+                target.
             LookupError: There is no such experiment.
         """
         self._recipe = recipe = with_digests(config.run.recipe)
@@ -71,8 +67,8 @@ class RunTree:
         if frames is not None and frames > config.max_frames:
             raise ParameterError("frames", frames, f"at most {config.max_frames} on this server")
         # That of the recording alone, to which what filters bring is added.
-        self._bare = wire(config)
-        filters, self.problem = usable_filters(recipe)
+        self._bare = _wire(config)
+        filters, self.problem = _usable_filters(recipe)
         self._adopt(filters)
         recipe = self._recipe
         self.active = config.run.branch
@@ -281,7 +277,7 @@ class RunTree:
         Raises:
             ParameterError: A value is refused; nothing has changed then.
         """
-        self._limit(values, self.run.position + 1)
+        self._limit_change(values, self.run.position + 1)
         fixed = {item.name for item in declarations(type(self._setup.parameters)) if not item.live}
         if fixed & values.keys():
             self._restart(values)
@@ -298,7 +294,7 @@ class RunTree:
         """
         if not 0 <= frame <= self.run.computed:
             raise ParameterError("frame", frame, f"a frame computed already, 0 to {self.run.computed}")
-        self._limit(values, frame)
+        self._limit_change(values, frame)
         self._runs[name] = self.run.branch(frame, values, on_step=self._on_step)
         self._left[name] = self.active
         self._show(name)
@@ -348,17 +344,17 @@ class RunTree:
         versions = self._recipe.filters.get(name, ())
         if versions[-1:] == (digest_of(text),):
             return
-        if not any(uses(run, name) for run in self._runs.values()):
+        if not any(_uses(run, name) for run in self._runs.values()):
             versions = ()  # nobody needs them
         self._adopt({**self._recipe.filters, name: (*versions, digest_of(text))})
-        used = uses(self.run, name)
+        used = _uses(self.run, name)
         run = self.run.rewire(self.experiment, self._setup)
         frame = 0 if self.ended else run.position
         following = run.position + 1
         values = new_defaults(name, self._recipe.filters[name], flat(run.parameters_at(following)))
         if used:
             # A branch shares what was in force in its frame; what was chosen since is not given up for a new text.
-            values = {**changes_between(run, frame, following), **values}
+            values = {**_changes_between(run, frame, following), **values}
             self._runs[branch] = run.branch(frame, values, on_step=self._on_step)
             self._left[branch] = self.active
             self._show(branch)
@@ -400,10 +396,74 @@ class RunTree:
         self.restarts += 1
 
     def _begin(self, recipe: Recipe) -> Run:
-        limit_recipe(self.experiment, self._setup.parameters, recipe, self._max_particles)
-        return Run.from_recipe(recipe, self.experiment, self._setup)
+        experiment, parameters = self.experiment, self._setup.parameters
+        tracker, changes = recipe.tracker or experiment.default_tracker, recipe.changes(flat(parameters))
+        # A run computes its first frame at once: what is too much is refused before there is one.
+        for each in Timeline.begin(parameters, tracker, experiment.trackers, changes).segments:
+            self._limit(each.parameters, each.tracker)
+        return Run.from_recipe(recipe, experiment, self._setup)
 
-    def _limit(self, values: Mapping[str, object], frame: int) -> None:
+    def _limit_change(self, values: Mapping[str, object], frame: int) -> None:
         """Refuse a change of what is in force in a frame of the active branch, if it makes too many particles."""
-        run = self.run
-        limit_change(self.experiment, run.parameters_at(frame), run.tracker_at(frame), values, self._max_particles)
+        changed = revise(self.run.parameters_at(frame), parameter_values(values))
+        self._limit(changed, str(values.get("tracker", self.run.tracker_at(frame))))
+
+    def _limit(self, parameters: Parameters, tracker: str) -> None:
+        declared = self.experiment.declarations(type(parameters))
+        limit_particles(declared, flat(parameters), tracker, self._max_particles)
+
+
+def _wire(config: WorkerConfig) -> Setup:
+    """Wire the recipe's footage, which is the upload, or the simulated scene.
+
+    Raises:
+        RefusedError: The upload cannot be opened, is another one, or shows no target.
+        LookupError: There is no such experiment.
+    """
+    footage, experiment = config.run.recipe.footage, find(config.run.recipe.experiment)
+    if footage is None or config.video is None:
+        return experiment.simulate()
+    video = Path(config.video)
+    limits = dataclasses.replace(DEFAULT_LIMITS, frames=config.max_frames, pixels=config.max_pixels)
+    index = FrameIndex.from_json(config.index) if config.index else None
+
+    def open_sequence_of(footage: Footage) -> FrameSequence:
+        return open_sequence(video, limits, index=index, square=footage.square)
+
+    setup = reproduction.wire(experiment, footage, open_sequence_of)
+    if setup.footage is None or not footage.name:
+        return setup
+    # A saved run speaks of the recording by the name that people know.
+    return dataclasses.replace(setup, footage=setup.footage.model_copy(update={"name": footage.name}))
+
+
+def _usable_filters(recipe: Recipe) -> tuple[Mapping[str, tuple[str, ...]], Problem | None]:
+    """Return the filters of a recipe; where the run needs none that cannot be used, without those, and why.
+
+    Raises:
+        FilterFileError: One that the run needs cannot be used.
+    """
+    needed = {recipe.tracker, *(change.values.get("tracker") for change in recipe.timeline)}
+    usable, problem = dict(recipe.filters), None
+    for name, texts in recipe.filters.items():
+        try:
+            extend(recipe.experiment, {name: texts})
+        except FilterFileError as error:
+            if name in needed:
+                raise
+            problem = Problem(file=error.file, line=error.line, text=error.problem)
+            del usable[name]
+    return usable, problem
+
+
+def _changes_between(run: Run, frame: int, later: int) -> dict[str, Any]:
+    """Return what is in force in a later frame and was not in an earlier one."""
+    before, chosen = flat(run.parameters_at(frame)), flat(run.parameters_at(later))
+    values: dict[str, Any] = {name: value for name, value in chosen.items() if value != before[name]}
+    tracker = run.tracker_at(later)
+    return values if tracker == run.tracker_at(frame) else {"tracker": tracker, **values}
+
+
+def _uses(run: Run, tracker: str) -> bool:
+    """Return whether a tracker computes any frame of a run."""
+    return any(each.tracker == tracker for each in run.timeline.segments)
