@@ -345,7 +345,7 @@ class BlockingPool:
         self.processes = processes
         self._fork_server = fork_server
         self._loop = BackgroundLoop("pool")
-        self._pool = Pool(fork_server, most=processes, kept=processes, budget=budget, prepare=prepare)
+        self._pool = Pool(fork_server, most=processes, kept=processes, budget=budget, refusals=(), prepare=prepare)
 
     def submit(
         self, function: Callable[..., Any], *arguments: object, on_step: Callable[[Any], object] = lambda _: None

@@ -92,14 +92,11 @@ def test_pictures_without_a_face_are_refused(frontal: tuple) -> None:
     grey, _ = frontal
     noise = np.random.default_rng(0).integers(0, 255, (240, 320), dtype=np.uint8)
     for nothing in (noise, np.full((240, 320), 90, np.uint8), grey[:, :320], grey[:250]):
-        assert refused(nothing).kind == "no face"
+        assert "found none in the picture" in str(refused(nothing))
     assert "found one upside down" in str(refused(grey[::-1, ::-1]))
     for turn in (1, 3):
-        error = refused(np.rot90(grey, turn))
-        assert (error.kind, "on its side" in str(error)) == ("not upright", True)
-    small = refused(grey[:8, :8])
-    assert small.kind == "too small"
-    assert "got 8 x 8" in str(small)
+        assert "an upright face, found one on its side" in str(refused(np.rot90(grey, turn)))
+    assert "got 8 x 8" in str(refused(grey[:8, :8]))
 
 
 def test_a_face_that_is_cut_off_is_refused_by_name(frontal: tuple, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -108,9 +105,8 @@ def test_a_face_that_is_cut_off_is_refused_by_name(frontal: tuple, monkeypatch: 
     points = mean_model().points_mm.copy()
     points[FEATURES.index("lmou"), 1] = 190
     monkeypatch.setattr(cascades, "mean_model", lambda: FaceModel(points))
-    with pytest.raises(RefusedError, match="but lmou would be outside") as error:
+    with pytest.raises(RefusedError, match="but lmou would be outside"):
         detect(grey)
-    assert error.value.kind == "cut off"
 
 
 def test_hidden_eyes_are_placed_by_proportion(simulated: object) -> None:

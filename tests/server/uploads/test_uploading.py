@@ -118,4 +118,4 @@ def test_no_file() -> None:
     """A form without a file is refused by the name of the field."""
     with pytest.raises(RefusedError) as refusal:
         taken([b"--" + BOUNDARY + b"--\r\n"])
-    assert refusal.value.detail["field"] == "file"
+    assert refusal.value.field == "file"
