@@ -65,7 +65,7 @@ def run(
         **parameters: Values of frame 0 by name, as the experiment declares them.
 
     Raises:
-        LookupError: There is no such experiment or preset.
+        RefusedError: There is no such experiment or preset.
         FilterFileError: The filter in the file cannot go on; it says the line.
         OSError: The file with the filter cannot be read.
         ParameterError: A value is unknown or out of bounds.

@@ -14,6 +14,7 @@ from pftrack.core.model.preset import ORDER, Failure
 from pftrack.core.model.recipe import Recipe
 from pftrack.core.model.series import Known
 from pftrack.core.model.tracker import Diagnostics
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.loss import loss_words
 from pftrack.runs.run import Run
@@ -106,14 +107,14 @@ def entry(experiments: Mapping[str, Experiment], name: str) -> Entry:
     """Return a failure by its id or its number.
 
     Raises:
-        LookupError: There is none; the sentence lists those that there are.
+        RefusedError: There is none; the sentence lists those that there are.
     """
     entries = gallery(experiments)
     for each in entries:
         if name in {each.failure.id, str(each.number)}:
             return each
     known = ", ".join(f"{each.number} {each.failure.id}" for each in entries)
-    raise LookupError(f"there is no failure {name!r} here; there are {known}")
+    raise RefusedError(f"there is no failure {name!r} here; there are {known}", "failure", value=name)
 
 
 def run_failure(shown: Entry, *, cured: bool = False, seed: int | None = None) -> FailureRun:

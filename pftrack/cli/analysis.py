@@ -262,7 +262,7 @@ def _entry(name: str) -> "Entry":
     from pftrack.analysis.failures import entry
     from pftrack.experiments import EXPERIMENTS
 
-    with refusing(LookupError):
+    with refusing():
         return entry(EXPERIMENTS, name)
 
 

@@ -48,13 +48,13 @@ def find_experiment(name: str) -> "Experiment":
     """Return an experiment by its name; an unknown one is wrong use."""
     from pftrack.experiments import find
 
-    with refusing(LookupError):
+    with refusing():
         return find(name)
 
 
 def find_preset(experiment: "Experiment", name: str | None) -> "Preset | None":
     """Return a preset of an experiment by its name, if one is named; an unknown one is wrong use."""
-    with refusing(LookupError):
+    with refusing():
         return None if name is None else experiment.preset_named(name)
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 
 from pftrack.cli.footage import Moved, footage_of
-from pftrack.cli.output import CommandError, Json, compiling, note, progress, refusing, tell, writing
+from pftrack.cli.output import Json, compiling, note, progress, refusing, tell, writing
 
 if TYPE_CHECKING:
     from pftrack.experiments.experiment import Experiment
@@ -55,10 +55,7 @@ def export(
     from pftrack.runs.reproduction import difference
 
     saved = read_saved(file)
-    try:
-        wanted = wanted_exports(find(saved.record.recipe.experiment), to, plot)
-    except LookupError as error:
-        raise CommandError(str(error)) from None
+    wanted = wanted_exports(find(saved.record.recipe.experiment), to, plot)
     with ExitStack() as stack:
         stack.enter_context(compiling())
         again = _compute_again(stack, saved, file, video)
@@ -78,7 +75,6 @@ def _say(files: list[Path], details: dict[str, int], *, json: bool) -> None:
 
 def _sweep(file: Path, places: list[Path], plot: str | None) -> list[Path]:
     """Write files of the result of a sweep and return them."""
-    from pftrack.core.refusal import ConflictError
     from pftrack.sweep import read_result
     from pftrack.sweep.report.files import export_result
 
@@ -86,7 +82,7 @@ def _sweep(file: Path, places: list[Path], plot: str | None) -> list[Path]:
     pictures = [place for place in places if place.suffix.lower() in {".png", ".svg"}] or places
     written: list[Path] = []
     for place in places:
-        with refusing(ConflictError), writing(place):
+        with refusing(), writing(place):
             written += export_result(result, place, plot=plot if place in pictures else None)
     return written
 
@@ -108,10 +104,9 @@ def wanted_exports(
     """Return what is to be written where, by the suffixes of the files; refused before anything is computed."""
     if not places:
         return []
-    from pftrack.core.refusal import ConflictError
     from pftrack.output.exports.formats import check_plot, export_at
 
-    with refusing(ConflictError):
+    with refusing():
         wanted = [(export_at(experiment, place), place) for place in places]
         pictures = [kind for kind, _ in wanted if kind.group == "plots"]
         for kind in pictures or [wanted[0][0]]:

@@ -26,6 +26,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskProgressC
 from rich.table import Table
 from rich.text import Text
 
+from pftrack.core.refusal import ParameterError, RefusedError
+
 if TYPE_CHECKING:
     from pftrack.core.model.parameters import Parameters, Value
 
@@ -69,12 +71,12 @@ def wrong_use(message: str) -> CommandError:
 
 
 @contextmanager
-def refusing(*errors: type[Exception]) -> Iterator[None]:
-    """Make wrong use of what the library refuses: each of these errors is a sentence."""
+def refusing(kind: type[Exception] = RefusedError) -> Iterator[None]:
+    """Make wrong use of what the library refuses, or of errors of another kind; each is a sentence."""
     try:
         yield
-    except errors as error:
-        raise wrong_use(str(error.args[0]) if isinstance(error, LookupError) else str(error)) from None
+    except kind as error:
+        raise wrong_use(str(error)) from None
 
 
 @contextmanager
@@ -141,8 +143,6 @@ def explain(error: Exception) -> CommandError:
     """Turn any error into one sentence and an exit status."""
     if hasattr(error, "format_message") and hasattr(error, "exit_code"):  # the command line's own complaints
         return CommandError(f"{error.format_message()}{_given_value(error)}", error.exit_code)
-    from pftrack.core.refusal import ParameterError
-
     match error:
         case CommandError():
             found = error

@@ -192,7 +192,7 @@ def _lessons(folder: Path | None) -> "Mapping[str, Lesson]":
 def _lesson(name: str, known: "Mapping[str, Lesson]") -> "Lesson":
     from pftrack.teaching.lessons import find
 
-    with refusing(LookupError):
+    with refusing():
         return find(name, known)
 
 

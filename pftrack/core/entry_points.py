@@ -6,6 +6,8 @@ So a run can be shown, exported and served, though it knows nobody who does that
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
+from pftrack.core.refusal import ConflictError
+
 PRESENTERS = "pftrack.presenters"
 """Group of the functions that show or write a run or a comparison."""
 
@@ -19,9 +21,9 @@ def load(group: str, name: str) -> Any:  # noqa: ANN401 - whatever a package pro
     """Return what is provided under a name.
 
     Raises:
-        LookupError: Nobody provides it.
+        ConflictError: Nobody provides it.
     """
     found = find(group, name)
     if found is None:
-        raise LookupError(f"no package is installed that provides {name!r} of {group}; pftrack's own does")
+        raise ConflictError(f"no package is installed that provides {name!r} of {group}; pftrack's own does")
     return found.load()

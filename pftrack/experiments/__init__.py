@@ -29,6 +29,7 @@ from pftrack.core.model.series import Plot, Reading
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Kind
 from pftrack.core.model.tracker import Step
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments.experiment import INTERFACE, Experiment
 
 __all__ = [
@@ -203,23 +204,26 @@ def find(experiment_id: str) -> Experiment:
     """Return an experiment by name.
 
     Raises:
-        LookupError: There is none of that name that can be used; the sentence says why, or lists those that there are.
+        RefusedError: There is none of that name that can be used; the sentence says why, or lists those that there are.
     """
     if experiment_id in EXPERIMENTS:
         return EXPERIMENTS[experiment_id]
     broken = next((plugin for plugin in EXPERIMENTS.plugins if plugin.name == experiment_id), None)
     if broken is not None:
-        raise LookupError(broken.report[:1].lower() + broken.report[1:])
-    raise LookupError(f"there is no experiment {experiment_id!r}; there are {', '.join(EXPERIMENTS)}")
+        raise RefusedError(broken.report[:1].lower() + broken.report[1:], "experiment", value=experiment_id)
+    known = ", ".join(EXPERIMENTS)
+    raise RefusedError(
+        f"there is no experiment {experiment_id!r}; there are {known}", "experiment", value=experiment_id
+    )
 
 
 def find_for(kind: Kind) -> Experiment:
     """Return the first experiment that takes a kind of recording.
 
     Raises:
-        LookupError: There is none.
+        RefusedError: There is none.
     """
     found = next((one for one in EXPERIMENTS.values() if one.accepts_video and kind in one.video.footage), None)
     if found is None:
-        raise LookupError(f"there is no experiment for a recording of {kind}")
+        raise RefusedError(f"there is no experiment for a recording of {kind}")
     return found

@@ -21,7 +21,7 @@ from pftrack.core.model.series import STANDARD_PLOTS, STANDARD_READINGS, Plot, R
 from pftrack.core.model.setup import Export, Finder, Setup, Suits
 from pftrack.core.model.source import Frame, FrameSequence, Kind, Target, Truth
 from pftrack.core.model.tracker import Diagnostics, Draw, Tracker, with_readers
-from pftrack.core.refusal import ParameterError
+from pftrack.core.refusal import ParameterError, RefusedError
 from pftrack.experiments.shared.loss_probability import NOTHING_DECLARED, LossDeclaration
 from pftrack.filters.learning.diffusion import Guidance
 from pftrack.sources.results.table import Box
@@ -419,13 +419,13 @@ class Experiment:
         """Return a preset.
 
         Raises:
-            LookupError: There is none of that name; the sentence lists those that there are.
+            RefusedError: There is none of that name; the sentence lists those that there are.
         """
         for preset in self.presets:
             if preset.name == name:
                 return preset
         known = ", ".join(preset.name for preset in self.presets)
-        raise LookupError(f"the preset of {self.id} must be one of {known}, got {name!r}")
+        raise RefusedError(f"the preset of {self.id} must be one of {known}, got {name!r}", "preset", value=name)
 
     def measure_named(self, name: str) -> Measure:
         """Return a measure.

@@ -32,6 +32,7 @@ from time import process_time
 
 from pydantic import with_config
 
+from pftrack.core.refusal import RefusedError
 from pftrack.core.texts import CLOSED, read_as
 from pftrack.reproduce.finding import Entry, Finding, Form, Record, hash_sources, not_run
 from pftrack.reproduce.pool import Pool
@@ -98,13 +99,13 @@ def reproduce(
             again.
 
     Raises:
-        LookupError: There is no result of that name; the sentence lists those that there are.
+        RefusedError: There is no result of that name; the sentence lists those that there are.
         SweepError: The folder holds other sweeps under the same names, or the workers failed.
         OSError: The folder or the record cannot be written.
     """
     for name in names:
         if name not in RESULTS:
-            raise LookupError(f"there is no result {name!r}; there are {', '.join(RESULTS)}")
+            raise RefusedError(f"there is no result {name!r}; there are {', '.join(RESULTS)}", "result", value=name)
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
     form: Form = "full" if full else "quick"

@@ -26,7 +26,6 @@ from pftrack.core.numerics import machine
 from pftrack.core.refusal import ParameterError, RefusedError
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.own import version_parameter
-from pftrack.experiments.own.code import FilterFileError
 from pftrack.experiments.own.extension import experiment_of
 from pftrack.runs.record import Saved, read
 from pftrack.runs.run import Run
@@ -259,9 +258,7 @@ def make(recipe: Recipe, *, open_sequence: OpenSequence | None = None) -> Run:
     try:
         experiment = experiment_of(recipe)
         return Run.from_recipe(recipe, experiment, wire(experiment, recipe.footage, open_sequence))
-    except FilterFileError:
-        raise
-    except (LookupError, ParameterError) as error:
+    except ParameterError as error:
         raise RefusedError(f"the run does not fit this version of pftrack: {error}") from None
 
 

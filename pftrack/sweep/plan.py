@@ -23,9 +23,8 @@ from pftrack.core.model.recipe import LONGEST_RUN, Change, Footage, Recipe
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Kind
 from pftrack.core.numerics.random import LARGEST_SEED
-from pftrack.core.refusal import ParameterError
+from pftrack.core.refusal import ParameterError, RefusedError
 from pftrack.experiments.experiment import Experiment
-from pftrack.experiments.own.code import FilterFileError
 from pftrack.experiments.own.extension import extend, outline
 from pftrack.runs.reproduction import OpenSequence, wire
 from pftrack.runs.run import Run
@@ -102,10 +101,8 @@ class Plan:
     def __post_init__(self) -> None:
         try:
             experiment = self.wiring
-        except LookupError as error:
-            raise SweepError(str(error.args[0]), "experiment", value=self.experiment) from None
-        except FilterFileError as error:
-            raise SweepError(str(error), "trackers") from None
+        except RefusedError as error:
+            raise SweepError(str(error), error.field or "trackers", value=error.value) from None
         self._check_recording()
         axes, trackers = _axes(experiment, self.axes, self.trackers, self.kind)
         changed = {

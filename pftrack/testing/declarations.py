@@ -10,7 +10,7 @@ from pftrack.core.model.marks import Editor, Mark
 from pftrack.core.model.parameters import Declaration, Parameters, declarations, revise, with_role
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.series import Plot, SeriesShape
-from pftrack.core.refusal import ParameterError
+from pftrack.core.refusal import ParameterError, RefusedError
 from pftrack.experiments import NAME, find
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.run import Run
@@ -42,7 +42,7 @@ SHAPES: Mapping[str, tuple[SeriesShape, ...]] = {
 def _is_registered(experiment: Experiment) -> None:
     try:
         found = find(experiment.id)
-    except LookupError as error:
+    except RefusedError as error:
         raise CheckError(f"{experiment.id} must be registered by an entry point: {error}") from None
     demand(found is experiment, f"the registry has another experiment of the name {experiment.id}")
 

@@ -8,6 +8,7 @@ import pytest
 from pftrack.analysis.failures import entry, gallery, measure, run_failure
 from pftrack.core.model.preset import KINDS, ORDER, Cure, Failure
 from pftrack.core.model.recipe import Change
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.testing import CheckError, experiment_checks
 
@@ -30,7 +31,7 @@ def test_a_failure_is_found_by_id_and_by_number() -> None:
     """`3` and its id are the same failure; an unknown one is refused with a list of all."""
     assert entry(EXPERIMENTS, "3") == entry(EXPERIMENTS, "look-alike-capture")
     for wrong in ("0", "11", "", "look-alike"):
-        with pytest.raises(LookupError, match=r"there are 1 sample-impoverishment, 2 overconfident-weights"):
+        with pytest.raises(RefusedError, match=r"there are 1 sample-impoverishment, 2 overconfident-weights"):
             entry(EXPERIMENTS, wrong)
 
 

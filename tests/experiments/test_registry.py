@@ -8,6 +8,7 @@ from types import ModuleType
 
 import pytest
 
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments import EXPERIMENTS, Registry, find
 from pftrack.experiments.experiment import INTERFACE
 from tests.installing import commands, install, python
@@ -131,7 +132,7 @@ def test_the_registry_is_a_mapping() -> None:
     assert "nothing" not in EXPERIMENTS
     assert EXPERIMENTS.get("nothing") is None
     assert all(experiment.id == name for name, experiment in EXPERIMENTS.items())
-    with pytest.raises(LookupError, match="there is no experiment 'nothing'; there are ball, histogram, fish"):
+    with pytest.raises(RefusedError, match="there is no experiment 'nothing'; there are ball, histogram, fish"):
         find("nothing")
 
 

@@ -116,9 +116,9 @@ def test_a_file_that_is_no_recipe_is_told(tmp_path: Path, content: str | None, s
 
 def test_what_cannot_be_run_is_refused_with_a_sentence(run: pftrack.Run, tmp_path: Path) -> None:
     """An experiment, preset, parameter or recording that does not exist is named, with those that there are."""
-    with pytest.raises(LookupError, match="no experiment 'bal'; there are ball"):
+    with pytest.raises(RefusedError, match="no experiment 'bal'; there are ball"):
         pftrack.run("bal")
-    with pytest.raises(LookupError, match="the preset of ball must be one of works"):
+    with pytest.raises(RefusedError, match="the preset of ball must be one of works"):
         pftrack.run("ball", preset="best")
     with pytest.raises(ParameterError, match="sample_count must be a whole number between 1 and"):
         pftrack.run("ball", sample_count=-1)

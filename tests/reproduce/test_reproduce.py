@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import pytest
 
+from pftrack.core.refusal import RefusedError
 from pftrack.reproduce import RESULTS, reproduce
 from pftrack.reproduce.finding import Finding
 from tests.pooling import fork_server, shared_fork_server
@@ -60,5 +61,5 @@ def test_progress_is_told(cheap: Computed) -> None:
 
 def test_unknown_results_are_refused() -> None:
     """A result that there is not is refused with those that there are."""
-    with pytest.raises(LookupError, match="no result 'cold-fusion'; there are kalman-sine"):
+    with pytest.raises(RefusedError, match="no result 'cold-fusion'; there are kalman-sine"):
         reproduce(["cold-fusion"])

@@ -24,6 +24,7 @@ from pftrack.core.model.recipe import Footage
 from pftrack.core.model.series import Series
 from pftrack.core.model.source import Frame, FrameSequence, Source
 from pftrack.core.model.tracker import Diagnostics
+from pftrack.core.refusal import RefusedError
 
 # An experiment that takes recordings may declare how it looks at a target that was marked or found
 # (`Experiment.suits`). The answer is a number from 0 to 1, the words that go with it, and what would help.
@@ -272,11 +273,11 @@ def find_export(exports: Iterable[N], name: str) -> N:
     """Return the export of a name, or with a suffix.
 
     Raises:
-        LookupError: There is none.
+        RefusedError: There is none.
     """
     offered = tuple(exports)
     found = [one for one in offered if name in {one.name, one.suffix}]
     if not found:
         known = ", ".join(one.name for one in offered) or "none"
-        raise LookupError(f"there is no export {name!r}; there are {known}")
+        raise RefusedError(f"there is no export {name!r}; there are {known}", "export", value=name)
     return found[0]

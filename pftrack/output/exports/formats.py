@@ -92,11 +92,7 @@ def write_page(run: Run, path: Path, _plot: str | None = None) -> Iterator[tuple
         ConflictError: No viewer is installed that can do that.
         OSError: The file cannot be written.
     """
-    try:
-        write = load(GROUP, "page")
-    except LookupError as error:
-        raise ConflictError(str(error)) from None
-    yield from write(run, path)
+    yield from load(GROUP, "page")(run, path)
 
 
 def show(run: Run, *, port: int = 0, browser: bool | None = None) -> Shown:
@@ -108,7 +104,7 @@ def show(run: Run, *, port: int = 0, browser: bool | None = None) -> Shown:
         browser: Whether to open the scene in a browser; if not given, unless it is shown in a notebook.
 
     Raises:
-        LookupError: No viewer is installed that can do that.
+        ConflictError: No viewer is installed that can do that.
         OSError: The port is taken.
     """
     return cast("Shown", load(GROUP, "show")(run, port=port, browser=browser))

@@ -10,6 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Final
 
+from pftrack.core.refusal import RefusedError
 from pftrack.teaching.lessons.figure import Figure
 from pftrack.teaching.lessons.lesson import (
     Check,
@@ -109,7 +110,7 @@ def find(wanted: str, lessons: Mapping[str, Lesson] = LESSONS) -> Lesson:
         lessons: Among which it is looked for; those of lecturers may be added.
 
     Raises:
-        LookupError: There is none; the sentence lists those that there are.
+        RefusedError: There is none; the sentence lists those that there are.
     """
     if wanted in lessons:
         return lessons[wanted]
@@ -117,4 +118,4 @@ def find(wanted: str, lessons: Mapping[str, Lesson] = LESSONS) -> Lesson:
     if wanted.isdecimal() and int(wanted) in numbered:
         return numbered[int(wanted)]
     known = [f"{lesson.number} {name}" if lesson.number else name for name, lesson in lessons.items()]
-    raise LookupError(f"there is no lesson {wanted[:40]!r}; there are {', '.join(known)}")
+    raise RefusedError(f"there is no lesson {wanted[:40]!r}; there are {', '.join(known)}", "lesson", value=wanted)

@@ -20,7 +20,7 @@ from typing import Any, Final, Protocol, TypeAlias, TypeVar, get_args
 import yaml
 from pydantic import BaseModel, ValidationError
 
-from pftrack.core.refusal import ParameterError
+from pftrack.core.refusal import RefusedError
 
 LARGEST_BYTES: Final = 32 * 1024
 MOST_FILES: Final = 200
@@ -307,11 +307,9 @@ class Findings:
         """Return what a function gives; None if it refuses, which is noted."""
         try:
             return what()
-        except ParameterError as error:
+        except RefusedError as error:
             inner = (*place, error.field)
             self.add(inner if inner in self.document.lines else place, str(error))
-        except LookupError as error:
-            self.add(place, f"`{'.'.join(map(str, place))}`: {error.args[0]}")
         return None
 
 

@@ -30,7 +30,7 @@ def lesson_notebook(lesson: Lesson, parameters: Parameters | None = None, seed: 
         seed: Of the draws of a demonstration; its own if not given.
 
     Raises:
-        LookupError: The experiment of a scenario is not there.
+        RefusedError: The experiment of a scenario is not there.
     """
     body = lesson.body
     asked: tuple[Cell, ...] = ()

@@ -104,11 +104,13 @@ def status_of(error: ApiError | RefusedError) -> int:
 
 
 def detail_of(error: ApiError | RefusedError) -> dict[str, Any]:
-    """Return the inside of the error shape; a sentence about no field begins with a capital letter."""
+    """Return the inside of the error shape; a sentence that begins with no name of a field begins large."""
     message = str(error)
-    if isinstance(error, RefusedError) and error.field:
-        return shape(message, field=error.field, bound=error.bound, value=error.value)
-    return shape(message[:1].upper() + message[1:])
+    named = error.field if isinstance(error, RefusedError) else ""
+    if not (named and message.startswith(named)):
+        message = message[:1].upper() + message[1:]
+    known = {name: getattr(error, name) for name in ("field", "bound", "value")} if named else {}
+    return shape(message, **known)
 
 
 def shape(message: str, **detail: object) -> dict[str, Any]:

@@ -10,10 +10,10 @@ from starlette.requests import HTTPConnection
 from starlette.responses import Response
 
 from pftrack.core.refusal import RefusedError
+from pftrack.experiments import find as find_experiment
 from pftrack.experiments.experiment import Experiment
 from pftrack_server.core.body_limit import lift_limit
 from pftrack_server.core.errors import ClientGoneError, NotFoundError
-from pftrack_server.core.experiments import find_experiment
 from pftrack_server.core.settings import Settings
 
 Result = TypeVar("Result")

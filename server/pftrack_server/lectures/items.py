@@ -7,10 +7,10 @@ from typing import Final
 
 from pftrack.core.refusal import ParameterError, RefusedError
 from pftrack.experiments import EXPERIMENTS
+from pftrack.experiments import find as find_experiment
 from pftrack.teaching.lessons.lesson import Lesson
 from pftrack_server.core.bodies import printable
 from pftrack_server.core.errors import NotFoundError
-from pftrack_server.core.experiments import find_experiment
 from pftrack_server.lessons.service import Lessons
 from pftrack_server.schemas.lectures import Kind, LectureAsks, LectureItem, LectureItemPublic, LectureRun
 from pftrack_server.work.failures import failure_named

@@ -86,9 +86,8 @@ class Lessons:
             if wanted in LESSONS or wanted.isdecimal():  # no file is read for one of the course
                 return await asyncio.to_thread(find, wanted)
             return find(wanted, (await self.all()).lessons)
-        except LookupError as error:
-            said = str(error.args[0])
-            raise NotFoundError(f"{said[:1].upper()}{said[1:].rstrip('.')}.") from None
+        except RefusedError as error:
+            raise NotFoundError(str(error)) from None
 
     async def figure(self, lesson: Lesson, asked_for: FigureRequest) -> bytes:
         """Return the JSON of what a demonstration comes to.
@@ -194,6 +193,6 @@ def missing(scenario: Scenario) -> str | None:
     name = scenario.recipe.experiment
     try:
         find_experiment(name)
-    except LookupError:
+    except RefusedError:
         return f"The experiment {name!r} is not here: it may come from a package that is not installed."
     return None

@@ -7,10 +7,10 @@ from pydantic import Field
 
 from pftrack.core.model.recipe import Footage, Recipe
 from pftrack.core.refusal import ParameterError, RefusedError
+from pftrack.experiments import find as find_experiment
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.own.code import with_digests
 from pftrack_server.core.bodies import FrameNumber, RequestBody
-from pftrack_server.core.experiments import find_experiment
 from pftrack_server.sessions.spec import FIRST, Bookmark, BranchSpec, RunSnapshot, SessionSpec
 from pftrack_server.store import Store
 from pftrack_server.store.files import new_name, now

@@ -13,11 +13,11 @@ from starlette.responses import RedirectResponse, Response
 
 from pftrack.analysis.explanation import Explanation
 from pftrack.core.refusal import ConflictError
+from pftrack.experiments import find as find_experiment
 from pftrack.sources.truth import LARGEST_FILE_BYTES
 from pftrack_server.core.base_path import address_of
 from pftrack_server.core.bodies import RequestBody, Title
 from pftrack_server.core.errors import REFUSALS, NotFoundError
-from pftrack_server.core.experiments import find_experiment
 from pftrack_server.core.requests import MULTIPART, TakesFiles, service, unless_client_gone
 from pftrack_server.jobs.child_tasks import TheTasks
 from pftrack_server.sessions.create import SessionCreate, as_spec

@@ -18,7 +18,7 @@ from pydantic import BaseModel, Field
 from pftrack.core.files import write_whole
 from pftrack.core.model.likelihood import Component
 from pftrack.core.model.recipe import Recipe
-from pftrack.core.refusal import ConflictError
+from pftrack.core.refusal import ConflictError, RefusedError
 from pftrack.experiments import find
 from pftrack.experiments.own.code import HINTS, Hint, digest_of
 from pftrack.experiments.own.extension import name_of
@@ -89,8 +89,8 @@ def look_at(path: Path) -> tuple[str, str, str]:
         raise ValueError(f"{path.name} does not say whose target it follows: write {TARGET} as pftrack new filter does")
     try:
         found = find(experiment)
-    except LookupError as error:
-        raise ValueError(f"{path.name}: {error.args[0]}") from None
+    except RefusedError as error:
+        raise ValueError(f"{path.name}: {error}") from None
     if found.model is None:
         raise ValueError(f"{path.name}: {found.id} takes no filters from files")
     if name in found.trackers:

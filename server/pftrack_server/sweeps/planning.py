@@ -13,12 +13,12 @@ from pftrack.core.model.parameters import NOT_BOOLEAN, Declaration, declarations
 from pftrack.core.model.recipe import Footage, Seed
 from pftrack.core.model.source import Kind
 from pftrack.core.refusal import ParameterError, RefusedError
+from pftrack.experiments import find as find_experiment
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.own.extension import outline
 from pftrack.sweep import Plan
 from pftrack.sweep.axis import TRACKER, Axis, AxisRange, SweepError, check
 from pftrack_server.core.bodies import GivenTitle, Name, RequestBody
-from pftrack_server.core.experiments import find_experiment
 from pftrack_server.core.settings import Settings
 from pftrack_server.sessions.create import footage_in
 from pftrack_server.store import Store

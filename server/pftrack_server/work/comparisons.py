@@ -10,12 +10,12 @@ from pydantic import BaseModel, Field, TypeAdapter
 
 from pftrack.core.model.recipe import Recipe
 from pftrack.core.refusal import ConflictError, RefusedError
+from pftrack.experiments import find as find_experiment
 from pftrack.output.exports.comparisons import COMPARISON_FORMATS
 from pftrack.output.exports.formats import FileKind
 from pftrack.runs.comparison import MOST_RUNS, ComparisonOutline, ComparisonResult, Setting
 from pftrack_server.core.bodies import FrameNumber, GivenTitle, RequestBody
 from pftrack_server.core.errors import DamagedError
-from pftrack_server.core.experiments import find_experiment
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.jobs import Job, OnStep
 from pftrack_server.sessions.worker.protocol import WorkerConfig

@@ -12,11 +12,12 @@ from typing import Any, Literal
 from pydantic import BaseModel, Field
 
 from pftrack.core.model.setup import N, find_export
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments import EXPERIMENTS
+from pftrack.experiments import find as find_experiment
 from pftrack.output.exports.comparisons import COMPARISON_FORMATS, ComparisonExport
 from pftrack.output.exports.formats import RunExport, check_plot, exports_of
 from pftrack_server.core.errors import NotFoundError
-from pftrack_server.core.experiments import find_experiment
 from pftrack_server.jobs.jobs import Job, OnStep
 from pftrack_server.sessions.spec import SessionSpec
 from pftrack_server.store.files import new_name
@@ -118,5 +119,5 @@ def _slug(text: str) -> str:
 def _find(offered: Iterable[N], name: str) -> N:
     try:
         return find_export(offered, name)
-    except LookupError as error:
-        raise NotFoundError(f"{str(error.args[0]).capitalize()}.") from None
+    except RefusedError as error:
+        raise NotFoundError(str(error)) from None

@@ -6,6 +6,7 @@ from pftrack.analysis.failures import Entry, entry, gallery
 from pftrack.core.model.parameters import Value, declarations, flat, revise
 from pftrack.core.model.preset import KINDS, CauseId
 from pftrack.core.model.recipe import Recipe, parameter_values
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments import EXPERIMENTS
 from pftrack_server.core.errors import NotFoundError
 
@@ -61,7 +62,7 @@ def failure_named(name: str) -> Entry:
     """
     try:
         return entry(EXPERIMENTS, name)
-    except LookupError:
+    except RefusedError:
         raise NotFoundError(
             f"There is no failure {name[:64]!r} here. It may belong to an experiment that is not installed; there are "
             f"{len(gallery(EXPERIMENTS))}, by number or by name."

@@ -9,10 +9,10 @@ from starlette.responses import FileResponse
 
 from pftrack.core.model.series import Plot
 from pftrack.core.refusal import ConflictError
+from pftrack.experiments import find as find_experiment
 from pftrack.output.exports.formats import FileKind, exports_of
 from pftrack_server.core.bodies import RequestBody, Title
 from pftrack_server.core.errors import NotFoundError
-from pftrack_server.core.experiments import find_experiment
 from pftrack_server.core.requests import TICKET, service, unless_client_gone
 from pftrack_server.jobs.child_tasks import Queues
 from pftrack_server.jobs.jobs import Job

@@ -7,10 +7,10 @@ from fastapi import APIRouter
 from pydantic import Field
 
 from pftrack.core.model.parameters import NOT_BOOLEAN
+from pftrack.experiments import find as find_experiment
 from pftrack.runs.reproduction import SourceCode, comparison_code, run_code
 from pftrack.sweep.work import sweep_code
 from pftrack_server.core.bodies import RequestBody
-from pftrack_server.core.experiments import find_experiment
 from pftrack_server.sweeps.routes import ASweep
 from pftrack_server.work.routes import TheHouse
 from pftrack_server.work.sources import ComparedRun, find_run

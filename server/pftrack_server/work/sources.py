@@ -17,10 +17,10 @@ from pydantic import Field, model_validator
 
 from pftrack.core.model.recipe import Recipe
 from pftrack.core.refusal import ConflictError, RefusedError
+from pftrack.experiments import find as find_experiment
 from pftrack.runs.record import Record
 from pftrack_server.core.bodies import RequestBody
 from pftrack_server.core.errors import NotFoundError
-from pftrack_server.core.experiments import find_experiment
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.jobs.jobs import Jobs, OnStep

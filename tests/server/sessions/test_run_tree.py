@@ -10,7 +10,7 @@ import pytest
 from pftrack.core.model.band import DIRECTIONS
 from pftrack.core.model.drawing import Text
 from pftrack.core.model.recipe import Change, Recipe
-from pftrack.core.refusal import ParameterError
+from pftrack.core.refusal import ParameterError, RefusedError
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack_server.sessions.spec import RunSnapshot, SessionDescription
 from pftrack_server.sessions.worker.protocol import WorkerConfig
@@ -167,5 +167,5 @@ class TestWorkbench:
 
     def test_unknown_experiment(self) -> None:
         """An experiment that is not there is refused."""
-        with pytest.raises(LookupError):
+        with pytest.raises(RefusedError):
             RunTree(config(experiment="chess"))

@@ -5,6 +5,7 @@ import sys
 
 import pytest
 
+from pftrack.core.refusal import RefusedError
 from pftrack.teaching.lessons import LESSONS, find
 
 
@@ -26,7 +27,7 @@ def test_a_lesson_is_found_by_id_and_number(name: str) -> None:
 @pytest.mark.parametrize("wanted", ["", "nothing", "0", "99", "-1", "1.5", "Probability"])
 def test_an_unknown_lesson_is_refused_with_those_that_there_are(wanted: str) -> None:
     """The sentence quotes what was asked for and lists numbers and ids."""
-    with pytest.raises(LookupError) as caught:
+    with pytest.raises(RefusedError) as caught:
         find(wanted)
     sentence = caught.value.args[0]
     assert repr(wanted) in sentence

@@ -61,9 +61,6 @@ def _make_worker(pipe: BlockingEnd, config: WorkerConfig) -> Worker | None:
         return Worker(pipe, config)
     except RefusedError as error:
         _report_failure(pipe, Failed(str(error), error))
-    except LookupError as error:
-        # A session of an older version, whose experiment is no more.
-        _report_failure(pipe, Failed(str(error.args[0])))
     return None
 
 

@@ -54,9 +54,8 @@ class RunTree:
             on_step: Called after each step that is repeated for a branch, which may take a while.
 
         Raises:
-            RefusedError: A value of the config is refused, or the upload cannot be opened, is another one, or shows no
-                target.
-            LookupError: There is no such experiment.
+            RefusedError: A value of the config is refused, there is no such experiment, or the upload cannot be opened,
+                is another one, or shows no target.
         """
         self._recipe = recipe = with_digests(config.run.recipe)
         self._max_particles = config.max_particles
@@ -417,8 +416,7 @@ def _wire(config: WorkerConfig) -> Setup:
     """Wire the recipe's footage, which is the upload, or the simulated scene.
 
     Raises:
-        RefusedError: The upload cannot be opened, is another one, or shows no target.
-        LookupError: There is no such experiment.
+        RefusedError: There is no such experiment, or the upload cannot be opened, is another one, or shows no target.
     """
     footage, experiment = config.run.recipe.footage, find(config.run.recipe.experiment)
     if footage is None or config.video is None:
