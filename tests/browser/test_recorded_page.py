@@ -178,14 +178,18 @@ def test_no_text_ends_a_script_or_becomes_markup(
         assert heard == []
 
 
-def test_the_drawings_are_those_of_the_stream(run: Run, tmp_path: Path) -> None:
-    """Each has the particles of its frame, to a 14th binary digit, and the pictures that it names."""
-    steps = page_module.draw(run, 1_000_000)
+def _drawings(run: Run, most_bytes: int) -> page_module.Drawings:
+    steps = page_module.draw(run, most_bytes)
     for _ in range(FRAMES):
         next(steps)
     with pytest.raises(StopIteration) as done:
         next(steps)
-    drawings = done.value.value
+    return done.value.value
+
+
+def test_the_drawings_are_those_of_the_stream(run: Run, tmp_path: Path) -> None:
+    """Each has the particles of its frame, to a 14th binary digit, and the pictures that it names."""
+    drawings = _drawings(run, 1_000_000)
     data = gzip.decompress(drawings.packed)
     for frame, parts in enumerate(drawings.parts):
         told, drawing, _ = decode(b"".join(data[first:end] for first, end in parts))
@@ -212,6 +216,14 @@ def test_a_large_cloud_and_a_long_run_are_thinned_and_the_page_says_so(
     assert len(recording["parts"]) == 12
     assert len(hello["diagnostics"]["frame"]) == FRAMES
     assert gzip.decompress(b64decode(text.partition('id="drawings">')[2].partition("</script>")[0]))[:3] == b"pfd"
+
+
+def test_drawings_that_are_too_large_are_of_fewer_frames(run: Run) -> None:
+    """They keep to what they may take: a run with large meshes has fewer drawings, not a larger file."""
+    drawings = _drawings(run, 20_000)
+    assert drawings.every > 1
+    assert len(drawings.parts) == -(-FRAMES // drawings.every)
+    assert len(drawings.packed) < 20_000
 
 
 def test_a_page_that_is_given_up_leaves_nothing_behind(run: Run, tmp_path: Path) -> None:

@@ -31,11 +31,13 @@ class RecordedStore extends Store {
 const text = (id) => document.getElementById(id)?.textContent ?? "";
 
 async function unpack() {
-  const packed = Uint8Array.from(atob(text("drawings")), (letter) => letter.charCodeAt(0));
+  const letters = atob(text("drawings"));
+  const packed = new Uint8Array(letters.length);
+  for (let at = 0; at < letters.length; at += 1) packed[at] = letters.charCodeAt(at);
   return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"))).blob();
 }
 
-async function open() {
+async function begin() {
   const [hello, recording] = [JSON.parse(text("hello")), JSON.parse(text("recording"))];
   const { signal } = new AbortController();
   const store = new RecordedStore({ readOnly: true });
@@ -46,7 +48,8 @@ async function open() {
   const stage = h("div", { class: "flat-stage" });
   const controls = h("aside", { class: "controls", "aria-label": "What to draw" }, layerBoxes(layers), layerLegend(layers, signal));
   const scene = h("div", { class: "flat-scene" }, stage, controls);
-  const opener = h("button", { type: "button", class: "controls-opener", on: { click: () => scene.toggleAttribute("data-open") } }, "Layers");
+  const open = () => opener.setAttribute("aria-expanded", String(scene.toggleAttribute("data-open")));
+  const opener = h("button", { type: "button", class: "controls-opener", "aria-expanded": "false", on: { click: open } }, "Layers");
   scene.append(opener);
   places.scene.append(scene);
   const flat = new FlatView(stage, { layers, onPainted: () => {} }, signal);
@@ -67,4 +70,4 @@ async function open() {
 
 document.querySelector("header")?.append(themeButton());
 document.getElementById("recipe")?.after(copyButton("Copy the recipe", text("recipe"), "the recipe of this run"));
-open();
+begin();

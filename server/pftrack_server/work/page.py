@@ -111,7 +111,8 @@ def draw(run: Run, most_bytes: int) -> Generator[tuple[int, int], None, Drawings
 
     Args:
         run: As far as it has been computed; it is moved to each of its frames.
-        most_bytes: That the drawings may take, of which pictures get what is left by the rest.
+        most_bytes: That the drawings may take. Pictures get what the rest leaves, a quarter at least: where the rest is
+            more than the others, fewer frames are drawn.
 
     Yields:
         How many frames are done, of how many.
@@ -130,7 +131,10 @@ def draw(run: Run, most_bytes: int) -> Generator[tuple[int, int], None, Drawings
         messages.append(encoded.message(known=pictures))
         named.append([picture.key for picture in encoded.pictures])
         yield frame + 1, frames
-    left = most_bytes - len(gzip.compress(b"".join(messages), 6))
+    fewer = max(1, -(-_size(messages) // (3 * most_bytes // 4)))
+    every, messages, named = fewer * every, messages[::fewer], named[::fewer]
+    pictures = {key: pictures[key] for keys in named for key in keys}
+    left = most_bytes - _size(messages)
     files = shrink([picture.file for picture in pictures.values()], left)
     known = zip(pictures.values(), files, strict=True)
     records = [picture_record(replace(picture, file=file)) for picture, file in known]
@@ -138,6 +142,11 @@ def draw(run: Run, most_bytes: int) -> Generator[tuple[int, int], None, Drawings
     places = dict(zip(pictures, spans[len(messages) :], strict=True))
     parts = [[span, *(places[key] for key in keys)] for span, keys in zip(spans, named, strict=False)]
     return Drawings(gzip.compress(b"".join([*messages, *records]), 6, mtime=0), parts, every, thinned)
+
+
+def _size(messages: Sequence[bytes]) -> int:
+    """Return how many bytes they are when packed."""
+    return len(gzip.compress(b"".join(messages), 6))
 
 
 def _spans(parts: Sequence[bytes]) -> list[tuple[int, int]]:
