@@ -14,7 +14,7 @@
  * @property {[first: number, end: number][][]} parts For each drawing where its bytes lie, and those of its pictures.
  * @property {number} every Of so many frames one is drawn.
  * @property {number|null} before_loss From where to watch the first loss.
- * @property {import("../../shared/messages.js").SectionPublic[]} glossary
+ * @property {import("../../shared/messages.js").Section[]} glossary
  */
 
 export class Playback {

@@ -49,6 +49,7 @@ async function begin() {
   const controls = h("aside", { class: "controls", "aria-label": "What to draw" }, layerBoxes(layers), layerLegend(layers, signal));
   const scene = h("div", { class: "flat-scene" }, stage, controls);
   const open = () => opener.setAttribute("aria-expanded", String(scene.toggleAttribute("data-open")));
+  /** @type {HTMLButtonElement} */
   const opener = h("button", { type: "button", class: "controls-opener", "aria-expanded": "false", on: { click: open } }, "Layers");
   scene.append(opener);
   places.scene.append(scene);

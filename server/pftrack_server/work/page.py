@@ -11,7 +11,7 @@ import base64
 import gzip
 import json
 from collections.abc import Generator, Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -197,12 +197,11 @@ def _encode(file: bytes, side: int, quality: int) -> bytes:
 def document(run: Run, drawings: Drawings) -> str:
     """Return the page of a run and its drawings."""
     rows = run.diagnostics
-    own = {"experiment": run.experiment.id, **asdict(run.experiment.glossary)}
     recording = {
         "parts": drawings.parts,
         "every": drawings.every,
         "before_loss": Loss.of(rows).approach([row.hidden is True for row in rows], 0),
-        "glossary": [*({"experiment": None, **asdict(section)} for section in GLOSSARY), own],
+        "glossary": [*GLOSSARY, run.experiment.glossary],
     }
     template = Environment(autoescape=True, undefined=StrictUndefined).from_string(TEMPLATE.read_text("utf-8"))
     return template.render(
