@@ -181,7 +181,7 @@ const truthPath = (id, of, form = "truth") => upload(id, `${form}?${query({ expe
  * @property {() => Promise<Messages.ExperimentPublic[]>} experiments
  * @property {() => Promise<Messages.Section[]>} glossary
  * @property {(id: string, recording?: string) => Promise<Messages.ExperimentDetail>} experiment With the parameters of a kind of recording, if one is named.
- * @property {() => Promise<Messages.PluginPublic[]>} plugins
+ * @property {() => Promise<Messages.Plugin[]>} plugins
  * @property {() => Promise<Messages.CompilationPublic>} compilation
  * @property {() => Promise<Messages.FilterPublic[]>} filters
  * @property {(name: string, text: string, before: string) => Promise<Messages.FilterPublic>} writeFilter

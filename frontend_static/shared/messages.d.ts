@@ -1367,11 +1367,11 @@ export interface Plot {
   needs_truth: boolean;
 }
 
-/** An experiment of another package than pftrack. */
-export interface PluginPublic {
+/** An experiment that another package adds, or fails to add. */
+export interface Plugin {
   name: string;
   package: string;
-  /** Why it cannot be used, one sentence; empty if it can */
+  /** Why it cannot be used, one sentence; empty if it can. */
   problem: string;
 }
 

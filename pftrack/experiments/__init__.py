@@ -23,6 +23,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
+from typing import Annotated
+
+from pydantic import Field, computed_field
 
 from pftrack.core.model.preset import Preset
 from pftrack.core.model.series import Plot, Reading
@@ -66,14 +69,15 @@ class Plugin:
         name: The entry point's, which is to be the experiment's id.
         package: Name and version of the distribution.
         reason: Why the experiment cannot be used, a clause; empty if it can.
-        detail: What the exception said, if one was the reason. It may name files of this machine.
+        detail: What the exception said, if one was the reason. It may name files of this machine, so no answer has it.
     """
 
     name: str
     package: str
-    reason: str = ""
-    detail: str = ""
+    reason: Annotated[str, Field(exclude=True)] = ""
+    detail: Annotated[str, Field(exclude=True)] = ""
 
+    @computed_field  # type: ignore[prop-decorator]
     @property
     def problem(self) -> str:
         """Why it cannot be used, one sentence; empty if it can."""

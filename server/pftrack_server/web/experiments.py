@@ -6,7 +6,7 @@ from http import HTTPStatus
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, Field
 from starlette.responses import Response
 
 from pftrack.core.model.drawing import Layer, World
@@ -14,7 +14,7 @@ from pftrack.core.model.marks import Editor
 from pftrack.core.model.parameters import Declaration
 from pftrack.core.model.preset import Preset
 from pftrack.core.model.source import Kind
-from pftrack.experiments import EXPERIMENTS
+from pftrack.experiments import EXPERIMENTS, Plugin
 from pftrack.experiments.experiment import Experiment
 from pftrack_server.core.requests import AnExperiment
 from pftrack_server.jobs.functions import draw_experiment
@@ -70,16 +70,6 @@ class ExperimentDetail(ExperimentPublic):
     loss_trackers: list[str] = Field(description="Trackers that can tell how probable it is that the target is lost")
 
 
-class PluginPublic(BaseModel):
-    """An experiment of another package than pftrack."""
-
-    model_config = ConfigDict(from_attributes=True)
-
-    name: str
-    package: str
-    problem: str = Field(description="Why it cannot be used, one sentence; empty if it can")
-
-
 router = APIRouter(prefix="/experiments", tags=["experiments"])
 plugins = APIRouter(prefix="/plugins", tags=["experiments"])
 
@@ -91,9 +81,9 @@ def list_experiments(filters: TheFilters) -> list[ExperimentPublic]:
 
 
 @plugins.get("")
-def list_plugins() -> list[PluginPublic]:
+def list_plugins() -> tuple[Plugin, ...]:
     """List the experiments that other packages add, and why some of them cannot be used."""
-    return [PluginPublic.model_validate(plugin) for plugin in EXPERIMENTS.plugins]
+    return EXPERIMENTS.plugins
 
 
 @router.get("/{experiment}")
