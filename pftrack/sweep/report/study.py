@@ -232,9 +232,9 @@ def _by_tracker(study: Study) -> Table:
                 f"{missing:,}" if missing else "",
             )
         )
-    columns = "tracker", "runs", "success", "95 % interval", error, "lost frames", "not computed"
+    titles = "tracker", "runs", "success", "95 % interval", error, "lost frames", "not computed"
     kept = [any(texts) for texts in zip(*rows, strict=True)]
-    columns, *shown = (tuple(compress(line, kept)) for line in (columns, *rows))
+    columns, *shown = (tuple(compress(line, kept)) for line in (titles, *rows))
     return Table("By tracker", columns, tuple(shown))
 
 
