@@ -5,6 +5,8 @@ import json
 import re
 import shutil
 import threading
+from collections import OrderedDict
+from collections.abc import Mapping
 from http import HTTPStatus
 from pathlib import PurePath
 from typing import Annotated, Any
@@ -13,6 +15,7 @@ from fastapi import APIRouter, Depends, Path, Query, Request
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.responses import Response
 
+from pftrack.core.model.setup import Grade
 from pftrack.core.refusal import RefusedError
 from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.experiment import Experiment
@@ -29,14 +32,72 @@ from pftrack_server.core.requests import (
     service,
     unless_client_gone,
 )
-from pftrack_server.jobs.child_tasks import TheTasks
-from pftrack_server.jobs.functions import TargetSearch, find_mark, frame_jpeg
+from pftrack_server.core.settings import Settings
+from pftrack_server.jobs.child_tasks import ChildTasks, TheTasks
+from pftrack_server.jobs.functions import TargetSearch, find_mark, frame_jpeg, weigh_target
+from pftrack_server.store import Store
 from pftrack_server.store.store import AStore
 from pftrack_server.store.tables import UploadRow
 from pftrack_server.uploads.intake import check_room, index_of, limits_of, take_in
 from pftrack_server.uploads.multipart import receive
-from pftrack_server.uploads.suitability import Suitabilities, SuitabilityPublic
 from pftrack_server.uploads.truth import TruthPublic, discard_truth, load_truth, store_truth, table_of
+
+
+class SuitabilityPublic(BaseModel):
+    """Whether a target can be followed, looked at before it is tracked."""
+
+    value: float = Field(description="0..1, the higher the better")
+    grade: Grade = Field(description="The same in words")
+    remark: str = Field(description="What was found, a sentence")
+    advice: list[str] = Field(description="What would help, a sentence each")
+    better: dict[str, Any] | None = Field(
+        description="A mark of the same target that suits better; null if none is known"
+    )
+    picture: str | None = Field(
+        description="The likelihood over the picture as a data address, from purple for 0 to yellow for its peak; null "
+        "for a likelihood that is not one of places"
+    )
+
+
+MOST_KEPT = 64
+
+
+class Suitabilities:
+    """What was found of targets, the newest last."""
+
+    def __init__(self, store: Store, settings: Settings) -> None:
+        self._store = store
+        self._settings = settings
+        self._found: OrderedDict[str, SuitabilityPublic] = OrderedDict()
+
+    async def of(
+        self, tasks: ChildTasks, upload: str, experiment: Experiment, frame: int, mark: Mapping[str, Any]
+    ) -> SuitabilityPublic:
+        """Return how suitable a target is.
+
+        Args:
+            tasks: Those of the client that asks.
+            upload: Name of the upload.
+            experiment: Whose trackers are to follow it.
+            frame: Number of the picture in which it is marked.
+            mark: The target, as JSON values.
+
+        Raises:
+            RefusedError: The mark is none that the experiment takes, or is not within the picture.
+            UnavailableError: It took too long.
+        """
+        key = json.dumps([upload, experiment.id, frame, mark], sort_keys=True)
+        if key not in self._found:
+            where = str(self._store.files.upload(upload))
+            index = await index_of(self._store, self._settings, tasks, upload)
+            limits = limits_of(self._settings)
+            self._found[key] = SuitabilityPublic(
+                **await tasks.run(weigh_target, where, index, experiment.id, frame, mark, limits)
+            )
+            while len(self._found) > MOST_KEPT:
+                self._found.popitem(last=False)
+        self._found.move_to_end(key)
+        return self._found[key]
 
 
 class UploadPublic(BaseModel):

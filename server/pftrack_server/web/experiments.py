@@ -1,25 +1,28 @@
-"""Experiments: the list of them, and each in detail."""
+"""What there is to choose from: experiments with their pictures, other packages, the words of all, own filters."""
 
+import asyncio
 import base64
 import hashlib
 from http import HTTPStatus
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Query, Request
-from pydantic import BaseModel, Field
+from fastapi import APIRouter, Path, Query, Request
+from pydantic import BaseModel, ConfigDict, Field
 from starlette.responses import Response
 
 from pftrack.core.model.drawing import Layer, World
+from pftrack.core.model.glossary import GLOSSARY, Section
 from pftrack.core.model.marks import Editor
-from pftrack.core.model.parameters import Declaration
+from pftrack.core.model.parameters import LONGEST_FILE, Declaration
 from pftrack.core.model.preset import Preset
 from pftrack.core.model.source import Kind
 from pftrack.experiments import EXPERIMENTS, Plugin
 from pftrack.experiments.experiment import Experiment
+from pftrack_server.core.bodies import RequestBody
 from pftrack_server.core.requests import AnExperiment
 from pftrack_server.jobs.functions import draw_experiment
 from pftrack_server.jobs.results import TheResults
-from pftrack_server.store.filters import FilterFiles, TheFilters
+from pftrack_server.store.filters import FilterFiles, FilterPublic, TheFilters
 
 
 class CitationPublic(BaseModel):
@@ -156,3 +159,36 @@ def _public_fields(experiment: Experiment, filters: FilterFiles) -> dict[str, An
         "presets": experiment.presets,
         "thumbnail": f"api/v1/experiments/{experiment.id}/thumbnail.png",
     }
+
+
+glossary = APIRouter(prefix="/glossary", tags=["experiments"])
+
+
+@glossary.get("")
+def show_glossary() -> list[Section]:
+    """List all words with their meaning: those that all experiments share, then those of each."""
+    return [*GLOSSARY, *(each.glossary for each in EXPERIMENTS.values())]
+
+
+class FilterUpdate(RequestBody):
+    """A new text of a file."""
+
+    text: str = Field(min_length=1, max_length=LONGEST_FILE)
+    before: str = Field(max_length=100, description="Hash of the text that it takes the place of")
+
+
+own_filters = APIRouter(prefix="/filters", tags=["filters"])
+
+Name = Annotated[str, Path(max_length=64)]
+
+
+@own_filters.get("")
+async def list_filters(filters: TheFilters) -> list[FilterPublic]:
+    """List the files with their texts."""
+    return await asyncio.to_thread(filters.views)
+
+
+@own_filters.put("/{name}")
+async def write_filter(name: Name, body: FilterUpdate, filters: TheFilters) -> FilterPublic:
+    """Write a file, unless it was changed meanwhile; sessions go on with it as if an editor had saved it."""
+    return await asyncio.to_thread(filters.write, name, body.text, body.before)

@@ -10,13 +10,12 @@ from pftrack_server import api as teaching
 from pftrack_server.sessions import routes as sessions
 from pftrack_server.sweeps import routes as sweeps
 from pftrack_server.uploads import routes as uploads
-from pftrack_server.web import experiments, failures, filters, glossary, health
-from pftrack_server.work import jobs, source_code
+from pftrack_server.web import experiments, failures, health
+from pftrack_server.work import jobs
 from pftrack_server.work import routes as work
 
 router = APIRouter(prefix="/api/v1")
-router.include_router(experiments.plugins)
-router.include_router(health.compiling)
-computing = sessions, jobs, work, failures
-for part in (experiments, glossary, uploads, *computing, teaching, filters, source_code, sweeps):
-    router.include_router(part.router)
+subjects = uploads, sessions, jobs, work, failures, teaching, sweeps
+beside = experiments.plugins, experiments.glossary, experiments.own_filters, health.compiling, jobs.source_code
+for part in (experiments.router, *beside, *(subject.router for subject in subjects)):
+    router.include_router(part)

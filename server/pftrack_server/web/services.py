@@ -20,7 +20,7 @@ from pftrack_server.sessions.manager import Manager
 from pftrack_server.store import Store
 from pftrack_server.store.filters import FilterFiles
 from pftrack_server.sweeps.manager import Sweeps
-from pftrack_server.uploads.suitability import Suitabilities
+from pftrack_server.uploads.routes import Suitabilities
 from pftrack_server.web.health import Metrics
 from pftrack_server.work.explorations import Explorations
 from pftrack_server.work.sources import House

@@ -1,5 +1,6 @@
-"""Jobs: what takes a while is begun beside what it is about, and followed, cancelled and fetched here."""
+"""Jobs: begun beside what they are about; followed, cancelled and fetched here; and the source code of runs."""
 
+import asyncio
 from http import HTTPStatus
 from typing import Annotated, Any, TypeAlias
 
@@ -7,23 +8,27 @@ from fastapi import APIRouter, Path, Query, Request
 from pydantic import BaseModel, Field
 from starlette.responses import FileResponse
 
+from pftrack.core.model.parameters import NOT_BOOLEAN
 from pftrack.core.model.series import Plot
 from pftrack.core.refusal import ConflictError
 from pftrack.experiments import find as find_experiment
 from pftrack.output.exports.formats import FileKind, exports_of
+from pftrack.runs.reproduction import SourceCode, comparison_code, run_code
+from pftrack.sweep.work import sweep_code
 from pftrack_server.core.bodies import RequestBody, Title
 from pftrack_server.core.errors import NotFoundError
 from pftrack_server.core.requests import TICKET, service, unless_client_gone
 from pftrack_server.jobs.child_tasks import Queues
 from pftrack_server.jobs.jobs import Job
 from pftrack_server.sessions.routes import ASession
+from pftrack_server.sweeps.routes import ASweep
 from pftrack_server.work import exports, runs
 from pftrack_server.work.comparisons import ComparisonJob, compare
 from pftrack_server.work.explorations import ExplorationCreate, ExplorationJob, Explorations
 from pftrack_server.work.exports import ExportJob
 from pftrack_server.work.routes import ARun, TheHouse
 from pftrack_server.work.runs import FitCreate, FitJob, ImportJob
-from pftrack_server.work.sources import ComparedRun, reopen
+from pftrack_server.work.sources import ComparedRun, find_run, reopen
 
 
 class QueuePublic(BaseModel):
@@ -157,3 +162,30 @@ async def show_place(
 ) -> QueuePublic:
     """Tell how many are before the request that was sent with a ticket; none once it is worked on."""
     return QueuePublic(before=queues.before(ticket))
+
+
+class SourceCodeRequest(RequestBody):
+    """Of which runs: of one, or of several that are compared."""
+
+    runs: list[ComparedRun] = Field(min_length=1, max_length=4)
+    frames: Annotated[int, Field(ge=1, le=10_000_000), NOT_BOOLEAN] | None = Field(
+        None, description="How many frames of each; all if left out"
+    )
+
+
+source_code = APIRouter(tags=["source code"])
+
+
+@source_code.post("/source-code")
+async def write_source_code(body: SourceCodeRequest, house: TheHouse) -> SourceCode:
+    """Write what computes runs again; of several, what compares them. The truth of a recording is no part of it."""
+    named = await asyncio.gather(*(find_run(run, house) for run in body.runs))
+    recipes = [each.spec.recipe.with_footage(truth=None) for each in named]
+    runs = [(recipe, find_experiment(recipe.experiment)) for recipe in recipes]
+    return run_code(*runs[0], body.frames) if len(runs) == 1 else comparison_code(runs, body.frames)
+
+
+@source_code.get("/sweeps/{sweep}/source-code")
+async def write_sweep_code(sweep: ASweep) -> SourceCode:
+    """Write what computes a sweep again."""
+    return sweep_code(sweep.plan)

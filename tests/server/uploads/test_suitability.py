@@ -69,7 +69,7 @@ def test_of_many_answers_the_last_used_are_remembered(
     server: Server, client: httpx.Client, upload: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """So the memory does not grow with the questions."""
-    monkeypatch.setattr("pftrack_server.uploads.suitability.MOST_KEPT", 2)
+    monkeypatch.setattr("pftrack_server.uploads.routes.MOST_KEPT", 2)
     suitabilities: Any = server.app.state.services.suitabilities
     monkeypatch.setattr(suitabilities, "_found", OrderedDict())
     for x in (31, 32, 31, 33):
