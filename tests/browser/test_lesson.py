@@ -94,7 +94,7 @@ def its_panel_leaves_room_and_keeps_its_folds(shown: SessionPage, server: Server
         shown.page.set_viewport_size({"width": width, "height": 800})
         share = f"parent.innerWidth === {width} && Math.min({drawn}, {panel}) >= {0.6 * width}"
         shown.until(lambda share=share: shown.in_scene(share, False), "the picture has its share")
-    radius = shown.row("Ball radius (px)").locator("input.mantine-NumberInput-input")
+    radius = shown.number("Ball radius (px)")
     change_in_the_past(shown, server, 9)
     shown.until(lambda: radius.input_value() == "9", "the panel shows the new value")
     assert radius.is_visible()

@@ -204,17 +204,24 @@ class SessionPage(View):
     def slide(self, label: str, presses: int) -> float:
         """Move a slider of the panel by its arrow key, not faster than the scene listens; return where it then is."""
         row = self.row(label)
-        own = row.locator("[role=slider]")  # below the box, where that takes more than the slider
-        thumb = own if own.count() else row.locator("xpath=following::*[@role='slider'][1]")
+        thumb = row.locator("[role=slider]")
         thumb.focus()
         for _ in range(presses):
             thumb.press("ArrowRight")
             self.page.wait_for_timeout(100)
         return float(thumb.get_attribute("aria-valuenow"))
 
+    def number(self, label: str) -> Any:
+        """Return the box of a number in the panel."""
+        row = self.row(label)
+        row.wait_for(state="attached")
+        # One that reaches further than its slider stands in the place of that one's own.
+        wide = row.locator("xpath=../following-sibling::*[1][.//label[not(node())]]//input[@inputmode]")
+        return wide if wide.count() else row.locator("input.mantine-NumberInput-input")
+
     def type_number(self, label: str, value: int) -> None:
         """Type a number into the panel."""
-        box = self.row(label).locator("input.mantine-NumberInput-input")
+        box = self.number(label)
         box.fill(str(value))
         box.press("Enter")
 

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { readFileSync, readdirSync } from "node:fs";
 import { describe, it } from "node:test";
 
-const FOLDERS = ["frontend_static/", "server/pftrack_server/viewer/viser_adapter/client/"].map((path) => new URL(`../../${path}`, import.meta.url));
+const FOLDERS = ["frontend_static/", "server/pftrack_server/viewer/client/"].map((path) => new URL(`../../${path}`, import.meta.url));
 
 /** The types that comments name: what stands in braces behind a tag, but for the `object` that properties describe. */
 function typesOf(text) {

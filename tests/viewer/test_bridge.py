@@ -13,9 +13,9 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
-from pftrack_server.viewer.viser_adapter import messages
-from pftrack_server.viewer.viser_adapter.messages import kind_of
-from pftrack_server.viewer.viser_adapter.server import BURST, MAXIMUM_BYTES, MOST_HZ, bridge
+from pftrack_server.viewer import viser_messages as messages
+from pftrack_server.viewer.viser_messages import kind_of
+from pftrack_server.viewer.viser_server import BURST, MAXIMUM_BYTES, MOST_HZ, bridge
 from tests.apart import run
 from tests.viewer.host import PROTOCOL, Peer, Session, Site, drawing
 from tests.waiting import wait_for

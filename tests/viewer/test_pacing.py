@@ -10,9 +10,9 @@ import msgspec
 import pytest
 
 from pftrack_server.core.pictures import SceneDrawing
+from pftrack_server.viewer import viser_server as server
 from pftrack_server.viewer.scene import Scene
-from pftrack_server.viewer.viser_adapter import server
-from pftrack_server.viewer.viser_adapter.server import ASK_EVERY_S, LATE_S, LOADING_S, Connection
+from pftrack_server.viewer.viser_server import ASK_EVERY_S, LATE_S, LOADING_S, Connection
 from tests.apart import run
 from tests.viewer.host import Peer, Session, Site, drawing
 from tests.waiting import wait_for

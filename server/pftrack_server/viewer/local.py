@@ -41,8 +41,9 @@ from pftrack.runs.manifest import title_of
 from pftrack.runs.run import Run
 from pftrack_server.core.panel import PanelDescription, PanelValues
 from pftrack_server.core.pictures import PictureEncoder, SceneDrawing
+from pftrack_server.viewer.client_page import CONTENT_SECURITY_POLICY, client_asset, client_page
 from pftrack_server.viewer.viewer import Viewer
-from pftrack_server.viewer.viser_adapter import CONTENT_SECURITY_POLICY, bridge, client_asset, client_page
+from pftrack_server.viewer.viser_server import bridge
 
 HOST = "127.0.0.1"
 FORBIDDEN = 1008

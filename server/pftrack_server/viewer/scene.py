@@ -17,10 +17,7 @@ import viser
 
 from pftrack.core.model.drawing import (
     Arrows,
-    Axes,
-    Colour,
     Drawing,
-    Ellipse,
     Ellipsoids,
     Frustum,
     Key,
@@ -33,7 +30,7 @@ from pftrack.core.model.drawing import (
     Text,
 )
 from pftrack_server.core.pictures import EncodedPicture, SceneDrawing
-from pftrack_server.viewer import shapes, viser_adapter, worlds
+from pftrack_server.viewer import shapes, viser_handles, worlds
 from pftrack_server.viewer.camera import Box
 from pftrack_server.viewer.shapes import Stance
 
@@ -78,10 +75,8 @@ def _is_empty(item: Primitive) -> bool:
     match item:
         case Points() | Ellipsoids():
             return len(item.positions if isinstance(item, Points) else item.centres) == 0
-        case Polyline():
-            return len(shapes.polyline_segments(item.positions)) == 0
-        case Links() | Arrows():
-            return len(item.segments if isinstance(item, Links) else shapes.arrow_segments(item)) == 0
+        case Polyline() | Links() | Arrows():
+            return len(shapes.segments(item)) == 0
         case Mesh():
             return len(item.faces) == 0 or not np.isfinite(item.vertices).all()
         case _:
@@ -93,9 +88,9 @@ def _show_picture(server: viser.ViserServer, name: str, node: Node, item: Encode
     centre = ((item.width - 1) / 2.0, -(item.height - 1) / 2.0, stance.lift)
     extent = float(item.width), float(item.height)
     if node.handle is None:
-        node.handle = viser_adapter.add_jpeg(server, f"/{name}", item.file, extent, wxyz=UPRIGHT_WXYZ, position=centre)
+        node.handle = viser_handles.add_jpeg(server, f"/{name}", item.file, extent, wxyz=UPRIGHT_WXYZ, position=centre)
     elif not (isinstance(node.source, EncodedPicture) and node.source.file == item.file):
-        viser_adapter.replace_jpeg(node.handle, item.file)
+        viser_handles.replace_jpeg(node.handle, item.file)
     if node.look != (extent, centre):
         node.handle.render_width, node.handle.render_height = extent
         node.handle.position = centre
@@ -124,17 +119,13 @@ def _show_points(server: viser.ViserServer, name: str, node: Node, item: Points,
     node.look = item.size
 
 
-def _show_lines(
-    server: viser.ViserServer,
-    name: str,
-    node: Node,
-    segments: shapes.Floats,
-    look: tuple[Colour, float],
-    stance: Stance,
-) -> None:
-    points = shapes.to_scene(segments, stance)
-    colours = np.asarray(look[0], dtype=np.uint8)
-    thickness = max(1.5, look[1] * LINE_SCALE)
+def _show_lines(server: viser.ViserServer, name: str, node: Node, item: shapes.Lines, stance: Stance) -> None:
+    # A frustum is what the others lean towards, and leans nowhere itself.
+    upright = replace(stance, apex=None) if isinstance(item, Frustum) else stance
+    points = shapes.to_scene(shapes.segments(item), upright)
+    look = item.colour, item.width
+    colours = np.asarray(item.colour, dtype=np.uint8)
+    thickness = max(1.5, item.width * LINE_SCALE)
     if node.handle is None:
         node.handle = server.scene.add_line_segments(
             f"/{name}", points, colours, thickness=thickness, thickness_units="screen"
@@ -145,22 +136,6 @@ def _show_lines(
         node.handle.colors = colours
         node.handle.thickness = thickness
     node.look = look
-
-
-def _show_polyline(server: viser.ViserServer, name: str, node: Node, item: Polyline, stance: Stance) -> None:
-    _show_lines(server, name, node, shapes.polyline_segments(item.positions), (item.colour, item.width), stance)
-
-
-def _show_ellipse(server: viser.ViserServer, name: str, node: Node, item: Ellipse, stance: Stance) -> None:
-    _show_lines(server, name, node, shapes.ellipse_segments(item), (item.colour, item.width), stance)
-
-
-def _show_links(server: viser.ViserServer, name: str, node: Node, item: Links, stance: Stance) -> None:
-    _show_lines(server, name, node, item.segments, (item.colour, item.width), stance)
-
-
-def _show_arrows(server: viser.ViserServer, name: str, node: Node, item: Arrows, stance: Stance) -> None:
-    _show_lines(server, name, node, shapes.arrow_segments(item), (item.colour, item.width), stance)
 
 
 def _show_ellipsoids(server: viser.ViserServer, name: str, node: Node, item: Ellipsoids, stance: Stance) -> None:
@@ -190,16 +165,6 @@ def _show_ellipsoids(server: viser.ViserServer, name: str, node: Node, item: Ell
     node.handle.batched_wxyzs = placed.wxyz
     node.handle.batched_scales = placed.half_axes
     node.handle.batched_colors = item.colours
-
-
-def _show_frustum(server: viser.ViserServer, name: str, node: Node, item: Frustum, stance: Stance) -> None:
-    # It is what the others lean towards, and leans nowhere itself.
-    upright = replace(stance, apex=None)
-    _show_lines(server, name, node, shapes.frustum_segments(item), (item.colour, item.width), upright)
-
-
-def _show_axes(server: viser.ViserServer, name: str, node: Node, item: Axes, stance: Stance) -> None:
-    _show_lines(server, name, node, shapes.axes_segments(item), (item.colour, item.width), stance)
 
 
 def _show_mesh(server: viser.ViserServer, name: str, node: Node, item: Mesh, stance: Stance) -> None:
@@ -232,7 +197,7 @@ def _show_mesh(server: viser.ViserServer, name: str, node: Node, item: Mesh, sta
 def _show_coloured_mesh(server: viser.ViserServer, name: str, node: Node, item: Mesh, stance: Stance) -> None:
     parts = _flatten(item, stance), shapes.turn_over(item.faces), item.rgba
     if node.handle is None:
-        node.handle = viser_adapter.ColouredMesh(server, f"/{name}", *parts)
+        node.handle = viser_handles.ColouredMesh(server, f"/{name}", *parts)
     else:
         node.handle.update(*parts)
 
@@ -267,21 +232,15 @@ Show: TypeAlias = Callable[[viser.ViserServer, str, Node, Any, Stance], None]
 _SHOW: dict[type[Primitive | EncodedPicture], Show] = {
     EncodedPicture: _show_picture,
     Points: _show_points,
-    Polyline: _show_polyline,
-    Ellipse: _show_ellipse,
-    Links: _show_links,
-    Arrows: _show_arrows,
     Ellipsoids: _show_ellipsoids,
-    Axes: _show_axes,
     Mesh: _show_mesh,
     Text: _show_text,
-    Frustum: _show_frustum,
 }
 
 
 def _way_to_show(item: Primitive | EncodedPicture) -> Show:
     """Return how a primitive is shown; what is shown in another way needs another node."""
-    return _show_coloured_mesh if isinstance(item, Mesh) and not item.is_uniform else _SHOW[type(item)]
+    return _show_coloured_mesh if isinstance(item, Mesh) and not item.is_uniform else _SHOW.get(type(item), _show_lines)
 
 
 class Scene:

@@ -15,6 +15,7 @@ front it stands on its pixel, which is what the camera sees; it leans towards th
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 import viser.transforms
@@ -35,6 +36,8 @@ from pftrack.core.model.drawing import (
 )
 
 Floats = NDArray[np.float32]
+Lines: TypeAlias = Polyline | Ellipse | Links | Arrows | Axes | Frustum
+"""Primitives that are drawn by lines."""
 
 MARK_PX = 2.0
 """Height up to which lines are taken for marks in the picture plane."""
@@ -83,6 +86,23 @@ def to_scene(positions: Floats, stance: Stance) -> Floats:
         mapped[..., :2] += share * (np.array((x, y), dtype=np.float32) - mapped[..., :2])
     mapped[..., 1] *= -1.0
     return mapped
+
+
+def segments(lines: Lines) -> Floats:
+    """Return what is drawn by lines as segments (n, 2, 3), px."""
+    match lines:
+        case Polyline():
+            return polyline_segments(lines.positions)
+        case Ellipse():
+            return ellipse_segments(lines)
+        case Links():
+            return lines.segments
+        case Arrows():
+            return arrow_segments(lines)
+        case Axes():
+            return axes_segments(lines)
+        case Frustum():
+            return frustum_segments(lines)
 
 
 def polyline_segments(positions: Floats) -> Floats:

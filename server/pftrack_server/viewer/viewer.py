@@ -15,7 +15,7 @@ from pftrack.core.model.drawing import LayerRole
 from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.core.panel import PanelDescription, PanelValues
 from pftrack_server.core.pictures import SceneDrawing
-from pftrack_server.viewer import viser_adapter, worlds
+from pftrack_server.viewer import viser_server, worlds
 from pftrack_server.viewer.camera import PRESETS, Cameras
 from pftrack_server.viewer.panel import Panel
 from pftrack_server.viewer.scene import Scene
@@ -53,7 +53,7 @@ class Viewer:
         on_ready: Callable[[], None] = lambda: None,
     ) -> None:
         self._on_ready = on_ready
-        server, self.endpoint = viser_adapter.start(description.title)
+        server, self.endpoint = viser_server.start(description.title)
         self._server = server
         self._layers = tuple(description.layers)
         self._newest: tuple[SceneDrawing, int] | None = None
@@ -101,7 +101,7 @@ class Viewer:
         await self.endpoint.wait_closed()
 
     async def _join(self, client: viser.ClientHandle) -> None:
-        line = viser_adapter.connection_of(client)
+        line = viser_server.connection_of(client)
         self._cameras.join(client, looks_only=line is not None and line.looks_only)
 
     async def _leave(self, client: viser.ClientHandle) -> None:

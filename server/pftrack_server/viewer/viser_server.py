@@ -12,6 +12,22 @@ connection fill with seconds of stale pictures. So up to ten times a second a `C
 message, which is answered by the code that takes messages up to be drawn. While the answer is overdue the browser is
 sent nothing more, and what follows is the newest. A line that is merely long is not mistaken for a slow one, and a
 frozen tab is sent nothing until it thaws.
+
+Another version of viser is let in (`pyproject.toml`, where 1.1 is the only one) in this order. 1.2 is not published
+yet; how it is likely to differ is taken from what changed between 1.0.21 and 1.1.1.
+
+1. `test_viser_server`: viser must open its port by `websockets.asyncio.server.serve`, use four members of a
+   connection, and make its event loop by `asyncio.new_event_loop`, in which it runs one coroutine. The first two were
+   the same in 1.0.21. A version that opens its port otherwise is refused when a server is started. The endpoint could
+   go if viser took a transport of the caller's.
+2. `test_viser_contracts`: the only clock in `viser.infra._infra` times messages (the same in 1.0.21), so it may run
+   fast; it could go with an option that turns smoothing off. New kinds of messages from browsers have to be judged. A
+   client that is packed in another way is served in one piece until `client_page` learns the new way.
+3. `test_client_in_browser`: `__viserMutable`, `drainMessageQueue` and `messageQueue` are not in 1.0.21 at all, so these
+   are what a new version is most likely to change; `client/frames.js` and `client/state.js` are then to be adapted.
+   `client/colours.js` rests on `onBeforeRender` of the scene and on the bytes that points keep as their colours; with a
+   viser whose meshes take colours of vertices in place, it and `ColouredMesh` can go. What `style.css`, `numbers.js`
+   and `folds.js` look for are names of the library that draws the panel (mantine), and of its icons.
 """
 
 import asyncio
@@ -34,7 +50,7 @@ from fastapi import WebSocket
 from starlette.websockets import WebSocketDisconnect
 from viser.infra import _infra
 
-from pftrack_server.viewer.viser_adapter import messages
+from pftrack_server.viewer import viser_messages as messages
 
 Handler = Callable[[Any], Coroutine[Any, Any, None]]
 Ending = tuple[int, str]

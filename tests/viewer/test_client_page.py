@@ -7,9 +7,9 @@ from pathlib import Path
 import viser
 
 from pftrack_server.viewer import CONTENT_SECURITY_POLICY, client_asset, client_page
-from pftrack_server.viewer.viser_adapter.client_page import ASSETS, CLIENT, take_apart
+from pftrack_server.viewer.client_page import ASSETS, CLIENT, take_apart
 
-PAGE_KEYS = Path(__file__).parents[3] / "frontend_static" / "session" / "keys.js"
+PAGE_KEYS = Path(__file__).parents[2] / "frontend_static" / "session" / "keys.js"
 
 
 def test_our_script_runs_before_visers() -> None:

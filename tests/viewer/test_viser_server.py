@@ -14,11 +14,11 @@ import pytest
 import viser
 from viser.infra import _infra
 
-from pftrack_server.viewer import viser_adapter
-from pftrack_server.viewer.viser_adapter import Endpoint, server
+from pftrack_server.viewer import viser_server as server
+from pftrack_server.viewer.viser_server import Endpoint, start
 from tests.apart import run
 from tests.viewer.host import PROTOCOL
-from tests.viewer.viser_adapter.test_contracts import SAID
+from tests.viewer.test_viser_contracts import SAID
 from tests.waiting import wait_for
 
 VERSION = f"viser {viser.__version__}"
@@ -80,7 +80,7 @@ class TestContract:
         server.install.cache_clear()
         before = listening()
         with pytest.raises(RuntimeError, match=r"viser 1\.1\.\d+ does not open its port by elsewhere"):
-            viser_adapter.start("Ball")
+            start("Ball")
         assert listening() == before
 
     def test_a_server_makes_one_loop_and_runs_one_coroutine_in_it(self) -> None:
@@ -108,7 +108,7 @@ def test_a_server_has_neither_port_nor_thread(capsys: pytest.CaptureFixture[str]
     async def scene() -> None:
         before, files = listening(), psutil.Process().net_connections("unix")
         threads = threading.active_count()
-        made, reached = viser_adapter.start("Ball")
+        made, reached = start("Ball")
         await asyncio.sleep(0.01)
         assert (listening(), threading.active_count()) == (before, threads)
         named = {each.laddr for each in psutil.Process().net_connections("unix")}
@@ -125,7 +125,7 @@ def test_a_server_that_ends_before_it_has_begun_is_no_error() -> None:
     """A session may be ended while its scene is made."""
 
     async def scene() -> None:
-        made, reached = viser_adapter.start("Ball")
+        made, reached = start("Ball")
         made.stop()
         await asyncio.wait_for(reached.wait_closed(), 10)
         assert not reached.is_open
@@ -137,7 +137,7 @@ def test_several_servers_share_a_loop() -> None:
     """The end of one is no news for the others."""
 
     async def scene() -> None:
-        started = [viser_adapter.start("Ball") for _ in range(3)]
+        started = [start("Ball") for _ in range(3)]
         started[0][0].stop()
         await started[0][1].wait_closed()
         assert [reached.is_open for _, reached in started] == [False, True, True]
@@ -163,7 +163,7 @@ def play(scene: Callable[[viser.ViserServer, Endpoint], Coroutine[Any, Any, None
     """Run a coroutine beside a server."""
 
     async def whole() -> None:
-        made, reached = viser_adapter.start("Ball")
+        made, reached = start("Ball")
         try:
             async with asyncio.timeout(20):
                 await scene(made, reached)

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 import viser
 
-from pftrack_server.viewer.viser_adapter.client_page import CLIENT
+from pftrack_server.viewer.client_page import CLIENT
 from tests.viewer.conftest import NEEDS_CHROMIUM, until
 from tests.viewer.host import Session, Site, drawing
 
@@ -84,7 +84,7 @@ def test_points_keep_the_bytes_of_their_colours(scene: Any) -> None:
 def test_what_the_style_sheet_and_the_scripts_look_for_is_there(scene: Any, selector: str) -> None:
     """A selector that finds nothing leaves the panel as viser has it, or a number to be taken digit by digit."""
     count = scene.evaluate(f"document.querySelectorAll({selector!r}).length")
-    assert count > 0, f"the client of viser {viser.__version__} has no element {selector}; see viser_adapter/client"
+    assert count > 0, f"the client of viser {viser.__version__} has no element {selector}; see viewer/client"
 
 
 def test_a_picture_is_what_the_scripts_take_for_one(scene: Any) -> None:
