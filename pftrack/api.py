@@ -14,6 +14,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
 
+from pftrack.core.files import read_text
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Change, Footage, Recipe
 from pftrack.core.model.source import FrameSequence
@@ -166,7 +167,7 @@ def load(path: PathOrName, *, recording: PathOrName | None = None, trust: bool =
     if is_beliefs(file):
         return _run_of_beliefs(file, recording)
     if file.suffix.lower() == ".json":
-        recipe = _read_recipe(file)
+        recipe = read_recipe(file)
         last = None
     else:
         known = records.read(file)
@@ -176,6 +177,21 @@ def load(path: PathOrName, *, recording: PathOrName | None = None, trust: bool =
     made = make(recipe, open_sequence=_opener(recording, file.parent))
     made.seek(made.frames - 1 if last is None else last)
     return made
+
+
+def read_recipe(path: Path) -> Recipe:
+    """Return the recipe that a file holds as JSON.
+
+    Raises:
+        ParameterError: A value is unknown or out of bounds.
+        RefusedError: It is not there, or not JSON.
+    """
+    try:
+        raw = json.loads(read_text(path, records.LARGEST_RECORD_BYTES))
+    except ValueError as error:
+        told = f"{path.name} is not JSON: {error}" if isinstance(error, json.JSONDecodeError) else str(error)
+        raise RefusedError(told) from None
+    return Recipe.read(raw)
 
 
 def _run_of_beliefs(file: Path, clip: PathOrName | None) -> Run:
@@ -198,16 +214,6 @@ def compare(*runs: Run) -> Comparison:
         RefusedError: They are too few or too many, their units differ, or they have no frame in common.
     """
     return Comparison.of(*runs).finish()
-
-
-def _read_recipe(file: Path) -> Recipe:
-    try:
-        raw = json.loads(file.read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        raise RefusedError(f"{file} cannot be read: {error.strerror}") from None
-    except ValueError as error:
-        raise RefusedError(f"{file} is no JSON: {error}") from None
-    return Recipe.read(raw)
 
 
 def _with_filter(recipe: Recipe, file: Path) -> tuple[str, Recipe]:

@@ -10,26 +10,21 @@ enough there to tell; of the others that error is kept alone. A test compares pa
 
 import json
 import subprocess
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 
 from pftrack.cli.output import progress
 from pftrack.experiments import EXPERIMENTS
-from pftrack.experiments.shared.loss_probability import FIRST_JUDGED, FORMAT, LossModel
+from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.shared.loss_probability import FIRST_JUDGED, FORMAT, MOST_ERROR, LossModel, fit
+from pftrack.experiments.shared.signals import signal_names
 from pftrack.reproduce.finding import Entry, read_record
-from pftrack.reproduce.loss_probability import (
-    Judgement,
-    cases,
-    fit_model,
-    judge,
-    scenes_of,
-    signals_of,
-    witness,
-)
+from pftrack.reproduce.loss_probability import Judgement, Witnessed, cases, judge, scenes_of, witness
 from pftrack.reproduce.pool import Pool
 from tools.reproduction import RECORD
 
@@ -37,6 +32,7 @@ __all__ = ["PAGE", "describe", "describe_models", "fit_in_scenes", "page", "path
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs/explanation/loss.md"
+RIDGE, FEWEST_LOSSES = 10.0, 5
 BEGIN, END = "<!-- tools.loss_probability: from here -->", "<!-- tools.loss_probability: to here -->"
 """Between which the tables stand in the page."""
 
@@ -61,10 +57,33 @@ def path_of(experiment: str) -> Path:
     return ROOT / "pftrack/experiments" / experiment / "loss_probability.json"
 
 
+def is_true(judged: Judgement) -> bool:
+    """Return whether a probability may be declared.
+
+    It is calibrated, says more than the share of lost frames does, and losses enough were there to tell.
+    """
+    return judged.error <= MOST_ERROR and judged.brier < judged.base and judged.delays.losses >= FEWEST_LOSSES
+
+
+def signals_of(experiment: Experiment, tracker: str) -> tuple[str, ...]:
+    """Return the signals of a tracker."""
+    chosen, declared = experiment.trackers[tracker], experiment.quality.loss_probability
+    return signal_names(chosen.series, searches=chosen.searching is not None, more=declared.signals)
+
+
+def fit_model(experiment: Experiment, tracker: str, seen: Sequence[Witnessed]) -> LossModel:
+    """Return what says it of a tracker, by runs in scenes that are there to be fitted."""
+    regression = fit(
+        np.concatenate([one.features for one in seen]), np.concatenate([one.lost for one in seen]), ridge=RIDGE
+    )
+    series = {one.name: one for one in experiment.trackers[tracker].series}
+    return LossModel(signals_of(experiment, tracker), regression, series)
+
+
 def describe(tracker: str, judged: Judgement) -> str:
     """Return what came of a tracker, a line."""
     waits = f"{judged.delays.median:g} frames, {judged.delays.told} of {judged.delays.losses} told"
-    kept = "kept" if judged.is_true else "not kept"
+    kept = "kept" if is_true(judged) else "not kept"
     return (
         f"{tracker}: {kept}, calibration error {judged.error:.3f}, Brier score {judged.brier:.3f} "
         f"({judged.base:.3f}), ROC {judged.roc.area:.3f}, {waits}"
@@ -138,7 +157,7 @@ def sort_out(found: Mapping[str, tuple[LossModel, Judgement]], about: Mapping[st
     """Return what is kept, as JSON values: models that are calibrated well enough, and the error of the others."""
     for tracker, (_, judged) in found.items():
         typer.echo(describe(tracker, judged))
-    models = {tracker: model for tracker, (model, judged) in found.items() if judged.is_true}
+    models = {tracker: model for tracker, (model, judged) in found.items() if is_true(judged)}
     refused = {tracker: judged.error for tracker, (_, judged) in found.items() if tracker not in models}
     return describe_models(models, refused, about)
 

@@ -5,7 +5,6 @@ The pictures of these benchmarks have no licence, so none comes along.
 
 import csv
 import json
-import math
 from collections.abc import Callable, Mapping
 from contextlib import closing
 from dataclasses import asdict, dataclass
@@ -26,7 +25,8 @@ from pftrack.core.refusal import RefusedError
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import evaluated_run, extent_series
-from pftrack.sources.results.table import rectangle
+from pftrack.sources.results.table import Form
+from pftrack.sources.results.writing import read_results_file
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.truth import TruthTable
 
@@ -42,8 +42,6 @@ from pftrack.sources.truth import TruthTable
 # `cfg.json` names as `startFrame`, as jwlim/tracker_benchmark has it, or with the first.
 
 Rectangle = tuple[float, float, float, float]
-
-LARGEST_TEXT_BYTES = 16 * 1024 * 1024
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,37 +80,30 @@ def find_sequences(folder: Path) -> list[BenchmarkSequence]:
     return [_read(place) for place in folders]
 
 
-def _form_of(folder: Path) -> tuple[Path, Path, float] | None:
-    """Return the pictures, the text, and the number of the first pixel, of a folder that is a sequence."""
+def _form_of(folder: Path) -> tuple[Form, Path, Path] | None:
+    """Return the form, the pictures and the text of a folder that is a sequence."""
     otb, vot = folder / "groundtruth_rect.txt", folder / "groundtruth.txt"
     if otb.is_file() and (folder / "img").is_dir():
-        return folder / "img", otb, 1.0
+        return "otb", folder / "img", otb
     if vot.is_file():
-        return (folder / "color" if (folder / "color").is_dir() else folder), vot, 0.0
+        return "vot", folder / "color" if (folder / "color").is_dir() else folder, vot
     return None
 
 
 def _read(folder: Path) -> BenchmarkSequence:
-    form = _form_of(folder)
-    if form is None:
+    known = _form_of(folder)
+    if known is None:
         raise RefusedError(f"{folder.name} is no sequence")
-    pictures, text, first_pixel = form
+    form, pictures, text = known
     start = _start(folder, pictures)
-    place = f"{folder.name}/{text.name}"
     try:
-        if text.stat().st_size > LARGEST_TEXT_BYTES:
-            raise RefusedError(f"{place} is larger than the {LARGEST_TEXT_BYTES // 1024**2} MiB allowed")
-        lines = [line for line in text.read_text(encoding="utf-8-sig").splitlines() if line.strip()]
-    except (OSError, UnicodeDecodeError):
-        raise RefusedError(f"{place} cannot be read as text") from None
-    boxes = {}
-    for number, line in enumerate(lines):
-        x, y, w, h = rectangle(f"{place}, line {number + 1}", line)
-        if all(math.isfinite(value) for value in (x, y, w, h)) and w > 0 and h > 0:
-            boxes[start + number] = (x - first_pixel, y - first_pixel, w, h)
+        found = read_results_file(text, form=form, first_pixel=int(form == "otb"))
+    except RefusedError as error:
+        raise RefusedError(f"{folder.name}/{error}") from None
+    boxes = {start + box.frame: (box.x, box.y, box.w, box.h) for box in found.boxes}
     if start not in boxes:
-        raise RefusedError(f"{place}, line 1: a tracker begins there, so it must be a box with an area")
-    return BenchmarkSequence(folder.resolve().name, pictures, start, len(lines), boxes)
+        raise RefusedError(f"{folder.name}/{text.name}, line 1: a tracker begins there, so it must have a box")
+    return BenchmarkSequence(folder.resolve().name, pictures, start, found.frames, boxes)
 
 
 def _start(folder: Path, pictures: Path) -> int:

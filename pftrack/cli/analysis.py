@@ -15,6 +15,7 @@ from pftrack.cli.output import (
     compiling,
     emit,
     note,
+    picked,
     progress,
     read_seed,
     refusing,
@@ -290,17 +291,5 @@ def _command(entry: "Entry", *, cured: bool) -> str:
 
 
 def _entry_json(entry: "Entry") -> dict[str, object]:
-    failure = entry.failure
-    return {
-        "number": entry.number,
-        "id": failure.id,
-        "title": failure.title,
-        "kind": failure.kind,
-        "cause": failure.cause,
-        "experiment": entry.experiment.id,
-        "tracker": failure.tracker,
-        "seed": failure.seed,
-        "frame": failure.frame,
-        "diagnosis": failure.diagnosis,
-        "cure": failure.cure.text,
-    }
+    said = picked(entry.failure, "id", "title", "kind", "cause", "tracker", "seed", "frame", "diagnosis")
+    return {"number": entry.number, **said, "experiment": entry.experiment.id, "cure": entry.failure.cure.text}

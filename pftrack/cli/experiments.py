@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pftrack.cli.output import Json, emit, note, reading, refusing, table, tell, writing, wrong_use
+from pftrack.cli.output import Json, emit, note, picked, reading, refusing, table, tell, writing, wrong_use
 
 if TYPE_CHECKING:
     from pftrack.core.model.parameters import Declaration, Value
@@ -150,31 +150,17 @@ def _miscalibrated(experiment: "Experiment") -> dict[str, list[str]]:
 def _about(experiment: "Experiment") -> dict[str, object]:
     from pftrack.output.exports.formats import exports_of
 
+    names = "id", "title", "family", "question", "description", "accepts_video", "default_tracker", "frames"
+    preset = "name", "title", "tracker", "parameters", "seed", "watch"
     return {
-        "id": experiment.id,
-        "title": experiment.title,
-        "family": experiment.family,
-        "question": experiment.question,
+        **picked(experiment, *names),
         "references": [citation.as_dict() for citation in experiment.references],
-        "description": experiment.description,
-        "accepts_video": experiment.accepts_video,
         "footage": list(experiment.video.footage),
-        "default_tracker": experiment.default_tracker,
-        "frames": experiment.frames,
         "measures": [measure.as_dict() for measure in experiment.run_measures],
-        "exports": [{"name": it.name, "title": it.title, "suffix": it.suffix} for it in exports_of(experiment)],
-        "trackers": [
-            {"id": tracker.id, "title": tracker.title, "description": tracker.description}
-            for tracker in experiment.trackers.values()
-        ],
+        "exports": [picked(it, "name", "title", "suffix") for it in exports_of(experiment)],
+        "trackers": [picked(tracker, "id", "title", "description") for tracker in experiment.trackers.values()],
         "failures": [failure.id for failure in experiment.failures],
-        "presets": [
-            {
-                **{key: getattr(it, key) for key in ("name", "title", "tracker", "parameters", "seed", "watch")},
-                "about": it.subjects,
-            }
-            for it in experiment.presets
-        ],
+        "presets": [{**picked(it, *preset), "about": it.subjects} for it in experiment.presets],
     }
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pftrack.cli.output import CommandError, note, wrong_use
+from pftrack.cli.output import CommandError, note, whole, wrong_use
 
 if TYPE_CHECKING:
     from pftrack.core.model.recipe import Footage, Recipe
@@ -97,7 +97,7 @@ def open_setup(
         said: What the options say, which goes before.
         folder: Of the file, from which the path of its recording is seen.
     """
-    from pftrack.core.model.recipe import Footage
+    from pftrack.core.model.recipe import LONGEST_RUN, Footage
     from pftrack.runs.reproduction import wire
 
     if said.video is None and recipe.footage is None:
@@ -116,7 +116,7 @@ def open_setup(
         if recipe.footage is None or said.marks:  # a recipe's own mark is on the frame that it names
             changes["start"] = min(truth, default=0)
     if said.start is not None:
-        changes["start"] = _frame(said.start)
+        changes["start"] = whole("--start", said.start, 0, LONGEST_RUN)
 
     sequences: list[FrameSequence] = []
 
@@ -276,10 +276,3 @@ def _note_misfits(experiment: "Experiment", truth: Mapping[int, Sequence[float]]
     if experiment.video.truth is not None:
         for warning in experiment.video.truth.misfits(rows, sequence.index.width, sequence.index.height):
             note(f"pftrack: {warning}")
-
-
-def _frame(text: str) -> int:
-    try:
-        return int(text)
-    except ValueError:
-        raise wrong_use(f"--start must be a whole number, got {text[:40]!r}") from None

@@ -171,6 +171,11 @@ def emit(value: object) -> None:
     sys.stdout.flush()
 
 
+def picked(value: object, *names: str) -> dict[str, Any]:
+    """Return some attributes of an object by name, for JSON."""
+    return {name: getattr(value, name) for name in names}
+
+
 def note(message: str) -> None:
     """Say something on standard error."""
     Console(stderr=True, highlight=False, soft_wrap=True).print(Text(message))
@@ -283,16 +288,10 @@ def value_of(model: "type[Parameters]", name: str, text: str) -> "Value":
 
 def text_of(path: Path) -> str:
     """Return the text of a file that is to be the value of a parameter."""
+    from pftrack.core.files import read_text
     from pftrack.core.model.parameters import LONGEST_FILE
 
-    try:
-        if path.stat().st_size > 4 * LONGEST_FILE:  # of which a character takes four bytes at most
-            raise CommandError(f"{path} is too large: such a file has at most {LONGEST_FILE} characters")
-        text = path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise CommandError(f"there is no file {path}") from None
-    except UnicodeDecodeError:
-        raise CommandError(f"{path} is no text") from None
+    text = read_text(path, 4 * LONGEST_FILE)  # a character takes at most four bytes
     if not text.strip():  # which as a value would mean that there is no file
         raise CommandError(f"{path} is empty")
     return text

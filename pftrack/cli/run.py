@@ -179,17 +179,12 @@ def show_recipe(
 
 def _recipe(said: str) -> "tuple[Recipe, Path]":
     """Return the recipe of a file, or of an experiment alone, and the folder of the file."""
+    from pftrack.api import read_recipe
     from pftrack.core.model.recipe import Recipe
 
     path = Path(said)
-    if path.suffix.lower() != ".json":
-        return Recipe(experiment=find_experiment(said).id), path.parent
-    try:
-        return Recipe.read(json_format.loads(path.read_text(encoding="utf-8-sig"))), path.parent
-    except FileNotFoundError:
-        raise CommandError(f"there is no file {path}") from None
-    except (UnicodeDecodeError, json_format.JSONDecodeError) as error:
-        raise CommandError(f"{path.name} is no JSON: {error}") from None
+    is_file = path.suffix.lower() == ".json"
+    return read_recipe(path) if is_file else Recipe(experiment=find_experiment(said).id), path.parent
 
 
 def _draw_mark(made: "Run") -> bytes:

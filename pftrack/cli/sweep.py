@@ -25,6 +25,7 @@ from pftrack.cli.output import (
     compiling,
     emit,
     note,
+    picked,
     progress,
     read_jobs,
     read_seed,
@@ -448,18 +449,14 @@ def _runs_of(plan: "Plan") -> Iterator[Any]:
 def _about(learned: "Learned", left_out: int) -> dict[str, Any]:
     reading = learned.chart.readings[0]
     diffusion = learned.diffusion(reading, drifting=True)
+    found = {name: getattr(diffusion, name).tolist() for name in ("mean", "sd", "correlation", "eigenvalues")}
     return {
-        "experiment": learned.experiment,
-        "tracks": learned.tracks,
-        "frames": learned.frames,
+        **picked(learned, "experiment", "tracks", "frames"),
         "left_out": left_out,
         "reading": reading,
         "changes": learned.chart.change_names,
         "units": learned.chart.change_units,
-        "mean": diffusion.mean.tolist(),
-        "sd": diffusion.sd.tolist(),
-        "correlation": diffusion.correlation.tolist(),
-        "eigenvalues": diffusion.eigenvalues.tolist(),
+        **found,
         "modes": diffusion.modes.T.tolist(),
     }
 

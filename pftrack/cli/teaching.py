@@ -17,6 +17,7 @@ from pftrack.cli.output import (
     compiling,
     emit,
     note,
+    picked,
     progress,
     read_jobs,
     read_seed,
@@ -88,16 +89,9 @@ def check_lessons(
         tick(0, len(claims))
         for lesson, claim in claims:
             outcome = claim.run()
-            found.append(
-                {
-                    "lesson": lesson.id,
-                    "check": claim.name,
-                    "ours": outcome.ours,
-                    "exact": outcome.exact,
-                    "tolerance": outcome.tolerance,
-                    "status": "pass" if outcome.passed else "fail",
-                }
-            )
+            numbers = picked(outcome, "ours", "exact", "tolerance")
+            status = "pass" if outcome.passed else "fail"
+            found.append({"lesson": lesson.id, "check": claim.name, **numbers, "status": status})
             if outcome.words:
                 note(f"pftrack: {lesson.id}, {claim.name}: {outcome.words}")
             tick(len(found), len(claims))
@@ -129,8 +123,7 @@ def figure(
     suffix = suffix_of(out, (*SUFFIXES, ".json"))
     with compiling():
         shown = body.show(parameters, number)
-    fields = "title", "value", "exact", "tolerance", "unit"
-    numbers = [{field: getattr(number, field) for field in fields} for number in shown.numbers]
+    numbers = [picked(number, "title", "value", "exact", "tolerance", "unit") for number in shown.numbers]
     told = {**_lesson_json(found), "parameters": flat(parameters), "seed": number, "numbers": numbers}
     if suffix == ".json":
         data = {**told, "figure": shown.figure.model_dump(mode="json")}
@@ -220,7 +213,7 @@ def _values(body: "Demonstration", assignments: list[str] | None, seed: str | No
 
 
 def _lesson_json(lesson: "Lesson") -> dict[str, object]:
-    return {"id": lesson.id, "number": lesson.number, "title": lesson.title}
+    return picked(lesson, "id", "number", "title")
 
 
 Answered = Annotated[
@@ -388,6 +381,5 @@ def _exercise(name: str, known: "Mapping[str, Exercise]") -> "Exercise":
 
 
 def _exercise_json(exercise: "Exercise") -> dict[str, object]:
-    fields = "id", "title", "experiment", "functions", "points", "origin"
-    checks = [{"property": each.property, "points": each.points} for each in exercise.checks]
-    return {**{field: getattr(exercise, field) for field in fields}, "checks": checks}
+    checks = [picked(each, "property", "points") for each in exercise.checks]
+    return {**picked(exercise, "id", "title", "experiment", "functions", "points", "origin"), "checks": checks}

@@ -1,5 +1,6 @@
 """Names of the arrays that are passed around; their shapes stand in the docstrings."""
 
+from collections.abc import Sequence
 from typing import Any, Literal, NoReturn, TypeAlias
 
 import numpy as np
@@ -8,6 +9,13 @@ from numpy.typing import NDArray
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 Bools: TypeAlias = NDArray[np.bool_]
+
+
+def spans(flags: Sequence[bool] | Bools) -> list[tuple[int, int]]:
+    """Return the first and the last place of each stretch of flags (L,) that hold, in order."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], np.asarray(flags, np.bool_), [False]])))
+    return [(first, end - 1) for first, end in edges.reshape(-1, 2).tolist()]
+
 
 # Checks at the doors of the library: what reaches compiled code has the shape for which it was written.
 #

@@ -62,6 +62,24 @@ def write_whole(path: Path, data: bytes) -> None:
         part.unlink(missing_ok=True)
 
 
+def read_text(path: Path, most_bytes: int) -> str:
+    """Return the text of a file, UTF-8 with or without a mark of byte order.
+
+    Raises:
+        ValueError: It is not there, too large, not to be read, or not a text; a sentence says which.
+    """
+    try:
+        if path.stat().st_size > most_bytes:
+            raise ValueError(f"{path.name} is larger than the {most_bytes // 1024:,} KiB allowed")
+        return path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise ValueError(f"there is no file {path}") from None
+    except OSError as error:
+        raise ValueError(f"{path} cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise ValueError(f"{path.name} is not a text") from None
+
+
 # Names in tables come from files of anybody. A spreadsheet takes a cell that begins with one of a few characters for a
 # formula, which may ask other machines and read other cells. So an apostrophe stands before such a text: a spreadsheet
 # shows what follows it, and other programs see it. Numbers stay as they are, whatever their sign.

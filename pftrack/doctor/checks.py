@@ -184,7 +184,7 @@ def _pages() -> tuple[Status, str]:
     if plugin is None:
         return "broken", "the command serve is not installed; reinstall pftrack with pip"
     plugin.load()
-    place: Path = import_module(f"{plugin.module.partition('.')[0]}.frontend").FRONTEND
+    place: Path = import_module(f"{plugin.module.partition('.')[0]}.core.frontend").FRONTEND
     if not (place / "gallery" / "gallery.html").is_file():
         return "broken", "the pages are missing; reinstall pftrack with pip"
     return "ok", f"{sum(1 for it in islice(place.rglob('*'), 10_000) if it.is_file())} files"

@@ -18,10 +18,15 @@ Source: Shimada 1997, section 4.4, eqs. 4.22 to 4.30, and appendix B, corrected 
 Simon 2010.
 """
 
+from typing import TypeAlias
+
 import numpy as np
 
 from pftrack.core.arrays import Floats
 from pftrack.core.numerics.compiled import compiled
+
+Bounds: TypeAlias = tuple[Floats, Floats, Floats]
+"""A, lo and hi of lo <= A x <= hi."""
 
 BEYOND_NOTICE = 8.0
 """A bound so many standard deviations away takes nothing off that double precision would show."""
@@ -100,31 +105,21 @@ def mills_ratio(x: float) -> float:
 
 
 @compiled
-def _check(
-    mean: Floats,
-    covariance: Floats,
-    rows: Floats,
-    low: Floats,
-    high: Floats,
-) -> None:
+def _check(mean: Floats, covariance: Floats, bounds: Bounds) -> None:
+    rows, low, high = bounds
     count, size = rows.shape
     if mean.shape[0] != size or covariance.shape != (size, size) or low.shape[0] != count or high.shape[0] != count:
         raise ValueError("expected a mean (n,), a covariance (n, n) and bounds (m,) for rows (m, n), got other sizes")
 
 
 @compiled
-def least_room(
-    mean: Floats,
-    covariance: Floats,
-    rows: Floats,
-    low: Floats,
-    high: Floats,
-) -> float:
+def least_room(mean: Floats, covariance: Floats, bounds: Bounds) -> float:
     """Return the least distance of the mean from a bound, in standard deviations; negative if it lies beyond one.
 
     Arguments and errors as for `truncate`.
     """
-    _check(mean, covariance, rows, low, high)
+    _check(mean, covariance, bounds)
+    rows, low, high = bounds
     least = np.inf
     for k in range(rows.shape[0]):
         value, variance, _ = _along(mean, covariance, rows[k])
@@ -134,18 +129,13 @@ def least_room(
 
 
 @compiled
-def log_share(
-    mean: Floats,
-    covariance: Floats,
-    rows: Floats,
-    low: Floats,
-    high: Floats,
-) -> float:
+def log_share(mean: Floats, covariance: Floats, bounds: Bounds) -> float:
     """Return the logarithm of what a Gaussian has within lo <= A x <= hi, each bound taken by itself.
 
     A direction without any spread is within a bound or not. Arguments and errors as for `truncate`; none is changed.
     """
-    _check(mean, covariance, rows, low, high)
+    _check(mean, covariance, bounds)
+    rows, low, high = bounds
     share = 0.0
     for k in range(rows.shape[0]):
         value, variance = 0.0, 0.0
@@ -167,26 +157,19 @@ def log_share(
 
 
 @compiled
-def truncate(
-    mean: Floats,
-    covariance: Floats,
-    rows: Floats,
-    low: Floats,
-    high: Floats,
-) -> int:
+def truncate(mean: Floats, covariance: Floats, bounds: Bounds) -> int:
     """Cut a Gaussian by lo <= A x <= hi, in place, and return how many of the bounds took something off.
 
     Args:
         mean: (n,).
         covariance: (n, n).
-        rows: A, (m, n).
-        low: (m,), may be -inf.
-        high: (m,), may be inf.
+        bounds: A, (m, n), and lo and hi, (m,), which may be infinite.
 
     Raises:
         ValueError: The sizes do not agree.
     """
-    _check(mean, covariance, rows, low, high)
+    _check(mean, covariance, bounds)
+    rows, low, high = bounds
     count = rows.shape[0]
     room = np.empty(2 * count)
     for k in range(count):

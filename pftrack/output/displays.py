@@ -16,7 +16,7 @@ from markupsafe import Markup
 
 from pftrack.analysis.counterfactuals import CAVEAT
 from pftrack.analysis.diagnosis import diagnose
-from pftrack.core.arrays import Floats
+from pftrack.core.arrays import Floats, spans
 from pftrack.core.model.band import DIRECTIONS
 from pftrack.core.model.drawing import (
     COLOURS,
@@ -109,13 +109,8 @@ def _path(errors: Sequence[float | None]) -> str:
 
 def _bands(name: str, flags: Sequence[bool]) -> Iterator[tuple[float, int, str, float]]:
     """Yield left edge, width, colour and opacity of a band for each stretch of frames with the flag."""
-    start = None
-    for at, flag in enumerate([*flags, False]):
-        if flag and start is None:
-            start = at
-        elif not flag and start is not None:
-            yield start - 0.5, at - start, hexadecimal(COLOURS[name]), SHADES[name]
-            start = None
+    for first, last in spans(flags):
+        yield first - 0.5, last - first + 1, hexadecimal(COLOURS[name]), SHADES[name]
 
 
 def comparison_html(comparison: "Comparison") -> str:

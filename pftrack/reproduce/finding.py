@@ -32,7 +32,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, TypeAdapter, Valida
 from pftrack.core.arrays import Floats
 from pftrack.core.files import write_whole
 from pftrack.core.model.parameters import Value
-from pftrack.core.texts import read_texts
+from pftrack.core.texts import read_texts, refusal
 from pftrack.experiments import EXPERIMENTS
 
 Verdict: TypeAlias = Literal["reproduced", "better", "differs", "our own figure", "not run"]
@@ -42,20 +42,7 @@ Ground: TypeAlias = Literal[
     "stated", "chosen", "share", "trials", "fewer", "own", "half", "lawns", "eleven", "seeds", "successes", "ends"
 ]
 
-GROUNDS: dict[Ground, str] = {
-    "stated": "stated with the reference",
-    "chosen": "chosen by this project: the reference states none",
-    "share": "three standard errors of the runs of both sides, and 0.03",
-    "trials": "three standard errors of the trials of both sides",
-    "fewer": "the reference's, wider by as much as fewer trials scatter more",
-    "own": "this project: far below what the statement is about",
-    "half": "three standard errors of twelve fish, at the reference's rate",
-    "lawns": "this project: where the lawn decides, the means of five differ by chance as well",
-    "eleven": "this project: as far as eleven runs of so few particles scatter",
-    "seeds": "three standard errors of the reference's eighty seeds, which all of its cells share",
-    "successes": "as far as the error of successful runs moves with other seeds",
-    "ends": "as far as it moves with other seeds: a run that is lost in its last frames still counts",
-}
+GROUNDS = TypeAdapter(dict[Ground, str]).validate_python(read_texts(Path(__file__).with_name("grounds.yaml"))[0])
 """Why a tolerance is what it is."""
 
 Key: TypeAlias = str | int | float
@@ -303,7 +290,16 @@ class References:
             ValueError: The file is not YAML, or a statement is not one; it names file and line.
         """
         declared, places = read_texts(self.path)
-        return {name: _read(name, fields, places[name]) for name, fields in declared.items() if name != SETTINGS}
+        read = {}
+        for name, fields in declared.items():
+            if name != SETTINGS:
+                if not isinstance(fields, Mapping):
+                    raise ValueError(f"{places[name]}: {name} must map fields to values, got {fields!r}")
+                try:
+                    read[name] = Statement.model_validate({**fields, "origin": f"{places[name]}: {name}"})
+                except ValidationError as error:
+                    raise refusal(error, places, self.path.name, name) from None
+        return read
 
     @cached_property
     def settings(self) -> Mapping[str, Mapping[str, Mapping[str, Value]]]:
@@ -316,8 +312,7 @@ class References:
         try:
             return _SETTINGS.validate_python(declared.get(SETTINGS, {}))
         except ValidationError as error:
-            said = error.errors()[0]
-            raise ValueError(f"{places[SETTINGS]}: {' '.join(map(str, said['loc']))}: {said['msg']}") from None
+            raise refusal(error, places, self.path.name, SETTINGS) from None
 
     def judge(self, name: str, ours: SupportsFloat, *keys: Key, **more: Any) -> Finding:  # noqa: ANN401 - see `Statement`
         """Judge a figure by a statement; see `Statement.judge`."""
@@ -339,17 +334,6 @@ class References:
         """Return what is said of a result that is not computed in this form, with the reason that is stated."""
         stated = self.statements[name]
         return not_run(stated.result.format(*keys, **words), stated.reason.format(*keys, **words))
-
-
-def _read(name: str, fields: object, place: str) -> Statement:
-    if not isinstance(fields, Mapping):
-        raise ValueError(f"{place}: {name} must map fields to values, got {fields!r}")  # noqa: TRY004 - of a file
-    try:
-        return Statement.model_validate({**fields, "origin": f"{place}: {name}"})
-    except ValidationError as error:
-        said = error.errors()[0]
-        where = " ".join(map(str, (f"{place}:", name, *said["loc"])))
-        raise ValueError(f"{where}: {said['msg']}") from None
 
 
 def three_errors(values: Iterable[float] | Floats, reference_trials: int) -> float:

@@ -308,14 +308,6 @@ def ten_particles() -> NDArray[np.uint8]:
 
 COUNTS = (100, 200, 300, 500, 1000, 2000, 3000)
 VARIED = (100, 300, 500, 1000)
-VARIANTS: Mapping[str, Mapping[str, Value]] = {
-    "reading (ii), increments": {"motion_reading": "increments"},
-    "reading (iii), world velocity": {"motion_reading": "world"},
-    "correlations set to zero": {"correlated_changes": False},
-    "covariance of the true motion": {},
-}
-"""Of the guided filter; the last one has learned from the true motion."""
-
 FREE, TRUTH = "correlations set to zero", "covariance of the true motion"
 OTHER = "constant-velocity"
 
@@ -370,16 +362,16 @@ def ablations(pool: Pool, full: bool) -> list[Finding]:
     """The guided filter with one thing changed, and constant velocity beside it."""
     if not full:
         return [REFERENCES.not_run("few-runs")]
-    truth = learn_from_truth(MAIN - 100).text
+    truth, variants = learn_from_truth(MAIN - 100).text, REFERENCES.settings["variants"]
     conditions = {
         (title, count): Condition("guided", count, tuple(values.items()))
-        for title, values in VARIANTS.items()
+        for title, values in variants.items()
         for count in VARIED
     }
     conditions |= {(TRUTH, count): Condition("guided", count).taught(truth) for count in VARIED}
     conditions |= {(name, count): Condition(name, count) for name in ("guided", OTHER) for count in VARIED}
     found = {key: one.fish for key, one in _means(pool, conditions, 4, full=full).items()}
-    findings = REFERENCES.judge_all("variant", {key: ours for key, ours in found.items() if key[0] in VARIANTS})
+    findings = REFERENCES.judge_all("variant", {key: ours for key, ours in found.items() if key[0] in variants})
     for count in VARIED:
         findings.append(REFERENCES.judge("free", found[FREE, count] - found["guided", count], count))
         findings.append(REFERENCES.judge("kept", found[OTHER, count] - found["guided", count], count))

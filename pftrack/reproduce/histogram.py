@@ -92,12 +92,6 @@ def runs(case: Case) -> Outcome:
     return Outcome(float(success), float(np.median([one["error"] for one in measured])))
 
 
-PARTICLES = {"N = 25": 25, "N = 50": 50, "N = 100": 100, "N = 300": 300, "N = 1000": 1000}
-LAMBDAS = {"lambda = 2": 2, "lambda = 5": 5, "lambda = 10": 10, "N = 300": 20} | {
-    f"lambda = {number}": number for number in (50, 100, 200)
-}
-
-
 def draw(outcomes: Mapping[str, Sequence[Outcome]], scenes: Sequence[int]) -> "dict[str, Figure]":
     """Return the figures by name.
 
@@ -106,18 +100,16 @@ def draw(outcomes: Mapping[str, Sequence[Outcome]], scenes: Sequence[int]) -> "d
         scenes: Their numbers.
     """
     return {
-        "histogram-success-by-particles": _figure("Particles", PARTICLES, outcomes, scenes),
-        "histogram-success-by-lambda": _figure("lambda", LAMBDAS, outcomes, scenes),
+        "histogram-success-by-particles": _figure("Particles", "sample_count", outcomes, scenes),
+        "histogram-success-by-lambda": _figure("lambda", "sharpness", outcomes, scenes),
     }
 
 
-def _figure(
-    label: str,
-    places: Mapping[str, int],
-    outcomes: Mapping[str, Sequence[Outcome]],
-    scenes: Sequence[int],
-) -> "Figure":
-    known = {name: place for name, place in places.items() if name in outcomes}
+def _figure(label: str, parameter: str, outcomes: Mapping[str, Sequence[Outcome]], scenes: Sequence[int]) -> "Figure":
+    """Draw the success of the rows that set a parameter, over its value."""
+    rows = REFERENCES.settings["rows"].items()
+    set_here = [(float(one[parameter]), name) for name, one in rows if name in outcomes and parameter in one]
+    known = {name: value for value, name in sorted(set_here)}
     references = REFERENCES.table("success")
     figure, panels = new_figure(3.4, columns=2, share="y")
     for title, panel in zip(("Ours", "Reference"), panels, strict=True):
@@ -127,7 +119,7 @@ def _figure(
             colour = CURVE_COLOURS[place]
             panel.plot(list(known.values()), values, "o-", color=colour, label=f"scene {number}", markersize=4)
         panel.set_xscale("log")
-        panel.set_xticks(list(known.values()), [str(value) for value in known.values()])
+        panel.set_xticks(list(known.values()), [f"{value:g}" for value in known.values()])
         panel.minorticks_off()
         panel.set_xlabel(label)
         write_title(panel, title)
@@ -138,14 +130,6 @@ def _figure(
 
 SCENES = (0, 1, 2, 3, 17)
 RUNS, QUICK_RUNS, QUICK_MORE = 40, 10, 0.15
-ROWS: Mapping[str, Mapping[str, Value]] = {
-    "greedy search": {},
-    "random walk": {"velocity_retention": 0, "process_noise_px": 3},
-    **{name: {"sample_count": count} for name, count in PARTICLES.items()},
-    **{name: {"sharpness": number} for name, number in LAMBDAS.items() if name != "N = 300"},
-}
-"""What differs in each row of the table."""
-
 BY_LAWN = {"greedy search", "random walk", "N = 25", "N = 50", "lambda = 50", "lambda = 100", "lambda = 200"}
 """Rows that hang on the single lawn: five lawns of ours beside five others, so that their means differ by chance."""
 
@@ -154,8 +138,9 @@ QUICK = ("random walk", "N = 300")
 
 def table(pool: Pool, full: bool) -> list[Finding]:
     """Success of the lecture's filter over scenes, particles and lambda."""
-    rows, count = (tuple(ROWS), RUNS) if full else (QUICK, QUICK_RUNS)
-    cases = {row: [Case(scene, "condensation", ROWS[row], count) for scene in SCENES] for row in rows}
+    settings = REFERENCES.settings["rows"]
+    rows, count = (tuple(settings), RUNS) if full else (QUICK, QUICK_RUNS)
+    cases = {row: [Case(scene, "condensation", settings[row], count) for scene in SCENES] for row in rows}
     if full:
         cases["greedy search"] = [Case(scene, "greedy", {}, 1) for scene in SCENES]
     by_row = pool.groups(runs, cases)

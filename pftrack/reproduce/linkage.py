@@ -189,7 +189,7 @@ def algebra(pool: Pool, full: bool) -> list[Finding]:
     del pool, full
     mean, variance, found = np.array([65.0]), np.array([[100.0]]), {}
     for times in range(1, 301):
-        truncate(mean, variance, np.eye(1), np.array([60.0]), np.array([80.0]))
+        truncate(mean, variance, (np.eye(1), np.array([60.0]), np.array([80.0])))
         found[times] = float(np.sqrt(variance[0, 0]))
     omega = np.array([0.3, -0.4, 0.2])
     jacobian, turn, exact = right_jacobian(omega), matrix(omega), _small_turn(omega)

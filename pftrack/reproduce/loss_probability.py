@@ -36,14 +36,11 @@ from pftrack.experiments.shared.loss_probability import (
     Bin,
     Delays,
     Logistic,
-    LossModel,
     Past,
     Roc,
     Scenes,
-    fit,
     follow_features,
 )
-from pftrack.experiments.shared.signals import signal_names
 from pftrack.output.figures.style import CURVE_COLOURS, INK, LETTERS_PT, TWO_COLUMNS_IN, new_figure
 from pftrack.reproduce.finding import Finding, References
 from pftrack.reproduce.pool import Pool, begin, recipe, rows_of
@@ -117,8 +114,6 @@ def _draw_delays(panel: "Axes", scores: Scores, colour: str) -> None:
 
 
 REFERENCES = References(__file__)
-RIDGE = 10.0
-FEWEST_LOSSES = 5
 
 
 class Case(NamedTuple):
@@ -166,20 +161,6 @@ class Judgement:
         """Expected calibration error."""
         return loss_probability.calibration_error(self.bins)
 
-    @property
-    def is_true(self) -> bool:
-        """Whether the probability may be declared.
-
-        It is calibrated, says more than the share of lost frames does, and losses enough were there to tell.
-        """
-        return self.error <= MOST_ERROR and self.brier < self.base and self.delays.losses >= FEWEST_LOSSES
-
-
-def signals_of(experiment: Experiment, tracker: str) -> tuple[str, ...]:
-    """Return the signals of a tracker."""
-    chosen, declared = experiment.trackers[tracker], experiment.quality.loss_probability
-    return signal_names(chosen.series, searches=chosen.searching is not None, more=declared.signals)
-
 
 def cases(experiment: str, tracker: str, numbers: Iterable[int], signals: tuple[str, ...]) -> list[Case]:
     """Return the runs of a tracker in some scenes."""
@@ -200,15 +181,6 @@ def witness(case: Case) -> Witnessed:
     verdicts = [row.lost for row in run.diagnostics[1:]]
     known = np.array([one is not None for one in verdicts])
     return Witnessed(features[known], np.array([one is True for one in verdicts])[known])
-
-
-def fit_model(experiment: Experiment, tracker: str, seen: Sequence[Witnessed]) -> LossModel:
-    """Return what says it of a tracker, by runs in scenes that are there to be fitted."""
-    regression = fit(
-        np.concatenate([one.features for one in seen]), np.concatenate([one.lost for one in seen]), ridge=RIDGE
-    )
-    series = {one.name: one for one in experiment.trackers[tracker].series}
-    return LossModel(signals_of(experiment, tracker), regression, series)
 
 
 def judge(regression: Logistic, seen: Sequence[Witnessed]) -> Judgement:

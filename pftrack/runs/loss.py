@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.arrays import Bools, Floats
+from pftrack.core.arrays import Bools, Floats, spans
 from pftrack.core.model.measures import END_FRAMES, Witness, is_inside, judge_loss
 from pftrack.core.model.source import Target
 from pftrack.core.model.tracker import Diagnostics, TrackState
@@ -106,8 +106,7 @@ class Loss:
     @property
     def spans(self) -> list[tuple[int, int]]:
         """The first and the last frame of each loss, in order."""
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], self.lost, [False]])))
-        return [(first, end - 1) for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)]
+        return spans(self.lost)
 
     @property
     def lasting(self) -> int | None:
@@ -136,7 +135,7 @@ class Loss:
         if not begun:
             return None
         loss = max((start for start in begun if start <= frame), default=begun[0])
-        out_of_sight = Loss(np.array(hidden, np.bool_), ()).spans
+        out_of_sight = spans(hidden)
         went = max((start for start, _ in out_of_sight if start <= loss), default=None)
         led_to_it = went is not None and any(hidden[max(went, loss - MEMORY_FRAMES) : loss + 1])
         first = approach(went if went is not None and led_to_it else loss)

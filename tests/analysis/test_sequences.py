@@ -36,10 +36,10 @@ def test_boxes_may_begin_later(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "said"), [("1,2,3", "4 numbers"), ("a,b,c,d", "expected numbers"), ("1,2,0,4", "line 1")]
+    ("text", "said"), [("1,2,3", "4 numbers"), ("a,b,c,d", "expected numbers"), ("1,2,0,4", "no box with an area")]
 )
 def test_what_is_no_box_is_refused(tmp_path: Path, text: str, said: str) -> None:
-    """A refusal names the line and what was expected."""
+    """A refusal names the file, and the line or what is missing."""
     write_pictures(tmp_path / "clip")
     (tmp_path / "clip" / "groundtruth.txt").write_text(text)
     with pytest.raises(RefusedError, match=said):

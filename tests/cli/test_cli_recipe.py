@@ -75,7 +75,7 @@ def test_a_mark_is_drawn_on_the_first_picture(call: Call, clip: Path, tmp_path: 
 @pytest.mark.parametrize(
     ("text", "status", "message"),
     [
-        ("{", 1, "recipe.json is no JSON"),
+        ("{", 1, "recipe.json is not JSON"),
         ("[]", 2, "recipe must be"),
         ('{"experiment": "ball", "colour": 1}', 2, "colour must be left out"),
         ('{"experiment": "chess"}', 2, "there is no experiment 'chess'"),

@@ -15,7 +15,7 @@ NOWHERE = np.array([np.inf])
 def cut(
     mean: NDArray[np.float64], covariance: NDArray[np.float64], row: list[float], high: float, low: float = -np.inf
 ) -> int:
-    return truncate(mean, covariance, np.array([row]), np.array([low]), np.array([high]))
+    return truncate(mean, covariance, (np.array([row]), np.array([low]), np.array([high])))
 
 
 def test_mills_ratio_is_exact() -> None:
@@ -71,7 +71,7 @@ def test_the_bound_that_cuts_least_comes_first() -> None:
     states = []
     for order in ([0, 1], [1, 0]):
         mean, covariance = np.zeros(2), np.array([[1.0, 0.8], [0.8, 1.0]])
-        assert truncate(mean, covariance, rows[order].copy(), low[order], high[order]) == 2
+        assert truncate(mean, covariance, (rows[order].copy(), low[order], high[order])) == 2
         states.append((mean.tolist(), covariance.tolist()))
     assert states[0] == states[1]
     mean, covariance = np.zeros(2), np.array([[1.0, 0.8], [0.8, 1.0]])
@@ -92,10 +92,10 @@ def test_what_is_far_away_or_known_is_left_alone() -> None:
 def test_room_is_the_distance_from_the_nearest_bound() -> None:
     """It is counted in standard deviations, and negative beyond a bound."""
     covariance = np.diag([4.0, 9.0])
-    room = least_room(np.array([1.0, 1.0]), covariance, np.eye(2), np.array([0.0, -8.0]), np.array([9.0, 10.0]))
+    room = least_room(np.array([1.0, 1.0]), covariance, (np.eye(2), np.array([0.0, -8.0]), np.array([9.0, 10.0])))
     assert room == pytest.approx(0.5)
-    assert least_room(np.array([-5.0]), np.eye(1), np.eye(1), np.zeros(1), NOWHERE) == pytest.approx(-5.0)
-    assert least_room(np.zeros(1), np.eye(1), np.zeros((0, 1)), np.zeros(0), np.zeros(0)) == np.inf
+    assert least_room(np.array([-5.0]), np.eye(1), (np.eye(1), np.zeros(1), NOWHERE)) == pytest.approx(-5.0)
+    assert least_room(np.zeros(1), np.eye(1), (np.zeros((0, 1)), np.zeros(0), np.zeros(0))) == np.inf
 
 
 @given(st.floats(-1e6, 1e6), st.floats(-1e6, 1e6), st.integers(0, 1000))

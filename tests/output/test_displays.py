@@ -99,10 +99,10 @@ def test_a_run_is_made_saved_and_loaded_again(run: pftrack.Run, tmp_path: Path) 
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [
-        ("{", "broken.json is no JSON"),
+        ("{", "broken.json is not JSON"),
         ("[1]", "recipe"),
         ('{"experiment": "ball", "seed": "seven"}', "seed"),
-        (None, "broken.json cannot be read: No such file"),
+        (None, "there is no file"),
     ],
 )
 def test_a_file_that_is_no_recipe_is_told(tmp_path: Path, content: str | None, sentence: str) -> None:

@@ -7,7 +7,6 @@ from pftrack.experiments.fish.parameters import GUIDANCE
 from pftrack.reproduce.fish import (
     COUNTS,
     REFERENCES,
-    VARIANTS,
     VARIED,
     Clip,
     Condition,
@@ -51,7 +50,10 @@ def test_the_true_motion_is_narrower_than_what_is_learned() -> None:
 
 def test_references_are_whole() -> None:
     """There is a figure of both sets of clips for each number of particles."""
-    for name, rows, counts in (("successes", TRACKERS, COUNTS), ("variant", tuple(VARIANTS), VARIED)):
+    for name, rows, counts in (
+        ("successes", TRACKERS, COUNTS),
+        ("variant", tuple(REFERENCES.settings["variants"]), VARIED),
+    ):
         stated = REFERENCES.table(name)
         assert (tuple(stated), {tuple(row) for row in stated.values()}) == (rows, {counts})
         assert {len(columns) for row in stated.values() for columns in row.values()} == {2}

@@ -20,6 +20,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from pftrack.core.arrays import Floats
+from pftrack.core.files import read_text
 from pftrack.core.model.drawing import COLOURS, Ellipse, Links, Points, Polyline, Primitive
 from pftrack.core.model.parameters import NOT_BOOLEAN
 from pftrack.core.model.source import Target
@@ -130,7 +131,7 @@ class Mark(BaseModel, ABC):
             ValueError: It is no mark of this kind.
         """
         try:
-            raw = json.loads(text if text.lstrip().startswith("{") else text_of(Path(text)))
+            raw = json.loads(text if text.lstrip().startswith("{") else read_text(Path(text), LARGEST_FILE_BYTES))
         except json.JSONDecodeError:
             raise ValueError(f"expected a JSON object or a file that holds one, got {text[:40]!r}") from None
         return cls.read(raw)
@@ -193,24 +194,6 @@ def read_mark(kinds: Sequence[type[Mark]], raw: object) -> Mark:
     if not isinstance(name, str) or name not in known:
         raise ParameterError("mark.kind", name, f"one of {', '.join(known) or 'none'}")
     return known[name].read(raw)
-
-
-def text_of(path: Path) -> str:
-    """Return the text of a file that describes a mark.
-
-    Raises:
-        ValueError: It is missing, too large, or no text.
-    """
-    try:
-        if path.stat().st_size > LARGEST_FILE_BYTES:
-            raise ValueError(f"{path.name} is larger than the {LARGEST_FILE_BYTES // 1024} KiB allowed")
-        return path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise ValueError(f"there is no file {path}") from None
-    except OSError as error:
-        raise ValueError(f"{path} cannot be read: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise ValueError(f"{path.name} is no text") from None
 
 
 def _numbers(text: str, count: int, form: str) -> list[float]:
@@ -448,7 +431,7 @@ class FeaturePoints(Mark):
             ParameterError: A point is unknown or not at two finite numbers.
         """
         path = Path(text)
-        content = text_of(path)
+        content = read_text(path, LARGEST_FILE_BYTES)
         try:
             rows = list(_from_json(content) if path.suffix.lower() == ".json" else _from_table(content))
         except (csv.Error, ValueError, TypeError, KeyError, AttributeError, IndexError):

@@ -392,6 +392,10 @@ class Plot:
     levels: tuple[float, ...] = ()
     needs_truth: bool = False
 
+    def unit_beside(self, unit: str) -> str:
+        """Return the unit of its values, given that of the experiment's errors."""
+        return self.unit or (unit if self.kind in {"error", "sigma"} else "")
+
     @property
     def names(self) -> tuple[str, ...]:
         """Names of all series that it reads by name."""

@@ -315,7 +315,7 @@ def unscented_step(
             updated, log_evidence = unscented.update(Gaussian(mean, covariance), values, observe, spread)
             log_evidence += log_image_lengths(mean, chain.attitude, seen)
             mean, covariance = contiguous_copy(updated.mean), contiguous_copy(updated.covariance)
-            cut = truncate(mean, covariance, *constraints(parameters, state.in_space))
+            cut = truncate(mean, covariance, (*constraints(parameters, state.in_space),))
     mean, covariance = contiguous_copy(mean), contiguous_copy(covariance)
     attitude = recentre(mean, covariance, chain.attitude)
     parents = np.full(1, beam.best if _has_chains(state) else -1)

@@ -249,11 +249,11 @@ def _candidate(
     found.log_evidences[place] = log_evidence + log_image_lengths(point, attitude, given.seen)
     # y' S^-1 y by what the update explains of y, since S^-1 = W^-1 (I - C K).
     explained = multiply(slope, (updated - mean).reshape(mean.shape[0], 1)).reshape(count)
-    square = np.sum(innovation * (innovation - explained)) / given.variance
-    found.distances[place] = np.sqrt(max(square, 0.0))
-    refuted = given.mirrors >= 0.0 and least_room(updated, left, given.rows, given.low, given.high) < -given.rejection
+    found.distances[place] = np.sqrt(max(np.sum(innovation * (innovation - explained)) / given.variance, 0.0))
+    bounds = given.rows, given.low, given.high
+    refuted = given.mirrors >= 0.0 and least_room(updated, left, bounds) < -given.rejection
     if given.constrained:
-        found.cuts[place] = truncate(updated, left, given.rows, given.low, given.high)
+        found.cuts[place] = truncate(updated, left, bounds)
     rest = seen - project(updated, attitude, given.seen)[rows]
     moved = whiten(lower, (updated - mean).reshape(mean.shape[0], 1))
     score = -0.5 * (np.sum(moved * moved) + np.sum(rest * rest) / given.variance)
@@ -364,7 +364,7 @@ def see(
             evidences[side] = -0.5 * square - log_root + log_image_lengths(found[side], attitude, seen)
             weights[side] = evidences[side]
             if sides > 1:
-                weights[side] += log_share(found[side], spreads[side], bounds.rows, bounds.low, bounds.high)
+                weights[side] += log_share(found[side], spreads[side], (bounds.rows, bounds.low, bounds.high))
     top = weights.max()
     if not top > -np.inf:
         return mean, covariance, -np.inf, nearest

@@ -132,7 +132,7 @@ def _step(chains: Chains, n: int, given: Given, seen: Floats, rows: Ints, chance
             mean, covariance, attitude, given.variances[n], bounds, seen, rows, chance
         )
         chains.evidences[n] += gained
-    share = log_share(mean, covariance, given.rows, given.low, given.high)
+    share = log_share(mean, covariance, (given.rows, given.low, given.high))
     if share < chains.shares[n]:
         chains.evidences[n] += share - chains.shares[n]
         chains.shares[n] = share

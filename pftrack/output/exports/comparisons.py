@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pftrack.core.arrays import Bools, Floats
+from pftrack.core.arrays import Bools, Floats, spans
 from pftrack.core.files import csv_text, write_whole
 from pftrack.core.refusal import ConflictError
 from pftrack.core.version import __version__
@@ -59,9 +59,8 @@ def draw_errors(
         alone = known[1:-1] & ~known[:-2] & ~known[2:]
         panel.plot(error, color=colour, linestyle=line, linewidth=1.3, label=name)
         panel.plot(np.flatnonzero(alone), error[alone], color=colour, linestyle="", marker=".", markersize=4)
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], gone, [False]]).astype(int))).reshape(-1, 2)
-        spans = [(begin - 0.5, end - begin) for begin, end in edges.tolist()]
-        lanes.broken_barh(spans, (place + 0.15, 0.7), color=colour)
+        widths = [(first - 0.5, last - first + 1) for first, last in spans(gone)]
+        lanes.broken_barh(widths, (place + 0.15, 0.7), color=colour)
     panel.set_xlim(-0.5, max(1, *map(len, errors)) - 0.5)
     panel.set_ylim(bottom=0.0)
     panel.set_ylabel(f"error, {unit}" if unit else "error")

@@ -253,7 +253,7 @@ def notebook(cells: Sequence[Cell]) -> bytes:
 def run_notebook(run: Run) -> bytes:
     """Return a run, as far as it has been computed, as the content of a Jupyter notebook."""
     tracker = run.experiment.trackers[run.tracker].title
-    return notebook(_cells(run.recipe, run.experiment, run.computed, run.estimates_sha256, (), tracker))
+    return notebook(run_cells(run.recipe, run.experiment, run.computed, run.estimates_sha256, (), tracker))
 
 
 def run_cells(
@@ -262,6 +262,7 @@ def run_cells(
     last: int | None = None,
     estimates_sha256: str | None = None,
     plots: Collection[str] = (),
+    tracker: str = "",
 ) -> tuple[Cell, ...]:
     """Return the cells that compute a run and show its numbers.
 
@@ -271,19 +272,8 @@ def run_cells(
         last: The frame up to which it is computed; the run's own last one if not given.
         estimates_sha256: What the hash of its estimates is to be, where that is known.
         plots: Ids of the plots that are drawn; all if none.
+        tracker: Title of its tracker; with it they begin with what the run is.
     """
-    return _cells(recipe, experiment, last, estimates_sha256, plots)
-
-
-def _cells(
-    recipe: Recipe,
-    experiment: Experiment,
-    last: int | None,
-    estimates_sha256: str | None,
-    plots: Collection[str],
-    tracker: str = "",
-) -> tuple[Cell, ...]:
-    """Return the cells of notebook.jinja; with the title of a tracker, they begin with what the run is."""
     name = recipe.footage.name if recipe.footage else ""
     wanted = [plot for plot in experiment.plots if not plots or plot.id in plots]
     told = _template("notebook.jinja").render(
@@ -317,7 +307,7 @@ CELL = re.compile("^%% (markdown|code)$\n", re.MULTILINE)
 
 
 def _title(plot: Plot, experiment: Experiment) -> str:
-    unit = plot.unit or (experiment.unit if plot.kind in {"error", "sigma"} else "")
+    unit = plot.unit_beside(experiment.unit)
     return f"{plot.title}, {unit}" if unit else plot.title
 
 

@@ -14,7 +14,7 @@ from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from pftrack.core.arrays import Bools, Floats, Ints
+from pftrack.core.arrays import Bools, Floats, Ints, spans
 from pftrack.core.model import series
 from pftrack.core.model.parameters import Declaration
 from pftrack.core.model.series import Hypotheses, Plot, PlotKind, Series, SeriesRole
@@ -393,9 +393,8 @@ def _bands(run: Run, plot: Plot) -> dict[str, Bools]:
 
 def _shade(axes: Axes, name: str, where: Bools) -> Patch:
     """Shade the frames in which something holds, each as wide as it is; return what the key shows of it."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]]).astype(int)))
-    for begin, end in edges.reshape(-1, 2):
-        axes.axvspan(begin - 0.5, end - 0.5, color=INK[name], alpha=SHADES[name], linewidth=0, zorder=0)
+    for first, last in spans(where):
+        axes.axvspan(first - 0.5, last + 0.5, color=INK[name], alpha=SHADES[name], linewidth=0, zorder=0)
     return Patch(color=INK[name], alpha=SHADES[name], linewidth=0, label=name)
 
 
@@ -441,9 +440,7 @@ def _height(run: Run, plot: Plot, *, alone: bool) -> float:
 
 
 def _unit(run: Run, plot: Plot) -> str:
-    if plot.kind == "frequency":
-        return "%"
-    return plot.unit or (run.experiment.unit if plot.kind in {"error", "sigma"} else "")
+    return "%" if plot.kind == "frequency" else plot.unit_beside(run.experiment.unit)
 
 
 def _heading(run: Run) -> str:

@@ -27,7 +27,7 @@ from numpy.typing import ArrayLike, NDArray
 from pftrack.core.arrays import Floats
 from pftrack.core.numerics.elementary import logarithm
 from pftrack.core.version import __version__
-from pftrack.sources.beliefs.content import ARRAYS, VERSION, header_of
+from pftrack.sources.beliefs.content import ARRAYS, LARGEST_FRAME, MOST_COMPONENTS, VERSION, header_of
 from pftrack.sources.formats import RECORDING_ENTRY
 
 CHUNK_NUMBERS = 128 * 1024
@@ -39,8 +39,6 @@ CHUNKS = 8
 """So many go round: the loop waits for the disk only when all others wait to be written."""
 
 JPEG_QUALITY = 95
-LARGEST_FRAME = 10_000_000
-MOST_COMPONENTS = 400
 
 Sources = str | PathLike[str] | Sequence[Any] | NDArray[Any] | None
 
