@@ -2,16 +2,23 @@
 
 A lesson computes numbers and says what they are: a curve, a histogram, stems. A browser, matplotlib or a notebook draws
 them and computes nothing. What carries a meaning has one of the palette's colours, by its name there.
+
+How the panels of a lesson look stands in a YAML file beside the module that computes their numbers: titles, axes,
+colours, and the sentences for people who cannot see them. `layouts` reads that file, `Layout.draw` adds the numbers.
 """
 
 import math
-from typing import Annotated, Any, Literal, TypeAlias
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any, Final, Literal, Self, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, WithJsonSchema
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, WithJsonSchema, model_validator
 
 from pftrack.core.arrays import Floats
+from pftrack.core.texts import CLOSED, read_as
 
 DIGITS = 6
 """Significant digits that travel to a browser: a screen has no use for more."""
@@ -108,8 +115,8 @@ class Axis(_Part):
     """
 
     title: str
-    low: float
-    high: float
+    low: float = 0.0
+    high: float = 1.0
     unit: str = ""
     log: bool = False
     names: tuple[str, ...] = ()
@@ -338,6 +345,127 @@ class Figure(_Part):
             words = panel.words if len(traces) == len(panel.traces) else "Part of it is hidden until you have answered."
             panels.append(panel.model_copy(update={"traces": traces, "words": words}))
         return Figure(panels=tuple(panels))
+
+
+TRACES: Final[Mapping[str, type[_Trace]]] = {
+    each.model_fields["kind"].default: each for each in get_args(get_args(Trace)[0])
+}
+"""Traces by kind."""
+NUMBERS: Final = {
+    kind: tuple(name for name, each in trace.model_fields.items() if each.is_required())
+    for kind, trace in TRACES.items()
+}
+"""The fields of each kind that a file does not declare."""
+
+
+class TraceLayout(_Part):
+    """A trace as a file declares it, without its numbers; fields as those of its kind."""
+
+    kind: str
+    title: str = ""
+    ink: Ink = "estimate"
+    reveals: bool = False
+    dashed: bool = False
+    stacked: bool = False
+    size_px: float = 5.0
+    along: Literal["x", "y"] = "x"
+    area: tuple[float, float] | None = None
+
+    @model_validator(mode="after")
+    def _of_its_kind(self) -> Self:
+        if self.kind not in TRACES:
+            raise ValueError(f"there is no kind {self.kind!r} of trace; there are {', '.join(TRACES)}")
+        if unfit := self.model_fields_set - set(TRACES[self.kind].model_fields):
+            raise ValueError(f"a {self.kind} has no {' and no '.join(sorted(unfit))}")
+        return self
+
+
+@dataclass(frozen=True)
+class Layout:
+    """A panel as a file declares it, without its numbers.
+
+    Titles and words name in braces what the numbers are, with a format: `the mean is {mean:.3g}`.
+
+    Attributes:
+        id: Name among the figure's panels.
+        title: As `Panel.title`.
+        x: The axis to the right; without bounds where the numbers give them.
+        y: The axis upwards, likewise.
+        traces: By name, the first behind.
+        words: As `Panel.words`.
+        handles: The axis on which each parameter that can be dragged has its value.
+        row: As `Panel.row`.
+        share: As `Panel.share`.
+    """
+
+    __pydantic_config__ = CLOSED
+
+    id: str
+    title: str
+    x: Axis
+    y: Axis
+    traces: dict[str, TraceLayout]
+    words: str
+    handles: dict[str, Literal["x", "y"]] = field(default_factory=dict)
+    row: int = 0
+    share: tuple[float, float] = (1.0, 1.0)
+
+    def draw(
+        self,
+        traces: Mapping[str, tuple[Any, ...] | Mapping[str, Any]],
+        *,
+        turned: BaseModel | None = None,
+        x: tuple[float, float] | None = None,
+        y: tuple[float, float] | None = None,
+        **said: object,
+    ) -> Panel:
+        """Return the panel with its numbers.
+
+        Args:
+            traces: Numbers of each trace by its name, in the order in which its kind declares them, or by the fields'
+                names; a trace without numbers is left out.
+            turned: Parameters with the values of the handles; without them there are none.
+            x: Bounds of the axis to the right, where the file has none.
+            y: Bounds of the axis upwards, where the file has none.
+            **said: What titles and words name.
+        """
+        handles = self.handles.items() if turned is not None else ()
+        return Panel(
+            id=self.id,
+            title=self.title.format(**said),
+            x=_axis(self.x, x),
+            y=_axis(self.y, y),
+            traces=tuple(_trace(each, traces[name], said) for name, each in self.traces.items() if name in traces),
+            handles=tuple(
+                Handle(parameter=name, at=float(getattr(turned, name)), along=along) for name, along in handles
+            ),
+            words=self.words.format(**said),
+            row=self.row,
+            share=self.share,
+        )
+
+
+def layouts(module: str) -> Mapping[str, Layout]:
+    """Return the panels, by id, that the YAML file beside a module declares.
+
+    Args:
+        module: Path of the module, its `__file__`.
+
+    Raises:
+        ValueError: Something is wrong with the file; the sentence names it and the line.
+    """
+    return {each.id: each for each in read_as(Layout, Path(module).with_suffix(".yaml"), "id")}
+
+
+def _axis(axis: Axis, bounds: tuple[float, float] | None) -> Axis:
+    return axis if bounds is None else axis.model_copy(update={"low": bounds[0], "high": bounds[1]})
+
+
+def _trace(layout: TraceLayout, numbers: tuple[Any, ...] | Mapping[str, Any], said: Mapping[str, object]) -> Any:  # noqa: ANN401 - one of `Trace`
+    if isinstance(numbers, tuple):
+        numbers = dict(zip(NUMBERS[layout.kind], numbers, strict=True))
+    look = {**layout.model_dump(exclude_unset=True), "title": layout.title.format(**said)}
+    return TRACES[layout.kind](**{**look, **numbers})
 
 
 def ceiling(value: float) -> float:

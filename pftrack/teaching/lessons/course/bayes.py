@@ -14,7 +14,7 @@ from scipy.special import log_ndtr, ndtr
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, Value, parameter
 from pftrack.teaching.lessons.course.probability import normal
-from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, Panel, Rule, Trace, ceiling
+from pftrack.teaching.lessons.figure import Figure, Panel, ceiling, layouts
 from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
 
 # In closed form: mean and variance of what is left of a normal prior after one measurement. A measured position leaves
@@ -59,6 +59,7 @@ def _one_side(
     return log_area + log_kept, camera + side * (away + sd * ratio), variance * (1.0 + cut * ratio - ratio * ratio)
 
 
+PANELS = layouts(__file__)
 LOW, HIGH = -5.0, 15.0
 CAMERA = 5.0
 """Place of the camera in m, from which distances are measured."""
@@ -146,56 +147,29 @@ def show(parameters: BayesParameters, seed: int) -> Shown:
     )
     prior = normal(GRID, p.prior_mean, p.prior_sd)
     top = ceiling(1.02 * float(max(prior.max(), density[DRAWN].max())))
-    panels = (_prior(p, prior, top), _likelihood(p, likelihood), _posterior(prior, density, mean, top))
+    x, across, up = GRID[DRAWN], (LOW, HIGH), (0.0, top)
+    after = {"x": x, "y": density[DRAWN], "area": across}
+    panels = (
+        PANELS["prior"].draw({"prior": (x, prior[DRAWN])}, turned=p, x=across, y=up, mean=p.prior_mean, sd=p.prior_sd),
+        _likelihood(p, likelihood),
+        PANELS["posterior"].draw({"prior": (x, prior[DRAWN]), "posterior": after, "mean": (mean,)}, x=across, y=up),
+    )
     return Shown(Figure(panels=panels), numbers)
 
 
-def _panel(
-    name: str, title: str, row: int, top: float, traces: tuple[Trace, ...], words: str, *handles: Handle
-) -> Panel:
-    return Panel(
-        id=name,
-        title=title,
-        x=Axis(title="position x", low=LOW, high=HIGH, unit="m"),
-        y=Axis(title="density" if name != "likelihood" else "p(z | x)", low=0.0, high=top, unit="per m"),
-        traces=traces,
-        handles=handles,
-        words=words,
-        row=row,
-        share=(1.4 if name == "posterior" else 1.0, 1.0),
-    )
-
-
-def _prior(p: BayesParameters, prior: Floats, top: float) -> Panel:
-    curve = Curve(title="prior p(x)", ink="prediction", x=GRID[DRAWN], y=prior[DRAWN])
-    words = f"A bump at {p.prior_mean:g} m with a standard deviation of {p.prior_sd:g} m."
-    handle = Handle(parameter="prior_mean", at=p.prior_mean)
-    return _panel("prior", "Prior: what was believed", 0, top, (curve,), words, handle)
-
-
 def _likelihood(p: BayesParameters, likelihood: Floats) -> Panel:
-    curve = Curve(title="likelihood p(z | x)", ink="observation", x=GRID[DRAWN], y=likelihood[DRAWN])
-    title = f"Likelihood: how well each x explains z = {p.measured:g} m"
-    top = ceiling(1.02 * float(likelihood.max()))
-    if p.mode == "position":
-        words = f"One bump at {p.measured:g} m, which is what was measured."
-        handle = Handle(parameter="measured", at=p.measured)
-        return _panel("likelihood", title, 1, top, (curve,), words, handle)
-    camera = Rule(title="camera", ink="hidden", at=CAMERA, dashed=True)
+    at_position = p.mode == "position"
     left, right = CAMERA - p.measured, CAMERA + p.measured
-    words = f"Two bumps, at {left:g} m and {right:g} m, each {p.measured:g} m from the camera at {CAMERA:g} m."
-    return _panel("likelihood", title, 1, top, (camera, curve), words)
-
-
-def _posterior(prior: Floats, density: Floats, mean: float, top: float) -> Panel:
-    x = GRID[DRAWN]
-    traces = (
-        Curve(title="prior, to compare", ink="prediction", x=x, y=prior[DRAWN], dashed=True),
-        Curve(title="posterior p(x | z)", ink="estimate", x=x, y=density[DRAWN], area=(LOW, HIGH), reveals=True),
-        Rule(title="its mean", ink="estimate", at=mean, dashed=True, reveals=True),
+    two = f"Two bumps, at {left:g} m and {right:g} m, each {p.measured:g} m from the camera at {CAMERA:g} m."
+    traces = {"likelihood": (GRID[DRAWN], likelihood[DRAWN]), **({} if at_position else {"camera": (CAMERA,)})}
+    return PANELS["likelihood"].draw(
+        traces,
+        turned=p if at_position else None,
+        x=(LOW, HIGH),
+        y=(0.0, ceiling(1.02 * float(likelihood.max()))),
+        measured=p.measured,
+        bumps=f"One bump at {p.measured:g} m, which is what was measured." if at_position else two,
     )
-    words = "Prior times likelihood, rescaled to the area one."
-    return _panel("posterior", "Posterior: what is believed now", 2, top, traces, words)
 
 
 def _answer(parameters: BayesParameters, seed: int) -> Answer:

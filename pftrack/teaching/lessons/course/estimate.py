@@ -7,7 +7,7 @@ import numpy as np
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.teaching.lessons.course.probability import Mixture
-from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, Ink, Panel, Rule, Scatter
+from pftrack.teaching.lessons.figure import Figure, Panel, layouts
 from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
 
 LOW, HIGH = -3.0, 9.0
@@ -19,8 +19,9 @@ GRID: Floats = np.linspace(-6.0, 14.0, 1001)
 HIT = 0.15
 """A guess that is no further off than this is almost exactly right, m."""
 
-INKS: tuple[Ink, ...] = "estimate", "prediction", "second"
-"""Of the three losses, and of what is best for each."""
+BEST = "mean", "median", "hits"
+"""What is best for each of the three losses, as the panels have it."""
+PANELS = layouts(__file__)
 
 
 class EstimateParameters(Parameters):
@@ -92,56 +93,34 @@ def show(parameters: EstimateParameters, seed: int) -> Shown:
                "m²", digits=3, reveals=True),
     )  # fmt: skip
     best = density.mean, median(density), float(guesses[losses[2].argmin()])
-    panels = _density_panel(density, guess, best), _loss_panel(guess, guesses, losses, best)
+    panels = _density_panel(density, parameters, best), _loss_panel(parameters, guesses, losses, best)
     return Shown(Figure(panels=panels), numbers)
 
 
-def _density_panel(density: Mixture, guess: float, best: tuple[float, ...]) -> Panel:
+def _density_panel(density: Mixture, parameters: EstimateParameters, best: tuple[float, ...]) -> Panel:
     places = np.linspace(LOW, HIGH, 241)
     curve = density.density(places)
-    return Panel(
-        id="density",
-        title="What is known of the position",
-        x=Axis(title="position x", low=LOW, high=HIGH, unit="m"),
-        y=Axis(title="density", low=0.0, high=0.1 * math.ceil(11.0 * float(curve.max())), unit="per m"),
-        traces=(
-            Curve(title="density p(x)", ink="truth", x=places, y=curve),
-            *(
-                Rule(title=title, ink=ink, at=at, dashed=True, reveals=True)
-                for title, ink, at in zip(("mean", "median", "most hits"), INKS, best, strict=True)
-            ),
-        ),
-        handles=(Handle(parameter="guess", at=guess),),
-        words=(
-            f"A narrow bump at 0 m holds {density.shares[0]:.2f} of the probability, a wide one at "
-            f"{density.means[1]:g} m holds {density.shares[1]:.2f}. The guess is {guess:g} m."
-        ),
+    (first, second), (_, place) = density.shares, density.means
+    return PANELS["density"].draw(
+        {"density": (places, curve), **{name: (at,) for name, at in zip(BEST, best, strict=True)}},
+        turned=parameters,
+        x=(LOW, HIGH),
+        y=(0.0, 0.1 * math.ceil(11.0 * float(curve.max()))),
+        first=first,
+        second=second,
+        place=place,
+        guess=parameters.guess,
     )
 
 
-def _loss_panel(guess: float, guesses: Floats, losses: Floats, best: tuple[float, ...]) -> Panel:
+def _loss_panel(parameters: EstimateParameters, guesses: Floats, losses: Floats, best: tuple[float, ...]) -> Panel:
     above = losses - losses.min(axis=1, keepdims=True)
     # Three metres off is the top of the panel, else the curves would be flat where their lowest points are.
     off = int(np.abs(guesses - best[0] - 3.0).argmin())
     heights = above / np.array([[above[0, off]], [above[1, off]], [above[2].max()]])
-    titles = ("squared error", "absolute error", "miss by more than 0.15 m")
-    curves = tuple(
-        Curve(title=title, ink=ink, x=guesses, y=height, reveals=True)
-        for title, ink, height in zip(titles, INKS, heights, strict=True)
-    )
-    minima = tuple(
-        Scatter(ink=ink, x=[at], y=[0.0], size_px=9.0, reveals=True) for ink, at in zip(INKS, best, strict=True)
-    )
-    return Panel(
-        id="losses",
-        title="What each guess costs on average, above the least",
-        x=Axis(title="guess", low=LOW, high=HIGH, unit="m"),
-        y=Axis(title="expected loss", low=-0.05, high=1.05, hidden=True),
-        traces=(*curves, *minima),
-        handles=(Handle(parameter="guess", at=guess),),
-        words="Three curves over the guess, each with one lowest point: squared error, absolute error, and misses.",
-        row=1,
-    )
+    curves = {name: (guesses, height) for name, height in zip(BEST, heights, strict=True)}
+    minima = {f"best {name}": ([at], [0.0]) for name, at in zip(BEST, best, strict=True)}
+    return PANELS["losses"].draw({**curves, **minima}, turned=parameters, x=(LOW, HIGH))
 
 
 def _answer(parameters: EstimateParameters, seed: int) -> Answer:

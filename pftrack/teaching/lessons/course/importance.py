@@ -15,11 +15,12 @@ from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.teaching.lessons.course.probability import normal
-from pftrack.teaching.lessons.figure import Axis, Bars, Curve, Figure, Handle, Histogram, Panel, Rule, Stems, ceiling
+from pftrack.teaching.lessons.figure import Figure, Panel, ceiling, layouts
 from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
 
 MEAN, SD = 1.0, 0.5
 """Of the density that is wanted."""
+PANELS = layouts(__file__)
 LOW, HIGH = -4.0, 5.0
 AXIS: Floats = np.linspace(LOW, HIGH, 361)
 EDGES: Floats = np.linspace(LOW, HIGH, 46)
@@ -121,29 +122,20 @@ def show(parameters: ImportanceParameters, seed: int) -> Shown:
         ),
         Number("Weighted mean", mean, MEAN, None if mean_sd is None else 3.0 * mean_sd, digits=3),
     )
-    panels = (_densities(cloud, proposal, mean), _weights(cloud, proposal), _sizes(cloud, proposal))
+    panels = (_densities(cloud, parameters, mean), _weights(cloud, proposal), _sizes(cloud, proposal))
     return Shown(Figure(panels=panels), numbers)
 
 
-def _densities(cloud: ParticleSet, proposal: Proposal, mean: float) -> Panel:
+def _densities(cloud: ParticleSet, parameters: ImportanceParameters, mean: float) -> Panel:
     heights = np.histogram(cloud.states[:, 0], EDGES, weights=cloud.weights)[0] / np.diff(EDGES)
-    wanted = normal(AXIS, MEAN, SD)
-    sampled = normal(AXIS, proposal.centre, proposal.spread)
-    return Panel(
-        id="densities",
-        title="What is wanted, what is sampled, and the draws with their weights",
-        x=Axis(title="x", low=LOW, high=HIGH),
-        y=Axis(title="density", low=0.0, high=ceiling(max(heights.max(), wanted.max(), min(sampled.max(), 1.2)))),
-        traces=(
-            Curve(title="p, which is wanted", ink="truth", x=AXIS, y=wanted),
-            Curve(title="q, which is sampled", ink="prediction", x=AXIS, y=sampled, dashed=True),
-            Histogram(title="weighted draws", ink="estimate", edges=EDGES, heights=heights),
-            Rule(title="weighted mean", ink="estimate", at=mean, dashed=True),
-        ),
-        handles=(Handle(parameter="centre", at=proposal.centre),),
-        words=f"The weighted draws have the mean {mean:.3g}; that of p is {MEAN:g}.",
-        row=0,
-        share=(1.2, 1.0),
+    wanted, sampled = normal(AXIS, MEAN, SD), normal(AXIS, parameters.centre, parameters.spread)
+    return PANELS["densities"].draw(
+        {"wanted": (AXIS, wanted), "sampled": (AXIS, sampled), "draws": (EDGES, heights), "mean": (mean,)},
+        turned=parameters,
+        x=(LOW, HIGH),
+        y=(0.0, ceiling(max(heights.max(), wanted.max(), min(sampled.max(), 1.2)))),
+        mean=mean,
+        wanted=MEAN,
     )
 
 
@@ -162,36 +154,19 @@ def _weights(cloud: ParticleSet, proposal: Proposal) -> Panel:
         + math.log(len(cloud) * cloud.weights[heaviest[0]])
     )
     ratio = np.exp(np.minimum(logs, math.log(2.0 * top)))
-    greatest = float(cloud.weights.max())
-    return Panel(
-        id="weights",
-        title="Each draw and its weight, 1 if all were alike",
-        x=Axis(title="x", low=LOW, high=HIGH),
-        y=Axis(title="weight", low=0.0, high=top),
-        traces=(
-            Curve(title="p/q", ink="truth", x=AXIS, y=np.where(ratio <= top, ratio, np.nan)),
-            Stems(title="draws", ink="estimate", x=here, y=weights),
-        ),
-        words=f"The heaviest of {len(cloud)} draws has {100 * greatest:.3g} % of all weight.",
-        row=1,
-        share=(1.0, 3.0),
+    return PANELS["weights"].draw(
+        {"ratio": (AXIS, np.where(ratio <= top, ratio, np.nan)), "draws": (here, weights)},
+        x=(LOW, HIGH),
+        y=(0.0, top),
+        count=len(cloud),
+        heaviest=100 * float(cloud.weights.max()),
     )
 
 
 def _sizes(cloud: ParticleSet, proposal: Proposal) -> Panel:
     count, size = len(cloud), cloud.effective_sample_size
-    return Panel(
-        id="size",
-        title="How many count",
-        x=Axis(title="", low=-0.7, high=0.7, names=("effective",)),
-        y=Axis(title="draws", low=0.0, high=float(count)),
-        traces=(
-            Bars(title="effective draws", ink="estimate", heights=np.array([size]), reveals=True),
-            Rule(title="of many draws", ink="truth", at=count * proposal.share, along="y", reveals=True),
-        ),
-        words=f"Of {count} draws {size:.3g} are effective.",
-        row=1,
-    )
+    traces = {"size": (np.array([size]),), "expected": (count * proposal.share,)}
+    return PANELS["size"].draw(traces, y=(0.0, float(count)), count=count, size=size)
 
 
 def _answer(parameters: ImportanceParameters, seed: int) -> Answer:

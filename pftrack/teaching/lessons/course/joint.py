@@ -7,9 +7,10 @@ import numpy as np
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.teaching.lessons.course.probability import normal
-from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, HeatMap, Panel, Rule, Scatter, ceiling
+from pftrack.teaching.lessons.figure import Figure, ceiling, layouts
 from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
 
+PANELS = layouts(__file__)
 EDGE = 3.5
 CELLS: Floats = np.linspace(-EDGE, EDGE, 57)
 """Middles of the cells of the map."""
@@ -62,83 +63,19 @@ def show(parameters: JointParameters, seed: int) -> Shown:
         Number("Mean of x, given z", mean, r * z, 1e-5, reveals=True),
         Number("Variance of x, given z: its mean squared distance from the mean", variance, 1.0 - r**2, 1e-5),
     )
-    return Shown(Figure(panels=(_profile(r, z), _backwards(r, z), _map(r, z), _margin(z))), numbers)
-
-
-def _profile(r: float, z: float) -> Panel:
-    return Panel(
-        id="profile",
-        title="What is known of x",
-        x=Axis(title="x", low=-EDGE, high=EDGE),
-        y=Axis(title="density", low=0.0, high=_height(r)),
-        traces=(
-            Curve(title="before z is learned, p(x)", ink="prediction", x=PLACES, y=normal(PLACES, 0.0, 1.0)),
-            Curve(
-                title="after: the cut, rescaled, p(x | z)",
-                ink="estimate",
-                x=PLACES,
-                y=conditional(PLACES, z, r),
-                area=(-EDGE, EDGE),
-                reveals=True,
-            ),
-        ),
-        words=f"The marginal density of x is a bump at 0, of variance 1. The cut of the map is made at z = {z:g}.",
-        row=0,
-        share=(2.0, 3.0),
+    all_of_it, marginal = (-EDGE, EDGE), normal(PLACES, 0.0, 1.0)
+    up = 0.0, ceiling(max(0.7, float(normal(0.0, 0.0, math.sqrt(1.0 - r * r)))))  # the rescaled cut has room
+    cut = {"x": PLACES, "y": conditional(PLACES, z, r), "area": all_of_it}
+    backwards = joint(np.array(READ_AT), PLACES, r) / marginal
+    here = float(np.interp(z, PLACES, backwards))
+    both = {"joint": (CELLS, CELLS, joint(CELLS, CELLS[:, None], r))}
+    panels = (
+        PANELS["profile"].draw({"before": (PLACES, marginal), "after": cut}, x=all_of_it, y=up, z=z),
+        PANELS["backwards"].draw({"curve": (PLACES, backwards), "here": ([z], [here])}, x=all_of_it, y=up, here=here),
+        PANELS["map"].draw(both, turned=parameters, x=all_of_it, y=all_of_it, leaning=_leaning(r), z=z),
+        PANELS["margin"].draw({"marginal": (marginal, PLACES), "cut": (z,)}, y=all_of_it, z=z),
     )
-
-
-def _backwards(r: float, z: float) -> Panel:
-    curve = joint(np.array(READ_AT), PLACES, r) / normal(PLACES, 0.0, 1.0)
-    here = float(np.interp(z, PLACES, curve))
-    return Panel(
-        id="backwards",
-        title="Read the other way",
-        x=Axis(title="z", low=-EDGE, high=EDGE),
-        y=Axis(title="density", low=0.0, high=_height(r)),
-        traces=(
-            Curve(title="p(x = 1 | z)", ink="second", x=PLACES, y=curve),
-            Scatter(title="at this z", ink="estimate", x=[z], y=[here], size_px=9.0),
-        ),
-        words=f"p(x = 1 | z) as a curve over z is {here:.3g} at the cut; its area is no longer one.",
-        row=0,
-        share=(2.0, 2.0),
-    )
-
-
-def _map(r: float, z: float) -> Panel:
-    return Panel(
-        id="map",
-        title="Density of x and z together",
-        x=Axis(title="x", low=-EDGE, high=EDGE),
-        y=Axis(title="z", low=-EDGE, high=EDGE),
-        traces=(HeatMap(title="joint density p(x, z)", x=CELLS, y=CELLS, values=joint(CELLS, CELLS[:, None], r)),),
-        handles=(Handle(parameter="measured", at=z, along="y"),),
-        words=f"One bump around the middle, {_leaning(r)}; a cut across it at z = {z:g}.",
-        row=1,
-        share=(3.0, 3.0),
-    )
-
-
-def _margin(z: float) -> Panel:
-    return Panel(
-        id="margin",
-        title="What is known of z",
-        x=Axis(title="density", low=0.0, high=0.5),
-        y=Axis(title="z", low=-EDGE, high=EDGE),
-        traces=(
-            Curve(title="marginal p(z)", ink="prediction", x=normal(PLACES, 0.0, 1.0), y=PLACES),
-            Rule(title="the cut", ink="estimate", at=z, along="y"),
-        ),
-        words=f"The marginal density of z is a bump at 0, of variance 1, whatever r is; the cut is at z = {z:g}.",
-        row=1,
-        share=(3.0, 2.0),
-    )
-
-
-def _height(r: float) -> float:
-    """Return where axes of density end, so that the rescaled cut has room."""
-    return ceiling(max(0.7, float(normal(0.0, 0.0, math.sqrt(1.0 - r * r)))))
+    return Shown(Figure(panels=panels), numbers)
 
 
 def _leaning(r: float) -> str:

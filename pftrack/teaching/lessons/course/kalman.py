@@ -13,7 +13,7 @@ from pftrack.core.numerics.matrices import cholesky, solve_system
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.filters import kalman
 from pftrack.filters.dynamics import LinearDynamics
-from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, Panel, Rule, Scatter, Trace, ceiling
+from pftrack.teaching.lessons.figure import Figure, Panel, ceiling, layouts
 from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
 
 # What lesson 6 computes: tracks of something that moves with a slowly changing velocity, and their Kalman filter.
@@ -22,6 +22,7 @@ from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Num
 # serve any number of further tracks, whose errors show whether the filter is right about its own.
 
 
+PANELS = layouts(__file__)
 TRANSITION = np.array([[1.0, 1.0], [0.0, 1.0]])
 OBSERVATION = np.array([[1.0, 0.0]])
 PRIOR = Gaussian(np.zeros(2), np.diag([4.0, 1.0]))
@@ -177,34 +178,27 @@ def _apply_filter(parameters: KalmanParameters, seed: int) -> tuple[Tracks, Filt
 def _track_panel(parameters: KalmanParameters, tracks: Tracks, known: Filtered) -> Panel:
     times, truth, measured = np.arange(FRAMES), tracks.states[:, 0, 0], tracks.measured[:, 0]
     seen, reach = np.isfinite(known.innovations), 2.0 * np.sqrt(known.covariances[:, 0, 0])
-    drawn = np.concatenate([truth, measured, known.means[:, 0]])
+    means = known.means[:, 0]
+    drawn = np.concatenate([truth, measured, means])
     low, high, margin = float(drawn.min()), float(drawn.max()), 0.15 * float(np.ptp(drawn))
-    gap: list[Trace] = []
-    if parameters.dropped:
-        ends = GAP - 0.5, min(GAP + parameters.dropped, FRAMES) - 0.5
-        titles = "no measurements in between", ""
-        gap = [Rule(title=title, ink="hidden", at=end, dashed=True) for title, end in zip(titles, ends, strict=True)]
-    return Panel(
-        id="track",
-        title="One track",
-        x=Axis(title="time", low=0.0, high=FRAMES - 1.0, unit="s"),
-        y=Axis(title="position", low=low - margin, high=high + margin, unit="m"),
-        traces=(
-            *gap,
-            Curve(title="truth", ink="truth", x=times, y=truth),
-            Scatter(title="measured", ink="observation", x=times[seen], y=measured[seen]),
-            Curve(
-                title="two standard deviations", ink="prediction", x=times, y=known.means[:, 0] + reach, reveals=True
-            ),
-            Curve(ink="prediction", x=times, y=known.means[:, 0] - reach, reveals=True),
-            Curve(title="estimate", ink="estimate", x=times, y=known.means[:, 0]),
-        ),
-        handles=(Handle(parameter="frame", at=float(parameters.frame)),),
-        words=(
-            f"A position over {FRAMES} seconds, from {truth[0]:.0f} m to {truth[-1]:.0f} m. It is measured in "
-            f"{int(seen.sum())} of them, and the estimate follows. The ellipse belongs to {parameters.frame} s."
-        ),
-        share=(1.0, 1.2),
+    ends = GAP - 0.5, min(GAP + parameters.dropped, FRAMES) - 0.5
+    return PANELS["track"].draw(
+        {
+            **({"gap begins": ends[:1], "gap ends": ends[1:]} if parameters.dropped else {}),
+            "truth": (times, truth),
+            "measured": (times[seen], measured[seen]),
+            "above": (times, means + reach),
+            "below": (times, means - reach),
+            "estimate": (times, means),
+        },
+        turned=parameters,
+        x=(0.0, FRAMES - 1.0),
+        y=(low - margin, high + margin),
+        frames=FRAMES,
+        first=truth[0],
+        last=truth[-1],
+        seen=int(seen.sum()),
+        frame=parameters.frame,
     )
 
 
@@ -213,25 +207,16 @@ def _plane_panel(parameters: KalmanParameters, off: Floats, known: Filtered) -> 
     before = min(frame, GAP - 1)
     steady, now = (cholesky(known.covariances[at]) @ CIRCLE * 2.0 for at in (before, frame))
     reach = [ceiling(1.3 * max(float(ellipse[axis].max()) for ellipse in (steady, now))) for axis in (0, 1)]
-    traces: list[Trace] = [
-        Curve(title="the filter's ellipse", ink="truth", x=now[0], y=now[1], reveals=True),
-        Scatter(title=f"errors of {TRACKS} tracks", ink="estimate", x=off[0], y=off[1], size_px=3.0, reveals=True),
-        Scatter(title="of the one beside", ink="second", x=off[0, :1], y=off[1, :1], size_px=9.0, reveals=True),
-    ]
-    if before < frame:
-        traces.append(
-            Curve(title=f"its ellipse at {before} s", ink="prediction", x=steady[0], y=steady[1], dashed=True)
-        )
-    return Panel(
-        id="plane",
-        title=f"How far off it may be at {frame} s",
-        x=Axis(title="error of position", low=-reach[0], high=reach[0], unit="m"),
-        y=Axis(title="error of velocity", low=-reach[1], high=reach[1], unit="m/s"),
-        traces=tuple(traces),
-        words=(
-            f"The plane of errors of position and velocity. At {before} s two standard deviations reach "
-            f"{steady[0].max():.1f} m and {steady[1].max():.2f} m/s."
-        ),
+    ellipses = {"now": tuple(now), **({"steady": tuple(steady)} if before < frame else {})}
+    return PANELS["plane"].draw(
+        {**ellipses, "errors": tuple(off), "shown": tuple(off[:, :1])},
+        x=(-reach[0], reach[0]),
+        y=(-reach[1], reach[1]),
+        frame=frame,
+        tracks=TRACKS,
+        before=before,
+        position=steady[0].max(),
+        velocity=steady[1].max(),
     )
 
 

@@ -9,9 +9,10 @@ from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.teaching.lessons.course.probability import normal
-from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Panel, Rule, Scatter
+from pftrack.teaching.lessons.figure import Figure, Panel, layouts
 from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
 
+PANELS = layouts(__file__)
 MEAN, SD = 2.0, 1.5
 LOW, HIGH = MEAN - 4.0 * SD, MEAN + 4.0 * SD
 
@@ -98,64 +99,46 @@ def show(parameters: MonteCarloParameters, seed: int) -> Shown:
 
 
 def _cloud_panel(samples: Floats, heights: Floats) -> Panel:
-    places, few = np.linspace(LOW, HIGH, 161), slice(2000)
-    x = samples[few]
-    return Panel(
-        id="cloud",
-        title="Samples under their density",
-        x=Axis(title="first coordinate", low=LOW, high=HIGH, unit="m"),
-        y=Axis(title="density", low=0.0, high=0.3, unit="per m"),
-        traces=(
-            Curve(title="density p(x)", ink="truth", x=places, y=normal(places, MEAN, SD)),
-            Scatter(title="samples, at any height below it", ink="estimate", x=x, y=heights[few] * normal(x, MEAN, SD),
-                    size_px=3.0),
-            Rule(title="mean of the samples", ink="estimate", at=float(samples.mean()), dashed=True),
-        ),
-        words=f"{len(samples)} samples fill the area below a bump about {MEAN:g} m, {SD:g} m wide to either side.",
-        share=(1.0, 1.0),
-    )  # fmt: skip
+    places, x = np.linspace(LOW, HIGH, 161), samples[:2000]
+    return PANELS["cloud"].draw(
+        {
+            "density": (places, normal(places, MEAN, SD)),
+            "samples": (x, heights[:2000] * normal(x, MEAN, SD)),
+            "mean": (float(samples.mean()),),
+        },
+        x=(LOW, HIGH),
+        count=len(samples),
+        mean=MEAN,
+        sd=SD,
+    )
 
 
 def _mean_panel(samples: Floats) -> Panel:
-    all_of_them = np.arange(1, len(samples) + 1)
     some = np.unique(np.geomspace(1, len(samples), 200).astype(np.int64))
-    running = (np.cumsum(samples) / all_of_them)[some - 1]
+    running = (np.cumsum(samples) / np.arange(1, len(samples) + 1))[some - 1]
     reach = 2.0 * SD / np.sqrt(some)
-    return Panel(
-        id="mean",
-        title="Mean as samples come in",
-        x=Axis(title="samples so far", low=1.0, high=float(SIZES[-1]), log=True),
-        y=Axis(title="mean", low=MEAN - 2.0, high=MEAN + 2.0, unit="m"),
-        traces=(
-            Rule(title="exact mean", ink="truth", at=MEAN, along="y"),
-            Curve(title="exact ± 2 SD/√n", ink="truth", x=some, y=MEAN + reach, dashed=True),
-            Curve(ink="truth", x=some, y=MEAN - reach, dashed=True),
-            Curve(title="mean so far", ink="estimate", x=some, y=running),
-        ),
-        words=f"The mean wavers less and less about {MEAN:g} m; after {len(samples)} it is {running[-1]:.3f} m.",
+    return PANELS["mean"].draw(
+        {"exact": (MEAN,), "above": (some, MEAN + reach), "below": (some, MEAN - reach), "running": (some, running)},
+        x=(1.0, float(SIZES[-1])),
+        y=(MEAN - 2.0, MEAN + 2.0),
+        mean=MEAN,
+        count=len(samples),
+        last=running[-1],
     )
 
 
 def _error_panel(sizes: Floats, errors: Floats, dimension: int) -> Panel:
     ends = np.array([SIZES[0], SIZES[-1]], dtype=np.float64)
     gaps = (HIGH - LOW) / ends ** (1.0 / dimension)
-    return Panel(
-        id="error",
-        title="Error of the mean, both axes in powers of ten",
-        x=Axis(title="samples N", low=float(SIZES[0]), high=float(SIZES[-1]), log=True),
-        y=Axis(title="error, an axis", low=0.005, high=12.0, unit="m", log=True),
-        traces=(
-            Curve(title="exact, SD/√N", ink="truth", x=ends, y=SD / np.sqrt(ends), reveals=True),
-            Scatter(title=f"rms over {REPEATS} clouds", ink="estimate", x=sizes, y=errors, size_px=8.0, reveals=True),
-            Curve(title=f"gap in a grid of N points, {dimension}-D", ink="prediction", x=ends,
-                  y=gaps, dashed=True),
-        ),
-        words=(
-            f"Error against the number of samples. For comparison, {SIZES[-1]} points of a grid in {dimension} "
-            f"dimension{'s' if dimension > 1 else ''} have gaps of {gaps[-1]:.2g} m."
-        ),
-        row=1,
-    )  # fmt: skip
+    return PANELS["error"].draw(
+        {"exact": (ends, SD / np.sqrt(ends)), "rms": (sizes, errors), "gap": (ends, gaps)},
+        x=(float(SIZES[0]), float(SIZES[-1])),
+        repeats=REPEATS,
+        dimension=dimension,
+        most=SIZES[-1],
+        plural="s" if dimension > 1 else "",
+        gap=gaps[-1],
+    )
 
 
 def _answer(parameters: MonteCarloParameters, seed: int) -> Answer:

@@ -17,9 +17,10 @@ from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.experiments.trajectories.scene import FRAMES, REFERENCE_PX, true_path
 from pftrack.filters.trajectories.whole import Method, Settings, follow, track_error
 from pftrack.teaching.lessons.course.probability import normal
-from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, Panel, Rule, Scatter, ceiling
+from pftrack.teaching.lessons.figure import Figure, Panel, ceiling, layouts
 from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
 
+PANELS = layouts(__file__)
 LEAST_Z, MOST_Z = -5.0, 20.0
 GRID: Floats = np.linspace(-10.0, 30.0, 4001)
 """Over which posteriors are integrated."""
@@ -104,25 +105,21 @@ def _posteriors(
     means: tuple[float, float],
 ) -> Panel:
     here = GRID[SEEN]
-    top = ceiling(max(float(gaussian.max()), float(cauchy.max())))
-    return Panel(
-        id="posteriors",
-        title="What is believed of x before and after measuring z",
-        x=Axis(title="x", low=LEAST_Z, high=MOST_Z + 1.0),
-        y=Axis(title="density", low=0.0, high=top),
-        traces=(
-            Curve(title="prior", ink="prediction", x=here, y=normal(here, 0.0, 1.0), dashed=True),
-            Curve(title="Gaussian noise", ink="second", x=here, y=gaussian[SEEN]),
-            Rule(ink="second", at=means[0], dashed=True),
-            Curve(title="Cauchy noise", ink="estimate", x=here, y=cauchy[SEEN], reveals=True),
-            Rule(ink="estimate", at=means[1], dashed=True, reveals=True),
-        ),
-        handles=(Handle(parameter="z", at=parameters.z),),
-        words=(
-            f"With z = {parameters.z:g} the mean is {means[0]:.3g} under Gaussian and {means[1]:.3g} under Cauchy "
-            f"noise, whose posterior has {_peaks(cauchy)}."
-        ),
-        row=0,
+    return PANELS["posteriors"].draw(
+        {
+            "prior": (here, normal(here, 0.0, 1.0)),
+            "gaussian": (here, gaussian[SEEN]),
+            "gaussian mean": means[:1],
+            "cauchy": (here, cauchy[SEEN]),
+            "cauchy mean": means[1:],
+        },
+        turned=parameters,
+        x=(LEAST_Z, MOST_Z + 1.0),
+        y=(0.0, ceiling(max(float(gaussian.max()), float(cauchy.max())))),
+        z=parameters.z,
+        gaussian=means[0],
+        cauchy=means[1],
+        peaks=_peaks(cauchy),
     )
 
 
@@ -133,52 +130,45 @@ def _peaks(density: Floats) -> str:
 
 
 def _influence(parameters: OutliersParameters, means: tuple[float, float]) -> Panel:
-    scale = parameters.scale
+    scale, here = parameters.scale, np.array([parameters.z])
     straight = SURPRISES / (1.0 + scale * scale)
     bent = cauchy_mean(SURPRISES, scale)
     low, high = min(straight.min(), bent.min()), max(straight.max(), bent.max())
-    return Panel(
-        id="influence",
-        title="Mean against z",
-        x=Axis(title="z", low=LEAST_Z, high=MOST_Z + 1.0),
-        y=Axis(title="mean", low=1.1 * float(low), high=1.1 * float(high)),
-        traces=(
-            Curve(title="Gaussian noise", ink="second", x=SURPRISES, y=straight),
-            Scatter(ink="second", x=np.array([parameters.z]), y=np.array([means[0]]), size_px=9.0),
-            Curve(title="Cauchy noise", ink="estimate", x=SURPRISES, y=bent, reveals=True),
-            Scatter(ink="estimate", x=np.array([parameters.z]), y=np.array([means[1]]), size_px=9.0, reveals=True),
-        ),
-        handles=(Handle(parameter="z", at=parameters.z),),
-        words=(
-            f"Under Gaussian noise the mean grows with z; under Cauchy noise it is {bent.max():.3g} at most, "
-            f"at z = {SURPRISES[np.argmax(bent)]:.2g}, and goes back towards 0."
-        ),
-        row=0,
+    return PANELS["influence"].draw(
+        {
+            "straight": (SURPRISES, straight),
+            "straight here": (here, np.array(means[:1])),
+            "bent": (SURPRISES, bent),
+            "bent here": (here, np.array(means[1:])),
+        },
+        turned=parameters,
+        x=(LEAST_Z, MOST_Z + 1.0),
+        y=(1.1 * float(low), 1.1 * float(high)),
+        most=bent.max(),
+        where=SURPRISES[np.argmax(bent)],
     )
 
 
 def _track(paths: tuple[Floats, Floats]) -> Panel:
-    frames = np.arange(float(FRAMES))
-    worst = max(OUTLIERS, key=lambda frame: abs(REFERENCE_PX[frame, 0] - TRUTH_PX[frame, 0]))
+    frames, measured, truth = np.arange(float(FRAMES)), REFERENCE_PX[:, 0], TRUTH_PX[:, 0]
+    worst = max(OUTLIERS, key=lambda frame: abs(measured[frame] - truth[frame]))
     # E has the root of the sum of squares over T, not over the root of T.
     rms = [math.sqrt(FRAMES) * float(track_error(path, TRUTH_PX)) for path in paths]
-    off = [abs(float(path[worst, 0] - TRUTH_PX[worst, 0])) for path in paths]
-    return Panel(
-        id="track",
-        title="A point followed through pictures, which is found in the wrong place now and then",
-        x=Axis(title="frame", low=0.0, high=FRAMES - 1.0),
-        y=Axis(title="across", unit="px", low=55.0, high=135.0),
-        traces=(
-            Curve(title="truth", ink="truth", x=frames, y=TRUTH_PX[:, 0]),
-            Scatter(title="measured", ink="observation", x=frames, y=REFERENCE_PX[:, 0], size_px=4.0),
-            Curve(title=f"Gaussian noise, rms error {rms[0]:.3g} px", ink="second", x=frames, y=paths[0][:, 0]),
-            Curve(title=f"Cauchy noise, {rms[1]:.3g} px", ink="estimate", x=frames, y=paths[1][:, 0], reveals=True),
-        ),
-        words=(
-            f"In frame {worst} the measurement is {abs(REFERENCE_PX[worst, 0] - TRUTH_PX[worst, 0]):.3g} px off. The "
-            f"filter with Gaussian noise is {off[0]:.3g} px off there, the one with Cauchy noise {off[1]:.3g} px."
-        ),
-        row=1,
+    gaussian, cauchy = (path[:, 0] for path in paths)
+    return PANELS["track"].draw(
+        {
+            "truth": (frames, truth),
+            "measured": (frames, measured),
+            "gaussian": (frames, gaussian),
+            "cauchy": (frames, cauchy),
+        },
+        x=(0.0, FRAMES - 1.0),
+        gaussian=rms[0],
+        cauchy=rms[1],
+        worst=worst,
+        off=abs(measured[worst] - truth[worst]),
+        gaussian_off=abs(float(gaussian[worst] - truth[worst])),
+        cauchy_off=abs(float(cauchy[worst] - truth[worst])),
     )
 
 

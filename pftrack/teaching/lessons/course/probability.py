@@ -10,7 +10,7 @@ from scipy.special import ndtr
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.numerics.random import Generator, Purpose, Stream
-from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, Histogram, Panel, Rule, ceiling
+from pftrack.teaching.lessons.figure import Figure, ceiling, layouts
 from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
 
 
@@ -64,6 +64,7 @@ class Mixture:
         return tuple(zip(self.shares, self.means, self.sds, strict=True))
 
 
+PANELS = layouts(__file__)
 LOW, HIGH = -5.0, 5.0
 PLACES: Floats = np.linspace(LOW, HIGH, 401)
 MOST = 20_000
@@ -136,22 +137,20 @@ def show(parameters: ProbabilityParameters, seed: int) -> Shown:
         Number("Highest density", float(curve.max()), unit="per m", digits=3),
     )
     top = ceiling(max(0.5, curve.max(), np.sort(heights)[-2:].mean()) * 1.02)
-    panel = Panel(
-        id="density",
-        title="Where might it be?",
-        x=Axis(title="position x", low=LOW, high=HIGH, unit="m"),
-        y=Axis(title="density", low=0.0, high=top, unit="per m"),
-        traces=(
-            *((Rule(title="a density of 1", ink="hidden", at=1.0, along="y", dashed=True),) if top > 1.0 else ()),
-            Curve(title="density p(x), shaded from a to b", ink="truth", x=PLACES, y=curve, area=(low, high)),
-            Histogram(title="histogram of the draws", ink="estimate", edges=edges, heights=heights),
-        ),
-        handles=(Handle(parameter="low", at=parameters.low), Handle(parameter="high", at=parameters.high)),
-        words=(
-            f"A density with a left bump at -1.5 m, {parameters.squeeze:g} m wide to either side, that holds 0.6 of "
-            f"the area, and a right bump at 1 m, 1 m wide, that holds 0.4; it is {curve.max():.2g} per m where it is "
-            f"highest. Before it a histogram of {count} draws. The area from {low:g} m to {high:g} m is shaded."
-        ),
+    panel = PANELS["density"].draw(
+        {
+            **({"one": (1.0,)} if top > 1.0 else {}),
+            "density": {"x": PLACES, "y": curve, "area": (low, high)},
+            "draws": (edges, heights),
+        },
+        turned=parameters,
+        x=(LOW, HIGH),
+        y=(0.0, top),
+        squeeze=parameters.squeeze,
+        highest=curve.max(),
+        count=count,
+        low=low,
+        high=high,
     )
     return Shown(Figure(panels=(panel,)), numbers)
 

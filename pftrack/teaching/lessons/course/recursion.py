@@ -7,6 +7,7 @@ Kalman filter beside it does the same in two numbers.
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -17,9 +18,10 @@ from pftrack.core.numerics.random import Gaussian
 from pftrack.filters import kalman
 from pftrack.filters.dynamics import random_walk
 from pftrack.teaching.lessons.course.probability import normal
-from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Panel, Scatter, StripChart, Trace, ceiling
+from pftrack.teaching.lessons.figure import Figure, Panel, ceiling, layouts
 from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
 
+PANELS = layouts(__file__)
 PRIOR_VARIANCE = 9.0
 MEASURED = (0.3, 1.9, 1.1, 2.8, 3.9, 3.0, 5.2, 4.6)
 """Positions in m; whoever measures more often meets them again backwards, as if the target turned round."""
@@ -153,37 +155,30 @@ def _steady_variance(parameters: RecursionParameters) -> float:
 
 
 def _density_panel(past: list[Moment], noise: float) -> Panel:
-    last, seen = past[-1], np.abs(GRID) <= 12.0
-    places, exact = GRID[seen], normal(GRID, float(last.exact.mean[0]), math.sqrt(last.variance))
-    traces: list[Curve] = []
-    words = "The prior: the target is about 0 m, with a variance of 9 m²."
-    if len(past) > 1:
+    last, seen, after = past[-1], np.abs(GRID) <= 12.0, len(past) > 1
+    places, exact = GRID[seen], normal(GRID, float(last.exact.mean[0]), math.sqrt(last.variance))[seen]
+    curves = {"exact": exact, "grid": last.density[seen]}
+    name, known = "", "The prior: the target is about 0 m, with a variance of 9 m²."
+    if after:
         before = past[-2]
         name = "predicted" if before.step == "p" else "known" if before.step else "prior"
-        traces.append(Curve(title=f"before: {name}", ink="prediction", x=places, y=before.density[seen], dashed=True))
-        words = f"Before the last step: mean {before.exact.mean[0]:.2f} m, variance {before.variance:.2f} m². The last "
-        words += "step is a prediction." if last.step == "p" else "step brings no measurement."
+        curves["before"] = before.density[seen]
+        known = f"Before the last step: mean {before.exact.mean[0]:.2f} m, variance {before.variance:.2f} m². The last "
+        known += "step is a prediction." if last.step == "p" else "step brings no measurement."
     if last.measurement is not None:
-        title = f"likelihood of the measurement {last.measurement:g} m"
-        likelihood = normal(places, last.measurement, math.sqrt(noise))
-        traces.append(Curve(title=title, ink="observation", x=places, y=likelihood))
-        words = words.replace("brings no measurement", f"is a measurement of {last.measurement:g} m")
-    highest = max(float(np.max(trace.y)) for trace in traces) if traces else 0.0
-    after = len(past) > 1
-    when = "after" if after else "prior"
-    traces += [
-        Curve(title=f"{when}, exact", ink="truth", x=places, y=exact[seen], reveals=after),
-        Curve(title=f"{when}, on the grid", ink="estimate", x=places, y=last.density[seen], dashed=True,
-              area=(-12.0, 12.0), reveals=after),
-    ]  # fmt: skip
-    return Panel(
-        id="density",
-        title="Where the target may be",
-        x=Axis(title="position x", low=-12.0, high=12.0, unit="m"),
-        y=Axis(title="density", low=0.0, high=ceiling(1.05 * max(highest, float(exact.max()))), unit="per m"),
-        traces=tuple(traces),
-        words=words,
-        share=(1.3, 1.0),
+        curves["likelihood"] = normal(places, last.measurement, math.sqrt(noise))
+        known = known.replace("brings no measurement", f"is a measurement of {last.measurement:g} m")
+    highest = max(float(np.max(curve)) for trace, curve in curves.items() if trace != "grid")
+    return PANELS["density"].draw(
+        {
+            trace: {"x": places, "y": curve, "reveals": after and trace in {"exact", "grid"}}
+            for trace, curve in curves.items()
+        },
+        y=(0.0, ceiling(1.05 * highest)),
+        before=name,
+        measured=last.measurement or 0.0,
+        when="after" if after else "prior",
+        known=known,
     )
 
 
@@ -191,34 +186,25 @@ def _variance_panel(past: list[Moment]) -> Panel:
     variances = np.array([moment.variance for moment in past])
     on_grid = np.array([spread(GRID, moment.density)[1] for moment in past])
     steps, last = np.arange(len(past)), max(len(past) - 1, 1)
-    dots: list[Trace] = []
-    for title, ink, chosen in (
-        ("after a prediction", "prediction", [moment.step == "p" for moment in past]),
-        ("after a measurement", "observation", [moment.measurement is not None for moment in past]),
+    traces: dict[str, Any] = {
+        "exact": (steps[:last], variances[:last]),
+        "grid": (steps[:last], on_grid[:last]),
+        "last exact": (steps[last - 1 :], variances[last - 1 :]),
+        "last grid": (steps[last - 1 :], on_grid[last - 1 :]),
+    }
+    for name, chosen in (
+        ("predicted", [moment.step == "p" for moment in past]),
+        ("measured", [moment.measurement is not None for moment in past]),
     ):
         at = steps[np.array(chosen)]
         known, newest = at[at < last], at[at == last]
         if len(known):
-            dots.append(Scatter(title=title, ink=ink, x=known, y=on_grid[known], size_px=8.0))
+            traces[name] = known, on_grid[known]
         if len(newest):
-            named = "" if len(known) else title
-            dots.append(Scatter(title=named, ink=ink, x=newest, y=on_grid[newest], size_px=8.0, reveals=True))
+            traces[f"{'last' if len(known) else 'first'} {name}"] = newest, on_grid[newest]
     recent = ", ".join(f"{variance:.2f}" for variance in variances[:last][-6:])
-    return Panel(
-        id="variance",
-        title="Variance after each step",
-        x=Axis(title="step", low=0.0, high=max(10.0, float(last))),
-        y=Axis(title="variance", low=0.0, high=ceiling(1.05 * float(variances.max())), unit="m²"),
-        traces=(
-            Curve(title="exact", ink="truth", x=steps[:last], y=variances[:last]),
-            StripChart(title="on the grid", ink="estimate", x=steps[:last], y=on_grid[:last]),
-            Curve(ink="truth", x=steps[last - 1 :], y=variances[last - 1 :], reveals=True),
-            StripChart(ink="estimate", x=steps[last - 1 :], y=on_grid[last - 1 :], reveals=True),
-            *dots,
-        ),
-        words=f"A line that rises with predictions and falls with measurements. Before the last step: {recent} m².",
-        row=1,
-    )
+    up = 0.0, ceiling(1.05 * float(variances.max()))
+    return PANELS["variance"].draw(traces, x=(0.0, max(10.0, float(last))), y=up, recent=recent)
 
 
 def _answer(parameters: RecursionParameters, seed: int) -> Answer:

@@ -11,7 +11,7 @@ from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.filters.resampling import RESAMPLERS, systematic_parents
 from pftrack.teaching.lessons.course.sir import STEPS, Corridor, cached_walk
-from pftrack.teaching.lessons.figure import Axis, Bars, Figure, Handle, Panel, Scatter, Stems, StripChart, Tree, ceiling
+from pftrack.teaching.lessons.figure import Figure, Panel, ceiling, layouts
 from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
 
 # Offspring: how many copies each of six particles gets, by a comb or by darts, and how much that scatters.
@@ -81,7 +81,7 @@ def _count(parents: Ints) -> Ints:
     return np.bincount(parents, minlength=len(WEIGHTS))
 
 
-PARTICLES = tuple(f"{weight:g}" for weight in WEIGHTS)
+PANELS = layouts(__file__)
 REDRAWS = 400
 """From which the scatter of the copies is shown."""
 REPEATS = 20_000
@@ -141,80 +141,49 @@ def show(parameters: ResamplingParameters, seed: int) -> Shown:
 
 def _weights(parameters: ResamplingParameters, seed: int) -> Panel:
     count, scheme = parameters.particles, parameters.scheme
-    what = "the comb's teeth" if scheme == "systematic" else "darts"
-    return Panel(
-        id="weights",
-        title="Six particles, as long as the copies that they expect, and what picks them",
-        x=Axis(title="expected copies, laid end to end", low=0.0, high=float(count)),
-        y=Axis(title="", low=0.0, high=1.5, hidden=True),
-        traces=(
-            Bars(title="weights", ink="prediction", heights=count * WEIGHTS, stacked=True),
-            Stems(
-                title=what,
-                ink="estimate",
-                x=marks(scheme, count, parameters.offset, seed),
-                y=np.full(count, MARK_HEIGHT),
-                reveals=True,
-            ),
-        ),
-        handles=(Handle(parameter="offset", at=parameters.offset),) if scheme == "systematic" else (),
-        words=f"Six particles expect {_join(count * WEIGHTS)} copies; {what} pick {count} of them.",
-        row=0,
-        share=(0.7, 1.0),
+    picked = marks(scheme, count, parameters.offset, seed)
+    return PANELS["weights"].draw(
+        {"weights": (count * WEIGHTS,), "marks": (picked, np.full(count, MARK_HEIGHT))},
+        turned=parameters if scheme == "systematic" else None,
+        x=(0.0, float(count)),
+        what="the comb's teeth" if scheme == "systematic" else "darts",
+        expected=_join(count * WEIGHTS),
+        count=count,
     )
 
 
 def _copies(parameters: ResamplingParameters, seed: int) -> Panel:
-    count = parameters.particles
-    expected = count * WEIGHTS
-    ours = copies(parameters.scheme, count, parameters.offset, seed)
-    return Panel(
-        id="copies",
-        title="Copies of each particle",
-        x=Axis(title="weight", low=-0.6, high=len(WEIGHTS) - 0.4, names=PARTICLES),
-        y=Axis(title="copies", low=0.0, high=ceiling(max(float(ours.max()), float(expected.max()) + 1.0))),
-        traces=(
-            Bars(title="copies", ink="estimate", heights=ours.astype(np.float64), reveals=True),
-            Scatter(title="expected", ink="truth", x=np.arange(len(WEIGHTS)), y=expected, size_px=8.0),
-        ),
-        words=f"The particles have {_join(ours)} copies and expect {_join(expected)}.",
-        row=1,
+    expected = parameters.particles * WEIGHTS
+    ours = copies(parameters.scheme, parameters.particles, parameters.offset, seed)
+    return PANELS["copies"].draw(
+        {"copies": (ours.astype(np.float64),), "expected": (np.arange(len(WEIGHTS)), expected)},
+        y=(0.0, ceiling(max(float(ours.max()), float(expected.max()) + 1.0))),
+        ours=_join(ours),
+        expected=_join(expected),
     )
 
 
 def _sizes(scheme: Scheme, seed: int) -> Panel:
     kept, redrawn = (100.0 * sizes / CROWD for sizes in effective_sizes(scheme, seed))
     steps = np.arange(STEPS + 1.0)
-    return Panel(
-        id="sizes",
-        title=f"Effective sample size in lesson 9's corridor, N = {CROWD}",
-        x=Axis(title="step", low=0.0, high=float(STEPS)),
-        y=Axis(title="share", unit="%", low=0.0, high=105.0),
-        traces=(
-            StripChart(title="never redrawn", ink="lost", x=steps, y=kept),
-            StripChart(title="redrawn in each step", ink="estimate", x=steps, y=redrawn),
-        ),
-        words=(
-            f"After {STEPS} steps {redrawn[-1]:.3g} % of the particles are effective if they are redrawn in each step, "
-            f"{kept[-1]:.3g} % if never."
-        ),
-        row=1,
-        share=(1.0, 1.5),
+    return PANELS["sizes"].draw(
+        {"kept": (steps, kept), "redrawn": (steps, redrawn)},
+        x=(0.0, float(STEPS)),
+        crowd=CROWD,
+        steps=STEPS,
+        redrawn=redrawn[-1],
+        kept=kept[-1],
     )
 
 
 def _tree(parents: Floats, lines: Bools) -> Panel:
     count = parents.shape[1]
-    alive = int(lines[0].sum())
-    return Panel(
-        id="tree",
-        title="Who descends from whom; strong are the ancestors of the last step's particles",
-        x=Axis(title="step", low=-0.3, high=STEPS + 0.3),
-        y=Axis(title="particle", low=-0.8, high=count - 0.2, hidden=True),
-        traces=(Tree(ink="estimate", parents=parents, weights=np.where(lines, 1.0, FAINT)),),
-        words=f"All {count} particles of the last step descend from {alive} of the first.",
-        row=2,
-        share=(1.2, 1.0),
+    return PANELS["tree"].draw(
+        {"tree": (parents, np.where(lines, 1.0, FAINT))},
+        x=(-0.3, STEPS + 0.3),
+        y=(-0.8, count - 0.2),
+        count=count,
+        alive=int(lines[0].sum()),
     )
 
 

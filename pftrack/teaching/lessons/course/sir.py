@@ -8,6 +8,7 @@ a cloud of particles can be held against it. Lesson 10 sends its particles throu
 import math
 from dataclasses import dataclass
 from functools import lru_cache, partial
+from typing import Any
 
 import numpy as np
 
@@ -18,23 +19,15 @@ from pftrack.filters import bootstrap
 from pftrack.filters.particles import ParticleSet
 from pftrack.filters.resampling import Resampler, systematic
 from pftrack.teaching.lessons.course.recursion import GRID, MEASURED, PRIOR_VARIANCE, RecursionParameters, moments
-from pftrack.teaching.lessons.figure import (
-    Axis,
-    Curve,
-    Figure,
-    Handle,
-    HeatMap,
-    Histogram,
-    Panel,
-    Rule,
-    Scatter,
-    Stems,
-    ceiling,
-)
+from pftrack.teaching.lessons.figure import Figure, Panel, ceiling, layouts
 from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
 
+PANELS = layouts(__file__)
 LENGTH_M = 100.0
+ACROSS_M = 0.0, LENGTH_M
 DOORS_M = (12.0, 30.0, 41.0, 73.0, 88.0)
+DOORS: dict[str, Any] = {f"door {number}": (place,) for number, place in enumerate(DOORS_M)}
+"""As the panels have them."""
 DOOR_SPREAD_M = 1.5
 """How far from a door's middle the sensor notices it, as a standard deviation."""
 PACE_M = 3.0
@@ -206,111 +199,6 @@ PER_COLUMN = 10
 """Cells to a column of the map."""
 
 
-def steps_so_far(redrawn: list[Floats], walk: Walk, exact: Exact, step: int) -> Panel:
-    """Return the map of all steps: what can be known, and up to one of them where particles and robot are."""
-    columns = exact.given.reshape(STEPS + 1, -1, PER_COLUMN).mean(axis=2)
-    # The root, since at first it is spread over all of the corridor and at last over a few metres.
-    known = np.sqrt(columns)
-    every = max(len(redrawn[0]) // MOST_DOTS, 1)
-    dots = np.array([places[::every] for places in redrawn])
-    steps = np.arange(STEPS + 1.0)
-    return Panel(
-        id="steps",
-        title="All steps: the exact density; up to this one the particles, and the robot",
-        x=Axis(title="", low=0.0, high=LENGTH_M, hidden=True),
-        y=Axis(title="step", low=-0.5, high=STEPS + 0.5),
-        traces=(
-            HeatMap(
-                title="root of the exact density",
-                ink="truth",
-                x=CELLS_M.reshape(-1, PER_COLUMN).mean(axis=1),
-                y=steps,
-                values=known,
-            ),
-            *_doors(),
-            Scatter(
-                title="particles",
-                ink="prediction",
-                x=dots.ravel(),
-                y=np.repeat(steps[: step + 1], dots.shape[1]),
-                size_px=3.0,
-            ),
-            Curve(title="the robot", ink="second", x=walk.positions_m[: step + 1], y=steps[: step + 1]),
-        ),
-        handles=(Handle(parameter="step", at=float(step), along="y"),),
-        words=(
-            f"After {step} steps the robot is truly at {walk.positions_m[step]:.3g} m; the exact density has its peak "
-            f"at {CELLS_M[np.argmax(exact.given[step])]:.3g} m."
-        ),
-        row=0,
-        share=(1.2, 1.0),
-    )
-
-
-def weigh(cloud: ParticleSet, walk: Walk, exact: Exact, corridor: Corridor, step: int) -> Panel:
-    """Return the particles of a step with their weights, and the likelihood that gives them."""
-    count = len(cloud)
-    every = max(count // MOST_STEMS, 1)
-    heights = count * cloud.weights
-    weight, sensed = np.ones(len(CELLS_M)), "nothing yet"
-    if step:
-        door = bool(walk.doors[step - 1])
-        likelihood = corridor.likelihood(CELLS_M, door)
-        weight = likelihood / (exact.predicted[step - 1] @ likelihood * CELL_M)
-        sensed = "a door" if door else "no door"
-    return Panel(
-        id="weighed",
-        title=f"Step {step}: particles predicted, and weighed by what was sensed, which is {sensed}",
-        x=Axis(title="", low=0.0, high=LENGTH_M, hidden=True),
-        y=Axis(title="weight", low=0.0, high=ceiling(max(float(heights.max()), float(weight.max())))),
-        traces=(
-            Curve(title="weight by the likelihood", ink="observation", x=CELLS_M[::COARSE], y=weight[::COARSE]),
-            *_doors(),
-            Stems(title="predicted particles", ink="prediction", x=cloud.states[::every, 0], y=heights[::every]),
-        ),
-        words=f"The robot sensed {sensed}. Of {count} particles {cloud.effective_sample_size:.3g} carry the weight.",
-        row=1,
-        share=(0.8, 1.0),
-    )
-
-
-def resampled_panel(places: Floats, walk: Walk, exact: Exact, step: int) -> Panel:
-    """Return the particles of a step after they were redrawn, and the exact density."""
-    density = exact.given[step]
-    heights = assign_bins(places, np.full(len(places), 1.0 / len(places))) / BIN_M
-    return Panel(
-        id="redrawn",
-        title=f"Step {step}: redrawn in proportion to the weights",
-        x=Axis(title="position", unit="m", low=0.0, high=LENGTH_M),
-        y=Axis(title="p", unit="1/m", low=0.0, high=ceiling(max(float(density.max()), float(heights.max())))),
-        traces=(
-            Curve(title="exact density", ink="truth", x=CELLS_M[::COARSE], y=density[::COARSE]),
-            *_doors(),
-            Histogram(title="particles", ink="estimate", edges=BINS_M, heights=heights),
-            Rule(title="the robot", ink="second", at=float(walk.positions_m[step])),
-        ),
-        words=(
-            f"Most particles are near {BINS_M[np.argmax(heights)] + 0.5 * BIN_M:.3g} m; the exact density has its peak "
-            f"at {CELLS_M[np.argmax(density)]:.3g} m."
-        ),
-        row=2,
-    )
-
-
-def _doors() -> tuple[Rule, ...]:
-    return tuple(
-        Rule(title="doors" if place == DOORS_M[0] else "", ink="observation", at=place, dashed=True)
-        for place in DOORS_M
-    )
-
-
-REPEATS = 40
-ANSWER_REPEATS = 200
-"""Of the two averages whose ratio is told: over 40 it is 2.28, by chance alone."""
-CHANCE = 3.0
-"""How much further off than independent draws a cloud may be, see `tolerate`."""
-
-
 class SirParameters(Parameters):
     """The filter, the robot and its sensor."""
 
@@ -325,6 +213,81 @@ class SirParameters(Parameters):
         within=(0, 1, 0.05))
     step: int = parameter(STEPS, "Step", "After which step the robot is looked at.", within=(0, STEPS, 1))
     # fmt: on
+
+
+def steps_so_far(redrawn: list[Floats], walk: Walk, exact: Exact, parameters: SirParameters) -> Panel:
+    """Return the map of all steps: what can be known, and up to one of them where particles and robot are."""
+    step, steps = parameters.step, np.arange(STEPS + 1.0)
+    columns = exact.given.reshape(STEPS + 1, -1, PER_COLUMN).mean(axis=2)
+    every = max(len(redrawn[0]) // MOST_DOTS, 1)
+    dots = np.array([places[::every] for places in redrawn])
+    return PANELS["steps"].draw(
+        {
+            # The root, since at first it is spread over all of the corridor and at last over a few metres.
+            "known": (CELLS_M.reshape(-1, PER_COLUMN).mean(axis=1), steps, np.sqrt(columns)),
+            **DOORS,
+            "particles": (dots.ravel(), np.repeat(steps[: step + 1], dots.shape[1])),
+            "robot": (walk.positions_m[: step + 1], steps[: step + 1]),
+        },
+        turned=parameters,
+        x=ACROSS_M,
+        y=(-0.5, STEPS + 0.5),
+        step=step,
+        robot=walk.positions_m[step],
+        peak=CELLS_M[np.argmax(exact.given[step])],
+    )
+
+
+def weigh(cloud: ParticleSet, walk: Walk, exact: Exact, corridor: Corridor, step: int) -> Panel:
+    """Return the particles of a step with their weights, and the likelihood that gives them."""
+    count = len(cloud)
+    every = max(count // MOST_STEMS, 1)
+    heights = count * cloud.weights
+    weight, sensed = np.ones(len(CELLS_M)), "nothing yet"
+    if step:
+        door = bool(walk.doors[step - 1])
+        likelihood = corridor.likelihood(CELLS_M, door)
+        weight = likelihood / (exact.predicted[step - 1] @ likelihood * CELL_M)
+        sensed = "a door" if door else "no door"
+    return PANELS["weighed"].draw(
+        {
+            "likelihood": (CELLS_M[::COARSE], weight[::COARSE]),
+            **DOORS,
+            "particles": (cloud.states[::every, 0], heights[::every]),
+        },
+        x=ACROSS_M,
+        y=(0.0, ceiling(max(float(heights.max()), float(weight.max())))),
+        step=step,
+        sensed=sensed,
+        count=count,
+        size=cloud.effective_sample_size,
+    )
+
+
+def resampled_panel(places: Floats, walk: Walk, exact: Exact, step: int) -> Panel:
+    """Return the particles of a step after they were redrawn, and the exact density."""
+    density = exact.given[step]
+    heights = assign_bins(places, np.full(len(places), 1.0 / len(places))) / BIN_M
+    return PANELS["redrawn"].draw(
+        {
+            "exact": (CELLS_M[::COARSE], density[::COARSE]),
+            **DOORS,
+            "particles": (BINS_M, heights),
+            "robot": (float(walk.positions_m[step]),),
+        },
+        x=ACROSS_M,
+        y=(0.0, ceiling(max(float(density.max()), float(heights.max())))),
+        step=step,
+        most=BINS_M[np.argmax(heights)] + 0.5 * BIN_M,
+        peak=CELLS_M[np.argmax(density)],
+    )
+
+
+REPEATS = 40
+ANSWER_REPEATS = 200
+"""Of the two averages whose ratio is told: over 40 it is 2.28, by chance alone."""
+CHANCE = 3.0
+"""How much further off than independent draws a cloud may be, see `tolerate`."""
 
 
 def show(parameters: SirParameters, seed: int) -> Shown:
@@ -344,7 +307,7 @@ def show(parameters: SirParameters, seed: int) -> Shown:
     return Shown(
         Figure(
             panels=(
-                steps_so_far(drawn, walk, exact, step),
+                steps_so_far(drawn, walk, exact, parameters),
                 weigh(clouds[-1], walk, exact, corridor, step),
                 resampled_panel(drawn[-1], walk, exact, step),
             )
