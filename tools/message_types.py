@@ -15,12 +15,13 @@ from pydantic import BaseModel, TypeAdapter
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaMode
 
 from pftrack.teaching.lessons.figure import Figure
+from pftrack_server.app import create_app
+from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.jobs import Job
 from pftrack_server.sessions.duplex import Message, Painted
 from pftrack_server.sessions.session import Answer
 from pftrack_server.sessions.spec import SessionSnapshot
 from pftrack_server.sessions.worker.commands import Command
-from pftrack_server.web.routes import router
 
 __all__ = ["files"]
 
@@ -50,7 +51,7 @@ def files() -> dict[Path, str]:
 def _messages() -> str:
     """Return an interface for each type that is sent, and a union of each stream's messages."""
     messages = sorted(set(_subclasses(Message)), key=lambda it: (it.__module__, it.__name__))
-    routes = (each.original_route for each in iter_route_contexts(router.routes))
+    routes = (each.original_route for each in iter_route_contexts(create_app(Settings()).routes))
     kinds = {it for route in routes if isinstance(route, APIRoute) for it in _kinds_of(route)}
     kinds |= {*messages, Painted, SessionSnapshot, Job}
     found = sorted(kinds, key=lambda it: (it.__module__, it.__name__))
@@ -118,6 +119,8 @@ def _name(key: str) -> str:
     *modules, name = key.removesuffix("-Input").removesuffix("-Output").split("__")
     if not modules:
         return f"{name}Request" if key.endswith("-Input") else name
+    if "lessons" in modules:
+        return f"Lesson{name}"
     return ("Sweep" if "sweep" in modules[-1] else "Session") + name
 
 
@@ -140,7 +143,7 @@ def _unions(models: list[type[BaseModel]], known: set[str]) -> Iterator[str]:
 
 def _stream(message: type[BaseModel]) -> str:
     """Return the kind of stream that a message belongs to."""
-    if "follows" in message.__module__:
+    if "teaching" in message.__module__:
         return "Owned" if message.__name__.startswith("Owned") else "Follow"
     return "Sweep" if "sweep" in message.__module__ else "Session"
 

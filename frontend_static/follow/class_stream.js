@@ -6,7 +6,7 @@ import { attempt } from "../shared/toast.js";
 import { Topics } from "../shared/topics.js";
 import { followed } from "../lecturer/api.js";
 
-/** @import { FigureShown, FollowHello, FollowNews, FollowPublic, MinePublic } from "../shared/messages.js" */
+/** @import { FigureShown, FollowNews, FollowPublic, MinePublic } from "../shared/messages.js" */
 
 /**
  * How it stands between this page and the class: it may be full, and it ends for good.
@@ -40,7 +40,7 @@ export class ClassStream extends Topics {
     super();
     this.#stream = new Stream(
       {
-        message: (/** @type {FollowHello|FollowNews|FigureShown} */ message) => this.#receive(message),
+        message: (/** @type {FollowNews|FigureShown} */ message) => this.#receive(message),
         // A class that is full may have room by the next try.
         lost: () => this.state !== "full" && this.#become("lost"),
         closed: ({ code, reason }) => this.#sentAway(code, reason),
@@ -75,7 +75,7 @@ export class ClassStream extends Topics {
     this.tell("follow");
   }
 
-  /** @param {FollowHello|FollowNews|FigureShown} message */
+  /** @param {FollowNews|FigureShown} message */
   #receive(message) {
     if (message.type === "figure") {
       this.figure = message;

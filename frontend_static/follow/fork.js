@@ -18,17 +18,13 @@ const TRY = "Try it yourself";
  * @param {() => readonly Mounted[]} views Of the sessions that are shown.
  */
 export function forkButton(place, followed, views) {
-  const words = h("span", { class: "hint", id: "places", role: "status" });
-  const go = h("button", { type: "button", class: "primary", "aria-describedby": "places", on: { click: begin } }, TRY);
-  fill(place, words, go);
+  const go = h("button", { type: "button", class: "primary", on: { click: begin } }, TRY);
+  fill(place, go);
   const draw = () => {
-    const { follow, mine, state } = followed;
-    place.hidden = follow === null || isEmpty(follow) || (follow.most_forks === 0 && mine.fork === null);
-    if (follow === null) return;
-    const isFull = follow.forks >= follow.most_forks && mine.fork === null;
-    go.disabled = isFull || state !== "open";
+    const { follow, state } = followed;
+    place.hidden = follow === null || isEmpty(follow);
+    go.disabled = state !== "open";
     setText(go, isOpen(followed) ? "Continue with your own copy" : TRY);
-    setText(words, isFull ? `${placesTaken(follow.most_forks)}; one may become free` : "");
   };
   followed.on(["follow", "state"], draw);
   draw();
@@ -85,9 +81,4 @@ function isEmpty({ sessions, lesson }) {
  */
 function isOpen({ follow, mine: { fork } }) {
   return fork !== null && (fork.id !== null || fork.page === `learn/${follow?.lesson}`);
-}
-
-/** @param {number} places */
-function placesTaken(places) {
-  return places === 1 ? "The only place is taken" : `All ${places} places are taken`;
 }

@@ -13,7 +13,7 @@ import { NewestRequest } from "../shared/newest_request.js";
 import { Progress } from "./progress.js";
 import { standing, stateOf } from "./number_text.js";
 
-/** @import { LessonPublic, LessonsPublic, ProblemPublic } from "../shared/messages.js" */
+/** @import { LessonPublic, LessonsPublic, LessonProblem } from "../shared/messages.js" */
 
 const LEAD =
   "Twelve steps from an average to a colour tracker. Each asks for your prediction first, then shows the result, and says how far off it " +
@@ -77,7 +77,7 @@ function card(lesson) {
   const { id, number, title, origin, uses, problem, kind, minutes } = lesson;
   const entry = progress.of(id);
   const state = stateOf(entry);
-  const titles = uses.map(({ scenario }) => scenario.title);
+  const titles = uses.map((each) => each.title);
   const words = [standing(entry), `${minutes} min`, kind === "scenario" && "a run to watch", origin && `from ${origin}`];
   return h(
     "li",
@@ -104,7 +104,7 @@ function use(lesson, title, index) {
   return h("a", { href: `${address(lesson)}#use-${index + 1}` }, title);
 }
 
-/** @param {readonly ProblemPublic[]} problems */
+/** @param {readonly LessonProblem[]} problems */
 function broken(problems) {
   return h(
     "section",

@@ -9,7 +9,7 @@ import { linkTo } from "../shared/share_link.js";
 import { htmlElement } from "./html_text.js";
 import { ScenarioStage } from "./scenario.js";
 
-/** @import { LessonDetail } from "../shared/messages.js" */
+/** @import { LessonDetail, ScenarioPublic } from "../shared/messages.js" */
 
 const HASH = /^#use-(\d+)$/;
 
@@ -31,7 +31,7 @@ export class Uses {
   constructor(lesson, signal) {
     this.#lesson = lesson;
     if (lesson.uses.length === 0) return;
-    const entries = lesson.uses.map(({ words, scenario }, index) => h("li", {}, entry(words, scenario.title, scenario.problem, index)));
+    const entries = lesson.uses.map((use, index) => h("li", {}, entry(use, index)));
     fill(part("uses"), h("summary", {}, `Where it is used (${entries.length})`), h("ul", {}, entries));
     part("uses").hidden = false;
     globalThis.addEventListener("hashchange", () => this.#go(), { signal });
@@ -52,7 +52,7 @@ export class Uses {
     this.stage = null;
     const which = HASH.exec(location.hash);
     const use = which ? this.#lesson.uses[Number(which[1]) - 1] : undefined;
-    const isOpen = use !== undefined && use.scenario.problem === null;
+    const isOpen = use !== undefined && use.problem === null;
     part("own").hidden = isOpen;
     part("use").hidden = !isOpen;
     part("question").hidden = isOpen;
@@ -60,31 +60,28 @@ export class Uses {
       this.#changed();
       return;
     }
-    const { scenario, words } = use;
     const places = { show: h("div", { class: "lesson-show" }), controls: h("div", { class: "lesson-controls" }) };
     fill(
       part("use"),
       h(
         "div",
         { class: "use-line" },
-        htmlElement("p", words),
-        h("a", { class: "button", href: linkTo({ recipe: scenario.recipe, position: scenario.frame }), target: "_blank" }, "Open as a session"),
+        htmlElement("p", use.words),
+        h("a", { class: "button", href: linkTo({ recipe: use.recipe, position: use.frame }), target: "_blank" }, "Open as a session"),
         h("a", { class: "button primary", href: here("") }, "Back to the lesson"),
       ),
       places.show,
       places.controls,
     );
-    this.stage = new ScenarioStage(places, scenario, { isLocked: false, known: () => this.#changed() });
+    this.stage = new ScenarioStage(places, use, { isLocked: false, known: () => this.#changed() });
   }
 }
 
 /**
- * @param {string} words
- * @param {string} title Of the experiment.
- * @param {string|null} problem
+ * @param {ScenarioPublic} use
  * @param {number} index
  */
-function entry(words, title, problem, index) {
+function entry({ words, title, problem }, index) {
   if (problem !== null) return [htmlElement("span", words), " ", h("span", { class: "hint" }, problem)];
   return [h("a", { href: here(`use-${index + 1}`) }, title), ": ", htmlElement("span", words)];
 }

@@ -28,7 +28,7 @@ export const follows = {
   /**
    * A run that the answers come from is waited for.
    *
-   * @type {(id: string, body: Messages.PollCreate, signal: AbortSignal) => Promise<Messages.FollowOwned>}
+   * @type {(id: string, body: Messages.PollCreateRequest, signal: AbortSignal) => Promise<Messages.FollowOwned>}
    */
   async ask(id, body, signal) {
     for (;;) {
@@ -59,7 +59,7 @@ export const followed = {
   /** @returns {Promise<Messages.FollowPublic>} */
   get: () => request("GET", "follow"),
 
-  /** @type {(body: Messages.VoteRequest) => Promise<Messages.VotePublic>} */
+  /** @type {(body: Messages.Vote) => Promise<Messages.Vote>} */
   vote: (body) => request("PUT", "follow/vote", body),
 
   /** @type {(body: Messages.ForkCreate) => Promise<Messages.ForkPublic>} */

@@ -4,26 +4,24 @@ import { fill, h } from "../shared/dom.js";
 import { follows } from "./api.js";
 import { following } from "./text.js";
 
-/** @import { ClassControl, Limits } from "./class_control.js" */
+/** @import { ClassControl } from "./class_control.js" */
 
 const WHAT =
   "Whoever opens a short link sees what you show here: the same frame, the same parameters, read only. " +
   "No name is asked for. Of polls it is kept how many gave which answer.";
-/** @type {Limits} */
-const FIRST = { most_followers: 200, most_forks: 4 };
+const MOST_FOLLOWERS = 200;
 
 /**
  * @param {ClassControl} control
  * @param {AbortSignal} signal
  */
 export function beginForm(control, signal) {
-  const followers = amount(FIRST.most_followers, 1);
-  const forks = amount(FIRST.most_forks, 0);
+  const followers = amount(MOST_FOLLOWERS);
   const go = h("button", { type: "submit", class: "primary", autofocus: true }, "Begin");
   const begin = async (/** @type {SubmitEvent} */ event) => {
     event.preventDefault();
     go.disabled = true;
-    await control.begin({ most_followers: followers.valueAsNumber, most_forks: forks.valueAsNumber });
+    await control.begin(followers.valueAsNumber);
     go.disabled = false;
   };
   const others = h("ul", { class: "class-others", "aria-label": "Running classes", hidden: true });
@@ -33,32 +31,21 @@ export function beginForm(control, signal) {
       "form",
       { novalidate: true, on: { submit: begin } },
       h("p", {}, WHAT),
-      h(
-        "div",
-        { class: "class-limits" },
-        limit("Most followers", followers),
-        limit("Most own copies at one time", forks),
-      ),
+      h("div", { class: "class-limits" }, limit(followers)),
       h("footer", {}, go),
     ),
     others,
   ];
 }
 
-/**
- * @param {string} words
- * @param {HTMLInputElement} field
- */
-export function limit(words, field) {
-  return h("label", { class: "class-limit" }, h("span", {}, words), field);
+/** @param {HTMLInputElement} field */
+export function limit(field) {
+  return h("label", { class: "class-limit" }, h("span", {}, "Most followers"), field);
 }
 
-/**
- * @param {number} value
- * @param {number} min
- */
-export function amount(value, min) {
-  return h("input", { type: "number", value, min, max: 1000, step: 1, inputmode: "numeric" });
+/** @param {number} value */
+export function amount(value) {
+  return h("input", { type: "number", value, min: 0, max: 1000, step: 1, inputmode: "numeric" });
 }
 
 /**

@@ -13,7 +13,7 @@ import { attempt, toast } from "../shared/toast.js";
 import { Topics } from "../shared/topics.js";
 import { follows } from "./api.js";
 
-/** @import { FollowOwned, FollowUpdate, PollCreate, OwnedHello, OwnedNews } from "../shared/messages.js" */
+/** @import { FollowOwned, FollowUpdate, PollCreateRequest, OwnedNews } from "../shared/messages.js" */
 
 /**
  * What a page has to show to a class.
@@ -24,8 +24,6 @@ import { follows } from "./api.js";
  * @property {string|null} lesson
  * @property {Record<string, unknown>} [arrangement]
  */
-
-/** @typedef {{most_followers: number, most_forks: number}} Limits */
 
 const KEY = "pftrack-class";
 const NOT_FOUND = 404;
@@ -44,7 +42,7 @@ export class ClassControl extends Topics {
   #shown;
   #signal;
   #tellClass;
-  /** @type {Stream<OwnedHello|OwnedNews>|null} */
+  /** @type {Stream<OwnedNews>|null} */
   #stream = null;
 
   /**
@@ -90,12 +88,12 @@ export class ClassControl extends Topics {
   /**
    * Begin a class.
    *
-   * @param {Limits} limits
+   * @param {number} mostFollowers
    */
-  async begin(limits) {
+  async begin(mostFollowers) {
     const shown = this.#shown();
     if (shown === null) return;
-    const follow = await attempt(() => follows.begin({ ...shown, ...limits }));
+    const follow = await attempt(() => follows.begin({ ...shown, most_followers: mostFollowers }));
     if (follow !== undefined) this.#take(follow);
   }
 
@@ -135,7 +133,7 @@ export class ClassControl extends Topics {
   /**
    * Ask the class.
    *
-   * @param {PollCreate} poll
+   * @param {PollCreateRequest} poll
    * @returns {Promise<boolean>} Whether it is asked.
    */
   ask(poll) {

@@ -17,7 +17,7 @@ import { pollForm } from "./poll_form.js";
 import { following } from "./text.js";
 
 /** @import { ClassControl } from "./class_control.js" */
-/** @import { PollCreate } from "../shared/messages.js" */
+/** @import { PollCreateRequest } from "../shared/messages.js" */
 
 const MOST_BEFORE = 20;
 
@@ -80,7 +80,7 @@ function elsewhere(control) {
  * @param {AbortSignal} signal
  */
 function asking(control, close, signal) {
-  const ask = async (/** @type {PollCreate} */ poll) => {
+  const ask = async (/** @type {PollCreateRequest} */ poll) => {
     // What is asked stands on the page, where the run goes on.
     if (await control.ask(poll)) close();
   };
@@ -100,7 +100,7 @@ function asking(control, close, signal) {
  * What was answered, to be shown again.
  *
  * @param {HTMLElement} place
- * @param {(poll: PollCreate) => unknown} ask
+ * @param {(poll: PollCreateRequest) => unknown} ask
  * @param {AbortSignal} signal
  */
 async function offerBefore(place, ask, signal) {

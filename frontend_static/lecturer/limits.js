@@ -13,20 +13,15 @@ import { following } from "./text.js";
  */
 export function limits(control, signal) {
   const now = h("p", { role: "status", data: { role: "class-count" } });
-  const followers = amount(0, 1);
-  const forks = amount(0, 0);
-  /** @type {HTMLInputElement} */
-  const open = h("input", { type: "checkbox", on: { change: () => control.change({ is_open: open.checked }) } });
+  const followers = amount(0);
   const until = h("p", { class: "hint" });
-  followers.addEventListener("change", () => change("most_followers", followers));
-  forks.addEventListener("change", () => change("most_forks", forks));
+  followers.addEventListener("change", change);
   const draw = () => {
     const { follow } = control;
     if (follow === null) return;
     setText(now, `${following(follow.followers)}, ${tried(follow.forks)}.`);
-    show(followers, follow.most_followers);
-    show(forks, follow.most_forks);
-    open.checked = follow.is_open;
+    // What is being typed is left alone.
+    if (document.activeElement !== followers) followers.value = String(follow.most_followers);
     setText(until, `It ends automatically ${moment(follow.expires)}.`);
   };
   control.on(["follow"], draw, signal);
@@ -35,32 +30,17 @@ export function limits(control, signal) {
     "section",
     { class: "class-limits", "aria-label": "Who follows" },
     now,
-    limit("Most followers", followers),
-    limit("Most own copies at one time", forks),
-    h("label", { class: "class-limit check" }, h("span", {}, "New followers may join"), open),
+    limit(followers),
     until,
   );
 
-  /**
-   * @param {"most_followers"|"most_forks"} name
-   * @param {HTMLInputElement} field
-   */
-  async function change(name, field) {
+  async function change() {
     const { follow } = control;
     if (follow === null) return;
-    const isDone = Number.isFinite(field.valueAsNumber) && (await control.change({ [name]: field.valueAsNumber }));
-    if (!isDone) field.value = String(follow[name]);
+    const most = followers.valueAsNumber;
+    const isDone = Number.isFinite(most) && (await control.change({ most_followers: most }));
+    if (!isDone) followers.value = String(follow.most_followers);
   }
-}
-
-/**
- * What is being typed is left alone.
- *
- * @param {HTMLInputElement} field
- * @param {number} value
- */
-function show(field, value) {
-  if (document.activeElement !== field) field.value = String(value);
 }
 
 /** @param {number} forks */

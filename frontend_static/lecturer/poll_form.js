@@ -3,7 +3,7 @@
 import { h } from "../shared/dom.js";
 import { iconButton } from "../shared/icons.js";
 
-/** @import { PollCreate } from "../shared/messages.js" */
+/** @import { PollCreateRequest } from "../shared/messages.js" */
 
 const FEWEST = 2;
 const MOST = 8;
@@ -12,7 +12,7 @@ const LONGEST_ANSWER = 100;
 const FIRST = ["Yes", "No"];
 
 /**
- * @param {(poll: PollCreate) => Promise<unknown>} ask
+ * @param {(poll: PollCreateRequest) => Promise<unknown>} ask
  * @param {string} [action] The word for it.
  * @returns {HTMLFormElement}
  */

@@ -752,7 +752,7 @@ export interface Fitted {
   at_bound: boolean;
 }
 
-/** What a class is to follow, and its limits. */
+/** What a class is to follow: at least one session or a lesson. */
 export interface FollowCreate {
   /** One session, or up to four that are compared */
   sessions?: string[];
@@ -761,24 +761,16 @@ export interface FollowCreate {
   title?: string | null;
   /** How the lecturer's page arranges them; passed on to the followers' pages */
   arrangement?: Record<string, unknown>;
+  /** At one time; 0 closes the class to new followers */
   most_followers?: number;
-  /** Followers who try something of their own at one time */
-  most_forks?: number;
-  /** After which it ends by itself */
+  /** After which it ends by itself, from now on */
   hours?: number;
 }
 
-/** The first message to a follower. */
-export interface FollowHello {
-  version: 1;
-  type: "hello";
-  follow: FollowPublic;
-}
-
-/** Something has changed for all followers. */
+/** What a class follows now; `hello` is the first message to a follower. */
 export interface FollowNews {
   version: 1;
-  type: "follow";
+  type: "hello" | "follow";
   follow: FollowPublic;
 }
 
@@ -788,9 +780,6 @@ export interface FollowOwned {
   sessions: FollowedPublic[];
   lesson: string | null;
   arrangement: Record<string, unknown>;
-  most_forks: number;
-  forks: number;
-  is_open: boolean;
   expires: string;
   poll: PollPublic | null;
   id: string;
@@ -802,34 +791,34 @@ export interface FollowOwned {
   notice: string | null;
   followers: number;
   most_followers: number;
+  /** Followers who try something of their own */
+  forks: number;
 }
 
-/** What a class follows, as followers see it; `mine` is null in what all are told. */
+/** What a class follows, as followers see it; `mine` is null in what goes to all. */
 export interface FollowPublic {
   title: string;
   sessions: FollowedPublic[];
   lesson: string | null;
   arrangement: Record<string, unknown>;
-  most_forks: number;
-  forks: number;
-  is_open: boolean;
   expires: string;
   poll: PollPublic | null;
   mine: MinePublic | null;
 }
 
-/** What changes; what is left out stays. */
+/** What a class is to follow, and for how many; in a change what is left out stays. */
 export interface FollowUpdate {
-  sessions?: string[] | null;
+  /** One session, or up to four that are compared */
+  sessions?: string[];
   lesson?: string | null;
+  /** That of the lesson or the first session, if left out */
   title?: string | null;
-  arrangement?: Record<string, unknown> | null;
-  most_followers?: number | null;
-  most_forks?: number | null;
-  /** Whether somebody new may come in */
-  is_open?: boolean | null;
-  /** From now on */
-  hours?: number | null;
+  /** How the lecturer's page arranges them; passed on to the followers' pages */
+  arrangement?: Record<string, unknown>;
+  /** At one time; 0 closes the class to new followers */
+  most_followers?: number;
+  /** After which it ends by itself, from now on */
+  hours?: number;
 }
 
 /** A session that is followed. */
@@ -1014,14 +1003,6 @@ export interface Layer {
   role: "" | "through time" | "flat only";
 }
 
-/** What the class is asked at an item, as it is sent to ask it. */
-export interface LectureAsks {
-  question: string | null;
-  answers: string[] | null;
-  lesson: string | null;
-  lecture: string;
-}
-
 /** Two to four runs beside each other. */
 export interface LectureComparison {
   runs: ComparedRun[];
@@ -1060,7 +1041,7 @@ export interface LectureItemPublic {
   /** Where it is shown; null for a poll, which is asked over what is shown */
   page: string | null;
   /** What the class is asked, if it is a poll or a lesson's question */
-  asks: LectureAsks | null;
+  asks: PollCreate | null;
   /** Why it cannot be shown here, a sentence with its line in the file */
   problem: string | null;
 }
@@ -1119,7 +1100,7 @@ export interface LessonDetail {
   /** File or package that it comes from; empty for the project's own */
   origin: string;
   checks: CheckPublic[];
-  uses: UsePublic[];
+  uses: ScenarioPublic[];
   /** How long it takes a class */
   minutes: number;
   /** Why it cannot be run here, one sentence */
@@ -1140,6 +1121,13 @@ export interface LessonDetail {
   next: NeighbourPublic | null;
 }
 
+/** What is wrong with a file of a lesson or an exercise, or with a package of such files. */
+export interface LessonProblem {
+  origin: string;
+  line: number;
+  message: string;
+}
+
 /** A lesson as the overview shows it. */
 export interface LessonPublic {
   id: string;
@@ -1150,7 +1138,7 @@ export interface LessonPublic {
   /** File or package that it comes from; empty for the project's own */
   origin: string;
   checks: CheckPublic[];
-  uses: UsePublic[];
+  uses: ScenarioPublic[];
   /** How long it takes a class */
   minutes: number;
   /** Why it cannot be run here, one sentence */
@@ -1160,7 +1148,7 @@ export interface LessonPublic {
 /** All lessons, those of the course first and in its order. */
 export interface LessonsPublic {
   lessons: LessonPublic[];
-  problems: ProblemPublic[];
+  problems: LessonProblem[];
 }
 
 /** An address of the link for followers. */
@@ -1229,10 +1217,10 @@ export interface Measured {
   cured: number | null;
 }
 
-/** What one follower alone is told. */
+/** What belongs to one follower alone. */
 export interface MinePublic {
   fork: ForkPublic | null;
-  vote: VotePublic | null;
+  vote: Vote | null;
 }
 
 /** The lesson before or after. */
@@ -1272,17 +1260,10 @@ export interface Outcome {
   first_lost_frame: number | null;
 }
 
-/** The first message to a lecturer. */
-export interface OwnedHello {
-  version: 1;
-  type: "hello";
-  follow: FollowOwned;
-}
-
-/** Something has changed for the lecturer. */
+/** What has changed for the lecturer; `hello` is the first message. */
 export interface OwnedNews {
   version: 1;
-  type: "follow";
+  type: "hello" | "follow";
   follow: FollowOwned;
 }
 
@@ -1377,6 +1358,18 @@ export interface Plugin {
 
 /** A question to the class: one's own with its answers, a lesson's, or one that was answered before. */
 export interface PollCreate {
+  question: string | null;
+  answers: string[] | null;
+  /** Whose question is asked; the server makes the answers of it */
+  lesson: string | null;
+  /** A poll that was kept, whose answers are shown again */
+  kept: string | null;
+  /** In which lecture it is asked; kept with the answers */
+  lecture: string | null;
+}
+
+/** A question to the class: one's own with its answers, a lesson's, or one that was answered before. */
+export interface PollCreateRequest {
   question?: string | null;
   answers?: string[] | null;
   /** Whose question is asked; the server makes the answers of it */
@@ -1437,22 +1430,6 @@ export interface Preset {
   tour: Tour | null;
   /** Names of all parameters that it is about: those that it sets beyond the scene's, then the further ones. */
   about: string[];
-}
-
-/** Why a person's own filter cannot go on. */
-export interface Problem {
-  file: string;
-  /** Where it shows, from 1; null where no line can be named */
-  line: number | null;
-  text: string;
-}
-
-/** A lesson of a lecturer that cannot be read. */
-export interface ProblemPublic {
-  origin: string;
-  /** 0 where it is the fault of no line */
-  line: number;
-  message: string;
 }
 
 /** Progress and state of the sweep. Rates are in runs a second, times in seconds. */
@@ -1685,9 +1662,11 @@ export interface SavedRunRequest {
   recipe: RecipeRequest;
 }
 
-/** A run of an experiment, of which some parameters may be turned. */
+/** A run of an experiment, with the parameters that may be turned. */
 export interface ScenarioPublic {
   recipe: Recipe;
+  /** What to look for in it, HTML */
+  words: string;
   unlocked: string[];
   frame: number;
   /** Ids of the plots to show; all of them if none is named */
@@ -1752,6 +1731,14 @@ export interface SessionHello {
   diagnostics: Record<string, unknown[]>;
 }
 
+/** Why a person's own filter cannot go on. */
+export interface SessionProblem {
+  file: string;
+  /** Where it shows, from 1; null where no line can be named */
+  line: number | null;
+  text: string;
+}
+
 /** A session as everybody outside sees it: what is fixed of it, what moves, and where it is found. */
 export interface SessionPublic {
   branch: string;
@@ -1790,7 +1777,7 @@ export interface SessionPublic {
   /** While it compiles what it uses first: how many functions so far */
   compiling: number | null;
   /** What is wrong in the file of a filter, where something is */
-  problem: Problem | null;
+  problem: SessionProblem | null;
   /** How the target separates from its surroundings where it is, and since when */
   look: string;
   /** Measures of the branch so far, by name */
@@ -1883,7 +1870,7 @@ export interface SessionSnapshot {
   /** While it compiles what it uses first: how many functions so far */
   compiling: number | null;
   /** What is wrong in the file of a filter, where something is */
-  problem: Problem | null;
+  problem: SessionProblem | null;
   /** How the target separates from its surroundings where it is, and since when */
   look: string;
   /** Measures of the branch so far, by name */
@@ -2178,13 +2165,6 @@ export interface UploadPublic {
   created: string;
 }
 
-/** Where the idea is used. */
-export interface UsePublic {
-  /** What to look for there, HTML */
-  words: string;
-  scenario: ScenarioPublic;
-}
-
 /** The first values of an axis as it would be, and how many there are. */
 export interface ValuesPublic {
   name: string;
@@ -2212,14 +2192,8 @@ export interface Viewpoint {
   elevation_deg: number;
 }
 
-/** A follower's own answer. */
-export interface VotePublic {
-  poll: string;
-  answer: number;
-}
-
 /** A follower's answer, by its place in the list. */
-export interface VoteRequest {
+export interface Vote {
   poll: string;
   answer: number;
 }
@@ -2262,7 +2236,7 @@ export type SessionMessage = Pong | Changes | SessionHello | Refused;
 export type SweepMessage = Cells | SweepHello | Progress;
 
 /** What a follower's stream says. */
-export type FollowMessage = FigureShown | FollowHello | FollowNews;
+export type FollowMessage = FigureShown | FollowNews;
 
 /** What a lecturer's stream says. */
-export type OwnedMessage = OwnedHello | OwnedNews;
+export type OwnedMessage = OwnedNews;

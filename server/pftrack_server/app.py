@@ -2,7 +2,7 @@
 
 import asyncio
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import AsyncExitStack, asynccontextmanager
 
 from fastapi import FastAPI
 
@@ -11,7 +11,7 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack_server.core.body_limit import BodyLimit
 from pftrack_server.core.errors import ErrorBody
 from pftrack_server.core.settings import Settings
-from pftrack_server.follow.access import AccessGuard
+from pftrack_server.teaching import routes as teaching
 from pftrack_server.web import documentation, health, pages, scene
 from pftrack_server.web.errors import install
 from pftrack_server.web.health import Metrics, Stopwatch
@@ -19,6 +19,9 @@ from pftrack_server.web.middleware import BasePath, HeadAsGet
 from pftrack_server.web.routes import router
 from pftrack_server.web.security import Guard
 from pftrack_server.web.services import Services
+
+PARTS = (teaching,)
+"""What the server does beside its core: each part installs its addresses, and opens what they work with."""
 
 DESCRIPTION = (
     "Particle-filter tracking sessions. Every error has the shape {error: {message, field?, bound?, value?}}. "
@@ -42,7 +45,10 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         services = await Services.open(settings, metrics)
         app.state.services = services
         try:
-            yield
+            async with AsyncExitStack() as parts:
+                for part in PARTS:
+                    await parts.enter_async_context(part.opened(services))
+                yield
         finally:
             await services.close()
 
@@ -65,8 +71,9 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.include_router(scene.router)
     app.include_router(documentation.router)
     pages.install(app)
+    for part in PARTS:
+        part.install(app)
     # The last one added is the first to see a request.
-    app.add_middleware(AccessGuard)
     app.add_middleware(BodyLimit, most_bytes=settings.max_body_bytes)
     app.add_middleware(Guard, settings=settings)
     app.add_middleware(HeadAsGet)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from pftrack_server.lessons.text import paragraphs
+from pftrack_server.core.markdown import paragraphs
 
 ROOT = Path(__file__).parents[2]
 METHODS = ROOT / "docs" / "methods"

@@ -5,7 +5,7 @@ from sphinx.application import Sphinx
 from sphinx.errors import ExtensionError
 from sphinx.writers.html5 import HTML5Translator
 
-from pftrack_server.lessons.text import formula
+from pftrack_server.core.markdown import formula
 
 __all__ = ["setup"]
 

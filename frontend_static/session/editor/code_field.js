@@ -16,7 +16,7 @@ import {
   tags,
 } from "../../vendor/codemirror.js";
 
-/** @import { FilterPublic, Problem } from "../../shared/messages.js" */
+/** @import { FilterPublic, SessionProblem } from "../../shared/messages.js" */
 
 const COLOURS = HighlightStyle.define([
   { tag: [tags.keyword, tags.operatorKeyword], color: "light-dark(#0b5394, #7cc4ff)" },
@@ -86,7 +86,7 @@ export class CodeField {
   /**
    * Mark a mistake at its line, or none; one that is new comes into sight.
    *
-   * @param {Problem|null} problem
+   * @param {SessionProblem|null} problem
    */
   mark(problem) {
     const { state } = this.#view;

@@ -8,12 +8,33 @@ relative to it: `session/1f`, not `/session/1f`. A page carries it once, as its 
 
 import re
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Protocol
 from urllib.parse import quote, unquote
 
 KEPT = "/@:~!$&'()*+="
 """What stands for itself in a path, beside letters, digits and `-._`; a semicolon would end the path of a cookie."""
+LINKS = "/f"
+"""Where the addresses of links begin that give rights of their own."""
+GUEST = "pftrack.guest"
+"""Where the scope of a request has who came by such a link."""
 UNFIT = re.compile(r"[\x00-\x1f\x7f\\]")
+
+
+class Guest(Protocol):
+    """Somebody who came by a link, with its rights alone."""
+
+    @property
+    def about(self) -> str:
+        """Attributes that tell a page's scripts who has come."""
+
+    def may_steer(self, session: str) -> bool:
+        """Tell whether a session is the guest's to steer, not only to look at."""
+
+
+def guest_of(scope: Mapping[str, Any]) -> Guest | None:
+    """Return who came by a link; None for somebody with the rights of the whole server."""
+    found: Guest | None = scope.get(GUEST)
+    return found
 
 
 def read_base_path(text: str) -> str:

@@ -15,7 +15,7 @@ from mdit_py_plugins.anchors import anchors_plugin
 from starlette.responses import HTMLResponse
 
 from pftrack_server.core.frontend import DOCS
-from pftrack_server.lessons.text import with_formulas
+from pftrack_server.core.markdown import with_formulas
 
 HEADING_LEVELS = 4
 """Those that links lead to."""

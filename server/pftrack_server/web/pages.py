@@ -22,11 +22,8 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import Scope
 
 from pftrack.experiments import EXPERIMENTS
-from pftrack_server.api.dependencies import AFollower, TheLessons
-from pftrack_server.core.base_path import address_of
-from pftrack_server.core.errors import NotFoundError
+from pftrack_server.core.base_path import address_of, guest_of
 from pftrack_server.core.frontend import DOCS, FRONTEND, HELP, modules_of
-from pftrack_server.follow.participant import participant_of
 from pftrack_server.web.documentation import html_of
 
 STATIC = "static/"
@@ -60,84 +57,53 @@ class Files(StaticFiles):
 @router.get("/")
 async def gallery(request: Request) -> Response:
     """Return the start page: where to begin, also with a clip from the camera, and all experiments."""
-    page = _page(request, "gallery/gallery.html", about=f'data-commands="{html.escape(_commands())}"')
-    page.headers.update(CAMERA_POLICY)
-    return page
+    start = page(request, "gallery/gallery.html", about=f'data-commands="{html.escape(_commands())}"')
+    start.headers.update(CAMERA_POLICY)
+    return start
 
 
 @router.get("/work")
 async def work(request: Request) -> Response:
     """Return the page of one's own sessions, runs, sweeps and uploads."""
-    return _page(request, "work/work.html")
-
-
-@router.get("/lectures")
-async def lectures(request: Request) -> Response:
-    """Return the page of all lectures, and of what was answered."""
-    return _page(request, "lectures/lectures.html")
-
-
-@router.get("/lectures/{lecture}")
-async def lecture(request: Request, lecture: str) -> Response:
-    """Return the page on which a lecture is made, which finds out by itself whether there is one."""
-    del lecture
-    return _page(request, "lectures/lecture.html")
+    return page(request, "work/work.html")
 
 
 @router.get("/references")
 async def references(request: Request) -> Response:
     """Return the page of what the experiments come from."""
-    return _page(request, "references/references.html")
+    return page(request, "references/references.html")
 
 
 @router.get("/glossary")
 async def glossary(request: Request) -> Response:
     """Return the page of the words and what they mean."""
-    return _page(request, "glossary/glossary.html")
-
-
-@router.get("/learn")
-async def learn(request: Request) -> Response:
-    """Return the overview of the lessons."""
-    return _page(request, "learn/learn.html")
-
-
-@router.get("/learn/{lesson}")
-async def lesson(request: Request, lesson: str, lessons: TheLessons) -> Response:
-    """Return the page of a lesson, which says so if there is none; a number leads to the lesson of that number."""
-    try:
-        found = await lessons.get(lesson)
-    except NotFoundError as error:
-        return _page(request, "learn/lesson.html", error.status)
-    if found.id != lesson:
-        return RedirectResponse(address_of(request.scope, f"learn/{found.id}"))
-    return _page(request, "learn/lesson.html")
+    return page(request, "glossary/glossary.html")
 
 
 @router.get("/failures")
 async def failures(request: Request) -> Response:
     """Return the gallery of failures."""
-    return _page(request, "failures/failures.html")
+    return page(request, "failures/failures.html")
 
 
 @router.get("/failures/{failure}")
 async def failure(request: Request, failure: str) -> Response:
     """Return the page of a failure, which finds out by itself whether there is one."""
     del failure
-    return _page(request, "failures/failure.html")
+    return page(request, "failures/failure.html")
 
 
 @router.get("/compare")
 async def compare(request: Request) -> Response:
     """Return the page on which runs stand beside each other."""
-    return _page(request, "compare/compare.html")
+    return page(request, "compare/compare.html")
 
 
 @router.get("/session/{session}")
 async def session(request: Request, session: str) -> Response:
     """Return the page of a session, which finds out by itself whether there is one."""
     del session
-    return _page(request, "session/session.html")
+    return page(request, "session/session.html")
 
 
 @router.get("/help")
@@ -155,9 +121,9 @@ async def documentation(request: Request, path: str) -> Response:
     path = path or "index.html"
     is_built = (HELP / "index.html").is_file()
     if not is_built and (text := await asyncio.to_thread(html_of, path)):
-        return _page(request, "help/help.html", content=text)
+        return page(request, "help/help.html", content=text)
     if not is_built and path == "index.html":
-        return _page(request, "help/help.html", HTTPStatus.NOT_FOUND)
+        return page(request, "help/help.html", HTTPStatus.NOT_FOUND)
     files = StaticFiles(directory=HELP if is_built else DOCS, html=True, check_dir=False)
     answer = await files.get_response(path, request.scope)
     answer.headers["Cache-Control"] = "no-cache"
@@ -166,31 +132,24 @@ async def documentation(request: Request, path: str) -> Response:
     return answer
 
 
-@router.get("/follow")
-async def follow(request: Request, participant: AFollower) -> Response:
-    """Return the page of those who follow."""
-    del participant  # there is one, which is all that had to be known
-    return _page(request, "follow/follow.html")
-
-
 @router.get("/sweep/new")
 async def new_sweep(request: Request) -> Response:
     """Return the form of a new sweep."""
-    return _page(request, "sweep/new.html")
+    return page(request, "sweep/new.html")
 
 
 @router.get("/sweep/{sweep}")
 async def sweep(request: Request, sweep: str) -> Response:
     """Return the page of a sweep, which finds out by itself whether there is one."""
     del sweep
-    return _page(request, "sweep/sweep.html")
+    return page(request, "sweep/sweep.html")
 
 
 @router.get("/sweep/{sweep}/run/{run}")
 async def sweep_run(request: Request, sweep: str, run: str) -> Response:
     """Return the page that opens a run of a sweep as a session."""
     del sweep, run
-    return _page(request, "sweep/run.html")
+    return page(request, "sweep/run.html")
 
 
 def install(app: FastAPI) -> None:
@@ -222,7 +181,16 @@ def _commands() -> str:
     )
 
 
-def _page(request: Request, name: str, status: int = HTTPStatus.OK, *, content: str = "", about: str = "") -> Response:
+def page(request: Request, name: str, status: int = HTTPStatus.OK, *, content: str = "", about: str = "") -> Response:
+    """Return a page, told where the server is and what its scripts import.
+
+    Args:
+        request: Somebody's who asks for it.
+        name: Of its file.
+        status: Of the answer.
+        content: HTML for its main part.
+        about: Attributes of its root.
+    """
     text = (FRONTEND / name).read_text(encoding="utf-8")
     if content:
         text = MAIN.sub(lambda _: content, text)
@@ -231,8 +199,8 @@ def _page(request: Request, name: str, status: int = HTTPStatus.OK, *, content: 
     links = "".join(f'<link rel="modulepreload" href="{STATIC}{module}">\n' for module in modules)
     text = text.replace("<head>\n", f"<head>\n{base}", 1).replace("</head>", f"{links}</head>", 1)
     text = text.replace(f'"{STATIC}', f'"{STATIC}version/{_version()}/')
-    if participant := participant_of(request.scope):
-        about = f'data-role="{participant.claim.role}" data-class="{participant.claim.follow}"'
+    if guest := guest_of(request.scope):
+        about = guest.about
     if about:
         text = text.replace("<html ", f"<html {about} ", 1)
     return HTMLResponse(text, status, headers={"Cache-Control": "no-cache"})

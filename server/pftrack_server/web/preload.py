@@ -13,8 +13,8 @@ import pftrack.sources.beliefs.sequence
 import pftrack.sources.images
 import pftrack.sources.tracks
 import pftrack.sources.video
-import pftrack_server.lessons.functions
 import pftrack_server.sessions.worker.process
+import pftrack_server.teaching.functions
 import pftrack_server.work.run_functions
 from pftrack.experiments import EXPERIMENTS
 

@@ -6,7 +6,6 @@ that `pftrack_server.core.errors` turns into the one error shape.
 
 from fastapi import APIRouter
 
-from pftrack_server import api as teaching
 from pftrack_server.sessions import routes as sessions
 from pftrack_server.sweeps import routes as sweeps
 from pftrack_server.uploads import routes as uploads
@@ -15,7 +14,7 @@ from pftrack_server.work import jobs
 from pftrack_server.work import routes as work
 
 router = APIRouter(prefix="/api/v1")
-subjects = uploads, sessions, jobs, work, failures, teaching, sweeps
+subjects = uploads, sessions, jobs, work, failures, sweeps
 beside = experiments.plugins, experiments.glossary, experiments.own_filters, health.compiling, jobs.source_code
 for part in (experiments.router, *beside, *(subject.router for subject in subjects)):
     router.include_router(part)

@@ -3,9 +3,8 @@
 from fastapi import APIRouter, Request, WebSocket
 from starlette.responses import RedirectResponse, Response
 
-from pftrack_server.core.base_path import address_of
+from pftrack_server.core.base_path import address_of, guest_of
 from pftrack_server.core.errors import NotFoundError
-from pftrack_server.follow.participant import participant_of
 from pftrack_server.sessions.duplex import GONE
 from pftrack_server.sessions.routes import AManager, ASession
 
@@ -54,8 +53,6 @@ async def websocket(websocket: WebSocket, session: str, manager: AManager) -> No
         await websocket.close(GONE, "There is no such session; it may have been ended.")
         return
     endpoint = found.open_scene()
-    participant = participant_of(websocket.scope)
+    guest = guest_of(websocket.scope)
     with found.scene_feed.watch():
-        await bridge(
-            websocket, endpoint, looks_only=participant is not None and session not in participant.reach.steered
-        )
+        await bridge(websocket, endpoint, looks_only=guest is not None and not guest.may_steer(session))

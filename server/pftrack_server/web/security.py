@@ -11,7 +11,7 @@ say so.
 3. *Token*, where the server can be reached from other machines: given once in the link, then an HttpOnly cookie. A
    program sends it as a bearer; an address in which it stays would end up in histories and logs. A person without it
    sees a page that asks for it. Those who come by the link of a class have none; they are checked at its own door
-   (`pftrack_server.follow.access`), to which all addresses below `/f/` lead.
+   (`pftrack_server.teaching.access`), to which all addresses below `/f/` lead.
 
 Scheme, host and path are by then those that the browser has used (`pftrack_server.web.middleware`).
 """
@@ -27,11 +27,10 @@ from starlette.responses import HTMLResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from pftrack_server.core import errors
-from pftrack_server.core.base_path import address_of, encode_path, route_path
+from pftrack_server.core.base_path import LINKS, address_of, encode_path, route_path
 from pftrack_server.core.frontend import FRONTEND
 from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.core.settings import Settings
-from pftrack_server.follow.links import PREFIX
 
 SAFE_METHODS = {"GET", "HEAD", "OPTIONS"}
 OPEN_PATHS = {"/healthz", "/readyz"}
@@ -94,7 +93,7 @@ class Guard:
             if scope["type"] == "websocket":
                 path = route_path(scope)
                 # The link of a class opens it, so it stays out of the log.
-                told = f"{PREFIX}/..." if path.startswith(f"{PREFIX}/") else path
+                told = f"{LINKS}/..." if path.startswith(f"{LINKS}/") else path
                 self._warnings.warn("a websocket was refused", path=told, reason=refusal[1])
             await refuse(scope, receive, send, *refusal)
             return
@@ -119,7 +118,7 @@ class Guard:
         if changing and not _same_origin(headers):
             return 403, "This request comes from another site's page; open the server's own page instead."
         path = route_path(scope)
-        is_open = path in OPEN_PATHS or path.startswith(f"{PREFIX}/")
+        is_open = path in OPEN_PATHS or path.startswith(f"{LINKS}/")
         if not self._token or is_open or self._knows(scope, headers):
             return None
         if _tokens_in_address(scope):

@@ -3,19 +3,15 @@
 import asyncio
 import threading
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Self
 
 from pftrack_server.core.compilation import Compilation
 from pftrack_server.core.processes import FORK_SERVER
 from pftrack_server.core.settings import Settings
-from pftrack_server.follow.follows import Follows
-from pftrack_server.follow.records import PollRecords
 from pftrack_server.jobs.child_tasks import ChildTasks, Queues
 from pftrack_server.jobs.jobs import Jobs
 from pftrack_server.jobs.results import ExperimentResults
-from pftrack_server.lectures.service import Lectures
-from pftrack_server.lessons.service import Lessons
 from pftrack_server.sessions.manager import Manager
 from pftrack_server.store import Store
 from pftrack_server.store.filters import FilterFiles
@@ -30,7 +26,11 @@ THREADS = 32
 
 @dataclass(frozen=True)
 class Services:
-    """The services that handlers use."""
+    """The services that handlers use.
+
+    Attributes:
+        added: Those of the parts beside the core, while they are open.
+    """
 
     settings: Settings
     store: Store
@@ -39,9 +39,6 @@ class Services:
     tasks: ChildTasks
     house: House
     explorations: Explorations
-    lessons: Lessons
-    lectures: Lectures
-    follows: Follows
     metrics: Metrics
     suitabilities: Suitabilities
     queues: Queues
@@ -49,6 +46,7 @@ class Services:
     results: ExperimentResults
     filters: FilterFiles
     stopping: threading.Event
+    added: list[object] = field(default_factory=list)
 
     @classmethod
     async def open(cls, settings: Settings, metrics: Metrics) -> Self:
@@ -68,9 +66,6 @@ class Services:
         await sweeps.open()
         metrics.watch(manager, sweeps)
         house = House(settings, store, manager, sweeps, tasks, Jobs(), compilation.wait_for)
-        lessons = Lessons(settings.data_dir / "lessons", settings.data_dir / "lessons-computed", tasks)
-        await lessons.open()
-        follows = Follows(settings, manager, lessons, PollRecords(store))
         kept = Suitabilities(store, settings)
         results = ExperimentResults(settings.data_dir / "experiments-computed", tasks, compilation.wait_for)
         await asyncio.to_thread(results.open)
@@ -83,9 +78,6 @@ class Services:
             tasks,
             house,
             Explorations(house),
-            lessons,
-            Lectures(house, lessons),
-            follows,
             metrics,
             kept,
             queues,
@@ -97,14 +89,13 @@ class Services:
 
     def __getitem__(self, kind: type) -> object:
         """Return the service of a kind."""
-        return next(each for each in vars(self).values() if isinstance(each, kind))
+        return next(each for each in (*vars(self).values(), *self.added) if isinstance(each, kind))
 
     async def close(self) -> None:
         """Write everything down and let go of it."""
         self.stopping.set()
         await asyncio.to_thread(self.compilation.close)
         await self.filters.close()
-        await self.follows.close()
-        parts = self.manager, self.sweeps, self.house.jobs, self.lessons
+        parts = self.manager, self.sweeps, self.house.jobs
         await asyncio.gather(*(part.close() for part in parts))
         await asyncio.to_thread(self.store.close)

@@ -1,3 +1,0 @@
-"""What classes and lessons are asked and answer."""
-
-__all__: list[str] = []

@@ -1,0 +1,173 @@
+"""Access: the one place that checks those who come by the link of a class, each request and each websocket.
+
+All their addresses begin with `/f/` and the link; no other address knows them, so nobody is a follower by accident, and
+a lecturer who opens the link in the same browser stays a lecturer elsewhere. It reads the link, looks whether its
+class lasts and whether its role may ask for what stands behind it (`roles`), and adds link and all before it to the
+base path, so that the app sees the usual address. A socket ends when its class ends, or when what it shows is not
+followed any more.
+"""
+
+import contextlib
+import html
+from http import HTTPStatus
+from http.cookies import CookieError, SimpleCookie
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.responses import HTMLResponse, RedirectResponse, Response
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from pftrack_server.core import errors
+from pftrack_server.core.base_path import GUEST, LINKS, address_of, encode_path, route_path
+from pftrack_server.core.errors import ApiError, ForbiddenError
+from pftrack_server.core.frontend import FRONTEND
+from pftrack_server.sessions.duplex import GONE
+from pftrack_server.teaching.follow import LECTURER
+from pftrack_server.teaching.follows import Follows
+from pftrack_server.teaching.roles import Participant, Standing, is_allowed
+
+COOKIE = "pftrack_seat"
+PAGE = "/follow"
+"""Where the app has the followers' page."""
+FORBIDDEN, CROWDED = 4403, 4429
+CODES = {HTTPStatus.NOT_FOUND: GONE, HTTPStatus.GONE: GONE, HTTPStatus.TOO_MANY_REQUESTS: CROWDED}
+"""With which a socket is closed where a request is answered with this status."""
+ELSEWHERE = "The class no longer follows this."
+REFUSAL = FRONTEND / "follow" / "refused.html"
+"""It needs no other file, since none is given to somebody without a link that holds."""
+
+
+class UnknownError(ApiError):
+    """Nobody knows who this is."""
+
+    status = HTTPStatus.UNAUTHORIZED
+
+
+class AccessGuard:
+    """ASGI middleware that lets followers and lecturers in by the link of a class, and everybody else pass."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Check one request or websocket that comes by a link."""
+        if scope["type"] not in {"http", "websocket"} or not route_path(scope).startswith(f"{LINKS}/"):
+            await self._app(scope, receive, send)
+            return
+        try:
+            participant, inner = self._admit(scope)
+            if route_path(inner) == "/":
+                await RedirectResponse(address_of(inner, _start_address(participant)))(scope, receive, send)
+            elif scope["type"] == "websocket":
+                await self._serve_socket(participant, inner, receive, send)
+            else:
+                await self._app(inner, receive, _send_with_seat(participant, inner, send))
+        except ApiError as error:
+            await _refuse(scope, receive, send, error)
+
+    def _admit(self, scope: Scope) -> tuple[Participant, Scope]:
+        """Return who comes, and the request as the app is to see it.
+
+        Raises:
+            ApiError: The link or what is asked for is refused.
+        """
+        follows = _follows(scope)
+        link, _, rest = route_path(scope).removeprefix(f"{LINKS}/").partition("/")
+        claim, follow = follows.resolve(link)
+        path = f"/{rest}"
+        if path == "/" and claim.role == "follower" and link == claim.link:
+            path = PAGE
+        seat = LECTURER if claim.role == "owner" else follows.links.read_seat(claim.follow, _seat_cookie(scope))
+        role: Standing = claim.role if seat is not None else "stranger"
+        participant = Participant(
+            follow, claim, seat if seat is not None else follows.links.new_seat(claim.follow), role
+        )
+        method = "WS" if scope["type"] == "websocket" else scope["method"]
+        if path != "/" and not is_allowed(role, participant.reach, method, path):
+            if role == "stranger":
+                raise UnknownError("Open the link of the class first; its page lets this browser in.")
+            raise ForbiddenError("Followers may watch, answer and try a copy; this is for the lecturer.")
+        follow.forks.touch(participant.seat, path)
+        root = f"{scope['root_path']}{LINKS}/{claim.link}"
+        whole = root + path
+        address = {"root_path": root, "path": whole, "raw_path": encode_path(whole).encode()}
+        return participant, {**scope, **address, GUEST: participant}
+
+    async def _serve_socket(self, participant: Participant, scope: Scope, receive: Receive, send: Send) -> None:
+        _follows(scope).check_room()
+        with participant.follow.take(participant.seat, route_path(scope)) as hold:
+            try:
+                async with hold:
+                    await self._app(scope, receive, send)
+            except TimeoutError:
+                if not hold.expired():
+                    raise
+                # It may have closed just before by itself.
+                with contextlib.suppress(RuntimeError, OSError):
+                    await send(_close_message(GONE, participant.follow.ended or ELSEWHERE))
+
+
+def _follows(scope: Scope) -> Follows:
+    found: Follows = scope["app"].state.services[Follows]
+    return found
+
+
+def _start_address(participant: Participant) -> str:
+    """Return where somebody begins, relative to the base: the followers' page, or what the lecturer shows."""
+    shown = participant.follow.content
+    if participant.claim.role == "follower":
+        return ""
+    session = next(iter(shown.sessions), None)
+    return f"session/{session}" if session else f"learn/{shown.lesson_id}"
+
+
+def _send_with_seat(participant: Participant, scope: Scope, send: Send) -> Send:
+    """Give a browser that comes for the first time a seat, together with the page."""
+    if participant.role != "stranger" or route_path(scope) != PAGE:
+        return send
+    carrier = Response()
+    carrier.set_cookie(
+        COOKIE,
+        participant.seat,
+        path=address_of(scope).removesuffix("/"),  # the followers' page may be asked for without the slash
+        httponly=True,
+        samesite="lax",
+        secure=scope["scheme"] == "https",
+    )
+
+    async def send_with_cookie(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            MutableHeaders(scope=message).append("set-cookie", carrier.headers["set-cookie"])
+        await send(message)
+
+    return send_with_cookie
+
+
+def _seat_cookie(scope: Scope) -> str:
+    """Return what a browser keeps of its seat, or nothing."""
+    try:
+        cookies = SimpleCookie(Headers(scope=scope).get("cookie", ""))
+    except CookieError:
+        return ""
+    return cookies[COOKIE].value if COOKIE in cookies else ""
+
+
+async def _refuse(scope: Scope, receive: Receive, send: Send, error: ApiError) -> None:
+    if scope["type"] == "websocket":
+        # A browser is told code and reason only of a socket that was accepted.
+        await receive()
+        with contextlib.suppress(OSError):
+            await send({"type": "websocket.accept"})
+            await send(_close_message(CODES.get(HTTPStatus(error.status), FORBIDDEN), str(error)))
+        return
+    is_page = scope["method"] == "GET" and "text/html" in Headers(scope=scope).get("accept", "")
+    answer = (
+        HTMLResponse(REFUSAL.read_text(encoding="utf-8").replace("{message}", html.escape(str(error))), error.status)
+        if is_page
+        else errors.response(error.status, errors.detail_of(error))
+    )
+    answer.headers["Cache-Control"] = "no-store"
+    await answer(scope, receive, send)
+
+
+def _close_message(code: int, reason: str) -> Message:
+    return {"type": "websocket.close", "code": code, "reason": reason}

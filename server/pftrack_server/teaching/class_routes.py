@@ -1,0 +1,211 @@
+"""Addresses of classes: what a lecturer does with one, what a follower does, and the answers that are kept."""
+
+import io
+from http import HTTPStatus
+from typing import Annotated
+
+import segno
+from fastapi import APIRouter, Depends, Path, Query, Request, WebSocket
+from starlette.requests import HTTPConnection
+from starlette.responses import Response
+
+from pftrack.core.refusal import ConflictError
+from pftrack_server.core.base_path import address_of
+from pftrack_server.core.errors import NotFoundError
+from pftrack_server.core.requests import service
+from pftrack_server.sessions.duplex import GONE, converse
+from pftrack_server.teaching.follow import Follow
+from pftrack_server.teaching.follows import Follows
+from pftrack_server.teaching.lessons import Lessons
+from pftrack_server.teaching.messages import (
+    ComputingPublic,
+    FigurePublic,
+    FigureRequest,
+    FollowCreate,
+    FollowOwned,
+    FollowPublic,
+    FollowUpdate,
+    ForkCreate,
+    ForkPublic,
+    PollCreate,
+    PollKept,
+    Vote,
+)
+from pftrack_server.teaching.polls import polls_csv
+from pftrack_server.teaching.roles import Participant, participant_of
+
+router = APIRouter(tags=["follows"])
+
+CSV = "text/csv"
+TheFollows = Annotated[Follows, service(Follows)]
+TheLessons = Annotated[Lessons, service(Lessons)]
+FAREWELL = "The class has ended."
+OfLecture = Annotated[str | None, Query(max_length=64, description="Those of one lecture alone")]
+
+
+def _follow(follow: Annotated[str, Path(max_length=64)], follows: TheFollows) -> Follow:
+    return follows.get(follow)
+
+
+def _follower(connection: HTTPConnection) -> Participant:
+    participant = participant_of(connection.scope)
+    if participant is None:
+        raise NotFoundError("This address belongs to followers; open the link of the class.")
+    return participant
+
+
+AFollow = Annotated[Follow, Depends(_follow)]
+AFollower = Annotated[Participant, Depends(_follower)]
+
+
+@router.post("/follows", status_code=HTTPStatus.CREATED)
+async def begin_follow(body: FollowCreate, follows: TheFollows, request: Request) -> FollowOwned:
+    """Let a class follow up to four sessions, a lesson, or both."""
+    origin = request.headers.get("origin") or f"{request.url.scheme}://{request.url.netloc}"
+    follow = await follows.begin(body, origin + address_of(request.scope).removesuffix("/"))
+    return follow.owner_view()
+
+
+@router.get("/follows")
+async def list_follows(follows: TheFollows) -> list[FollowOwned]:
+    """List all classes that follow, the newest first."""
+    return [follow.owner_view() for follow in follows.all]
+
+
+@router.get("/follows/{follow}")
+async def show_follow(follow: AFollow) -> FollowOwned:
+    """Tell everything about a class."""
+    return follow.owner_view()
+
+
+@router.patch("/follows/{follow}")
+async def change_follow(follow: AFollow, body: FollowUpdate, follows: TheFollows, request: Request) -> FollowOwned:
+    """Change what a class follows, or its limits."""
+    await follows.change(follow, body, participant_of(request.scope))
+    return follow.owner_view()
+
+
+@router.delete("/follows/{follow}", status_code=HTTPStatus.NO_CONTENT)
+async def end_follow(follow: AFollow, follows: TheFollows) -> None:
+    """Send the class home, and end the sessions of its own."""
+    follows.end(follow)
+
+
+@router.get("/follows/{follow}/qr.svg", response_class=Response, responses={200: {"content": {"image/svg+xml": {}}}})
+async def qr_code(follow: AFollow, link: Annotated[int, Query(ge=0)] = 0) -> Response:
+    """Return a link for followers as a QR code."""
+    links = follow.owner_view().links
+    if link >= len(links):
+        raise NotFoundError(f"The class has {len(links)} links, counted from 0.")
+    picture = io.BytesIO()
+    segno.make(links[link].address, micro=False, error="m").save(
+        picture, kind="svg", scale=8, xmldecl=False, light="#fff"
+    )
+    return Response(picture.getvalue(), media_type="image/svg+xml", headers={"Cache-Control": "no-store"})
+
+
+@router.post("/follows/{follow}/figure", response_class=Response, responses={200: {"model": FigurePublic}})
+async def show_figure(follow: AFollow, body: FigureRequest, lessons: TheLessons) -> Response:
+    """Return what the lesson that is followed comes to at some parameters, and show it to the class."""
+    if follow.content.lesson_id is None:
+        raise ConflictError("The class follows no lesson.")
+    lesson = await lessons.get(follow.content.lesson_id)
+    figure = await lessons.figure(lesson, body)
+    follow.show_figure(lesson.id, figure)
+    return Response(figure, media_type="application/json")
+
+
+@router.put(
+    "/follows/{follow}/poll",
+    responses={202: {"model": ComputingPublic, "description": "The run that the answers come from is still computed"}},
+)
+async def ask(
+    follow: AFollow, body: PollCreate, follows: TheFollows, request: Request, response: Response
+) -> FollowOwned | ComputingPublic:
+    """Ask the class something, in place of what it was asked before, or show again what it answered."""
+    computing = await follows.ask(follow, body, participant_of(request.scope))
+    if computing is not None:
+        response.status_code = HTTPStatus.ACCEPTED
+        return computing
+    return follow.owner_view()
+
+
+@router.post("/follows/{follow}/poll/reveal")
+async def reveal(follow: AFollow, follows: TheFollows) -> FollowOwned:
+    """Show everybody how many gave which answer; answering is closed."""
+    await follows.reveal(follow)
+    return follow.owner_view()
+
+
+@router.delete("/follows/{follow}/poll", status_code=HTTPStatus.NO_CONTENT)
+async def close_poll(follow: AFollow, follows: TheFollows) -> None:
+    """Ask nothing more; what was revealed is kept, and what was not is forgotten."""
+    await follows.close_poll(follow)
+
+
+@router.websocket("/follows/{follow}/stream")
+async def lead(websocket: WebSocket, follow: str, follows: TheFollows) -> None:
+    """Greet a lecturer's page, then tell it who follows and how many have answered."""
+    await websocket.accept()
+    try:
+        found = follows.get(follow)
+    except NotFoundError as error:
+        await websocket.close(GONE, str(error))
+        return
+    with found.listen_as_lecturer() as listener:
+        await converse(websocket, listener, FAREWELL)
+
+
+# What followers request: these addresses exist behind the link of a class alone.
+
+
+@router.get("/follow")
+async def show(participant: AFollower) -> FollowPublic:
+    """Tell a follower what the class follows and is asked, and what is the follower's own."""
+    return participant.follow.view(participant.seat)
+
+
+@router.put("/follow/vote")
+async def vote(participant: AFollower, body: Vote) -> Vote:
+    """Answer what the class is asked, in place of an earlier answer."""
+    return participant.follow.vote(participant.seat, body)
+
+
+@router.post("/follow/fork", status_code=HTTPStatus.CREATED)
+async def fork(participant: AFollower, body: ForkCreate, follows: TheFollows) -> ForkPublic:
+    """Begin a session of the follower's own where one of the class's stands, or let the follower turn the figure."""
+    return participant.follow.fork_view(await follows.fork(participant, body))
+
+
+@router.delete("/follow/fork", status_code=HTTPStatus.NO_CONTENT)
+async def give_back(participant: AFollower, follows: TheFollows) -> None:
+    """End what the follower tries, so that somebody else can."""
+    follows.end_fork(participant)
+
+
+@router.websocket("/follow/stream")
+async def follow(websocket: WebSocket, participant: AFollower) -> None:
+    """Greet a follower, then tell of all that changes."""
+    await websocket.accept()
+    with participant.follow.listen(participant.seat) as listener:
+        await converse(websocket, listener, FAREWELL)
+
+
+@router.get("/polls")
+async def list_polls(follows: TheFollows, lecture: OfLecture = None) -> list[PollKept]:
+    """List what classes have answered, the newest first; what is not revealed yet is left out."""
+    return await follows.kept_polls(lecture)
+
+
+@router.get("/polls/answers.csv", response_class=Response, responses={200: {"content": {CSV: {}}}})
+async def polls_as_csv(follows: TheFollows, lecture: OfLecture = None) -> Response:
+    """Return the same as a table, a row for each answer."""
+    text = polls_csv(await follows.kept_polls(lecture))
+    headers = {"Content-Disposition": 'attachment; filename="polls.csv"', "Cache-Control": "no-store"}
+    return Response(text, media_type=CSV, headers=headers)
+
+
+@router.delete("/polls/{poll}", status_code=HTTPStatus.NO_CONTENT)
+async def remove_poll(poll: Annotated[str, Path(max_length=64)], follows: TheFollows) -> None:
+    """Forget a poll and its answers."""
+    await follows.records.remove(poll)

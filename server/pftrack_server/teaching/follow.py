@@ -1,0 +1,473 @@
+"""A follow: what one class sees, who is there, what its followers try themselves, and what each is told.
+
+A follower is there while a socket of the follower's is open. A *fork* is what a follower has alone, a session or the
+lesson. It ends after a while without use; a session's also ends with the session.
+"""
+
+import asyncio
+import json
+import time
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Any, Literal, NamedTuple, TypeAlias
+
+from pftrack.core.refusal import ConflictError
+from pftrack_server.core.base_path import LINKS
+from pftrack_server.core.errors import CrowdedError, ForbiddenError
+from pftrack_server.sessions.duplex import Listener, Listeners, encode
+from pftrack_server.sessions.session import Session
+from pftrack_server.teaching import messages
+from pftrack_server.teaching.links import NOTICE, Address, Links
+from pftrack_server.teaching.polls import Poll
+from pftrack_server.teaching.roles import Reach, Standing, is_allowed
+
+LECTURER = ""
+"""The seat of whoever came by the lecturer's link."""
+MOST_SOCKETS = 24
+"""Of one follower: two pages with four sessions each."""
+MOST_SCENES = 20
+"""Of one class: viser sends each browser its own, which takes many times what a drawing for all takes."""
+SCENES = "/viz/"
+UNUSED_S = 300.0
+"""After so long without use a fork ends."""
+
+
+FindSession: TypeAlias = Callable[[str], Session | None]
+
+
+class _Socket(NamedTuple):
+    path: str
+    hold: asyncio.Timeout
+
+
+class Followers:
+    """Who of a class is there, by their sockets; the lecturer's are among them, and the lecturer does not count.
+
+    Args:
+        changed: Called when somebody has come or gone.
+    """
+
+    def __init__(self, changed: Callable[[], None]) -> None:
+        self._changed = changed
+        self._sockets: dict[str, set[_Socket]] = {}
+
+    def __len__(self) -> int:
+        """Return how many followers are there."""
+        return len(self._sockets.keys() - {LECTURER})
+
+    def __contains__(self, seat: str) -> bool:
+        """Tell whether a follower is there."""
+        return seat in self._sockets
+
+    @property
+    def sockets(self) -> int:
+        """How many sockets there are, the lecturer's included."""
+        return sum(map(len, self._sockets.values()))
+
+    @contextmanager
+    def take(self, seat: str, path: str, most: int) -> Iterator[asyncio.Timeout]:
+        """Let somebody hold one more socket.
+
+        Args:
+            seat: Of the follower.
+            path: Of the socket.
+            most: How many followers there may be.
+
+        Yields:
+            What to serve the socket within; it ends when the follower must leave.
+
+        Raises:
+            CrowdedError: The class is full, or this follower holds too many already.
+        """
+        self._check_room(seat, path, most)
+        held = self._sockets.setdefault(seat, set())
+        socket = _Socket(path, asyncio.timeout(None))
+        held.add(socket)
+        if len(held) == 1:
+            self._changed()
+        try:
+            yield socket.hold
+        finally:
+            held.discard(socket)
+            if not held:
+                del self._sockets[seat]
+                self._changed()
+
+    def review(self, may_stay: Callable[[str, str], bool]) -> None:
+        """End every socket, by seat and path, that may not stay."""
+        now = asyncio.get_running_loop().time()
+        for seat, sockets in self._sockets.items():
+            for socket in sockets:
+                if not may_stay(seat, socket.path):
+                    socket.hold.reschedule(now)
+
+    def _check_room(self, seat: str, path: str, most: int) -> None:
+        if seat not in {LECTURER, *self._sockets} and len(self) >= most:
+            raise CrowdedError(f"The class has its limit of followers, {most}. Try again in a while.")
+        if len(self._sockets.get(seat, ())) >= MOST_SOCKETS:
+            raise CrowdedError(
+                f"This browser holds {MOST_SOCKETS} connections already; close other pages of the class."
+            )
+        held = [socket for sockets in self._sockets.values() for socket in sockets]
+        if path.startswith(SCENES) and sum(socket.path.startswith(SCENES) for socket in held) >= MOST_SCENES:
+            raise CrowdedError(f"{MOST_SCENES} already watch the 3-D scene; use the flat view.")
+
+
+@dataclass(slots=True)
+class Fork:
+    """What one follower has, or is about to have.
+
+    Attributes:
+        session: Name of the session, once there is one.
+        lesson: Id of the lesson.
+        used: When it was last asked for something (monotonic, s).
+    """
+
+    session: str | None = None
+    lesson: str | None = None
+    used: float = 0.0
+
+
+class Forks:
+    """The forks of one class, at most one a follower.
+
+    Args:
+        find: Finds a session by its name; one that was ended is its follower's no more.
+        changed: Called when there is one more or one less.
+    """
+
+    def __init__(self, find: FindSession, changed: Callable[[], None]) -> None:
+        self._find = find
+        self._changed = changed
+        self._forks: dict[str, Fork] = {}
+
+    def __len__(self) -> int:
+        """Return how many there are, those that are being made included."""
+        return len(self._active())
+
+    @property
+    def sessions(self) -> list[str]:
+        """Names of the sessions."""
+        return [fork.session for fork in self._active().values() if fork.session]
+
+    def of(self, seat: str) -> Fork | None:
+        """Return what a follower has."""
+        return self._active().get(seat)
+
+    def unused_sessions(self) -> list[str]:
+        """Return the names of the sessions that nobody has visited for a while."""
+        now = time.monotonic()
+        for fork in self._forks.values():
+            found = self._find(fork.session) if fork.session else None
+            if found is not None and found.visitors:
+                fork.used = now
+        return [fork.session for fork in self._forks.values() if fork.session and now - fork.used >= UNUSED_S]
+
+    def touch(self, seat: str, path: str) -> None:
+        """Take note that a follower asks for something at a path, which may be of what that follower has."""
+        fork = self.of(seat)
+        if fork is not None and {fork.session, fork.lesson} & set(path.split("/")):
+            fork.used = time.monotonic()
+
+    @contextmanager
+    def reserve(self, seat: str) -> Iterator[Fork]:
+        """Yield a fork for a follower, to be given a session or a lesson; without either it is gone afterwards.
+
+        Raises:
+            ConflictError: The follower has one.
+        """
+        self._forks = self._active()
+        if seat in self._forks:
+            raise ConflictError("You already have a copy; end it first.")
+        fork = self._forks[seat] = Fork(used=time.monotonic())
+        self._changed()
+        try:
+            yield fork
+        finally:
+            if not (fork.session or fork.lesson) and self._forks.get(seat) is fork:
+                del self._forks[seat]
+            self._changed()
+
+    def release(self, seat: str) -> Fork | None:
+        """Take away what a follower has, and return it."""
+        fork = self._forks.pop(seat, None)
+        self._changed()
+        return fork
+
+    def _active(self) -> dict[str, Fork]:
+        return {seat: fork for seat, fork in self._forks.items() if self._is_active(fork)}
+
+    def _is_active(self, fork: Fork) -> bool:
+        if fork.session:
+            return self._find(fork.session) is not None
+        return not fork.lesson or time.monotonic() - fork.used < UNUSED_S
+
+
+class NewestListener(Listener):
+    """One page, which hears the newest of each kind at its own pace, and nothing of what came and went before.
+
+    Args:
+        greeting: Encodes the first message.
+        news: The newest text of each kind, encoded once for all pages; the same object until there is another.
+    """
+
+    def __init__(self, greeting: Callable[[], str], news: dict[str, str]) -> None:
+        super().__init__()
+        self._greeting = greeting
+        self._news = news
+
+    async def __aiter__(self) -> AsyncIterator[str]:
+        """Yield messages as they come, the greeting first."""
+        told = {"follow": self._news.get("follow", "")}
+        yield self._greeting()
+        while True:
+            await self.news.wait()
+            self.news.clear()
+            for kind, text in list(self._news.items()):
+                if told.get(kind) != text:
+                    told[kind] = text
+                    yield text
+            if self.closed:
+                return
+
+
+class _Audience(Listeners[NewestListener]):
+    """Pages that hear the same."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.news: dict[str, str] = {}
+
+    def greet(self, greeting: Callable[[], str]) -> AbstractContextManager[NewestListener]:
+        """Add a page for as long as the context lasts."""
+        return self.add(NewestListener(greeting, self.news))
+
+    def tell(self, kind: str, text: str) -> None:
+        """Tell all what they do not know yet."""
+        if self.news.get(kind) != text:
+            self.news[kind] = text
+            for listener in self:
+                listener.news.set()
+
+
+@dataclass(frozen=True, slots=True)
+class FollowedContent:
+    """What a class follows.
+
+    Attributes:
+        wanted: As the lecturer asked for it.
+        sessions: Titles by name.
+        lesson: Id and title, if one is followed.
+    """
+
+    wanted: messages.FollowUpdate
+    sessions: dict[str, str]
+    lesson: tuple[str, str] | None
+
+    @property
+    def title(self) -> str:
+        """What it is called."""
+        return self.wanted.title or (self.lesson[1] if self.lesson else next(iter(self.sessions.values())))
+
+    @property
+    def lesson_id(self) -> str | None:
+        """Which lesson is followed, if one is."""
+        return self.lesson and self.lesson[0]
+
+
+class Follow:
+    """One class; all methods belong to the event loop's thread.
+
+    Args:
+        name: The beginning of its links.
+        content: What it follows.
+        expires: When it ends by itself.
+        links: Those of the server.
+        addresses: Where the server is reached, the best first.
+        find: Finds a session by its name.
+
+    Attributes:
+        followers: Who is there.
+        forks: What followers have alone.
+        written: The poll as it was last written down.
+        ended: Why it has ended, a sentence; None while it lasts.
+        timer: Ends it by itself.
+    """
+
+    timer: asyncio.TimerHandle | None = None
+
+    def __init__(
+        self,
+        name: str,
+        content: FollowedContent,
+        expires: datetime,
+        links: Links,
+        addresses: list[Address],
+        find: FindSession,
+    ) -> None:
+        self.name, self.expires = name, expires
+        self.followers = Followers(self.tell)
+        self.forks = Forks(find, self.tell)
+        self.written: Poll | None = None
+        self.ended: str | None = None
+        self._content = content
+        self._poll: Poll | None = None
+        self._links, self._addresses, self._find = links, addresses, find
+        self._class, self._lecturers = _Audience(), _Audience()
+        self.tell()
+
+    # ------------------------------------------------------------ who may what
+
+    def reach(self, role: Standing, seat: str) -> Reach:
+        """Return what somebody may name in an address."""
+        followed = frozenset(self._content.sessions)
+        lesson = self._content.lesson_id
+        lessons = frozenset({lesson} if lesson else ())
+        if role == "owner":
+            return Reach(followed, followed, lessons, lessons, frozenset({self.name}))
+        fork = self.forks.of(seat) or Fork()
+        own = frozenset({fork.session} if fork.session else ())
+        tried = frozenset({lesson} if lesson and fork.lesson == lesson else ())
+        return Reach(followed | own, own, lessons, tried, frozenset())
+
+    def take(self, seat: str, path: str) -> AbstractContextManager[asyncio.Timeout]:
+        """Let somebody hold one more socket, as `Followers.take` does."""
+        return self.followers.take(seat, path, self._content.wanted.most_followers)
+
+    def end(self, sentence: str) -> None:
+        """Send everybody away."""
+        self.ended = sentence
+        if self.timer is not None:
+            self.timer.cancel()
+        self._lecturers.close()
+        self.followers.review(lambda *_: False)
+
+    # ------------------------------------------------------------ what a lecturer does
+
+    @property
+    def content(self) -> FollowedContent:
+        """What it follows."""
+        return self._content
+
+    def show(self, content: FollowedContent) -> None:
+        """Let the class follow something else, or otherwise; who looked at what is not followed any more must leave."""
+        if content.lesson != self._content.lesson:
+            self._class.news.pop("figure", None)
+        self._content = content
+        self.tell()
+        self.followers.review(self._may_stay)
+
+    def show_figure(self, lesson: str, figure: bytes) -> None:
+        """Pass on the figure of the lesson that is followed, as JSON, unread."""
+        text = f'{{"version":1,"type":"figure","lesson":{json.dumps(lesson)},"figure":{figure.decode()}}}'
+        self._class.tell("figure", text)
+
+    @property
+    def poll(self) -> Poll | None:
+        """What the class is asked."""
+        return self._poll
+
+    def ask(self, poll: Poll | None) -> None:
+        """Ask the class something, reveal what it answered, or ask nothing more."""
+        self._poll = poll
+        self.tell()
+
+    # ------------------------------------------------------------ what a follower does
+
+    def check_present(self, seat: str) -> None:
+        """Refuse somebody who is not there.
+
+        Raises:
+            ForbiddenError: The follower is not there.
+        """
+        if seat not in self.followers:
+            raise ForbiddenError("Only followers can do this; open the link of the class first.")
+
+    def vote(self, seat: str, vote: messages.Vote) -> messages.Vote:
+        """Take a follower's answer.
+
+        Raises:
+            ConflictError: Nothing is asked, something else, or no longer.
+            ForbiddenError: The follower is not there.
+            RefusedError: There is no such answer.
+        """
+        self.check_present(seat)
+        if self._poll is None:
+            raise ConflictError("The lecturer asks nothing at the moment.")
+        self.ask(self._poll.vote(seat, vote.poll, vote.answer))
+        return vote
+
+    # ------------------------------------------------------------ telling
+
+    def listen(self, seat: str) -> AbstractContextManager[NewestListener]:
+        """Add a follower for as long as the context lasts."""
+        return self._class.greet(lambda: encode(messages.FollowNews(type="hello", follow=self.view(seat))))
+
+    def listen_as_lecturer(self) -> AbstractContextManager[NewestListener]:
+        """Add a lecturer for as long as the context lasts."""
+        return self._lecturers.greet(lambda: encode(messages.OwnedNews(type="hello", follow=self.owner_view())))
+
+    def tell(self) -> None:
+        """Tell lecturers and followers what has changed, if anything has."""
+        self._class.tell("follow", encode(messages.FollowNews(follow=self.view())))
+        self._lecturers.tell("follow", encode(messages.OwnedNews(follow=self.owner_view())))
+
+    def view(self, seat: str | None = None) -> messages.FollowPublic:
+        """Return it as all followers see it, or as one does."""
+        return messages.FollowPublic(
+            **self._shared_fields(to_owner=False), mine=None if seat is None else self._own_view(seat)
+        )
+
+    def owner_view(self) -> messages.FollowOwned:
+        """Return it as a lecturer sees it."""
+        best = self._addresses[0]
+        return messages.FollowOwned(
+            **self._shared_fields(to_owner=True),
+            id=self.name,
+            links=[
+                messages.LinkPublic(address=self._link(each, "follower"), everybody=each.everybody)
+                for each in self._addresses
+            ],
+            owner_link=self._link(best, "owner"),
+            notice=None if best.everybody else NOTICE,
+            followers=len(self.followers),
+            most_followers=self._content.wanted.most_followers,
+            forks=len(self.forks),
+        )
+
+    def _link(self, address: Address, role: Literal["owner", "follower"]) -> str:
+        return f"{address.base}{LINKS}/{self._links.of(self.name, role)}"
+
+    def _shared_fields(self, *, to_owner: bool) -> dict[str, Any]:
+        content = self._content
+        return {
+            "title": content.title,
+            "sessions": [messages.FollowedPublic(id=name, title=title) for name, title in content.sessions.items()],
+            "lesson": content.lesson_id,
+            "arrangement": content.wanted.arrangement,
+            "expires": self.expires.isoformat(timespec="seconds"),
+            "poll": self._poll and self._poll.view(to_owner=to_owner),
+        }
+
+    def _own_view(self, seat: str) -> messages.MinePublic:
+        fork = self.forks.of(seat)
+        is_made = fork is not None and (fork.session or fork.lesson)
+        vote = self._poll.votes.get(seat) if self._poll else None
+        return messages.MinePublic(
+            fork=self.fork_view(fork) if fork and is_made else None,
+            vote=messages.Vote(poll=self._poll.id, answer=vote) if self._poll and vote is not None else None,
+        )
+
+    def fork_view(self, fork: Fork) -> messages.ForkPublic:
+        """Return what a follower has, as that follower sees it."""
+        if fork.session is None:
+            return messages.ForkPublic(id=None, title=self._content.title, page=f"learn/{fork.lesson}")
+        found = self._find(fork.session)
+        title = found.state.snapshot.name if found else ""
+        return messages.ForkPublic(id=fork.session, title=title, page=f"session/{fork.session}")
+
+    def _may_stay(self, seat: str, path: str) -> bool:
+        role: Standing = "owner" if seat == LECTURER else "follower"
+        return is_allowed(role, self.reach(role, seat), "WS", path)

@@ -1,0 +1,339 @@
+"""Follows: all classes of a server. They live in its memory alone: when one ends, what it answered is left of it."""
+
+import asyncio
+from collections.abc import Coroutine, Sequence
+from datetime import UTC, datetime, timedelta
+
+from pftrack.core.refusal import ConflictError, RefusedError
+from pftrack_server.core.bodies import printable
+from pftrack_server.core.errors import CrowdedError, EndedError, ForbiddenError, NotFoundError, UnavailableError
+from pftrack_server.core.resource_limits import most_connections
+from pftrack_server.core.settings import Settings
+from pftrack_server.sessions.create import new_spec
+from pftrack_server.sessions.manager import Manager
+from pftrack_server.sessions.spec import SessionSpec
+from pftrack_server.teaching.follow import Follow, FollowedContent, Fork
+from pftrack_server.teaching.lessons import Lessons
+from pftrack_server.teaching.links import Claim, Links, addresses
+from pftrack_server.teaching.messages import (
+    LONGEST_ANSWER,
+    LONGEST_QUESTION,
+    ComputingPublic,
+    FollowCreate,
+    FollowUpdate,
+    ForkCreate,
+    PollCreate,
+    PollKept,
+)
+from pftrack_server.teaching.polls import Poll, PollRecords
+from pftrack_server.teaching.roles import Participant
+
+MOST = 50
+"""Classes at one time."""
+SOCKETS_SHARE = 0.8
+"""Share of the server's connections that followers may have; the others are the lecturer's."""
+FORKS_SHARE = 0.25
+"""Share of the server's places for sessions that followers' copies may have; the others are the lecturer's."""
+ROUND_S = 2.0
+ENDED = "The lecturer has ended this class."
+EXPIRED = "The time of this class is over."
+STOPPED = "The server was stopped; ask the lecturer for a new link."
+GONE = "This class is over."
+FORGED = "This link was not made by this server; check for a typing mistake, or ask for the link again."
+
+
+class Follows:
+    """All classes of a server.
+
+    Attributes:
+        links: How they are reached.
+        records: What was answered.
+    """
+
+    def __init__(self, settings: Settings, manager: Manager, lessons: Lessons, records: PollRecords) -> None:
+        self.links = Links()
+        self.records = records
+        self._settings, self._manager, self._lessons = settings, manager, lessons
+        self._follows: dict[str, Follow] = {}
+        self._endings: set[asyncio.Task[None]] = set()
+        self._rounds = asyncio.create_task(self._end_unused_forks())
+
+    async def close(self) -> None:
+        """End all of them."""
+        self._rounds.cancel()
+        for follow in self.all:
+            self.end(follow, STOPPED)
+        await asyncio.gather(self._rounds, *self._endings, return_exceptions=True)
+
+    @property
+    def all(self) -> list[Follow]:
+        """All of them, the newest first."""
+        return list(reversed(self._follows.values()))
+
+    def get(self, name: str) -> Follow:
+        """Return one.
+
+        Raises:
+            NotFoundError: There is none.
+        """
+        found = self._follows.get(name)
+        if found is None:
+            raise NotFoundError("There is no such class; it may have ended.")
+        return found
+
+    def check_room(self) -> None:
+        """Refuse one more socket where followers hold as many as may be left to them.
+
+        Raises:
+            CrowdedError: They do.
+        """
+        if sum(follow.followers.sockets for follow in self._follows.values()) >= SOCKETS_SHARE * most_connections():
+            raise CrowdedError("The server's shell allows it no more connections (ulimit -n). Try again in a while.")
+
+    def resolve(self, link: str) -> tuple[Claim, Follow]:
+        """Return what a link says, and the class that it leads to.
+
+        Raises:
+            EndedError: The class is over.
+            NotFoundError: This server has not signed the link.
+        """
+        claim = self.links.read(link)
+        if claim is None:
+            raise NotFoundError(FORGED)
+        follow = self._follows.get(claim.follow)
+        if follow is None:
+            raise EndedError(GONE)
+        return claim, follow
+
+    async def begin(self, wanted: FollowCreate, base: str) -> Follow:
+        """Let a class follow.
+
+        Args:
+            wanted: What, and within which limits.
+            base: Where the lecturer's browser reaches the server.
+
+        Raises:
+            ConflictError: There are too many already.
+            NotFoundError: There is no such session or lesson.
+        """
+        if len(self._follows) >= MOST:
+            raise ConflictError(f"{MOST} classes follow already; end one first.")
+        content = FollowedContent(wanted, self._titles(wanted.sessions), await self._lesson(wanted.lesson))
+        name = next(name for name in iter(self.links.new_name, None) if name not in self._follows)
+        reached = addresses(base, self._settings)
+        follow = Follow(name, content, datetime.now(UTC), self.links, reached, self._manager.find)
+        self._follows[name] = follow
+        self._expire(follow, wanted.hours)
+        follow.tell()
+        return follow
+
+    async def change(self, follow: Follow, wanted: FollowUpdate, participant: Participant | None = None) -> None:
+        """Change what a class follows, or its limits.
+
+        Args:
+            follow: The class.
+            wanted: What changes.
+            participant: Who changes it, if somebody who has rights over this class alone.
+
+        Raises:
+            EndedError: The class ended meanwhile.
+            ForbiddenError: The participant has no rights over a session.
+            NotFoundError: There is no such session or lesson.
+            RefusedError: Nothing would be left to follow.
+        """
+        given = wanted.model_fields_set
+        lesson = await self._lesson(wanted.lesson)
+        if follow.ended is not None:
+            raise EndedError(follow.ended)
+        if participant is not None and not participant.reach.steered.issuperset(wanted.sessions):
+            raise ForbiddenError("This link gives rights over what the class already follows, and no other session.")
+        before = follow.content
+        content = FollowedContent(
+            before.wanted.model_copy(update={name: getattr(wanted, name) for name in given}),
+            self._titles(wanted.sessions) if "sessions" in given else before.sessions,
+            lesson if "lesson" in given else before.lesson,
+        )
+        if not content.sessions and content.lesson is None:
+            raise RefusedError("A class follows a session or a lesson; to follow nothing, end the class.")
+        if "hours" in given:
+            self._expire(follow, wanted.hours)
+        follow.show(content)
+
+    def end(self, follow: Follow, sentence: str = ENDED) -> None:
+        """Send everybody away, and end the sessions of followers' own."""
+        if self._follows.pop(follow.name, None) is None:
+            return
+        follow.end(sentence)
+        self._do(self.records.try_to_keep(follow))
+        for name in follow.forks.sessions:
+            self._end_session(name)
+
+    async def fork(self, participant: Participant, wanted: ForkCreate) -> Fork:
+        """Begin a session of a follower's own where one of the class's stands, or let the follower turn the figure.
+
+        Raises:
+            ConflictError: The follower has one, or has ended it meanwhile.
+            EndedError: The class ended meanwhile.
+            ForbiddenError: The follower is not there.
+            NotFoundError: The class follows no such session, or no lesson.
+            RefusedError: The frame has not been computed.
+            UnavailableError: All places for copies are taken.
+        """
+        follow, seat = participant.follow, participant.seat
+        follow.check_present(seat)
+        if follow.forks.of(seat) is None:  # a second one is refused as such
+            self._check_forks()
+        if wanted.session is None:
+            if follow.content.lesson_id is None:
+                raise NotFoundError("The class follows no lesson; name one of its sessions.")
+            with follow.forks.reserve(seat) as fork:
+                fork.lesson = follow.content.lesson_id
+            return fork
+        if wanted.session not in follow.content.sessions:
+            raise NotFoundError("The class no longer follows this session.")
+        spec = _fork_spec(self._manager.get(wanted.session).spec, wanted.frame)
+        spec.follow = follow.name
+        with follow.forks.reserve(seat) as fork:
+            await self._manager.create(spec)
+            if follow.ended is not None or follow.forks.of(seat) is not fork:
+                self._end_session(spec.id)
+                raise EndedError(follow.ended) if follow.ended else ConflictError("You have ended it in the meantime.")
+            fork.session = spec.id
+        return fork
+
+    def end_fork(self, participant: Participant) -> None:
+        """End what a follower has."""
+        fork = participant.follow.forks.release(participant.seat)
+        if fork is not None and fork.session:
+            self._end_session(fork.session)
+
+    # ------------------------------------------------------------ polls
+
+    async def ask(self, follow: Follow, wanted: PollCreate, participant: Participant | None) -> ComputingPublic | None:
+        """Ask a class something, in place of what it was asked before; or tell how far the run is that this needs.
+
+        Args:
+            follow: The class.
+            wanted: What.
+            participant: Who asks, if somebody who has rights over this class alone.
+
+        Raises:
+            ConflictError: As many polls are kept as may be.
+            ForbiddenError: The participant has no rights over what was answered before.
+            NotFoundError: There is no such lesson, or no such poll any more.
+            RefusedError: The lesson's answer cannot be computed.
+        """
+        if wanted.kept is not None:
+            if participant is not None:
+                raise ForbiddenError("This link gives rights over this class, and not over what was answered before.")
+            poll = await self.records.again(wanted.kept)
+        else:
+            await self.records.check_room()
+            asked = await self._question(wanted)
+            if isinstance(asked, ComputingPublic):
+                return asked
+            poll = Poll.ask(*asked, wanted.lecture, wanted.lesson)
+        await self.records.keep(follow)
+        follow.ask(poll)
+        return None
+
+    async def reveal(self, follow: Follow) -> None:
+        """Show everybody how many gave which answer.
+
+        Raises:
+            ConflictError: The class is asked nothing.
+        """
+        if follow.poll is None:
+            raise ConflictError("The class has no open question at the moment.")
+        follow.ask(follow.poll.reveal())
+        await self.records.keep(follow)
+
+    async def close_poll(self, follow: Follow) -> None:
+        """Ask nothing more. What was revealed is kept; what was not is forgotten."""
+        poll = follow.poll
+        await self.records.keep(follow)
+        follow.ask(None)
+        if poll is not None and not poll.revealed:
+            await self.records.withdraw(poll)
+
+    async def kept_polls(self, lecture: str | None = None) -> list[PollKept]:
+        """Return what was answered, the newest first, but for what its lecturer has yet to reveal."""
+        open_ones = {each.poll.id for each in self.all if each.poll is not None and not each.poll.revealed}
+        return await self.records.all(lecture, open_ones)
+
+    # ------------------------------------------------------------ within
+
+    async def _question(self, wanted: PollCreate) -> tuple[str, Sequence[str]] | ComputingPublic:
+        """Return what is asked, and its answers."""
+        if wanted.lesson is None:
+            return wanted.question or "", wanted.answers or ()
+        lesson = await self._lessons.get(wanted.lesson)
+        answers = await self._lessons.poll_answers(lesson)
+        if isinstance(answers, ComputingPublic):
+            return answers
+        return _plain(lesson.question.text, LONGEST_QUESTION), [_plain(each, LONGEST_ANSWER) for each in answers]
+
+    def _titles(self, sessions: Sequence[str]) -> dict[str, str]:
+        return {name: self._manager.get(name).state.snapshot.name for name in sessions}
+
+    async def _lesson(self, wanted: str | None) -> tuple[str, str] | None:
+        """Return id and title of a lesson."""
+        if wanted is None:
+            return None
+        found = await self._lessons.get(wanted)
+        return found.id, found.title
+
+    def _check_forks(self) -> None:
+        most = max(1, int(FORKS_SHARE * self._settings.max_sessions))
+        if sum(len(follow.forks) for follow in self._follows.values()) >= most:
+            raise UnavailableError(f"All {most} places for own copies are taken; wait until one is free.")
+
+    def _expire(self, follow: Follow, hours: float) -> None:
+        if follow.timer is not None:
+            follow.timer.cancel()
+        follow.expires = datetime.now(UTC) + timedelta(hours=hours)
+        follow.timer = asyncio.get_running_loop().call_later(3600 * hours, self.end, follow, EXPIRED)
+
+    async def _end_unused_forks(self) -> None:
+        """End sessions of followers' own that nobody visits any more, and tell of those that are gone."""
+        while True:
+            await asyncio.sleep(ROUND_S)
+            for follow in self.all:
+                await self.records.try_to_keep(follow)
+                for name in follow.forks.unused_sessions():
+                    self._end_session(name)
+                follow.tell()
+
+    def _end_session(self, name: str) -> None:
+        found = self._manager.find(name)
+        if found is not None:
+            self._do(self._manager.end(found))
+
+    def _do(self, work: Coroutine[None, None, None]) -> None:
+        """Do something that nobody waits for but the end of the server."""
+        task = asyncio.ensure_future(work)
+        self._endings.add(task)
+        task.add_done_callback(self._endings.discard)
+
+
+def _plain(markdown: str, longest: int) -> str:
+    """Return a sentence of a lesson as plain text, cut where it is longer than a poll shows."""
+    text = printable(markdown.replace("$", "").replace("*", "").replace("`", ""))
+    return text if len(text) <= longest else f"{text[: longest - 1]}…"
+
+
+def _fork_spec(source: SessionSpec, wanted: int | None) -> SessionSpec:
+    """Return the spec of a session that begins where another one stands, or stood.
+
+    Raises:
+        RefusedError: The frame has not been computed.
+    """
+    run = source.run
+    frame = run.position if wanted is None else wanted
+    if frame > run.computed:
+        bound = f"a frame that has been computed, 0 to {run.computed}"
+        raise RefusedError(f"frame must be {bound}, got {frame}", field="frame", bound=bound, value=frame)
+    # A change counts from the next frame on: what is in force where the class stands is that of the frame to come.
+    timeline = tuple(change for change in run.recipe.timeline if change.frame <= frame + 1)
+    recipe = run.recipe.model_copy(update={"timeline": timeline}).with_footage(truth=source.truth)
+    return new_spec(recipe, upload=source.upload, position=frame)

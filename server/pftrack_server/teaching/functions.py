@@ -1,0 +1,139 @@
+"""What is computed of lessons, in processes beside the web process.
+
+A worker of lessons draws and judges; a child task, which may take its time, computes checks and whole runs.
+"""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
+
+from pftrack.core.model.parameters import Value, flat, nearest, revise
+from pftrack.process import give_way
+from pftrack.runs.reproduction import make
+from pftrack.teaching.lessons import find
+from pftrack.teaching.lessons.lesson import (
+    Check,
+    Demonstration,
+    Given,
+    Lesson,
+    Number,
+    Verdict,
+    judge,
+    question_recipe,
+    read_answer,
+)
+from pftrack.teaching.lessons.library import read_lesson
+from pftrack_server.jobs.functions import Steps
+
+NICENESS = 10
+"""Of what may take a minute: figures and sessions, which somebody waits for, go first."""
+
+
+def draw(wanted: str, source: str, values: Mapping[str, object], seed: int | None, revealed: bool, near: bool) -> bytes:
+    """Return the JSON of what a demonstration comes to, as `FigurePublic` has it.
+
+    Args:
+        wanted: Id of the lesson.
+        source: Text of its file, where it comes from one.
+        values: Of its parameters; others have their defaults, or those at which the question is asked.
+        seed: Of the random numbers; None for the lesson's own.
+        revealed: Whether what answers the question is shown.
+        near: Whether a number out of bounds becomes the nearest that is allowed.
+
+    Raises:
+        ParameterError: A value is refused.
+    """
+    lesson = _lesson(wanted, source)
+    body = _demonstration(lesson)
+    start = body.parameters if revealed else _question_parameters(lesson)
+    parameters = revise(start, nearest(type(start), values) if near else dict(values))
+    seed = body.seed if seed is None else seed
+    shown = body.show(parameters, seed)
+    figure = shown.figure if revealed else shown.figure.without_answer()
+    told = {
+        "figure": figure.model_dump(mode="json"),
+        "numbers": [_number_json(number) for number in shown.numbers if revealed or not number.reveals],
+        "parameters": flat(parameters),
+        "seed": seed,
+    }
+    return json.dumps(told, allow_nan=False).encode()
+
+
+def judge_demonstration(wanted: str, source: str, given: Given) -> Verdict:
+    """Judge the answer to a demonstration's question.
+
+    Raises:
+        ParameterError: It is no answer to it.
+    """
+    lesson = _lesson(wanted, source)
+    read_answer(lesson.question, given)
+    return judge(lesson.question, lesson.answer(_question_parameters(lesson), _demonstration(lesson).seed), given)
+
+
+def answer(wanted: str, source: str) -> Steps:
+    """Compute the run that a scenario's question is about, and return the right answer; a step is a frame.
+
+    Raises:
+        RefusedError: There is no such experiment, a value is refused, or the run does not have the number asked for.
+    """
+    give_way(NICENESS)
+    lesson = _lesson(wanted, source)
+    run = make(question_recipe(lesson))
+    for step in run.seeking(run.frames - 1):
+        yield step.diagnostics.frame + 1, run.frames
+    return asdict(lesson.answer(run))
+
+
+def check(wanted: str, source: str) -> Steps:
+    """Compute the checks of a lesson; a step is a check.
+
+    One that cannot be computed has a problem in place of numbers, and the others are computed all the same.
+    """
+    give_way(NICENESS)
+    checks = _lesson(wanted, source).checks
+    results: list[dict[str, Any]] = []
+    for done, each in enumerate(checks):
+        yield done, len(checks)
+        results.append(_check(each))
+    return {"results": results}
+
+
+def _lesson(wanted: str, source: str) -> Lesson:
+    return read_lesson(source) if source else find(wanted)
+
+
+def _demonstration(lesson: Lesson) -> Demonstration:
+    if not isinstance(lesson.body, Demonstration):
+        raise TypeError(f"the lesson {lesson.id} is a scenario, which has no figure")
+    return lesson.body
+
+
+def _question_parameters(lesson: Lesson) -> Any:  # noqa: ANN401 - the lesson's own model of parameters
+    """Return the parameters at which a demonstration's question is asked."""
+    return revise(_demonstration(lesson).parameters, dict(lesson.question.at))
+
+
+def _check(each: Check) -> dict[str, Any]:
+    told: dict[str, Any] = {"check": each.name, "title": each.title}
+    try:
+        outcome = each.run()
+    except Exception as error:  # noqa: BLE001 - told in its place
+        return {**told, "problem": f"This could not be computed: {error}."}
+    if outcome.words:
+        return {**told, "problem": f"This could not be computed: {outcome.words}."}
+    numbers = {name: _finite(getattr(outcome, name)) for name in ("ours", "exact", "tolerance")}
+    return {**told, **numbers, "passed": outcome.passed}
+
+
+def _number_json(number: Number) -> dict[str, Value | None]:
+    within = None
+    if number.exact is not None and number.tolerance is not None:
+        within = abs(number.value - number.exact) <= number.tolerance
+    values = {name: _finite(getattr(number, name)) for name in ("value", "exact", "tolerance")}
+    return {"title": number.title, **values, "unit": number.unit, "digits": number.digits, "within": within}
+
+
+def _finite(value: float | None) -> float | None:
+    return float(value) if value is not None and math.isfinite(value) else None

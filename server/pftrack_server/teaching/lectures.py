@@ -1,0 +1,305 @@
+"""The lectures of a server: kept as their files, and read when somebody asks for them.
+
+What is known of an item is its title, its page, its minutes, and why it cannot be shown here.
+"""
+
+import asyncio
+import json
+from base64 import urlsafe_b64encode
+from collections.abc import Sequence
+from typing import Final
+
+from pftrack.core.refusal import ConflictError, ParameterError, RefusedError
+from pftrack.experiments import EXPERIMENTS
+from pftrack.experiments import find as find_experiment
+from pftrack.teaching.lessons.lesson import Lesson
+from pftrack_server.core.bodies import printable
+from pftrack_server.core.errors import DamagedError, NotFoundError
+from pftrack_server.store.files import new_name, now
+from pftrack_server.store.tables import LectureRow
+from pftrack_server.teaching.lecture_file import LectureText, read, write
+from pftrack_server.teaching.lessons import Lessons
+from pftrack_server.teaching.messages import (
+    Kind,
+    LectureItem,
+    LectureItemPublic,
+    LecturePublic,
+    LectureRun,
+    LectureSummary,
+    LectureUpdate,
+    PollCreate,
+)
+from pftrack_server.work.failures import failure_named
+from pftrack_server.work.sources import ComparedRun, House, find_run
+
+MOST = 200
+"""Lectures kept."""
+USUAL_MINUTES: Final[dict[Kind, float]] = {
+    "lesson": 8,
+    "failure": 5,
+    "session": 5,
+    "comparison": 5,
+    "question": 2,
+    "poll": 2,
+}
+"""Of a lesson the lesson itself says how long it takes, where it is here."""
+
+
+class Lectures:
+    """The lectures of a server.
+
+    Args:
+        house: Where runs can be, which items may name.
+        lessons: Which items may name.
+    """
+
+    def __init__(self, house: House, lessons: Lessons) -> None:
+        self._house = house
+        self._store = house.store
+        self._lessons = lessons
+
+    async def all(self) -> Sequence[LectureSummary]:
+        """Return all lectures, the newest first."""
+        found = await asyncio.to_thread(lambda: [(row, _readable(row)) for row in self._store.all(LectureRow)])
+        return [await self._public(row, text) for row, text in found if text is not None]
+
+    async def get(self, name: str) -> LecturePublic:
+        """Return a lecture.
+
+        Raises:
+            DamagedError: What is stored cannot be read.
+            NotFoundError: There is none.
+        """
+        row = await self._row(name)
+        text = await asyncio.to_thread(_readable, row)
+        if text is None:
+            raise DamagedError("The stored file of this lecture is damaged; it can only be deleted.")
+        return await self._public(row, text)
+
+    async def text(self, name: str) -> tuple[str, str]:
+        """Return title and file of a lecture.
+
+        Raises:
+            NotFoundError: There is none.
+        """
+        row = await self._row(name)
+        return row.title, row.text
+
+    async def add(self, lecture: LectureUpdate) -> LecturePublic:
+        """Keep a new lecture.
+
+        Raises:
+            ConflictError: There are as many as there may be.
+            NotFoundError: A run that it names is not here.
+            RefusedError: It is too large.
+        """
+        return await self._keep(await asyncio.to_thread(write, await self._self_contained(lecture)))
+
+    async def bring_in(self, data: bytes) -> LecturePublic:
+        """Keep a lecture that somebody wrote or sent, as it was written; items not found here are told by their line.
+
+        Raises:
+            ConflictError: There are as many as there may be.
+            RefusedError: It is no lecture.
+        """
+        await asyncio.to_thread(read, data)
+        return await self._keep(data.decode("utf-8-sig"))
+
+    async def change(self, name: str, lecture: LectureUpdate) -> LecturePublic:
+        """Put another order in the place of a lecture's.
+
+        Raises:
+            NotFoundError: There is no such lecture, or a run that it names is not here.
+            RefusedError: It is too large.
+        """
+        row = await self._row(name)
+        text = await asyncio.to_thread(write, await self._self_contained(lecture))
+        return await self._save(LectureRow(id=name, title=lecture.title, text=text, created=row.created, updated=now()))
+
+    async def remove(self, name: str) -> None:
+        """Forget a lecture; what was answered in it stays.
+
+        Raises:
+            NotFoundError: There is none.
+        """
+        if not await asyncio.to_thread(self._store.remove, LectureRow, name):
+            raise NotFoundError("There is no such lecture; it may have been deleted.")
+
+    # ------------------------------------------------------------ within
+
+    async def _keep(self, text: str) -> LecturePublic:
+        if await asyncio.to_thread(self._store.count, LectureRow) >= MOST:
+            raise ConflictError(f"The server keeps at most {MOST} lectures; delete one first.")
+        lecture, _ = await asyncio.to_thread(read, text.encode())
+        moment = now()
+        return await self._save(
+            LectureRow(id=new_name(), title=lecture.title, text=text, created=moment, updated=moment)
+        )
+
+    async def _save(self, row: LectureRow) -> LecturePublic:
+        text = await asyncio.to_thread(read, row.text.encode())
+        _check_names(text)
+        public = await self._public(row, text)
+        await asyncio.to_thread(self._store.save, row)
+        return public
+
+    async def _row(self, name: str) -> LectureRow:
+        row = await asyncio.to_thread(self._store.get, LectureRow, name)
+        if row is None:
+            raise NotFoundError("There is no such lecture; it may have been deleted.")
+        return row
+
+    async def _public(self, row: LectureRow, text: LectureText) -> LecturePublic:
+        lecture, lines = text
+        items = [await self._view(item, line, row.id) for item, line in zip(lecture.items, lines, strict=True)]
+        return LecturePublic(
+            id=row.id,
+            title=lecture.title,
+            count=len(items),
+            minutes=sum(item.minutes for item in items),
+            created=row.created,
+            updated=row.updated,
+            page=f"lectures/{row.id}",
+            items=items,
+            notes=lecture.notes,
+        )
+
+    async def _view(self, item: LectureItem, line: int, lecture: str) -> LectureItemPublic:
+        title, page, minutes, problem = _named(item), None, USUAL_MINUTES[item.kind], None
+        asks: PollCreate | None = None
+        try:
+            match item:
+                case LectureItem(lesson=str() as name):
+                    lesson = await self._lesson(name)
+                    title, page, minutes = lesson.title, f"learn/{lesson.id}", lesson.minutes
+                case LectureItem(failure=str() as name):
+                    failure = failure_named(name).failure
+                    title, page = failure.title, f"failures/{failure.id}"
+                case LectureItem(session=LectureRun() as run):
+                    title, page = _title_of([run]), _session_page(run)
+                case LectureItem(comparison=compared) if compared is not None:
+                    title = _title_of(compared.runs)
+                    page = _page("compare", compared.model_dump(mode="json", exclude_defaults=True))
+                case LectureItem(question=str() as name):
+                    lesson = await self._lesson(name)
+                    title = f"Question: {lesson.title}"
+                    asks = PollCreate(lesson=lesson.id, lecture=lecture)
+                case LectureItem(poll=str() as question):
+                    title = printable(question)
+                    asks = PollCreate(question=question, answers=item.answers, lecture=lecture)
+        except (NotFoundError, RefusedError) as error:
+            problem = f"Line {line}: {error}"
+        return LectureItemPublic(
+            item=item.model_dump(mode="json", exclude_defaults=True),
+            kind=item.kind,
+            title=item.title or title,
+            minutes=item.minutes or minutes,
+            page=page,
+            asks=asks,
+            problem=problem,
+        )
+
+    async def _lesson(self, name: str) -> Lesson:
+        """Return a lesson.
+
+        Raises:
+            NotFoundError: There is none; the many that there are stand beside the order.
+        """
+        try:
+            return await self._lessons.get(name)
+        except NotFoundError:
+            raise NotFoundError(f"There is no lesson {name!r} here; it may be another lecturer's.") from None
+
+    async def _self_contained(self, lecture: LectureUpdate) -> LectureUpdate:
+        """Return a lecture whose runs are what makes them, so that its file says all, wherever it is opened."""
+        return lecture.model_copy(update={"items": [await self._with_recipes(item) for item in lecture.items]})
+
+    async def _with_recipes(self, item: LectureItem) -> LectureItem:
+        titles: list[str | None] = []
+        update: dict[str, object] = {}
+        if item.session is not None and item.session.reference is not None:
+            named = await find_run(item.session, self._house)
+            given = item.session.position
+            position = named.spec.run.position if given is None else given
+            recipe = named.spec.recipe.with_footage(truth=None)
+            update["session"] = LectureRun(recipe=recipe, upload=named.spec.upload, position=position or None)
+            titles.append(named.title)
+        if item.comparison is not None:
+            runs = []
+            for run in item.comparison.runs:
+                if run.reference is None:
+                    runs.append(run)
+                    titles.append(None)
+                    continue
+                named = await find_run(run, self._house)
+                runs.append(ComparedRun(recipe=named.spec.recipe, upload=named.spec.upload))
+                titles.append(named.title)
+            update["comparison"] = item.comparison.model_copy(update={"runs": runs})
+        known = [title for title in titles if title]
+        if item.title is None and known and len(known) == len(titles):
+            update["title"] = " · ".join(known)[:200]
+        return item.model_copy(update=update)
+
+
+def _readable(row: LectureRow) -> LectureText | None:
+    """Return what a stored file says; None if it cannot be read any more."""
+    try:
+        return read(row.text.encode())
+    except RefusedError:
+        return None
+
+
+def _check_names(text: LectureText) -> None:
+    """Refuse items with a run that names a tracker or a parameter that its experiment, if that is here, does not have.
+
+    Raises:
+        RefusedError: One does; the sentence names its line.
+    """
+    for item, line in zip(text.lecture.items, text.lines, strict=True):
+        runs = [item.session] if item.session else item.comparison.runs if item.comparison else []
+        for recipe in (run.recipe for run in runs if run.recipe is not None):
+            if recipe.experiment in EXPERIMENTS:
+                try:
+                    EXPERIMENTS[recipe.experiment].check_names(recipe)
+                except ParameterError as error:
+                    raise RefusedError(f"Line {line}: {error}.", field=error.field) from None
+
+
+def _named(item: LectureItem) -> str:
+    """Return what an item is called of which nothing is known."""
+    name = item.lesson or item.failure or item.question
+    return f"{item.kind.capitalize()} {name}" if name else item.kind.capitalize()
+
+
+def _title_of(runs: Sequence[ComparedRun]) -> str:
+    """Return what runs are called: by their experiments.
+
+    Raises:
+        RefusedError: One is not here.
+        ParameterError: One names a tracker or a parameter that its experiment does not have.
+    """
+    titles = []
+    for recipe in (run.recipe for run in runs if run.recipe is not None):
+        experiment = find_experiment(recipe.experiment)
+        experiment.check_names(recipe)
+        titles.append(experiment.title)
+    each = " and ".join(dict.fromkeys(titles)) or "Run of this server"
+    return each if len(runs) == 1 else f"{each}, {len(runs)} runs compared"
+
+
+def _session_page(run: LectureRun) -> str:
+    """Return the address of a new session.
+
+    Raises:
+        RefusedError: It is that of a run by its name, as in a file that somebody wrote.
+    """
+    if run.recipe is None:
+        raise RefusedError("A session is named by its recipe in a file; add the run on the page of the lecture.")
+    told = run.model_dump(mode="json", exclude_defaults=True, exclude_none=True)
+    return _page("session/new", told)
+
+
+def _page(path: str, told: object) -> str:
+    """Return the address of a page with what it is to show in its fragment, as `shared/share_link.js` reads it."""
+    text = json.dumps(told, separators=(",", ":"))
+    return f"{path}#{urlsafe_b64encode(text.encode()).decode().rstrip('=')}"

@@ -1,0 +1,298 @@
+"""The lessons of a server: what there is, what it shows, what is said of an answer, and what its checks came to.
+
+A pool of workers draws figures and judges their answers. Checks, and the runs that questions are about, are computed
+once and kept under a hash of all that they depend on, the program among it. A child task computes one when somebody
+first asks for it, so that a class that opens a lesson at one time waits for one computation; whoever asks meanwhile
+hears how far it is. They are computed one after the other, and what takes a moment waits for nothing that takes longer.
+"""
+
+import asyncio
+import json
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import structlog
+
+from pftrack.core.refusal import RefusedError
+from pftrack.process import MEBIBYTE, Budget, CallError, Ending, Outcome, Pool, Refusal, Reply, WorkerLostError
+from pftrack.teaching.lessons import LESSONS, find
+from pftrack.teaching.lessons.lesson import (
+    Answer,
+    Demonstration,
+    Given,
+    Lesson,
+    Scenario,
+    Verdict,
+    judge,
+    poll_answers,
+    read_answer,
+)
+from pftrack.teaching.lessons.library import Library, read_lessons
+from pftrack.teaching.lessons.notebook import lesson_notebook
+from pftrack_server.core.errors import NotFoundError, UnavailableError
+from pftrack_server.core.log import RateLimitedLogger
+from pftrack_server.core.processes import FORK_SERVER
+from pftrack_server.jobs.child_tasks import ChildTasks, Queues, ending_message
+from pftrack_server.jobs.results import DiskCache, digest
+from pftrack_server.teaching import functions
+from pftrack_server.teaching.messages import ComputingPublic, FigureRequest, missing
+
+AT_ONCE = 16
+KEPT = 2
+"""Workers that are kept while nothing is asked for: a fork for each move of a slider would take longer than figures."""
+LONGEST_S = 60.0
+"""Seconds for one figure. It takes some milliseconds, but the first of a worker imports the lesson and loads what is
+compiled, which takes a busy machine many seconds; a worker that is ended then would begin with that again."""
+MEMORY_BYTES = 1024 * MEBIBYTE
+BUDGET = Budget(memory_bytes=MEMORY_BYTES, cpu_seconds=None, silence_s=LONGEST_S, niceness=3)
+"""Whoever serves everybody goes first, as before a session."""
+
+RUN_S = 1.5
+"""So long whoever answers waits for a run; then the answer says how far it is."""
+COMPUTED_BUDGET = Budget(cpu_seconds=1800.0, silence_s=600.0)
+"""A check may take a minute on a slow machine, and says nothing meanwhile."""
+MOMENT_S = 3.0
+"""So long what is computed is taken for light."""
+AGAIN_S = 60.0
+"""So long after a failure nobody tries again."""
+
+log = structlog.get_logger(__name__)
+warnings = RateLimitedLogger(__name__)
+
+
+@dataclass
+class Job:
+    """Something that is computed.
+
+    Attributes:
+        done: Steps done.
+        total: Steps to do; 0 until that is known.
+        result: What came of it; None until it has ended.
+        problem: Why nothing came of it, one sentence.
+        ended: When it ended (monotonic, s); None until then.
+        task: What computes it.
+    """
+
+    done: int = 0
+    total: int = 0
+    result: dict[str, Any] | None = None
+    problem: str = ""
+    ended: float | None = None
+    task: asyncio.Task[None] | None = field(default=None, repr=False)
+
+    @property
+    def has_failed_long_ago(self) -> bool:
+        """Whether it may go better now."""
+        return bool(self.problem) and self.ended is not None and time.monotonic() - self.ended > AGAIN_S
+
+    def step(self, done: int, total: int) -> None:
+        """Take note of how far it is."""
+        self.done, self.total = done, total
+
+
+class LessonResults:
+    """What was computed, and what is.
+
+    Args:
+        folder: Where it is kept.
+        tasks: Where it is computed.
+    """
+
+    def __init__(self, folder: Path, tasks: ChildTasks) -> None:
+        self._kept = DiskCache(folder)
+        self._tasks = tasks
+        self._queues = Queues(light=1, heavy=1, moment_s=MOMENT_S)
+        self._jobs: dict[str, Job] = {}
+
+    def open(self) -> None:
+        """Forget what another version of the program has computed."""
+        self._kept.open()
+
+    async def close(self) -> None:
+        """Stop what is computed."""
+        tasks = [job.task for job in self._jobs.values() if job.task is not None]
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    async def get(self, about: str, function: Callable[..., Any], *arguments: object) -> Job:
+        """Return what was computed, or begin to compute it.
+
+        Args:
+            about: All that the result depends on beside the program.
+            function: A generator that a child task goes through.
+            arguments: For it.
+        """
+        name = digest(about)
+        if name in self._jobs and self._jobs[name].has_failed_long_ago:
+            del self._jobs[name]
+        if name not in self._jobs:
+            job = Job(result=await asyncio.to_thread(self._kept.read, name))
+            # Somebody else may have begun while the disk was asked.
+            job = self._jobs.setdefault(name, job)
+            if job.result is None and job.task is None:
+                job.task = asyncio.create_task(self._compute(name, job, function, arguments))
+        return self._jobs[name]
+
+    async def _compute(self, name: str, job: Job, function: Callable[..., Any], arguments: tuple[object, ...]) -> None:
+        try:
+            outcome: Outcome = await self._queues.take_turn(
+                lambda: self._tasks.answer(function, *arguments, budget=COMPUTED_BUDGET, on_step=job.step)
+            )
+        except Exception:
+            log.exception("a lesson's computation failed", function=function.__name__)
+            outcome = Ending.FAILED
+        match outcome:
+            case Reply(value=dict() as result):
+                job.result = result
+                await asyncio.to_thread(self._kept.write, name, result)
+            case Refusal(message=message):
+                job.problem = f"{message[:1].upper()}{message[1:].rstrip('.')}."
+            case Ending() as how if how is not Ending.FAILED:
+                job.problem = ending_message(how, COMPUTED_BUDGET)
+            case _:
+                job.problem = "This could not be computed; the server's log may say why."
+        job.ended = time.monotonic()
+
+
+class Lessons:
+    """The lessons of a server.
+
+    Args:
+        folder: Of lecturers' files.
+        kept: Where results of checks and runs are kept.
+        tasks: Where these are computed.
+    """
+
+    def __init__(self, folder: Path, kept: Path, tasks: ChildTasks) -> None:
+        self._folder = folder
+        self._reading = asyncio.Lock()
+        self._pool = Pool(FORK_SERVER, most=AT_ONCE, kept=KEPT, budget=BUDGET)
+        self._computed = LessonResults(kept, tasks)
+
+    def open(self) -> None:
+        """Look at what was kept."""
+        self._computed.open()
+
+    async def close(self) -> None:
+        """End all that is computed."""
+        await asyncio.gather(self._pool.close(), self._computed.close())
+
+    async def all(self) -> Library:
+        """Read all lessons, and what is wrong with those that cannot be read."""
+        async with self._reading:  # the first reads what is then kept for the others
+            return await asyncio.to_thread(read_lessons, self._folder)
+
+    async def get(self, wanted: str) -> Lesson:
+        """Return a lesson by its id or number.
+
+        Raises:
+            NotFoundError: There is none; the sentence lists those that there are.
+        """
+        try:
+            if wanted in LESSONS or wanted.isdecimal():  # no file is read for one of the course
+                return await asyncio.to_thread(find, wanted)
+            return find(wanted, (await self.all()).lessons)
+        except RefusedError as error:
+            raise NotFoundError(str(error)) from None
+
+    async def figure(self, lesson: Lesson, asked_for: FigureRequest) -> bytes:
+        """Return the JSON of what a demonstration comes to.
+
+        Raises:
+            RefusedError: The lesson has no figure.
+            ParameterError: A value is refused.
+        """
+        if not isinstance(lesson.body, Demonstration):
+            raise RefusedError("This lesson shows a run; it has no figure.", field="lesson", value=lesson.id)
+        told = asked_for.parameters, asked_for.seed, asked_for.revealed, asked_for.nearest
+        drawn: bytes = await self._call(functions.draw, lesson.id, lesson.source, *told)
+        return drawn
+
+    async def notebook(self, lesson: Lesson) -> bytes:
+        """Return a lesson as a Jupyter notebook, with its defaults.
+
+        Raises:
+            RefusedError: Its experiment is not here.
+        """
+        if isinstance(lesson.body, Scenario) and (problem := missing(lesson.body.experiment)):
+            raise RefusedError(problem)
+        return await asyncio.to_thread(lesson_notebook, lesson)
+
+    async def judge(self, lesson: Lesson, given: Given) -> Verdict | ComputingPublic:
+        """Judge an answer, or tell how far the run is that it is judged by.
+
+        Raises:
+            ParameterError: It is no answer to the question.
+            RefusedError: The run cannot be computed.
+        """
+        given = read_answer(lesson.question, given)
+        if isinstance(lesson.body, Demonstration):
+            verdict: Verdict = await self._call(functions.judge_demonstration, lesson.id, lesson.source, given)
+            return verdict
+        if problem := missing(lesson.body.experiment):
+            raise RefusedError(problem)
+        job = await self._result("answer", functions.answer, lesson)
+        if job.task is not None:
+            await asyncio.wait({job.task}, timeout=RUN_S)
+        if job.problem:
+            raise RefusedError(job.problem)
+        if job.result is None:
+            return ComputingPublic(done=job.done, total=job.total)
+        return judge(lesson.question, Answer(**job.result), given)
+
+    async def poll_answers(self, lesson: Lesson) -> tuple[str, ...] | ComputingPublic:
+        """Return the answers among which a class chooses, or tell how far the run is that they are made by.
+
+        Raises:
+            RefusedError: The right answer cannot be computed, or is no number.
+        """
+        question = lesson.question
+        if question.choices:
+            return poll_answers(question)
+        # Whatever is judged, the verdict says what is right.
+        verdict = await self.judge(lesson, question.bounds[0])
+        if isinstance(verdict, ComputingPublic):
+            return verdict
+        try:
+            return poll_answers(question, verdict.exact)
+        except ValueError as error:
+            raise RefusedError(f"This question cannot be asked as a poll: {error}.") from None
+
+    async def checks(self, lesson: Lesson) -> Job:
+        """Return what the checks of a lesson came to, or how far they are."""
+        return await self._result("checks", functions.check, lesson)
+
+    async def _result(self, kind: str, function: Callable[..., Any], lesson: Lesson) -> Job:
+        about = {"kind": kind, "lesson": lesson.id, "origin": lesson.origin, "source": lesson.source}
+        return await self._computed.get(json.dumps(about), function, lesson.id, lesson.source)
+
+    async def _call(self, function: Callable[..., Any], *arguments: object) -> Any:  # noqa: ANN401 - whatever it returns
+        """Return the result of one of `functions`.
+
+        Raises:
+            RefusedError: It refused its arguments, or needs more memory than it may have.
+            UnavailableError: It took too long, failed, or its worker died.
+        """
+        try:
+            return await self._pool.call(function, *arguments)
+        except MemoryError:
+            most = f"{MEMORY_BYTES // MEBIBYTE} MiB"
+            raise RefusedError(f"This needs more than the {most} of memory that a lesson may use.") from None
+        except CallError as error:
+            warnings.warn("a lesson failed", function=function.__name__, traceback=error.traceback)
+            raise UnavailableError(
+                "This could not be computed: the lesson has a mistake; the server's log says which."
+            ) from None
+        except WorkerLostError as lost:
+            if lost.how is Ending.OUT_OF_TIME:
+                raise UnavailableError(
+                    f"This took longer than the {LONGEST_S:g} s that a lesson may take and was given up; "
+                    "choose values that need less."
+                ) from None
+            raise UnavailableError(
+                "This could not be computed: its process was ended by the system. Try again."
+            ) from None

@@ -1,0 +1,136 @@
+"""Links: who holds one has a role in one follow, and nobody can make one up; and where other machines open them.
+
+A link is the follow's name and a signature of name and role, in letters that cannot be mistaken for one another
+(Crockford's base 32), so that a follower's can be read from a wall and typed: 4 letters name the follow, 8 letters (40
+bits) sign it. A lecturer's is never typed and has 24 letters of signature (120 bits). Guessing one at a thousand tries
+a second takes 17 years on average for one that lives for hours.
+"""
+
+import hashlib
+import hmac
+import secrets
+import socket
+from base64 import b32encode
+from typing import Final, Literal, NamedTuple
+from urllib.parse import urlsplit
+
+import psutil
+from itsdangerous import BadSignature, Signer
+from itsdangerous.encoding import base64_decode
+
+from pftrack_server.core.settings import Settings, is_loopback
+
+Role = Literal["owner", "follower"]
+
+STANDARD: Final = "ABCDEFGHIJKLMNOPQRSTUVWXYZ234567"
+LETTERS: Final = "0123456789abcdefghjkmnpqrstvwxyz"
+PRINTED = str.maketrans(STANDARD, LETTERS)
+TYPED = str.maketrans({"o": "0", "i": "1", "l": "1", "-": None, " ": None})
+NAME, GROUP = 4, 4
+SIGNATURE_BYTES: dict[Role, int] = {"follower": 5, "owner": 15}
+LONGEST = 64
+
+NOTICE = (
+    "Only this machine reaches the server. Start it with `pftrack serve --host 0.0.0.0`, in a network that you trust, "
+    "so that others can follow."
+)
+
+
+class Claim(NamedTuple):
+    """What a link says, signed by this server."""
+
+    follow: str
+    role: Role
+    link: str
+
+
+class Links:
+    """The links of one server's life, signed by a key that nobody else ever sees."""
+
+    def __init__(self) -> None:
+        self._key = secrets.token_bytes(32)
+
+    def new_name(self) -> str:
+        """Return a name for a follow, which is the beginning of its links."""
+        return "".join(secrets.choice(LETTERS) for _ in range(NAME))
+
+    def of(self, follow: str, role: Role) -> str:
+        """Return the link for a role, as it is printed."""
+        signature = base64_decode(self._signer("link", role).get_signature(follow))[: SIGNATURE_BYTES[role]]
+        letters = follow + b32encode(signature).decode().translate(PRINTED)
+        return "-".join(letters[at : at + GROUP] for at in range(0, len(letters), GROUP))
+
+    def read(self, typed: str) -> Claim | None:
+        """Return what a link says, however it was typed; None if this server has not signed it."""
+        letters = typed[:LONGEST].lower().translate(TYPED)
+        if not letters.isascii():
+            return None
+        for role in SIGNATURE_BYTES:
+            link = self.of(letters[:NAME], role)
+            if hmac.compare_digest(link.replace("-", "").encode(), letters.encode()):
+                return Claim(letters[:NAME], role, link)
+        return None
+
+    def new_seat(self, follow: str) -> str:
+        """Return what a browser keeps to be known again as the same follower of one follow."""
+        return self._signer("seat", follow).sign(secrets.token_urlsafe(12)).decode()
+
+    def read_seat(self, follow: str, kept: str) -> str | None:
+        """Return the name of the follower who keeps this; None if this server has not signed it for this follow."""
+        try:
+            return self._signer("seat", follow).unsign(kept).decode()
+        except (BadSignature, UnicodeError):
+            return None
+
+    def _signer(self, *purpose: str) -> Signer:
+        return Signer(self._key, salt=":".join(purpose), digest_method=hashlib.sha256, key_derivation="hmac")
+
+
+class Address(NamedTuple):
+    """Where the server is.
+
+    Attributes:
+        base: Scheme, host, port and base path, without a slash at its end.
+        everybody: Whether other machines can reach it there.
+    """
+
+    base: str
+    everybody: bool
+
+
+def addresses(base: str, settings: Settings) -> list[Address]:
+    """Return where the server can be reached, the best first.
+
+    Args:
+        base: Where the lecturer's own browser reaches it.
+        settings: Of the server.
+    """
+    parts = urlsplit(base)
+    if not is_loopback(parts.hostname or ""):
+        return [Address(base, everybody=True)]
+    port = f":{parts.port}" if parts.port else ""
+    names = [name for name in _names(settings) if {"*", name} & set(settings.hosts)]
+    return [
+        *(Address(f"{parts.scheme}://{_bracket(name)}{port}{parts.path}", everybody=True) for name in names),
+        Address(base, everybody=False),
+    ]
+
+
+def _names(settings: Settings) -> list[str]:
+    """Return the addresses of this machine at which the server listens for others."""
+    if is_loopback(settings.host):
+        return []
+    if settings.host not in {"0.0.0.0", "::", ""}:  # noqa: S104 - compared, not bound
+        return [settings.host]
+    states = psutil.net_if_stats()
+    return [
+        address.address
+        for name, found in psutil.net_if_addrs().items()
+        if name in states and states[name].isup
+        for address in found
+        if address.family == socket.AF_INET and not is_loopback(address.address)
+    ]
+
+
+def _bracket(name: str) -> str:
+    return f"[{name}]" if ":" in name else name

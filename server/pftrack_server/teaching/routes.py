@@ -1,0 +1,216 @@
+"""The addresses and pages of lessons and lectures; and all of teaching as the app takes it in.
+
+The app calls `install` for addresses, pages and the check of those who come by a link, and opens what they work with by
+`opened`.
+"""
+
+import asyncio
+import re
+from collections.abc import AsyncIterator, Sequence
+from contextlib import asynccontextmanager
+from http import HTTPStatus
+from typing import Annotated
+
+from fastapi import APIRouter, Depends, FastAPI, Path, Request
+from starlette.responses import RedirectResponse, Response
+
+from pftrack.teaching.lessons.lesson import Lesson
+from pftrack_server.core.base_path import address_of
+from pftrack_server.core.errors import NotFoundError
+from pftrack_server.core.requests import service
+from pftrack_server.teaching import class_routes
+from pftrack_server.teaching.access import AccessGuard
+from pftrack_server.teaching.class_routes import AFollower, TheLessons
+from pftrack_server.teaching.follows import Follows
+from pftrack_server.teaching.lectures import Lectures
+from pftrack_server.teaching.lesson_views import checks_view, detail_view, list_view
+from pftrack_server.teaching.lessons import Job, Lessons
+from pftrack_server.teaching.messages import (
+    AnswerRequest,
+    ChecksPublic,
+    ComputingPublic,
+    FigurePublic,
+    FigureRequest,
+    LecturePublic,
+    LectureSummary,
+    LectureUpdate,
+    LessonDetail,
+    LessonsPublic,
+    VerdictPublic,
+)
+from pftrack_server.teaching.polls import PollRecords
+from pftrack_server.web.pages import page
+from pftrack_server.web.services import Services
+
+NOTEBOOK = "application/x-ipynb+json"
+MARKDOWN = "text/markdown"
+TheLectures = Annotated[Lectures, service(Lectures)]
+FILE = {"requestBody": {"required": True, "content": {MARKDOWN: {"schema": {"type": "string"}}}}}
+
+router = APIRouter(prefix="/lessons", tags=["lessons"])
+lectures_router = APIRouter(prefix="/lectures", tags=["lectures"])
+pages = APIRouter(include_in_schema=False)
+
+
+def install(app: FastAPI) -> None:
+    """Add all of teaching to an app."""
+    for part in (router, class_routes.router, lectures_router):
+        app.include_router(part, prefix="/api/v1")
+    app.include_router(pages)
+    app.add_middleware(AccessGuard)
+
+
+@asynccontextmanager
+async def opened(services: Services) -> AsyncIterator[None]:
+    """Add what the handlers of teaching work with to the server's services, for as long as the context lasts."""
+    folder = services.settings.data_dir
+    lessons = Lessons(folder / "lessons", folder / "lessons-computed", services.tasks)
+    await asyncio.to_thread(lessons.open)
+    follows = Follows(services.settings, services.manager, lessons, PollRecords(services.store))
+    services.added.extend((lessons, Lectures(services.house, lessons), follows))
+    try:
+        yield
+    finally:
+        await follows.close()
+        await lessons.close()
+
+
+async def _lesson(lesson: Annotated[str, Path(max_length=64)], lessons: TheLessons) -> Lesson:
+    return await lessons.get(lesson)
+
+
+ALesson = Annotated[Lesson, Depends(_lesson)]
+LectureName = Annotated[str, Path(max_length=64)]
+
+
+@router.get("")
+async def list_lessons(lessons: TheLessons) -> LessonsPublic:
+    """List all lessons, and what is wrong with those of lecturers that cannot be read."""
+    return list_view(await lessons.all())
+
+
+@router.get("/{lesson}")
+async def show_lesson(lesson: ALesson, lessons: TheLessons) -> LessonDetail:
+    """Tell everything about a lesson but the answer of its question."""
+    return detail_view(lesson, await lessons.all())
+
+
+@router.post("/{lesson}/figure", response_class=Response, responses={200: {"model": FigurePublic}})
+async def draw_figure(lesson: ALesson, body: FigureRequest, lessons: TheLessons) -> Response:
+    """Return what a demonstration comes to at some parameters."""
+    return Response(await lessons.figure(lesson, body), media_type="application/json")
+
+
+@router.post(
+    "/{lesson}/answer",
+    responses={202: {"model": ComputingPublic, "description": "The run is still being computed; ask again"}},
+)
+async def answer(
+    lesson: ALesson, body: AnswerRequest, lessons: TheLessons, response: Response
+) -> VerdictPublic | ComputingPublic:
+    """Judge a prediction: how far off it is, and why."""
+    said = await lessons.judge(lesson, body.answer)
+    if isinstance(said, ComputingPublic):
+        response.status_code = HTTPStatus.ACCEPTED
+        return said
+    return VerdictPublic.model_validate(said)
+
+
+@router.get(
+    "/{lesson}/notebook.ipynb",
+    response_class=Response,
+    responses={200: {"content": {NOTEBOOK: {"schema": {"type": "string", "format": "binary"}}}}},
+)
+async def notebook(lesson: ALesson, lessons: TheLessons) -> Response:
+    """Return a lesson as a Jupyter notebook that computes the same numbers."""
+    headers = {"Content-Disposition": f'attachment; filename="{lesson.id}.ipynb"'}
+    return Response(await lessons.notebook(lesson), media_type=NOTEBOOK, headers=headers)
+
+
+@router.get("/{lesson}/checks")
+async def checks(lesson: ALesson, lessons: TheLessons) -> ChecksPublic:
+    """Compute what a lesson claims, and tell how far that is; ask again until all is done."""
+    return checks_view(lesson, await lessons.checks(lesson) if lesson.checks else Job())
+
+
+@lectures_router.get("")
+async def list_lectures(lectures: TheLectures) -> Sequence[LectureSummary]:
+    """List all lectures, the newest first."""
+    return await lectures.all()
+
+
+@lectures_router.post("", status_code=HTTPStatus.CREATED)
+async def add_lecture(body: LectureUpdate, lectures: TheLectures) -> LecturePublic:
+    """Keep a new lecture; runs that it names by a reference are taken into it."""
+    return await lectures.add(body)
+
+
+@lectures_router.post("/import", status_code=HTTPStatus.CREATED, openapi_extra=FILE)
+async def import_lecture(request: Request, lectures: TheLectures) -> LecturePublic:
+    """Take in the file of a lecture; items that are not here are told by their line."""
+    return await lectures.bring_in(await request.body())
+
+
+@lectures_router.get("/{lecture}")
+async def show_lecture(lecture: LectureName, lectures: TheLectures) -> LecturePublic:
+    """Tell everything about a lecture."""
+    return await lectures.get(lecture)
+
+
+@lectures_router.put("/{lecture}")
+async def change_lecture(lecture: LectureName, body: LectureUpdate, lectures: TheLectures) -> LecturePublic:
+    """Put another order in the place of a lecture's."""
+    return await lectures.change(lecture, body)
+
+
+@lectures_router.delete("/{lecture}", status_code=HTTPStatus.NO_CONTENT)
+async def remove_lecture(lecture: LectureName, lectures: TheLectures) -> None:
+    """Forget a lecture; what was answered in it stays."""
+    await lectures.remove(lecture)
+
+
+@lectures_router.get("/{lecture}/file", response_class=Response, responses={200: {"content": {MARKDOWN: {}}}})
+async def lecture_file(lecture: LectureName, lectures: TheLectures) -> Response:
+    """Return the file of a lecture."""
+    title, text = await lectures.text(lecture)
+    name = re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-")[:60] or "lecture"
+    headers = {"Content-Disposition": f'attachment; filename="{name}.lecture.md"', "Cache-Control": "no-store"}
+    return Response(text, media_type=MARKDOWN, headers=headers)
+
+
+@pages.get("/lectures")
+async def lectures_page(request: Request) -> Response:
+    """Return the page of all lectures, and of what was answered."""
+    return page(request, "lectures/lectures.html")
+
+
+@pages.get("/lectures/{lecture}")
+async def lecture_page(request: Request, lecture: str) -> Response:
+    """Return the page on which a lecture is made, which finds out by itself whether there is one."""
+    del lecture
+    return page(request, "lectures/lecture.html")
+
+
+@pages.get("/learn")
+async def lessons_page(request: Request) -> Response:
+    """Return the overview of the lessons."""
+    return page(request, "learn/learn.html")
+
+
+@pages.get("/learn/{lesson}")
+async def lesson_page(request: Request, lesson: str, lessons: TheLessons) -> Response:
+    """Return the page of a lesson, which says so if there is none; a number leads to the lesson of that number."""
+    try:
+        found = await lessons.get(lesson)
+    except NotFoundError as error:
+        return page(request, "learn/lesson.html", error.status)
+    if found.id != lesson:
+        return RedirectResponse(address_of(request.scope, f"learn/{found.id}"))
+    return page(request, "learn/lesson.html")
+
+
+@pages.get("/follow")
+async def follow_page(request: Request, participant: AFollower) -> Response:
+    """Return the page of those who follow."""
+    del participant  # there is one, which is all that had to be known
+    return page(request, "follow/follow.html")

@@ -1,0 +1,321 @@
+"""Guests who try more than they may: forged, expired and borrowed links, every route of the app, too many sockets."""
+
+import re
+from contextlib import ExitStack
+from typing import Any
+from urllib.parse import urlsplit
+
+import httpx
+import pytest
+from fastapi.routing import APIWebSocketRoute, iter_route_contexts
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+from websockets.typing import Origin
+
+from pftrack_server.teaching.follow import MOST_SOCKETS
+from tests.server.host import Server, begin, change_values, command, error_of, steer
+from tests.server.teaching.class_room import Follower, change, farewell, follower, hear, lead
+from tests.viewer.host import Peer
+from tests.waiting import wait_for
+
+STREAM = "api/v1/follow/stream"
+
+
+ALLOWED = {
+    "GET /",
+    "GET /follow",
+    "GET /api/v1/follow",
+    "PUT /api/v1/follow/vote",
+    "POST /api/v1/follow/fork",
+    "DELETE /api/v1/follow/fork",
+    "GET /viz/client/{name}",
+    "GET /viz/{session}/",
+    "GET /api/v1/sessions/{session}",
+    "GET /api/v1/sessions/{session}/diagnostics",
+    "GET /api/v1/experiments/{experiment}",
+    "GET /api/v1/glossary",
+}
+
+
+def test_a_follower_calls_every_route(guarded: Server, session: str, one: Follower) -> None:
+    """What is not on the list is refused, and without the link the follower's browser is nobody."""
+    contexts = list(iter_route_contexts(guarded.app.routes))
+    sockets = [str(each.path) for each in contexts if isinstance(each.original_route, APIWebSocketRoute)]
+    requests = {f"{method} {each.path}" for each in contexts for method in each.methods or ()}
+    assert len(requests) > 80
+    assert requests > ALLOWED
+    for request in sorted(requests - ALLOWED):
+        method, path = request.split(" ")
+        path = path.replace("{session}", session)
+        refused = one.http.request(method, path[1:])
+        assert refused.status_code == 403, request
+        bare = httpx.request(method, f"{guarded.url}{path}", headers={"cookie": one.cookie}, verify=False)  # noqa: S501
+        assert bare.status_code == (200 if path in {"/healthz", "/readyz"} else 401), request
+    for path in sorted(set(sockets) - {"/api/v1/follow/stream", *(each for each in sockets if "{session}" in each)}):
+        with one.socket(path[1:]) as socket:
+            assert farewell(socket)[0] == 4403, path
+    assert len(sockets) > 5
+
+
+@pytest.mark.parametrize(
+    "link", ["", "0000-0000-0000", "..", "%2e%2e", "k7q2-m4xb-9trd/../..", "a" * 3000, "\N{SNOWMAN}"]
+)
+def test_forged_links(guarded: Server, session: str, link: str) -> None:
+    """They lead nowhere, with a sentence for the page, the program and the socket."""
+    with httpx.Client(base_url=guarded.url, follow_redirects=True, verify=False) as nobody:  # noqa: S501
+        for path in ("", "/", f"/api/v1/sessions/{session}"):
+            answer = nobody.get(f"/f/{link}{path}")
+            # What a client itself makes of dots leads out of the links, where the token is asked for.
+            error_of(answer, 404 if str(answer.request.url).startswith(f"{guarded.url}/f/") else 401)
+
+
+def test_a_forged_link_on_a_socket(guarded: Server, session: str) -> None:
+    """The socket is closed with a code that a page does not try again after."""
+    with connect(f"{guarded.ws}/f/0000-0000-0000/api/v1/sessions/{session}/stream") as socket:
+        code, reason = farewell(socket)
+    assert code == 4404
+    assert "typing mistake" in reason
+
+
+def test_a_link_is_typed(guarded: Server, follow: dict[str, Any]) -> None:
+    """Capitals without dashes lead to the page; a socket takes the link as it is printed alone."""
+    place = urlsplit(follow["links"][0]["address"]).path
+    typed = place.rpartition("/")[2].upper().replace("-", "")
+    answer = httpx.get(f"{guarded.url}/f/{typed}", verify=False)  # noqa: S501
+    assert (answer.status_code, answer.headers["location"]) == (307, f"{place}/")
+
+
+def test_a_borrowed_seat(guarded: Server, lecturer: httpx.Client, session: str, one: Follower) -> None:
+    """What a browser keeps of one class does not count in another, and a link without it opens the page alone."""
+    elsewhere = lead(lecturer, session)
+    place = urlsplit(elsewhere["links"][0]["address"]).path
+    for cookie in (one.cookie, "pftrack_seat=made-up", "pftrack_seat=", ""):
+        headers = {"cookie": cookie}
+        error_of(httpx.get(f"{guarded.origin}{place}/api/v1/follow", headers=headers, verify=False), 401)  # noqa: S501
+        with connect(f"ws{guarded.origin.removeprefix('http')}{place}/{STREAM}", additional_headers=headers) as socket:
+            assert farewell(socket)[0] == 4403
+    lecturer.delete(f"/api/v1/follows/{elsewhere['id']}")
+
+
+def test_time_runs_out(lecturer: httpx.Client, follow: dict[str, Any], one: Follower) -> None:
+    """Who is there is sent away when the time is over, and the link has ended."""
+    with one.socket() as stream:
+        hear(stream)
+        assert change(lecturer, follow, hours=1e-7).status_code == 200
+        assert farewell(stream) == (4404, "The time of this class is over.")
+    error_of(one.ask("GET", "follow"), 410)
+
+
+def test_other_sites_pages(guarded: Server, one: Follower) -> None:
+    """A page of another site does nothing in a follower's name."""
+    foreign = {"origin": "http://evil.example"}
+    error_of(one.http.put("api/v1/follow/vote", json={"poll": "x", "answer": 0}, headers=foreign), 403)
+    with pytest.raises(InvalidStatus), one.socket(origin=Origin("http://evil.example")):
+        pass
+
+
+def test_one_browser_opens_sockets_without_end(one: Follower) -> None:
+    """After so many the next is refused with a sentence; those that there are go on."""
+    with ExitStack() as held:
+        first = held.enter_context(one.socket())
+        for _ in range(MOST_SOCKETS - 1):
+            held.enter_context(one.socket())
+        with one.socket() as more:
+            assert farewell(more)[0] == 4429
+        assert hear(first)["type"] == "hello"
+
+
+def test_a_full_class(guarded: Server, lecturer: httpx.Client, follow: dict[str, Any], one: Follower) -> None:
+    """One more is told that it is full, until the lecturer lets more in; nobody who is not there answers."""
+    change(lecturer, follow, most_followers=1)
+    with one.socket() as stream, follower(guarded, follow) as late:
+        hear(stream)
+        with late.socket() as refused:
+            assert farewell(refused) == (4429, "The class has its limit of followers, 1. Try again in a while.")
+        error_of(late.ask("PUT", "follow/vote", poll="x", answer=0), 403)
+        change(lecturer, follow, most_followers=2)
+        with late.socket() as let_in:
+            assert hear(let_in)["type"] == "hello"
+
+
+def test_what_is_not_followed_any_more(
+    lecturer: httpx.Client, session: str, other: str, follow: dict[str, Any], one: Follower
+) -> None:
+    """Where the lecturer goes on to another session, whoever looked at the first is sent on."""
+    with one.socket() as stream, one.socket(f"api/v1/sessions/{session}/stream") as before:
+        hear(stream)
+        change(lecturer, follow, sessions=[other], arrangement={"scenes": "over"})
+        told = hear(stream)["follow"]
+        assert ([each["id"] for each in told["sessions"]], told["arrangement"]) == ([other], {"scenes": "over"})
+        assert farewell(before) == (4404, "The class no longer follows this.")
+        error_of(one.ask("GET", f"sessions/{session}"), 403)
+        assert one.ask("GET", f"sessions/{other}").status_code == 200
+    for wrong in ({"sessions": ["nowhere"]}, {"lesson": "nowhere"}):
+        error_of(change(lecturer, follow, **wrong), 404)
+    for wrong in ({"sessions": []}, {"most_followers": 1001}, {"arrangement": {"x": "y" * 20_000}}, {"hours": 25}):
+        error_of(change(lecturer, follow, **wrong), 422)
+
+
+def test_a_fork_is_its_followers_own(
+    guarded: Server,
+    lecturer: httpx.Client,
+    session: str,
+    follow: dict[str, Any],
+    one: Follower,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It begins where the class stands, without what was changed later, and nobody else may touch it."""
+    monkeypatch.setattr("pftrack_server.teaching.follows.FORKS_SHARE", 0.0)  # one place is left all the same
+    steer(lecturer, session, "seek", frame=6)
+    change_values(lecturer, session, {"sample_count": 321})
+    steer(lecturer, session, "seek", frame=8)
+    error_of(one.ask("POST", "follow/fork", session=session), 403)
+    with one.socket() as stream, follower(guarded, follow) as other, other.socket() as beside:
+        hear(stream), hear(beside)
+        error_of(one.ask("POST", "follow/fork", session="nowhere"), 404)
+        error_of(one.ask("POST", "follow/fork"), 422)
+        error_of(one.ask("POST", "follow/fork", session=session, frame=30), 422)
+        made = one.ask("POST", "follow/fork", session=session, frame=5)
+        assert made.status_code == 201, made.text
+        fork = made.json()
+        own = f"sessions/{fork['id']}"
+        begun = one.ask("GET", own).json()
+        assert (begun["position"], begun["parameters"]["sample_count"]) == (5, 800)
+        assert fork["page"] == f"session/{fork['id']}"
+        changed = one.ask("POST", f"{own}/commands", kind="change", values={"sample_count": 111})
+        assert changed.json()["parameters"]["sample_count"] == 111
+        assert one.http.get(f"session/{fork['id']}").status_code == 200
+        assert one.ask("GET", "follow").json()["mine"]["fork"] == fork
+        error_of(one.ask("POST", "follow/fork", session=session), 409)
+        error_of(other.ask("POST", "follow/fork", session=session), 503)
+        for method, path in (("GET", own), ("POST", f"{own}/commands"), ("DELETE", own)):
+            error_of(other.ask(method, path, sample_count=1), 403)
+        assert one.ask("DELETE", "follow/fork").status_code == 204
+        wait_for(lambda: lecturer.get(f"/api/v1/{own}").status_code == 404)
+        begins_with_what_is_in_force(lecturer, session, one)
+        again = other.ask("POST", "follow/fork", session=session).json()["id"]
+        monkeypatch.setattr("pftrack_server.teaching.follow.UNUSED_S", 0.0)
+        wait_for(lambda: lecturer.get(f"/api/v1/sessions/{again}").status_code == 404)
+    assert lecturer.get(f"/api/v1/sessions/{session}").json()["parameters"]["sample_count"] == 321
+
+
+def begins_with_what_is_in_force(lecturer: httpx.Client, session: str, one: Follower) -> None:
+    """What the lecturer has just changed, the tracker as well, counts from the frame after the one that is shown."""
+    change_values(lecturer, session, {"tracker": "condensation", "sample_count": 123})
+    fork = one.ask("POST", "follow/fork", session=session).json()["id"]
+    begun = one.ask("GET", f"sessions/{fork}").json()
+    assert (begun["position"], begun["tracker"], begun["parameters"]["sample_count"]) == (8, "condensation", 123)
+    one.ask("DELETE", "follow/fork")
+    wait_for(lambda: lecturer.get(f"/api/v1/sessions/{fork}").status_code == 404)
+    change_values(lecturer, session, {"sample_count": 321})
+
+
+def test_a_session_that_is_ended(guarded: Server, lecturer: httpx.Client, other: str) -> None:
+    """Who follows it is told so by its stream; the class lasts, and goes on to another."""
+    gone = str(begin(lecturer)["id"])
+    follow = lead(lecturer, gone, title=None)
+    with follower(guarded, follow) as one, one.socket(), one.socket(f"api/v1/sessions/{gone}/stream") as stream:
+        hear(stream)
+        lecturer.delete(f"/api/v1/sessions/{gone}")
+        assert farewell(stream) == (4404, "The session was ended.")
+        error_of(one.ask("POST", "follow/fork", session=gone), 404)
+        assert change(lecturer, follow, most_followers=0).json()["most_followers"] == 0
+        assert change(lecturer, follow, sessions=[other], title="Go on").json()["title"] == "Go on"
+    lecturer.delete(f"/api/v1/follows/{follow['id']}")
+
+
+def test_a_lecturers_link(
+    guarded: Server, lecturer: httpx.Client, session: str, other: str, follow: dict[str, Any], one: Follower
+) -> None:
+    """A second device has the lecturer's rights over this class and what it follows, and over nothing else."""
+    place = urlsplit(follow["owner_link"]).path
+    elsewhere = lead(lecturer, other, lesson="colour")
+    beginning = httpx.get(elsewhere["owner_link"], verify=False).headers["location"]  # noqa: S501
+    assert beginning.endswith(f"/session/{other}"), "the run of a lesson, not a page that would begin another"
+    with httpx.Client(base_url=f"{guarded.origin}{place}/", verify=False, timeout=60) as device:  # noqa: S501
+        assert device.get("").headers["location"] == f"{place}/session/{session}"
+        assert device.get(f"session/{session}").status_code == 200
+        assert device.post(f"api/v1/sessions/{session}/commands", json={"kind": "pause"}).status_code == 200
+        address = f"api/v1/follows/{follow['id']}"
+        assert device.put(f"{address}/poll", json={"question": "?", "answers": ["a", "b"]}).status_code == 200
+        assert b"<svg" in device.get(f"{address}/qr.svg").content
+        error_of(device.get(f"{address}/qr.svg", params={"link": 7}), 404)
+        assert device.patch(address, json={"most_followers": 7}).json()["most_followers"] == 7
+        error_of(device.patch(address, json={"sessions": [other]}), 403)
+        for method, path in (
+            ("GET", "api/v1/sessions"),
+            ("GET", f"api/v1/sessions/{other}"),
+            ("GET", "api/v1/follows"),
+            ("DELETE", f"api/v1/follows/{elsewhere['id']}"),
+            ("GET", f"api/v1/follows/{elsewhere['id']}"),
+            ("POST", "api/v1/runs"),
+            ("GET", "api/v1/follow"),
+        ):
+            error_of(device.request(method, path), 403)
+        with connect(f"ws{guarded.origin.removeprefix('http')}{place}/{address}/stream") as stream:
+            assert hear(stream)["follow"]["followers"] == 0
+            with one.socket() as following:
+                hear(following)
+                assert hear(stream)["follow"]["followers"] == 1
+    lecturer.delete(f"/api/v1/follows/{elsewhere['id']}")
+
+
+def test_the_scene_turns_and_does_nothing_else(
+    lecturer: httpx.Client, session: str, follow: dict[str, Any], one: Follower
+) -> None:
+    """The panel beside the class's scene is deaf to a follower; the one of the follower's own session is not."""
+    count = lecturer.get(f"/api/v1/sessions/{session}").json()["parameters"]["sample_count"]
+    with one.socket() as stream:
+        hear(stream)
+        fork = one.ask("POST", "follow/fork", session=session).json()["id"]
+        with Peer(f"{one.ws}/viz/{session}", one.cookie) as looking, Peer(f"{one.ws}/viz/{fork}/", one.cookie) as own:
+            for peer in (looking, own):
+                peer.move("Particles", 55)
+            wait_for(lambda: one.ask("GET", f"sessions/{fork}").json()["parameters"]["sample_count"] == 55)
+            assert looking.socket.close_code is None
+            assert lecturer.get(f"/api/v1/sessions/{session}").json()["parameters"]["sample_count"] == count
+            page = one.http.get(f"viz/{session}/").text
+            assert one.http.get(f"viz/{session}/{re.findall('href=.(../client/[^>]*css)', page)[0]}").status_code == 200
+
+
+def test_a_lesson_is_followed(lecturer: httpx.Client, guarded: Server, session: str) -> None:
+    """The figure that the lecturer's page gets goes to the class, whoever tries it has one, and then gives it back."""
+    lessons = lecturer.get("/api/v1/lessons").json()["lessons"]
+    lesson = next(each for each in lessons if each["kind"] == "demonstration")["id"]
+    follow = lead(lecturer, lesson=lesson)
+    address = f"/api/v1/follows/{follow['id']}"
+    with follower(guarded, follow) as one, one.socket() as stream:
+        assert (hear(stream)["follow"]["lesson"], follow["sessions"]) == (lesson, [])
+        assert one.ask("GET", f"lessons/{lesson}").status_code == 200
+        figure = lecturer.post(f"{address}/figure", json={"seed": 5}).json()
+        told = hear(stream)
+        assert (told["type"], told["lesson"], told["figure"]) == ("figure", lesson, figure)
+        with follower(guarded, follow) as late, late.socket() as after:
+            assert [hear(after)["type"], hear(after)["figure"]] == ["hello", figure]
+        error_of(one.ask("POST", f"lessons/{lesson}/figure", seed=6), 403)
+        page = one.ask("POST", "follow/fork", frame=None).json()["page"]
+        assert one.http.get(page).status_code == 200
+        assert one.ask("POST", f"lessons/{lesson}/figure", seed=6).json()["seed"] == 6
+        assert one.ask("DELETE", "follow/fork").status_code == 204
+        error_of(one.ask("POST", f"lessons/{lesson}/figure", seed=6), 403)
+        error_of(change(lecturer, follow, lesson=None), 422)
+        assert change(lecturer, follow, lesson=None, sessions=[session]).json()["lesson"] is None
+        error_of(lecturer.post(f"{address}/figure", json={}), 409)
+    lecturer.delete(address)
+
+
+def test_a_server_without_a_token(server: Server, client: httpx.Client) -> None:
+    """By the link one is a follower there as well, and the lecturer is told that nobody else can come."""
+    session = begin(client)
+    begun = client.post("/api/v1/follows", json={"sessions": [session["id"]]}).json()
+    assert "--host" in begun["notice"]
+    assert [each["everybody"] for each in begun["links"]] == [False]
+    with follower(server, begun) as one, one.socket() as stream:
+        assert hear(stream)["type"] == "hello"
+        error_of(one.ask("POST", f"sessions/{session['id']}/commands", kind="play"), 403)
+        error_of(client.get("/api/v1/follow"), 404)
+        assert command(client, session["id"], "play").status_code == 200
+    error_of(client.post("/api/v1/follows", json={"sessions": []}), 422)
+    error_of(client.post("/api/v1/follows", json={"sessions": [session["id"]] * 2}), 422)
+    error_of(client.post("/api/v1/follows", json={"sessions": ["nowhere"]}), 404)
+    client.delete(f"/api/v1/follows/{begun['id']}")

@@ -1,0 +1,189 @@
+"""Lectures: kept as one text file, taken in as hostile, and told with what is not here by its line."""
+
+import json
+from base64 import urlsafe_b64decode
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from pftrack_server.core.settings import Settings
+from pftrack_server.store.tables import LectureRow
+from pftrack_server.teaching.lecture_file import LARGEST_BYTES, read, write
+from pftrack_server.teaching.messages import KINDS
+from tests.server.host import begin, error_of, running
+
+FILE = """---
+title: From Bayes to particles
+items:
+- lesson: bayes
+- failure: 4
+  minutes: 7.5
+- poll: Will it survive the pillar?
+  answers: [Yes, No]
+- question: sir
+- session:
+    recipe: {experiment: ball, seed: 3}
+    position: 12
+  title: The pillar
+---
+Begin with the *question*.
+"""
+BOMB = "a: &a [x, x]\nb: &b [*a, *a]"
+HOSTILE = {
+    "no head": ("title: x", "Line 1: the file begins with a head"),
+    "no end": ("---\ntitle: x", "Line 1: the head that begins here"),
+    "not text": (b"---\ntitle: \xff\xfe\n---\n", "Line 2: this is no UTF-8"),
+    "bomb": (f"---\ntitle: x\n{BOMB}\n---\n", "Line 3: references"),
+    "tag": ("---\ntitle: !!python/object/apply:os.getcwd []\n---\n", "Line 2: the tag"),
+    "deep": (f"---\ntitle: x\nitems: {'[' * 90}{']' * 90}\n---\n", "nested more than"),
+    "no title": ("---\nitems: []\n---\n", "`title` is missing; docs/how-to/lectures.md"),
+    "unknown key": ("---\ntitle: x\nitems:\n- leson: bayes\n---\n", "Line 4: there is no `items.0.leson` in a lecture"),
+    "two kinds": (
+        "---\ntitle: x\nitems:\n- lesson: a\n- lesson: a\n  failure: b\n---\n",
+        "Line 5: `items.1` does not fit",
+    ),
+    "no answers": ("---\ntitle: x\nitems:\n- poll: Why?\n---\n", "Line 4: `items.0` does not fit"),
+    "minutes": ("---\ntitle: x\nitems:\n- lesson: a\n  minutes: -3\n---\n", "Line 5: `items.0.minutes` does not fit"),
+    "too many": (
+        f"---\ntitle: x\nitems:\n{'- lesson: a' + chr(10):s}---\n".replace("- lesson: a\n", "- lesson: a\n" * 101),
+        "at most 100",
+    ),
+    "too large": ("---\n" + "#" * LARGEST_BYTES, "larger than 128 KiB"),
+    "long notes": (f"---\ntitle: x\n---\n{'n' * 10_001}", "Line 4: the text has more"),
+}
+
+
+def take_in(client: httpx.Client, text: str | bytes) -> httpx.Response:
+    return client.post("/api/v1/lectures/import", content=text, headers={"content-type": "text/markdown"})
+
+
+def fragment(page: str) -> Any:
+    text = page.split("#", 1)[1]
+    return json.loads(urlsafe_b64decode(text + "=" * (-len(text) % 4)))
+
+
+def test_a_file_is_kept_as_it_was_written(tmp_path: Path) -> None:
+    """What a file says is known, it is given back letter by letter, and a restart loses nothing."""
+    settings = Settings(data_dir=tmp_path)
+    with running(settings) as server, httpx.Client(base_url=server.url, timeout=60, verify=False) as client:  # noqa: S501
+        answer = take_in(client, FILE)
+        assert answer.status_code == 201, answer.text
+        made = answer.json()
+    with running(settings) as server, httpx.Client(base_url=server.url, timeout=60, verify=False) as client:  # noqa: S501
+        [summary] = client.get("/api/v1/lectures").json()
+        lecture = client.get(f"/api/v1/lectures/{made['id']}").json()
+        assert lecture == made
+        assert {**summary, "items": lecture["items"], "notes": "Begin with the *question*."} == lecture
+        lesson, failure, poll, question, session = lecture["items"]
+        assert [item["problem"] for item in lecture["items"]] == [None] * 5
+        assert (lesson["title"], lesson["page"]) == ("From picture back to state: Bayes' rule", "learn/bayes")
+        assert lesson["minutes"] == next(
+            it["minutes"] for it in client.get("/api/v1/lessons").json()["lessons"] if it["id"] == "bayes"
+        )
+        assert failure["page"].startswith("failures/")
+        assert failure["minutes"] == 7.5
+        assert poll["asks"]["answers"] == ["Yes", "No"], "words of a poll are words"
+        assert question["asks"]["lesson"] == "sir"
+        assert question["asks"]["lecture"] == made["id"]
+        assert session["title"] == "The pillar"
+        assert session["page"].startswith("session/new#")
+        assert fragment(session["page"]) == {"recipe": {"experiment": "ball", "seed": 3}, "position": 12}
+        assert lecture["minutes"] == sum(item["minutes"] for item in lecture["items"])
+        file = client.get(f"/api/v1/lectures/{made['id']}/file")
+        assert file.text == FILE
+        assert file.headers["content-disposition"] == 'attachment; filename="from-bayes-to-particles.lecture.md"'
+        assert client.delete(f"/api/v1/lectures/{made['id']}").status_code == 204
+        assert client.get("/api/v1/lectures").json() == []
+        for method in ("GET", "DELETE"):
+            error_of(client.request(method, f"/api/v1/lectures/{made['id']}"), 404)
+
+
+def test_a_damaged_file_harms_no_other(start_server: Any) -> None:
+    """What is stored and cannot be read is left out of the list, told by its address, and can be deleted."""
+    with start_server() as (server, client):
+        broken, whole = (take_in(client, FILE).json()["id"] for _ in range(2))
+        store = server.app.state.services.store
+        row = store.get(LectureRow, broken)
+        row.text = "no lecture"
+        store.save(row)
+        assert [each["id"] for each in client.get("/api/v1/lectures").json()] == [whole]
+        assert "only be deleted" in error_of(client.get(f"/api/v1/lectures/{broken}"), 410)["message"]
+        assert client.delete(f"/api/v1/lectures/{broken}").status_code == 204
+
+
+def test_the_documentation_shows_a_lecture() -> None:
+    """The example of the page on lectures is one, of every kind of item."""
+    page = (Path(__file__).parents[3] / "docs" / "how-to" / "lectures.md").read_text()
+    example = page.split("```markdown\n")[1].split("```")[0]
+    lecture, lines = read(example.encode())
+    assert {item.kind for item in lecture.items} == set(KINDS)
+    assert [example.splitlines()[line - 1][:2] for line in lines] == ["- "] * len(lines)
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_what_is_no_lecture_is_refused(client: httpx.Client, name: str) -> None:
+    """Whatever comes is refused in a sentence that names the line."""
+    text, sentence = HOSTILE[name]
+    assert sentence in error_of(take_in(client, text), 422)["message"]
+    assert client.get("/api/v1/lectures").json() == []
+
+
+def test_what_is_not_here_is_told(client: httpx.Client) -> None:
+    """An item that another server has stays in the order, with its line and what is wrong; the rest can be shown."""
+    items = "- lesson: elsewhere\n- failure: none\n- session: {recipe: {experiment: away}}\n- lesson: bayes"
+    text = f"---\ntitle: x\nitems:\n{items}\n---\n"
+    lecture = take_in(client, text).json()
+    *missing, here = lecture["items"]
+    assert [item["problem"].split(":")[0] for item in missing] == ["Line 4", "Line 5", "Line 6"]
+    assert [item["page"] for item in missing] == [None] * 3
+    assert here["page"] == "learn/bayes"
+    client.delete(f"/api/v1/lectures/{lecture['id']}")
+
+
+def test_an_order_of_the_page(client: httpx.Client) -> None:
+    """A page sends items; runs by reference become what makes them, and what is written is read as the same."""
+    session = begin(client, frames=20)
+    run = client.post("/api/v1/runs", json={"session": session["id"], "title": "= Mine"}).json()
+    references = [{"reference": run["id"]}, {"reference": f"{session['id']}:b0"}]
+    items = [
+        {"session": {"reference": run["id"]}, "minutes": 3},
+        {"comparison": {"runs": references, "arrangement": "over"}},
+        {"poll": "No", "answers": ["yes", "- off", "1e5"]},
+    ]
+    answer = client.post(
+        "/api/v1/lectures", json={"title": 'A "title": of\u2028mine', "items": items, "notes": "---\n"}
+    )
+    assert answer.status_code == 201, answer.text
+    lecture = answer.json()
+    client.delete(f"/api/v1/runs/{run['id']}")
+    own, compared, poll = lecture["items"]
+    assert own["title"] == "= Mine"
+    assert fragment(own["page"])["recipe"]["frames"] == 20
+    assert fragment(compared["page"])["arrangement"] == "over"
+    assert [each["recipe"]["seed"] for each in fragment(compared["page"])["runs"]] == [7, 7]
+    assert poll["asks"]["answers"] == ["yes", "- off", "1e5"]
+    text = client.get(f"/api/v1/lectures/{lecture['id']}/file").text
+    assert write(read(text.encode()).lecture) == text
+
+    address = f"/api/v1/lectures/{lecture['id']}"
+    turned = [each["item"] for each in reversed(lecture["items"])]
+    changed = client.put(address, json={"title": "Turned", "items": turned}).json()
+    assert [each["kind"] for each in changed["items"]] == ["poll", "comparison", "session"]
+    assert changed["created"] == lecture["created"]
+    gone = [{"session": {"reference": run["id"]}}]
+    assert "no saved run" in error_of(client.put(address, json={"title": "x", "items": gone}), 404)["message"]
+    assert client.get(address).json() == changed
+    client.delete(address)
+
+
+def test_only_the_lecturer(client: httpx.Client) -> None:
+    """Neither follower nor the lecturer's second device sees a lecture, whatever the class follows."""
+    follow = client.post("/api/v1/follows", json={"lesson": "bayes"}).json()
+    with httpx.Client(timeout=60, verify=False) as browser:  # noqa: S501
+        for link in (follow["links"][0]["address"], follow["owner_link"]):
+            browser.get(link)
+            for path in ("api/v1/lectures", "lectures", "lectures/it"):
+                assert browser.get(f"{link}/{path}").status_code == 403
+    client.delete(f"/api/v1/follows/{follow['id']}")

@@ -1,0 +1,52 @@
+"""Text of lessons: formulas become MathML, and nothing that a lecturer writes becomes markup of its own."""
+
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from pftrack_server.core.markdown import inline, paragraphs
+
+
+def test_formulas_become_mathml() -> None:
+    """A formula within a line, and one that stands alone, with their signs as characters."""
+    text = paragraphs("Bayes' rule *turns* it:\n\n$$p(x \\mid z) \\propto p(z \\mid x)\\,p(x)$$\n\nfor $N \\le 50$.")
+    assert "<em>turns</em>" in text
+    assert 'display="block"' in text
+    assert "∝" in text
+    assert '<math xmlns="http://www.w3.org/1998/Math/MathML" display="inline">' in text
+    assert "<mo>≤</mo>" in text
+
+
+def test_a_sentence_is_no_paragraph() -> None:
+    """What stands in a list or a question has its emphasis and formulas, and no paragraph around it."""
+    assert inline("Set *N* to 50.") == "Set <em>N</em> to 50."
+
+
+@pytest.mark.parametrize(
+    "hostile",
+    [
+        "<script>alert(1)</script>",
+        "<img src=x onerror=alert(1)>",
+        "$\\text{<svg/onload=alert(1)>}$",
+        "$\\text{&lt;svg/onload=alert(1)&gt;}$",
+        "$<script>$",
+        "$\\href{javascript:alert(1)}{x}$",
+        "[here](javascript:alert(1))",
+        "![a picture](https://elsewhere.example/x.png)",
+    ],
+)
+def test_nothing_of_a_text_becomes_markup_of_its_own(hostile: str) -> None:
+    """The elements of the answer are those that Markdown and formulas have, without scripts, events and pictures."""
+    root = ET.fromstring(f"<body>{inline(hostile)}</body>")  # noqa: S314 - what is tested is that it is well formed
+    elements = [element.tag.rpartition("}")[2] for element in root.iter()]
+    assert not {"script", "img", "svg", "iframe"} & set(elements)
+    for element in root.iter():
+        assert not [name for name in element.attrib if name.startswith("on")]
+        assert "javascript" not in element.attrib.get("href", "")
+
+
+def test_a_formula_that_cannot_be_read_is_shown_as_it_was_written() -> None:
+    """The rest of the text stands as always."""
+    text = inline("This $\\frac{$ is half a formula.")
+    assert '<code class="unread" title="This formula cannot be read">\\frac{</code>' in text
+    assert text.endswith("is half a formula.")

@@ -1,0 +1,239 @@
+"""The parts of a class by themselves: followers, forks, poll, and where the server is reached."""
+
+import asyncio
+import functools
+from collections.abc import Callable, Coroutine
+from contextlib import ExitStack
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from pftrack.core.refusal import ConflictError
+from pftrack_server.core.errors import ApiError, CrowdedError
+from pftrack_server.core.settings import Settings
+from pftrack_server.teaching import links as found
+from pftrack_server.teaching.follow import LECTURER, MOST_SCENES, MOST_SOCKETS, UNUSED_S, Followers, Forks
+from pftrack_server.teaching.links import NOTICE, addresses
+from pftrack_server.teaching.polls import Poll
+from tests.apart import run
+
+TOKEN = "sixteen characters"
+
+
+def _nobody() -> Followers:
+    return Followers(lambda: None)
+
+
+def in_loop(test: Callable[..., Coroutine[Any, Any, None]]) -> Callable[..., None]:
+    """Run a test in an event loop."""
+
+    @functools.wraps(test)
+    def whole(*arguments: Any, **fixtures: Any) -> None:
+        run(test(*arguments, **fixtures))
+
+    return whole
+
+
+class TestFollowers:
+    @in_loop
+    async def test_a_class_is_full(self) -> None:
+        """One more than may come is sent away; who is there may open more sockets, up to a limit."""
+        room = _nobody()
+        with ExitStack() as held:
+            for seat in "aab":
+                held.enter_context(room.take(seat, "/", 2))
+            assert (len(room), room.sockets) == (2, 3)
+            with pytest.raises(CrowdedError, match="followers, 2"), room.take("c", "/", 2):
+                pass
+            for _ in range(MOST_SOCKETS - 2):
+                held.enter_context(room.take("a", "/", 2))
+            with pytest.raises(CrowdedError, match="24 connections"), room.take("a", "/", 2):
+                pass
+            held.enter_context(room.take("b", "/", 2))
+            assert (len(room), room.sockets) == (2, MOST_SOCKETS + 2)
+
+    @in_loop
+    async def test_scenes_are_for_some(self) -> None:
+        """One more than may look at the scene is told of the flat view, and follows nevertheless."""
+        room = _nobody()
+        with ExitStack() as held:
+            for number in range(MOST_SCENES):
+                held.enter_context(room.take(str(number), "/viz/one/", 100))
+            with pytest.raises(CrowdedError, match="flat view"), room.take("late", "/viz/one", 100):
+                pass
+            assert "late" not in room, "who was refused is not there"
+            held.enter_context(room.take("late", "/api/v1/follow/stream", 100))
+            assert len(room) == MOST_SCENES + 1
+
+    @in_loop
+    async def test_the_lecturer_does_not_count(self) -> None:
+        """A class of one has room for one follower beside the lecturer."""
+        room = _nobody()
+        with room.take(LECTURER, "/", 1), room.take("a", "/", 1):
+            assert len(room) == 1
+
+    @in_loop
+    async def test_a_closed_class_keeps_who_is_there(self) -> None:
+        """With a limit of 0 nobody new comes in; who is there may open more, and is gone with the last socket."""
+        room = _nobody()
+        with room.take("a", "/", 1), room.take("a", "/elsewhere", 0):
+            with pytest.raises(CrowdedError, match="followers, 0"), room.take("b", "/", 0):
+                pass
+            assert len(room) == 1
+        assert (len(room), "a" in room) == (0, False)
+
+    @in_loop
+    async def test_who_must_leave_is_interrupted(self) -> None:
+        """A socket whose seat or path may not stay ends, and others go on."""
+        room, ended = _nobody(), asyncio.Event()
+
+        async def serve(seat: str, path: str) -> str:
+            with room.take(seat, path, 9) as hold:
+                try:
+                    async with hold:
+                        await ended.wait()
+                except TimeoutError:
+                    ended.set()
+                    return "sent away"
+            return "stayed"
+
+        served = [asyncio.ensure_future(serve(*each)) for each in (("a", "/x"), ("a", "/y"), ("b", "/x"))]
+        await asyncio.sleep(0)
+        room.review(lambda seat, path: (seat, path) != ("a", "/x"))
+        assert await asyncio.gather(*served) == ["sent away", "stayed", "stayed"]
+
+
+class TestForks:
+    def test_one_each(self) -> None:
+        """A fork counts from when its session is begun until that is gone."""
+        sessions: dict[str, Any] = {"x": SimpleNamespace(visitors=0), "y": SimpleNamespace(visitors=0)}
+        forks = Forks(sessions.get, lambda: None)
+        with forks.reserve("a") as first:
+            assert len(forks) == 1
+            assert forks.of("a") is first
+            with pytest.raises(ConflictError), forks.reserve("a"):
+                pass
+            first.session = "x"
+        with forks.reserve("b") as second:
+            second.session = "y"
+        del sessions["x"]
+        assert (len(forks), forks.sessions, forks.of("a")) == (1, ["y"], None)
+        with forks.reserve("c") as third:
+            third.lesson = "bayes"
+        assert len(forks) == 2
+        given_back = forks.release("c")
+        assert given_back is not None
+        assert given_back.lesson == "bayes"
+        assert forks.release("c") is None
+
+    def test_a_session_that_could_not_be_made_does_not_count(self) -> None:
+        """Its fork is gone with the error."""
+        forks = Forks(lambda _: SimpleNamespace(visitors=0), lambda: None)
+        with pytest.raises(OSError, match="disk"), forks.reserve("a"):
+            raise OSError("disk")
+        assert len(forks) == 0
+
+    def test_a_lesson_that_nobody_turns_is_given_back(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """It ends when it has not been used for a while, and not before."""
+        now = 0.0
+        monkeypatch.setattr("pftrack_server.teaching.follow.time.monotonic", lambda: now)
+        forks = Forks(lambda _: SimpleNamespace(visitors=0), lambda: None)
+        with forks.reserve("a") as fork:
+            fork.lesson = "bayes"
+        now = UNUSED_S - 1.0
+        forks.touch("a", "/api/v1/follow")
+        forks.touch("b", "/api/v1/lessons/bayes/figure")
+        assert forks.of("a") is fork
+        forks.touch("a", "/api/v1/lessons/bayes/figure")
+        now += UNUSED_S - 1.0
+        assert len(forks) == 1
+        now += 2.0
+        assert len(forks) == 0
+
+    def test_a_session_that_nobody_visits_is_given_back(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """It ends when its page has been left for a while."""
+        now = 0.0
+        monkeypatch.setattr("pftrack_server.teaching.follow.time.monotonic", lambda: now)
+        visited: Any = SimpleNamespace(visitors=1)
+        forks = Forks({"x": visited, "y": SimpleNamespace(visitors=0)}.get, lambda: None)
+        for seat, session in (("a", "x"), ("b", "y")):
+            with forks.reserve(seat) as fork:
+                fork.session = session
+        now = UNUSED_S - 1.0
+        assert forks.unused_sessions() == []
+        now += 1.0
+        visited.visitors = 0
+        assert forks.unused_sessions() == ["y"]
+
+    def test_what_is_given_back_while_it_is_made(self) -> None:
+        """Another one may be begun meanwhile, and stays."""
+        forks = Forks(lambda _: SimpleNamespace(visitors=0), lambda: None)
+        with forks.reserve("a"):
+            forks.release("a")
+            with forks.reserve("a") as second:
+                second.session = "x"
+        assert forks.of("a") is second
+
+
+class TestPoll:
+    def test_nobody_sees_answers_before_they_are_revealed(self) -> None:
+        """The lecturer sees how many have answered, followers not even that."""
+        poll = Poll.ask("?", ["a", "b", "c"])
+        poll = poll.vote("x", poll.id, 2).vote("y", poll.id, 2).vote("x", poll.id, 0)
+        assert poll.view(to_owner=True).model_dump(include={"votes", "counts"}) == {"votes": 2, "counts": None}
+        assert poll.view(to_owner=False).model_dump(include={"votes", "counts"}) == {"votes": None, "counts": None}
+        shown = poll.reveal().view(to_owner=False)
+        assert (shown.votes, shown.counts) == (2, [1, 0, 1])
+
+    @pytest.mark.parametrize("wrong", [{"poll": "another"}, {"answer": 2}, {"answer": -1}])
+    def test_answers_that_do_not_count(self, wrong: dict[str, Any]) -> None:
+        """Another question's, or one that is not offered."""
+        poll = Poll.ask("?", ["a", "b"])
+        with pytest.raises(ApiError):
+            poll.vote(**{"seat": "x", "poll": poll.id, "answer": 1, **wrong})
+
+    def test_nobody_answers_after_the_reveal(self) -> None:
+        """What is shown stays as it is."""
+        poll = Poll.ask("?", ["a", "b"]).reveal()
+        with pytest.raises(ConflictError, match="revealed"):
+            poll.vote("x", poll.id, 1)
+
+
+class TestAddresses:
+    def test_this_machine_only(self) -> None:
+        """A server on the loopback interface is reached by nobody else, with a token or without."""
+        for settings in (Settings(), Settings(token=TOKEN)):
+            assert addresses("http://localhost:8000", settings) == [("http://localhost:8000", False)]
+        assert "--host" in NOTICE
+
+    def test_a_lecturer_who_came_from_elsewhere(self) -> None:
+        """Where the lecturer's browser reaches the server by a name, so do others."""
+        settings = Settings(token=TOKEN, allowed_hosts=("lab.example",))
+        for base in ("https://lab.example", "https://lab.example/any/prefix"):
+            assert addresses(base, settings) == [(base, True)]
+
+    def test_a_server_that_listens_everywhere(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """A lecturer on the machine itself is told the names that others can use, with the port."""
+        monkeypatch.setattr(found, "_names", lambda _: ["192.0.2.7", "198.51.100.9"])
+        told = addresses("http://127.0.0.1:8123", Settings(host="0.0.0.0"))
+        assert told == [
+            ("http://192.0.2.7:8123", True),
+            ("http://198.51.100.9:8123", True),
+            ("http://127.0.0.1:8123", False),
+        ]
+        below = addresses("http://127.0.0.1:8123/space%20word", Settings(host="0.0.0.0"))
+        assert [each.base for each in below] == [f"{each.base}/space%20word" for each in told]
+        only = Settings(host="0.0.0.0", allowed_hosts=("198.51.100.9",))
+        assert [each.base for each in addresses("http://[::1]:80", only) if each.everybody] == [
+            "http://198.51.100.9:80"
+        ]
+
+    def test_the_interfaces_of_this_machine(self) -> None:
+        """What is found is this machine's and no loopback address; a server bound to one address has that one."""
+        names = found._names(Settings(host="0.0.0.0"))
+        assert "127.0.0.1" not in names
+        assert found._names(Settings(host="2001:db8::5", token=TOKEN)) == ["2001:db8::5"]
+        assert (
+            addresses("http://[::1]:1", Settings(host="2001:db8::5", token=TOKEN))[0].base == "http://[2001:db8::5]:1"
+        )

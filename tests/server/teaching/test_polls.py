@@ -1,0 +1,125 @@
+"""Polls: they are kept with how many gave which answer and nothing else, shown again, and exported."""
+
+import csv
+import io
+import sqlite3
+from pathlib import Path
+from typing import Any
+
+import httpx
+
+from pftrack_server.core.settings import Settings
+from pftrack_server.store.tables import PollRow
+from tests.server.host import Server, error_of, running
+from tests.server.teaching.class_room import Follower, follower, lead
+from tests.waiting import wait_for
+
+ASKED = {"question": '=HYPERLINK("http://elsewhere")', "answers": ["@Yes", "No"]}
+
+
+def ask(client: httpx.Client, follow: dict[str, Any], **wanted: Any) -> dict[str, Any]:
+    """Ask a class; a run that the answers need is waited for."""
+    answers = [client.put(f"/api/v1/follows/{follow['id']}/poll", json=wanted)]
+    wait_for(lambda: answers[-1].status_code != 202 or answers.append(client.put(answers[0].url, json=wanted)))
+    assert answers[-1].status_code == 200, answers[-1].text
+    poll: dict[str, Any] = answers[-1].json()["poll"]
+    return poll
+
+
+def vote(one: Follower, poll: dict[str, Any], answer: int) -> None:
+    assert one.ask("PUT", "follow/vote", poll=poll["id"], answer=answer).status_code == 200
+
+
+def kept(client: httpx.Client, **query: Any) -> list[dict[str, Any]]:
+    found: list[dict[str, Any]] = client.get("/api/v1/polls", params=query).json()
+    return found
+
+
+def test_answers_outlive_class_and_server(tmp_path: Path) -> None:
+    """What was answered is there after a restart, revealed or not, with no trace of who answered."""
+    settings = Settings(data_dir=tmp_path)
+    with running(settings) as server, httpx.Client(base_url=server.url, timeout=60, verify=False) as client:  # noqa: S501
+        follow = lead(client, lesson="bayes")
+        with follower(server, follow) as one, follower(server, follow) as two, one.socket(), two.socket():
+            first = ask(client, follow, **ASKED)
+            vote(one, first, 0)
+            vote(two, first, 1)
+            vote(two, first, 0)
+            assert kept(client) == [], "nobody sees what is not revealed yet"
+            client.post(f"/api/v1/follows/{follow['id']}/poll/reveal")
+            second = ask(client, follow, question="And now?", answers=["Yes", "No"], lecture="0" * 16)
+            vote(one, second, 1)
+            seats = [one.cookie.split("=")[1].split(".")[0], two.cookie.split("=")[1].split(".")[0]]
+            client.delete(f"/api/v1/follows/{follow['id']}")
+        third = lead(client, lesson="bayes")
+        ask(client, third, question="Nobody answers", answers=["Yes", "No"])
+    database = sqlite3.connect(settings.data_dir / "pftrack.sqlite")
+    assert not any(seat in "\n".join(database.iterdump()) for seat in seats)
+    database.close()
+    with running(settings) as server, httpx.Client(base_url=server.url, timeout=60, verify=False) as client:  # noqa: S501
+        newer, older = kept(client)
+        assert (newer["question"], newer["counts"], newer["followers"]) == ("And now?", [0, 1], 2)
+        assert (older["question"], older["counts"], older["votes"]) == (ASKED["question"], [2, 0], 2)
+        assert [each["id"] for each in kept(client, lecture="0" * 16)] == [newer["id"]]
+
+        answer = client.get("/api/v1/polls/answers.csv")
+        assert answer.headers["content-disposition"] == 'attachment; filename="polls.csv"'
+        head, *rows = csv.reader(io.StringIO(answer.text))
+        assert head[3:7] == ["question", "answer", "votes", "share_percent"]
+        assert [row[3:7] for row in rows[2:]] == [
+            [f"'{ASKED['question']}", "'@Yes", "2", "100.0"],
+            [f"'{ASKED['question']}", "No", "0", "0.0"],
+        ]
+
+        # Shown again to another class.
+        follow = lead(client, lesson="bayes")
+        with follower(server, follow) as one, one.socket():
+            again = ask(client, follow, kept=older["id"])
+            assert (again["revealed"], again["counts"], again["votes"]) == (True, [2, 0], 2)
+            assert "closed" in one.ask("PUT", "follow/vote", poll=older["id"], answer=1).text
+        client.delete(f"/api/v1/follows/{follow['id']}/poll")
+        assert [each["id"] for each in kept(client)] == [newer["id"], older["id"]]
+        assert client.delete(f"/api/v1/polls/{older['id']}").status_code == 204
+        error_of(client.delete(f"/api/v1/polls/{older['id']}"), 404)
+        assert [each["id"] for each in kept(client)] == [newer["id"]]
+
+
+def test_what_is_withdrawn_is_forgotten(
+    guarded: Server, lecturer: httpx.Client, follow: dict[str, Any], one: Follower
+) -> None:
+    """A poll that is withdrawn before it is revealed is not kept, even if it was written down meanwhile."""
+    with one.socket():
+        poll = ask(lecturer, follow, **ASKED)
+        vote(one, poll, 1)
+        store = guarded.app.state.services.store
+        wait_for(lambda: store.get(PollRow, poll["id"]))
+        lecturer.delete(f"/api/v1/follows/{follow['id']}/poll")
+        assert store.get(PollRow, poll["id"]) is None
+
+
+def test_a_lessons_question_is_asked(lecturer: httpx.Client, follow: dict[str, Any]) -> None:
+    """A choice is asked as it is, a number in intervals, and one that a run answers as soon as that is computed."""
+    choice = ask(lecturer, follow, lesson="bayes")
+    assert choice["question"].startswith("A camera at 5 m")
+    assert choice["answers"][1] == "Two peaks, near 2 m and near 8 m"
+    assert ask(lecturer, follow, lesson="9")["answers"][-1] == "Above 10"
+    assert ask(lecturer, follow, lesson="cost-of-a-threshold")["answers"][0].endswith(" frames")
+    error_of(lecturer.put(f"/api/v1/follows/{follow['id']}/poll", json={"lesson": "nowhere"}), 404)
+    for wrong in ({}, {"question": "Why?"}, {"lesson": "9", **ASKED}, {"answers": ["Yes", "No"], "kept": "it"}):
+        error_of(lecturer.put(f"/api/v1/follows/{follow['id']}/poll", json=wrong), 422)
+
+
+def test_a_link_gives_no_rights_over_what_was_answered(
+    guarded: Server, lecturer: httpx.Client, follow: dict[str, Any], one: Follower
+) -> None:
+    """Neither a follower nor the lecturer's second device lists, exports, deletes or shows again."""
+    owner = follow["owner_link"].split(guarded.base, 1)[1]
+    with httpx.Client(base_url=guarded.url, timeout=60, verify=False) as device:  # noqa: S501
+        for place, client in ((owner, device), ("", one.http)):
+            for method, path in (("GET", "polls"), ("GET", "polls/answers.csv"), ("DELETE", "polls/it")):
+                address = f"{place}/api/v1/{path}".removeprefix("" if place else "/")
+                assert client.request(method, address).status_code == 403
+        answer = device.put(f"{owner}/api/v1/follows/{follow['id']}/poll", json={"kept": "it"})
+        assert "before" in error_of(answer, 403)["message"]
+        assert device.put(f"{owner}/api/v1/follows/{follow['id']}/poll", json=ASKED).status_code == 200
+    lecturer.delete(f"/api/v1/follows/{follow['id']}/poll")
