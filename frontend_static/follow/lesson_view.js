@@ -35,10 +35,10 @@ export class LessonView {
   }
 
   /** @param {FigurePublic} shown */
-  async show(shown) {
+  show(shown) {
     this.#shown = shown;
     this.#list();
-    await this.#figure.show(/** @type {Figure} */ (/** @type {unknown} */ (shown.figure)), { locked: true });
+    this.#figure.show(/** @type {Figure} */ (/** @type {unknown} */ (shown.figure)), { locked: true });
     showNumbers(this.#numbers, shown.numbers);
   }
 

@@ -152,10 +152,10 @@ export class Demonstration {
    * @param {FigureRequest} wanted
    * @param {boolean} isNewest
    */
-  async #show({ figure, numbers, parameters, seed }, { revealed = false }, isNewest) {
+  #show({ figure, numbers, parameters, seed }, { revealed = false }, isNewest) {
     // What was asked for before the answer to the question came shows too little, or too much.
     if (revealed !== this.#isRevealed) return;
-    await this.#figure.show(/** @type {Figure} */ (/** @type {unknown} */ (figure)), { locked: !revealed });
+    this.#figure.show(/** @type {Figure} */ (/** @type {unknown} */ (figure)), { locked: !revealed });
     showNumbers(this.#places.numbers, numbers);
     if (isNewest) {
       this.#values = parameters;

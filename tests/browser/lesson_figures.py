@@ -1,8 +1,5 @@
 """Figures of lessons that show every kind of trace, made of the types that lessons use."""
 
-import base64
-
-import cv2
 import numpy as np
 
 from pftrack.teaching.lessons.figure import (
@@ -13,9 +10,7 @@ from pftrack.teaching.lessons.figure import (
     Handle,
     HeatMap,
     Histogram,
-    Label,
     Panel,
-    Picture,
     Rule,
     Scatter,
     Stems,
@@ -23,22 +18,14 @@ from pftrack.teaching.lessons.figure import (
     Tree,
 )
 
-__all__ = ["EVERY", "RED", "cloud"]
+__all__ = ["EVERY", "cloud"]
 
-RED = (200, 30, 40)
-"""RGB of the square in the picture, which is 8 px wide at (16..24, 4..12) of 40 x 30 px."""
 RNG = np.random.default_rng(5)
 X = np.linspace(-4.0, 4.0, 161)
 
 
 def _normal(x: np.ndarray, mean: float, sigma: float) -> np.ndarray:
     return np.asarray(np.exp(-(((x - mean) / sigma) ** 2) / 2) / (sigma * np.sqrt(2 * np.pi)))
-
-
-def _png() -> str:
-    image = np.full((30, 40, 3), 235, np.uint8)
-    image[4:12, 16:24] = RED[::-1]
-    return base64.b64encode(cv2.imencode(".png", image)[1].tobytes()).decode()
 
 
 BELOW = Axis(title="position", low=-4.0, high=4.0, unit="m")
@@ -56,7 +43,6 @@ DENSITIES = Panel(
         Curve(title="posterior", ink="estimate", x=X, y=_normal(X, 0.8, 0.5)),
         Curve(title="exact", ink="truth", x=X, y=_normal(X, 0.84, 0.5), dashed=True),
         Rule(title="mean", ink="estimate", at=0.8),
-        Label(title="most of it is here", x=2.6, y=0.8, ink="truth"),
     ),
     handles=(Handle(parameter="z", at=1.5), Handle(parameter="height", at=0.25, along="y")),
     words="The posterior lies between prior and likelihood, with its mean at 0.8 m.",
@@ -152,17 +138,6 @@ ANCESTRY = Panel(
     ),
     row=1,
 )
-SCENE = Panel(
-    id="scene",
-    title="Scene",
-    x=Axis(title="x", low=0, high=40, unit="px"),
-    y=Axis(title="y", low=0, high=30, unit="px"),
-    traces=(
-        Picture(png=_png(), width=40, height=30),
-        Scatter(title="particles", x=RNG.normal(20, 3, 50), y=RNG.normal(8, 2, 50)),
-        Curve(title="window", ink="truth", x=[16, 24, 24, 16, 16], y=[4, 4, 12, 12, 4]),
-    ),
-)
 GAPS = Panel(
     id="strip",
     title="Effective sample size",
@@ -183,7 +158,6 @@ EVERY: dict[str, Figure] = {
     "curves": Figure(panels=(DENSITIES, STEMS)),
     "plane": Figure(panels=(HEAT, GAPS, ERROR, DOORS)),
     "bars": Figure(panels=(SCHEMES, SHARES, ANCESTRY)),
-    "picture": Figure(panels=(SCENE, GAPS)),
 }
 """Between them every kind of trace."""
 

@@ -10,7 +10,7 @@ from pftrack.core.model.drawing import COLOURS, VIRIDIS
 from pftrack.teaching.lessons.figure import Figure, Panel, Trace
 from tests.browser.accessible import check
 from tests.browser.host import Server
-from tests.browser.lesson_figures import DENSITIES, EVERY, HEAT, RED, SCENE, cloud
+from tests.browser.lesson_figures import DENSITIES, EVERY, HEAT, cloud
 from tests.browser.views import View
 
 BARE = """<head><title>Figures</title><link rel="stylesheet" href="static/shared/palette.css">
@@ -90,7 +90,7 @@ class FigurePage(View):
 def _shares(panel: Panel, x: float, y: float) -> tuple[float, float]:
     across = (x - panel.x.low) / (panel.x.high - panel.x.low)
     up = (y - panel.y.low) / (panel.y.high - panel.y.low)
-    return across, up if any(trace.kind == "picture" for trace in panel.traces) else 1 - up
+    return across, 1 - up
 
 
 @pytest.fixture(scope="module")
@@ -157,15 +157,11 @@ def test_every_kind_of_trace_is_painted_and_named(figures: FigurePage) -> None:
 
 
 def test_marks_stand_where_their_numbers_are(figures: FigurePage) -> None:
-    """A curve's peak, the corners of a picture's square and the brightest cell of a map are found at their values."""
+    """A curve's peak and the darkest cell of a map are found at their values."""
     figures.show(EVERY["curves"])
     assert figures.has(DENSITIES, 0.8, 0.798, COLOURS["estimate"])
     assert figures.has(DENSITIES, -1, 0.399, COLOURS["prediction"])
     assert not figures.has(DENSITIES, -3.3, 0.6, COLOURS["estimate"])
-    figures.show(EVERY["picture"])
-    assert figures.has(SCENE, 17, 5, RED)
-    assert figures.has(SCENE, 23, 11, RED)
-    assert not figures.has(SCENE, 17, 25, RED)
     figures.show(EVERY["plane"])
     assert figures.has(HEAT, -2.8, 2.8, VIRIDIS[0])
     assert not figures.has(HEAT, 0.6, 0.1, VIRIDIS[0], 60)
@@ -279,16 +275,6 @@ def test_nothing_jumps_when_data_change(figures: FigurePage) -> None:
     for panel in figures.page.locator(".figure-panel").all():
         key, plot = (panel.locator(part).bounding_box() for part in (".figure-key", ".figure-plot"))
         assert key["y"] + key["height"] <= plot["y"] + 0.5
-
-
-def test_a_picture_that_is_late_does_not_replace_what_is_newer(figures: FigurePage) -> None:
-    """Of two figures that follow each other at once the newer one stays."""
-    both = [EVERY[name].model_dump(mode="json") for name in ("picture", "curves")]
-    # A picture that has not been seen before has to be decoded.
-    both[0]["panels"][0]["traces"][0]["png"] += " "
-    figures.page.evaluate("(both) => Promise.all(both.map((each) => figure.show(each, { locked: false })))", both)
-    assert figures.page.locator("[data-panel=densities]").count() == 1
-    assert figures.page.locator("[data-panel=scene]").count() == 0
 
 
 def test_dark_large_and_narrow(figures: FigurePage) -> None:

@@ -112,7 +112,7 @@ export function boxOf(panel, { width, height }, { left, right, bottom }, em) {
   /** @type {Box} */
   const box = { left, top, width: Math.max(LEAST, width - left - right), height: Math.max(LEAST, height - top - bottom) };
   const [across, up] = [Math.abs(panel.x.high - panel.x.low) || 1, Math.abs(panel.y.high - panel.y.low) || 1];
-  if (!isEqual(panel)) {
+  if (!panel.equal) {
     const { unit_px: most = Infinity } = panel;
     return whole({ ...box, width: Math.min(box.width, most * across), height: Math.min(box.height, most * up) });
   }
@@ -122,23 +122,13 @@ export function boxOf(panel, { width, height }, { left, right, bottom }, em) {
 }
 
 /**
- * The scales of a panel in its box. Where there is a picture, its first row is at the top.
+ * The scales of a panel in its box.
  *
  * @param {Panel} panel
  * @param {Box} box
  */
 export function scales(panel, { left, top, width, height }) {
-  const [low, high] = hasPicture(panel) ? [top, top + height] : [top + height, top];
-  return { x: new Scale(panel.x, left, left + width), y: new Scale(panel.y, low, high) };
-}
-
-/**
- * Whether a unit is as long on both axes.
- *
- * @param {Panel} panel
- */
-export function isEqual(panel) {
-  return panel.equal || hasPicture(panel);
+  return { x: new Scale(panel.x, left, left + width), y: new Scale(panel.y, top + height, top) };
 }
 
 /**
@@ -149,11 +139,6 @@ export function isEqual(panel) {
  */
 export function isSame(one, other) {
   return JSON.stringify(one) === JSON.stringify(other);
-}
-
-/** @param {Panel} panel */
-function hasPicture({ traces }) {
-  return traces.some(({ kind }) => kind === "picture");
 }
 
 /** @param {Box} box */

@@ -9,10 +9,9 @@ import { watchCanvasSize } from "../canvas_size.js";
 import { onTheme, tokens } from "../theme.js";
 import { coalesce } from "../timing.js";
 import { Tooltip } from "../tooltip.js";
-import { isEqual, isSame } from "./box.js";
+import { isSame } from "./box.js";
 import { INKS } from "./line_styles.js";
 import { PanelView } from "./panel.js";
-import { decode } from "./pictures.js";
 
 /** @import { Mark } from "./marks.js" */
 /** @import { Style } from "./panel.js" */
@@ -135,18 +134,14 @@ export class FigureView {
   }
 
   /**
-   * Show a figure in place of the one before; at once, but where a picture has to be decoded first.
+   * Show a figure in place of the one before.
    *
    * @param {Figure} figure
    * @param {{locked: boolean}} options Whether nothing can be turned.
-   * @returns {Promise<void>} Painted, or overtaken by a newer one.
    */
-  async show(figure, { locked }) {
+  show(figure, { locked }) {
+    if (this.#shared.signal.aborted) return;
     this.#asked += 1;
-    const number = this.#asked;
-    const pictures = decode(figure);
-    if (pictures !== null) await pictures;
-    if (number !== this.#asked || this.#shared.signal.aborted) return;
     this.#figure = figure;
     this.#locked = locked;
     // For who looks at a page from outside: a test, or somebody at the browser's console.
@@ -277,7 +272,7 @@ function columnsOf({ panels }, isNarrow) {
     row.map((panel, place) => {
       const next = rows[number + 1];
       const below = next?.length === row.length && !(isNarrow && row.length > 1) ? next[place] : undefined;
-      const sharesX = below !== undefined && !isEqual(panel) && !isEqual(below) && isSame(panel.x, below.x);
+      const sharesX = below !== undefined && !panel.equal && !below.equal && isSame(panel.x, below.x);
       return { panel, column: isNarrow ? "all" : `${place} of ${row.map(({ share }) => share[1]).join(" ")}`, sharesX };
     }),
   );

@@ -26,7 +26,7 @@ export class Legend {
    * @returns {boolean} Whether it is another one than before.
    */
   show(traces, ink, em) {
-    const entries = traces.filter(({ title, kind }) => title !== "" && kind !== "label" && kind !== "picture");
+    const entries = traces.filter(({ title }) => title !== "");
     const told = [...new Map(entries.map((trace) => [`${look(trace)} ${trace.title}`, trace])).values()];
     const now = JSON.stringify([told.map((trace) => [look(trace), trace.title, extent(trace)]), ink, em, devicePixelRatio]);
     if (now === this.#shown) return false;

@@ -118,7 +118,7 @@ export class PanelView {
     this.#axes.show(box, { x, y }, this.#around, around.left, em, panel.traces.some(isCellMap));
     this.around = { across: around.left + around.right, up: around.bottom + GAP * em };
     const pen = this.#fit(room);
-    const isCovered = panel.traces.some(({ kind }) => kind === "heat map" || kind === "picture");
+    const isCovered = panel.traces.some(({ kind }) => kind === "heat map");
     const sheet = { pen, box, x, y, axes: { x: panel.x, y: panel.y }, ink, unit: em / 13, cased: isCovered };
     this.#sheet = sheet;
     for (const { trace, among } of counted(panel.traces)) {

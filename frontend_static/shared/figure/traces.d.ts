@@ -1,7 +1,7 @@
 import type { Colour } from "../palette.js";
 import type * as declared from "./types.js";
 
-export type { Bars, Curve, Handle, Histogram, Label, Picture, Rule, Scatter, Stems, StripChart, Tree } from "./types.js";
+export type { Bars, Curve, Handle, Histogram, Rule, Scatter, Stems, StripChart, Tree } from "./types.js";
 
 /** An axis; what stands at it may be given, where its range says too little. */
 export interface Axis extends declared.Axis {

@@ -66,39 +66,18 @@ export interface Histogram {
   heights: (number | null)[];
 }
 
-/** Words at a point, which are the trace's title. */
-export interface Label {
-  title: string;
-  ink: "estimate" | "truth" | "prediction" | "observation" | "lost" | "second" | "hidden";
-  reveals: boolean;
-  kind: "label";
-  x: number;
-  y: number;
-}
-
 /** One pair of axes with what is drawn in it. */
 export interface Panel {
   id: string;
   title: string;
   x: Axis;
   y: Axis;
-  traces: (Curve | Histogram | HeatMap | Stems | Bars | Scatter | StripChart | Tree | Picture | Rule | Label)[];
+  traces: (Curve | Histogram | HeatMap | Stems | Bars | Scatter | StripChart | Tree | Rule)[];
   handles: Handle[];
   words: string;
   row: number;
   share: [number, number];
   equal: boolean;
-}
-
-/** A picture behind what is drawn in the panel, from (0, 0) at its upper left corner to (width, height) px. */
-export interface Picture {
-  title: string;
-  ink: "estimate" | "truth" | "prediction" | "observation" | "lost" | "second" | "hidden";
-  reveals: boolean;
-  kind: "picture";
-  png: string;
-  width: number;
-  height: number;
 }
 
 /** A line across the panel at a value, such as a mean. */
@@ -155,4 +134,4 @@ export interface Tree {
 }
 
 /** What is drawn in a panel. */
-export type Trace = Curve | Histogram | HeatMap | Stems | Bars | Scatter | StripChart | Tree | Picture | Rule | Label;
+export type Trace = Curve | Histogram | HeatMap | Stems | Bars | Scatter | StripChart | Tree | Rule;

@@ -237,21 +237,6 @@ class Tree(_Trace):
     weights: Table
 
 
-class Picture(_Trace):
-    """A picture behind what is drawn in the panel, from (0, 0) at its upper left corner to (width, height) px.
-
-    Attributes:
-        png: The file, in base64.
-        width: Of the picture in px.
-        height: Of the picture in px.
-    """
-
-    kind: Literal["picture"] = "picture"
-    png: str
-    width: int
-    height: int
-
-
 class Rule(_Trace):
     """A line across the panel at a value, such as a mean.
 
@@ -267,21 +252,8 @@ class Rule(_Trace):
     dashed: bool = False
 
 
-class Label(_Trace):
-    """Words at a point, which are the trace's title.
-
-    Attributes:
-        x: Of the point.
-        y: Of the point.
-    """
-
-    kind: Literal["label"] = "label"
-    x: float
-    y: float
-
-
 Trace: TypeAlias = Annotated[
-    Curve | Histogram | HeatMap | Stems | Bars | Scatter | StripChart | Tree | Picture | Rule | Label,
+    Curve | Histogram | HeatMap | Stems | Bars | Scatter | StripChart | Tree | Rule,
     Field(discriminator="kind"),
 ]
 
@@ -307,7 +279,7 @@ class Panel(_Part):
         id: Name among the figure's panels.
         title: What it shows.
         x: The axis to the right.
-        y: The axis upwards; downwards where there is a picture.
+        y: The axis upwards.
         traces: What is drawn, the first behind.
         handles: What can be dragged.
         words: What it shows at these parameters, a sentence with the numbers that matter, for who cannot see it.

@@ -4,8 +4,6 @@ Panels stand in their rows, each with its title and keys over it. On a screen on
 stands where each of them is.
 """
 
-import base64
-import io
 from collections.abc import Callable, Mapping
 from itertools import groupby
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -22,9 +20,7 @@ from pftrack.teaching.lessons.figure import (
     Figure,
     HeatMap,
     Histogram,
-    Label,
     Panel,
-    Picture,
     Rule,
     Scatter,
     Stems,
@@ -114,20 +110,8 @@ def _tree(axes: "Axes", trace: Tree, look: Look) -> None:
     axes.scatter(generations.ravel(), particles.ravel(), s=6.0, linewidths=0.0, **dots)
 
 
-def _picture(axes: "Axes", trace: Picture, look: Look) -> None:
-    from matplotlib.image import imread  # noqa: PLC0415
-
-    picture = imread(io.BytesIO(base64.b64decode(trace.png)), format="png")
-    extent = (0.0, trace.width, trace.height, 0.0)
-    axes.imshow(picture, extent=extent, aspect=axes.get_aspect(), cmap="gray", zorder=look["zorder"])
-
-
 def _rule(axes: "Axes", trace: Rule, look: Look) -> None:
     across(axes, trace.along, trace.at, linestyle="--" if trace.dashed else "-", linewidth=1.2, **look)
-
-
-def _label(axes: "Axes", trace: Label, look: Look) -> None:
-    axes.text(trace.x, trace.y, trace.title, fontsize=TEXT_PT, ha="center", va="bottom", **_unnamed(look))
 
 
 DRAWERS: Mapping[str, Callable[["Axes", Any, Look], None]] = {
@@ -138,9 +122,7 @@ DRAWERS: Mapping[str, Callable[["Axes", Any, Look], None]] = {
     "scatter": _scatter,
     "strip chart": _strip_chart,
     "tree": _tree,
-    "picture": _picture,
     "rule": _rule,
-    "label": _label,
 }
 """What draws each kind of trace but bars, which stand beside others of their panel."""
 
@@ -209,8 +191,6 @@ def _panel(axes: "Axes", panel: Panel, width: float) -> None:
     bare(axes)
     _axis(axes, panel.x, "x")
     _axis(axes, panel.y, "y")
-    if any(trace.kind == "picture" for trace in panel.traces):
-        axes.invert_yaxis()
     if panel.equal:
         axes.set_aspect("equal")
     for order, trace in enumerate(panel.traces):
@@ -219,7 +199,7 @@ def _panel(axes: "Axes", panel: Panel, width: float) -> None:
             _bars(axes, trace, look, panel)
         else:
             DRAWERS[trace.kind](axes, trace, look)
-    pictured = any(trace.kind in {"heat map", "picture"} for trace in panel.traces)
+    pictured = any(trace.kind == "heat map" for trace in panel.traces)
     for handle in panel.handles:
         colour = INK["paper" if pictured else "outline"]
         across(axes, handle.along, handle.at, color=colour, linestyle=":", linewidth=1.5, zorder=4.0)

@@ -1,7 +1,5 @@
 """A lesson's figure as matplotlib draws it: every kind of trace in its ink, at its place, and every text with room."""
 
-import base64
-import io
 from typing import Any, get_args
 
 import numpy as np
@@ -9,7 +7,6 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.collections import PathCollection
 from matplotlib.colors import to_hex
-from PIL import Image
 
 from pftrack.core.model.drawing import COLOURS, hexadecimal
 from pftrack.teaching.lessons import LESSONS, Figure
@@ -21,9 +18,7 @@ from pftrack.teaching.lessons.figure import (
     Handle,
     HeatMap,
     Histogram,
-    Label,
     Panel,
-    Picture,
     Rule,
     Scatter,
     Stems,
@@ -45,12 +40,6 @@ def panel(*traces: Any, **more: Any) -> Panel:
 
 def drawn(*traces: Any, **more: Any) -> Axes:
     return draw(Figure(panels=(panel(*traces, **more),))).axes[0]
-
-
-def picture() -> Picture:
-    content = io.BytesIO()
-    Image.fromarray(np.arange(12, dtype=np.uint8).reshape(3, 4)).save(content, "PNG")
-    return Picture(png=base64.b64encode(content.getvalue()).decode(), width=4, height=3)
 
 
 def test_every_kind_has_a_drawer() -> None:
@@ -162,26 +151,16 @@ def test_a_tree_joins_each_particle_to_its_parent() -> None:
     assert len(dots.get_offsets()) == 4
 
 
-def test_a_picture_stands_upright() -> None:
-    """From its upper left corner, y downwards, and what lies over it likewise."""
-    axes = drawn(picture(), Scatter(x=[1], y=[2]))
-    assert list(axes.images[0].get_extent()) == [0, 4, 3, 0]
-    assert axes.yaxis_inverted()
-
-
-def test_rules_labels_and_handles_stand_at_their_values() -> None:
-    """A rule across, words at a point, and a dotted line where a parameter can be turned on a screen."""
+def test_rules_and_handles_stand_at_their_values() -> None:
+    """A rule across, and a dotted line where a parameter can be turned on a screen."""
     axes = drawn(
         Rule(title="mean", at=2.5, along="y"),
-        Label(title="door", x=1, y=3),
         handles=(Handle(parameter="z", at=1.5),),
     )
     rule, handle = axes.lines
     assert set(rule.get_ydata()) == {2.5}
     assert set(handle.get_xdata()) == {1.5}
     assert handle.get_linestyle() == ":"
-    (words,) = axes.texts
-    assert (words.get_text(), words.get_position()) == ("door", (1, 3))
 
 
 def test_the_key_names_what_has_a_title() -> None:

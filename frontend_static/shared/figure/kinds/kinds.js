@@ -6,9 +6,7 @@ import * as curve from "./curve.js";
 import * as heatMap from "./heat_map.js";
 import * as histogram from "./histogram.js";
 import * as line from "./line.js";
-import * as label from "./label.js";
 import * as nodes from "./nodes.js";
-import * as picture from "./picture.js";
 import * as rule from "./rule.js";
 import * as scatter from "./scatter.js";
 import * as segments from "./segments.js";
@@ -40,10 +38,8 @@ const KINDS = {
   curve,
   "heat map": heatMap,
   histogram,
-  label,
   line,
   nodes,
-  picture,
   rule,
   scatter,
   segments,
@@ -55,7 +51,7 @@ const KINDS = {
 
 /** How far marks may stand over the box of their axes, px at letters of 16 px: points at its edge are whole. */
 export const OVER = {
-  ...{ band: 0, bars: 0, curve: 1, "heat map": 0, histogram: 1, label: 2, line: 1, nodes: 7, picture: 0, rule: 1, scatter: 6 },
+  ...{ band: 0, bars: 0, curve: 1, "heat map": 0, histogram: 1, line: 1, nodes: 7, rule: 1, scatter: 6 },
   ...{ segments: 1, spans: 0, stems: 4, "strip chart": 4, tree: 4 },
 };
 

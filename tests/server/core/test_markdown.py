@@ -1,4 +1,4 @@
-"""Text of lessons: formulas become MathML, and nothing that a lecturer writes becomes markup of its own."""
+"""Markdown: formulas become MathML, and nothing that a lecturer writes becomes markup of its own."""
 
 from xml.etree import ElementTree as ET
 
