@@ -44,13 +44,11 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         await asyncio.to_thread(dict, EXPERIMENTS)
         services = await Services.open(settings, metrics)
         app.state.services = services
-        try:
-            async with AsyncExitStack() as parts:
-                for part in PARTS:
-                    await parts.enter_async_context(part.opened(services))
-                yield
-        finally:
-            await services.close()
+        async with AsyncExitStack() as opened:
+            opened.push_async_callback(services.close)
+            for part in PARTS:
+                await opened.enter_async_context(part.opened(services))
+            yield
 
     app = FastAPI(
         title="pftrack",
@@ -66,12 +64,9 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         responses={"4XX": {"model": ErrorBody}, "5XX": {"model": ErrorBody}},
     )
     install(app)
-    app.include_router(router)
-    app.include_router(health.router)
-    app.include_router(scene.router)
-    app.include_router(documentation.router)
-    pages.install(app)
-    for part in PARTS:
+    for each in (router, health.router, scene.router, documentation.router):
+        app.include_router(each)
+    for part in (pages, *PARTS):
         part.install(app)
     # The last one added is the first to see a request.
     app.add_middleware(BodyLimit, most_bytes=settings.max_body_bytes)

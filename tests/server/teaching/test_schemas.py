@@ -4,13 +4,13 @@ import json
 from typing import Any
 
 import pytest
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
-from pftrack_server.sessions.duplex import Message, encode
+from pftrack_server.sessions.duplex import encode
 from pftrack_server.teaching.messages import FollowCreate, FollowUpdate, PollCreate
 
 
-class Told(Message):
+class Told(BaseModel):
     """Any message that carries an arrangement."""
 
     arrangement: dict[str, Any]
