@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from pftrack.core.refusal import ConflictError
-from pftrack_server.core.errors import ApiError, CrowdedError
+from pftrack.core.refusal import ConflictError, RefusedError
+from pftrack_server.core.errors import CrowdedError
 from pftrack_server.core.settings import Settings
 from pftrack_server.teaching import links as found
 from pftrack_server.teaching.follow import LECTURER, MOST_SCENES, MOST_SOCKETS, UNUSED_S, Followers, Forks
@@ -190,7 +190,7 @@ class TestPoll:
     def test_answers_that_do_not_count(self, wrong: dict[str, Any]) -> None:
         """Another question's, or one that is not offered."""
         poll = Poll.ask("?", ["a", "b"])
-        with pytest.raises(ApiError):
+        with pytest.raises(RefusedError):
             poll.vote(**{"seat": "x", "poll": poll.id, "answer": 1, **wrong})
 
     def test_nobody_answers_after_the_reveal(self) -> None:
