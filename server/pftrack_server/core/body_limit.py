@@ -1,34 +1,25 @@
 """Bodies: a request that takes no files is small, and every body comes without long pauses; otherwise it is cut off."""
 
 import asyncio
-import contextlib
 from collections.abc import MutableMapping
+from http import HTTPStatus
 from typing import Any
 
 from starlette.datastructures import Headers
+from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from pftrack_server.core import errors
-
 LIMIT = "pftrack.body_limit"
-TOO_LARGE, TOO_SLOW = 413, 408
+CLOSING = {"Connection": "close"}
 SILENCE_S = 30.0
 """Time without a byte of an unfinished body after which its connection is given up."""
-
-
-class _CutOffError(errors.ApiError):
-    """A body was cut off."""
-
-    def __init__(self, status: int, message: str) -> None:
-        super().__init__(message)
-        self.status = status
 
 
 class BodyLimit:
     """ASGI middleware that limits bodies; routes that take files lift the limit and have one of their own.
 
     Args:
-        app: What comes behind it.
+        app: What comes behind it; it answers an `HTTPException`, which FastAPI lets through while it reads a body.
         most_bytes: Of a body.
         silence_s: Time without a byte after which an unfinished one is given up.
     """
@@ -40,49 +31,34 @@ class BodyLimit:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Count a request's bytes while they come."""
-        if scope["type"] != "http":
-            await self._app(scope, receive, send)
-            return
-        announced = Headers(scope=scope).get("content-length", "")
-        scope[LIMIT] = self._most_bytes
-        total = int(announced) if announced.isdecimal() else 0
-        come = 0
-        ended = answered = False
-        refusal: _CutOffError | None = None
+        if scope["type"] == "http":
+            scope[LIMIT] = self._most_bytes
+            receive = self._counting(scope, receive)
+        await self._app(scope, receive, send)
 
-        async def count_received() -> Message:
-            nonlocal come, ended, refusal
+    def _counting(self, scope: Scope, receive: Receive) -> Receive:
+        announced = Headers(scope=scope).get("content-length", "")
+        come, ended = 0, False
+
+        def check(total: int) -> None:
+            if scope[LIMIT] is not None and total > scope[LIMIT]:
+                message = f"The body of a request may have at most {scope[LIMIT]} bytes"
+                raise HTTPException(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, message, CLOSING)
+
+        async def receive_counted() -> Message:
+            nonlocal come, ended
+            check(int(announced) if announced.isdecimal() else 0)
             try:
-                self._check(scope, max(total, come))
                 message = await (receive() if ended else asyncio.wait_for(receive(), self._silence_s))
-                come += len(message.get("body", b""))
-                ended = not message.get("more_body", False)
-                self._check(scope, max(total, come))
             except TimeoutError:
-                refusal = _CutOffError(TOO_SLOW, f"The body of a request may not pause for {self._silence_s:g} s")
-                raise refusal from None
-            except _CutOffError as error:
-                refusal = error
-                raise
+                told = f"The body of a request may not pause for {self._silence_s:g} s"
+                raise HTTPException(HTTPStatus.REQUEST_TIMEOUT, told, CLOSING) from None
+            come += len(message.get("body", b""))
+            ended = not message.get("more_body", False)
+            check(come)
             return message
 
-        async def note_start(message: Message) -> None:
-            nonlocal answered
-            # FastAPI takes any exception while it reads for a body that does not parse; ours is the better answer.
-            if refusal is None:
-                answered = True
-                await send(message)
-
-        with contextlib.suppress(_CutOffError):
-            await self._app(scope, count_received, note_start)
-        if refusal is not None and not answered:
-            answer = errors.response(refusal.status, errors.detail_of(refusal), {"Connection": "close"})
-            await answer(scope, receive, send)
-
-    def _check(self, scope: Scope, total: int) -> None:
-        most = scope[LIMIT]
-        if most is not None and total > most:
-            raise _CutOffError(TOO_LARGE, f"The body of a request may have at most {most} bytes")
+        return receive_counted
 
 
 def lift_limit(scope: MutableMapping[str, Any]) -> None:

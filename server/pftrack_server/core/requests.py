@@ -97,6 +97,7 @@ async def unless_gone(work: Coroutine[Any, Any, Result], gone: Callable[[], Awai
         await asyncio.wait((working, leaving), return_when=asyncio.FIRST_COMPLETED)
         if working.done():
             return working.result()
+        leaving.result()  # a body may be refused that nobody has read
         raise ClientGoneError("The client hung up before this was done.")
     finally:
         for task in (working, leaving):
