@@ -1,7 +1,7 @@
 """Every exception becomes an answer in the one shape of errors, also one that nobody expected."""
 
 import asyncio
-import json
+import re
 import sys
 from http import HTTPStatus
 from typing import Any
@@ -86,9 +86,8 @@ def install(app: FastAPI) -> None:
 
     @app.exception_handler(HTTPException)
     async def _http(request: Request, error: HTTPException) -> Response:
-        too_long = await _long_number(request) if isinstance(error.__cause__, ValueError) else None
-        if too_long is not None:
-            return response(HTTPStatus.UNPROCESSABLE_ENTITY, too_long)
+        if "integer string conversion" in str(error.__cause__):
+            return response(HTTPStatus.UNPROCESSABLE_ENTITY, _long_number(await request.body()))
         return response(error.status_code, shape(_sentence(error)), dict(error.headers or {}))
 
     app.add_exception_handler(ClientDisconnected, _leave)
@@ -101,14 +100,14 @@ async def _leave(_: Request, error: Exception) -> Response:
     raise error
 
 
-async def _long_number(request: Request) -> dict[str, Any] | None:
-    """Tell of the number that kept a body from being read, if one did."""
-    field = field_of_long_number(await request.body())
-    if field is None:
-        return None
-    name = field.removeprefix("recipe.").removeprefix("values.")
-    bound = f"a number of at most {sys.get_int_max_str_digits()} digits"
-    return shape(f"{name or 'The body'} must be {bound}", field=name or None, bound=bound)
+def _long_number(body: bytes) -> dict[str, Any]:
+    """Tell which field, by the last name before it, has a whole number with too many digits."""
+    most = sys.get_int_max_str_digits()
+    before = re.split(rb"(?<!\d)\d{%d}" % (most + 1), body, maxsplit=1)[0]
+    names = re.findall(rb'"([^"]*)"\s*:', before)
+    name = names[-1].decode(errors="replace") if names else None
+    bound = f"a number of at most {most} digits"
+    return shape(f"{name or 'The body'} must be {bound}", field=name, bound=bound)
 
 
 def _sentence(error: HTTPException) -> str:
@@ -146,28 +145,3 @@ def _first(error: RequestValidationError) -> dict[str, Any]:
     return shape(
         f"{field or 'The body'}: {said[:1].lower()}{said[1:]}", field=field, bound=bound, value=first.get("input")
     )
-
-
-TOO_LONG = object()
-
-
-def field_of_long_number(body: bytes) -> str | None:
-    """Return the name of the first field whose whole number has too many digits; None if there is none."""
-    most = sys.get_int_max_str_digits()
-
-    def read(digits: str) -> object:
-        return TOO_LONG if most and len(digits.lstrip("-")) > most else 0
-
-    try:
-        found = _find(json.loads(body, parse_int=read), ())
-    except (ValueError, RecursionError):
-        return None
-    return None if found is None else ".".join(found)
-
-
-def _find(value: Any, place: tuple[str, ...]) -> tuple[str, ...] | None:  # noqa: ANN401 - any JSON
-    if value is TOO_LONG:
-        return place
-    members = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
-    below = (_find(member, (*place, str(name))) for name, member in members)
-    return next((found for found in below if found is not None), None)
