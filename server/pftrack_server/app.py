@@ -12,7 +12,7 @@ from pftrack_server.core.body_limit import BodyLimit
 from pftrack_server.core.errors import ErrorBody
 from pftrack_server.core.settings import Settings
 from pftrack_server.teaching import routes as teaching
-from pftrack_server.web import documentation, health, pages, scene
+from pftrack_server.web import health, pages, scene
 from pftrack_server.web.errors import install
 from pftrack_server.web.health import Metrics, Stopwatch
 from pftrack_server.web.middleware import BasePath, HeadAsGet
@@ -58,13 +58,13 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         # Relative to where the description is.
         servers=[{"url": "."}],
         root_path_in_servers=False,
-        # Swagger's page comes from elsewhere, which the policy of our pages forbids; ours works without a network.
+        # Our own pages of these work without a network.
         docs_url=None,
         redoc_url=None,
         responses={"4XX": {"model": ErrorBody}, "5XX": {"model": ErrorBody}},
     )
     install(app)
-    for each in (router, health.router, scene.router, documentation.router):
+    for each in (router, health.router, scene.router):
         app.include_router(each)
     for part in (pages, *PARTS):
         part.install(app)

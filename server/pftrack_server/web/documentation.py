@@ -1,4 +1,7 @@
-"""The documentation without its site: the Markdown of `docs/` as HTML, with links that lead on below `help/`."""
+"""The documentation without its site: the Markdown of `docs/` as HTML, with links that lead on below `help/`.
+
+Beside it the reference of the REST interface, which the server's own description gives.
+"""
 
 import html
 import json
@@ -8,11 +11,9 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-from fastapi import APIRouter, Request
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
 from mdit_py_plugins.anchors import anchors_plugin
-from starlette.responses import HTMLResponse
 
 from pftrack_server.core.frontend import DOCS
 from pftrack_server.core.markdown import with_formulas
@@ -22,6 +23,11 @@ HEADING_LEVELS = 4
 ABOUT = (
     '<p class="note"><a href="help/">Contents</a>. This is the text of the documentation; '
     "<code>make docs</code> adds search, pictures and the references to Python, REST and the command line.</p>\n"
+)
+STREAMS = (
+    '<p>The same for programs: <a href="openapi.json">openapi.json</a>. '
+    "A session's stream of messages is the websocket <code>api/v1/sessions/{session}/stream</code>, a sweep's is "
+    "<code>api/v1/sweeps/{sweep}/stream?x=&amp;y=</code>.</p>\n"
 )
 
 
@@ -59,47 +65,8 @@ def _reader() -> MarkdownIt:
     return with_formulas(MarkdownIt("commonmark").enable("table").use(anchors_plugin, max_level=HEADING_LEVELS))
 
 
-router = APIRouter(include_in_schema=False)
-
-PAGE = """<!doctype html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>pftrack REST interface</title>
-<link rel="icon" href="static/shared/icon.svg" type="image/svg+xml">
-<link rel="stylesheet" href="static/shared/palette.css">
-<link rel="stylesheet" href="static/shared/style.css">
-<style>
-main {{ max-width: 60rem; margin: 0 auto; padding: 1rem; }}
-h1 {{ font-size: 1.5rem; }}
-h2 {{ font-size: 1.2rem; }}
-h1, h2, p {{ margin: 1rem 0; }}
-summary {{ cursor: pointer; padding: .25rem 0; }}
-summary code {{ font-weight: 600; }}
-pre {{ overflow: auto; padding: .75rem; }}
-</style>
-</head>
-<body>
-<main>
-<h1>REST interface</h1>
-<p>{description}</p>
-<p>The same for programs: <a href="openapi.json">openapi.json</a>.
-A session's stream of messages is the websocket <code>api/v1/sessions/{{session}}/stream</code>, a sweep's is
-<code>api/v1/sweeps/{{sweep}}/stream?x=&amp;y=</code>.</p>
-{operations}
-<h2 id="shapes">Shapes</h2>
-{shapes}
-</main>
-</body>
-</html>
-"""
-
-
-@router.get("/docs")
-async def reference(request: Request) -> HTMLResponse:
-    """Return the reference of the REST interface."""
-    schema: dict[str, Any] = request.app.openapi()
+def reference(schema: dict[str, Any]) -> str:
+    """Return the reference of the REST interface as HTML for a page at the base, by its description in OpenAPI."""
     operations = "".join(
         _operation(method, path, operation)
         for path, methods in schema["paths"].items()
@@ -109,8 +76,8 @@ async def reference(request: Request) -> HTMLResponse:
         f'<details id="{_text(name)}"><summary><code>{_text(name)}</code></summary>{_json(shape)}</details>'
         for name, shape in schema["components"]["schemas"].items()
     )
-    page = PAGE.format(description=_text(schema["info"]["description"]), operations=operations, shapes=shapes)
-    return HTMLResponse(page)
+    about = _text(schema["info"]["description"])
+    return f"<h1>REST interface</h1>\n<p>{about}</p>\n{STREAMS}{operations}\n<h2>Shapes</h2>\n{shapes}"
 
 
 def _operation(method: str, path: str, operation: dict[str, Any]) -> str:

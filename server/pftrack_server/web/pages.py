@@ -13,6 +13,7 @@ import html
 import re
 import shlex
 import sys
+from functools import partial
 from http import HTTPStatus
 from pathlib import Path
 
@@ -24,7 +25,7 @@ from starlette.types import Scope
 from pftrack.experiments import EXPERIMENTS
 from pftrack_server.core.base_path import address_of, guest_of
 from pftrack_server.core.frontend import DOCS, FRONTEND, HELP, modules_of
-from pftrack_server.web.documentation import html_of
+from pftrack_server.web.documentation import html_of, reference
 
 STATIC = "static/"
 YEAR_S = 365 * 24 * 3600
@@ -32,6 +33,20 @@ VERSIONS: set[str] = set()
 """Those of the pages that were served: one, unless somebody works at them meanwhile."""
 SCRIPT = re.compile(r'<script type="module"[^>]* src="static/([^"]+)"')
 MAIN = re.compile(r'(?<=<main class="help">).*(?=</main>)', re.DOTALL)
+
+PAGES = {
+    "/work": "work/work.html",
+    "/references": "references/references.html",
+    "/glossary": "glossary/glossary.html",
+    "/failures": "failures/failures.html",
+    "/failures/{failure}": "failures/failure.html",
+    "/compare": "compare/compare.html",
+    "/session/{session}": "session/session.html",
+    "/sweep/new": "sweep/new.html",
+    "/sweep/{sweep}": "sweep/sweep.html",
+    "/sweep/{sweep}/run/{run}": "sweep/run.html",
+}
+"""The file of each page that is served as it is; the page of one thing finds out by itself whether there is one."""
 
 EXAMPLES = "media/"
 EXAMPLES_POLICY = "sandbox allow-scripts allow-downloads; frame-ancestors 'self'"
@@ -62,48 +77,10 @@ async def gallery(request: Request) -> Response:
     return start
 
 
-@router.get("/work")
-async def work(request: Request) -> Response:
-    """Return the page of one's own sessions, runs, sweeps and uploads."""
-    return page(request, "work/work.html")
-
-
-@router.get("/references")
-async def references(request: Request) -> Response:
-    """Return the page of what the experiments come from."""
-    return page(request, "references/references.html")
-
-
-@router.get("/glossary")
-async def glossary(request: Request) -> Response:
-    """Return the page of the words and what they mean."""
-    return page(request, "glossary/glossary.html")
-
-
-@router.get("/failures")
-async def failures(request: Request) -> Response:
-    """Return the gallery of failures."""
-    return page(request, "failures/failures.html")
-
-
-@router.get("/failures/{failure}")
-async def failure(request: Request, failure: str) -> Response:
-    """Return the page of a failure, which finds out by itself whether there is one."""
-    del failure
-    return page(request, "failures/failure.html")
-
-
-@router.get("/compare")
-async def compare(request: Request) -> Response:
-    """Return the page on which runs stand beside each other."""
-    return page(request, "compare/compare.html")
-
-
-@router.get("/session/{session}")
-async def session(request: Request, session: str) -> Response:
-    """Return the page of a session, which finds out by itself whether there is one."""
-    del session
-    return page(request, "session/session.html")
+@router.get("/docs")
+async def rest_reference(request: Request) -> Response:
+    """Return the reference of the REST interface; Swagger's page comes from elsewhere, which our policy forbids."""
+    return page(request, "help/help.html", content=reference(request.app.openapi()))
 
 
 @router.get("/help")
@@ -132,24 +109,12 @@ async def documentation(request: Request, path: str) -> Response:
     return answer
 
 
-@router.get("/sweep/new")
-async def new_sweep(request: Request) -> Response:
-    """Return the form of a new sweep."""
-    return page(request, "sweep/new.html")
+async def _serve(name: str, request: Request) -> Response:
+    return page(request, name)
 
 
-@router.get("/sweep/{sweep}")
-async def sweep(request: Request, sweep: str) -> Response:
-    """Return the page of a sweep, which finds out by itself whether there is one."""
-    del sweep
-    return page(request, "sweep/sweep.html")
-
-
-@router.get("/sweep/{sweep}/run/{run}")
-async def sweep_run(request: Request, sweep: str, run: str) -> Response:
-    """Return the page that opens a run of a sweep as a session."""
-    del sweep, run
-    return page(request, "sweep/run.html")
+for each, its_file in PAGES.items():
+    router.add_api_route(each, partial(_serve, its_file))
 
 
 def install(app: FastAPI) -> None:
