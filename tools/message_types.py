@@ -21,7 +21,7 @@ from pftrack_server.jobs.jobs import Job
 from pftrack_server.sessions.duplex import Message, Painted
 from pftrack_server.sessions.session import Answer
 from pftrack_server.sessions.spec import SessionSnapshot
-from pftrack_server.sessions.worker.commands import Command
+from pftrack_server.sessions.worker.protocol import Command
 
 __all__ = ["files"]
 

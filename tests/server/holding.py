@@ -8,7 +8,7 @@ from typing import Any
 
 from pftrack.core.files import write_whole
 from pftrack_server.sessions.spec import Goal
-from pftrack_server.sessions.worker import process, worker
+from pftrack_server.sessions.worker import worker
 from pftrack_server.sessions.worker.protocol import WorkerConfig
 from pftrack_server.sessions.worker.run_tree import RunTree
 
@@ -31,7 +31,7 @@ def held_worker(end: socket.socket, config: WorkerConfig) -> None:
     assert config.states is not None
     allowed = Path(config.states).with_name("allowed")
     straight, RunTree.seek_steps = RunTree.seek_steps, way  # type: ignore[method-assign]
-    process.main(end, config)
+    worker.main(end, config)
 
 
 def held_worker_that_keeps_all(end: socket.socket, config: WorkerConfig) -> None:

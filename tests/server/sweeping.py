@@ -14,7 +14,7 @@ from pftrack.core.files import write_whole
 from pftrack.sweep import driver as driving
 from pftrack.sweep.journal import partial_of
 from pftrack.sweep.work import compute_chunk
-from pftrack_server.sessions.worker.process import NICENESS
+from pftrack_server.sessions.worker.worker import NICENESS
 from pftrack_server.sweeps import functions
 from tests.waiting import wait_for
 

@@ -20,8 +20,7 @@ from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.sessions.session import Session
 from pftrack_server.sessions.spec import Phase, SessionSpec
-from pftrack_server.sessions.worker.commands import Play, ReviseFilter
-from pftrack_server.sessions.worker.protocol import WorkerConfig
+from pftrack_server.sessions.worker.protocol import Play, ReviseFilter, WorkerConfig
 from pftrack_server.store import Store
 from pftrack_server.store.database import is_busy
 from pftrack_server.store.disk_budget import is_full

@@ -27,7 +27,7 @@ from pftrack_server.sessions.session import Answer, Session
 from pftrack_server.sessions.spec import Bookmark, Phase, SessionSpec
 from pftrack_server.sessions.state import Columns
 from pftrack_server.sessions.stream import SessionPublic
-from pftrack_server.sessions.worker.commands import Command, Explain, MakeBranch, Picture
+from pftrack_server.sessions.worker.protocol import Command, Explain, MakeBranch, Picture
 from pftrack_server.store.files import new_name
 from pftrack_server.store.filters import TheFilters
 from pftrack_server.store.store import AStore

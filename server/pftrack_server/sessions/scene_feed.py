@@ -21,7 +21,7 @@ from pftrack_server.core.errors import REFUSALS, detail_of, shape
 from pftrack_server.core.panel import PanelDescription, PanelValues
 from pftrack_server.core.pictures import SceneDrawing
 from pftrack_server.sessions.spec import SessionDescription
-from pftrack_server.sessions.worker.commands import COMMAND, ChangeValues, Command
+from pftrack_server.sessions.worker.protocol import COMMAND, ChangeValues, Command
 from pftrack_server.store.system_errors import failure_message
 
 if TYPE_CHECKING:

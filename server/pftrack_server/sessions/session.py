@@ -19,16 +19,6 @@ from pftrack_server.sessions.spec import LIVE, Bookmark, Phase, SessionDescripti
 from pftrack_server.sessions.state import SessionState
 from pftrack_server.sessions.stream import Refused, SessionPublic
 from pftrack_server.sessions.worker import protocol
-from pftrack_server.sessions.worker.commands import (
-    Changed,
-    Command,
-    InspectionPublic,
-    MakeBranch,
-    Order,
-    Picture,
-    Restart,
-    ShowBranch,
-)
 from pftrack_server.sessions.worker_handle import WorkerHandle, WorkerLostError
 
 if TYPE_CHECKING:
@@ -37,7 +27,7 @@ if TYPE_CHECKING:
 
 ConfigOf = Callable[[SessionSpec], Awaitable[protocol.WorkerConfig]]
 MOST_BOOKMARKS = 500
-Answer: TypeAlias = SessionPublic | Changed | InspectionPublic
+Answer: TypeAlias = SessionPublic | protocol.Changed | protocol.InspectionPublic
 """What a command is answered with."""
 
 
@@ -196,7 +186,7 @@ class Session:
 
     # ------------------------------------------------------------ commands
 
-    async def command(self, command: Command) -> Answer:
+    async def command(self, command: protocol.Command) -> Answer:
         """Carry out a command.
 
         Returns:
@@ -209,20 +199,20 @@ class Session:
         """
 
         def answer(result: Any) -> Answer:  # noqa: ANN401 - of any order
-            if isinstance(command, MakeBranch) and command.title:
+            if isinstance(command, protocol.MakeBranch) and command.title:
                 self.state.name_branch(self.spec.branch, command.title)
             return self.view() if result is None else result
 
-        if isinstance(command, ShowBranch) and command.branch not in self.spec.branches:
+        if isinstance(command, protocol.ShowBranch) and command.branch not in self.spec.branches:
             raise NotFoundError("The session has no such branch.")
-        if isinstance(command, Restart):
+        if isinstance(command, protocol.Restart):
             self._check_seed(command.seed)
         answered: Answer = await self.order(command, answer)
         return answered
 
     async def order(
         self,
-        order: Order,
+        order: protocol.Order,
         then: Callable[[Any], Any] = lambda result: result,
     ) -> Any:  # noqa: ANN401 - each has an answer of its own
         """Send an order to the worker, after the one before it where it has to wait for that.
@@ -236,18 +226,18 @@ class Session:
             Exception: Whatever refused it, as the worker raised it.
         """
         async with self._command_lock if order.queues else nullcontext():
-            if order.makes_branch(self.spec.run):
-                self._room_for_branch()
+            if self._makes_branch(order) and len(self.spec.branches) >= self._settings.max_branches:
+                raise ConflictError(f"A session holds at most {self._settings.max_branches} branches; start another.")
             if self._worker is None:
                 raise ConflictError(f"The session is {self.phase}; resume it first.")
-            known = self.spec.branches[order.branch].run if isinstance(order, ShowBranch) else None
+            known = self.spec.branches[order.branch].run if isinstance(order, protocol.ShowBranch) else None
             return await self._worker.request(order, then, self.spec.next_branch(), known)
 
     async def thumbnail(self) -> bytes | None:
         """Return a picture of about where it is as PNG, or None if there has been none while this server runs."""
         if self.worker is not None and self.is_free:
             with suppress(ConflictError, WorkerLostError):
-                self._thumbnail = await self.order(Picture())
+                self._thumbnail = await self.order(protocol.Picture())
         return self._thumbnail
 
     def bookmark(self, name: str, note: str) -> Bookmark:
@@ -261,9 +251,10 @@ class Session:
         if seed not in {None, self.spec.recipe.seed} and count > 1:
             raise ConflictError(f"All {count} branches of the session have its seed; start another session for {seed}.")
 
-    def _room_for_branch(self) -> None:
-        if len(self.spec.branches) >= self._settings.max_branches:
-            raise ConflictError(f"A session holds at most {self._settings.max_branches} branches; start another.")
+    def _makes_branch(self, order: protocol.Order) -> bool:
+        if isinstance(order, protocol.ChangeValues):
+            return bool(order.values) and self.spec.run.branch_point is not None
+        return isinstance(order, protocol.MakeBranch | protocol.ReviseFilter)
 
     # ------------------------------------------------------------ what the scene's panel hears
 

@@ -19,19 +19,8 @@ from pftrack_server.core.errors import UnavailableError
 from pftrack_server.core.processes import FORK_SERVER
 from pftrack_server.core.resource_limits import allowed_cpu_seconds
 from pftrack_server.sessions.spec import RunSnapshot
-from pftrack_server.sessions.worker.commands import Order
-from pftrack_server.sessions.worker.process import load_compiled, main
-from pftrack_server.sessions.worker.protocol import (
-    OPENING,
-    Credit,
-    Event,
-    Failed,
-    Form,
-    Ready,
-    Reply,
-    Request,
-    WorkerConfig,
-)
+from pftrack_server.sessions.worker import protocol
+from pftrack_server.sessions.worker.worker import load_compiled, main
 
 Result = TypeVar("Result")
 
@@ -51,16 +40,18 @@ class WorkerHandle:
         heard: When the worker last gave a sign of life (monotonic, s).
     """
 
-    def __init__(self, config: WorkerConfig, on_event: Callable[[Event], None], on_lost: Callable[[str], None]) -> None:
+    def __init__(
+        self, config: protocol.WorkerConfig, on_event: Callable[[protocol.Event], None], on_lost: Callable[[str], None]
+    ) -> None:
         self._config = config
         self._on_event = on_event
         self._on_lost = on_lost
-        self._numbers = itertools.count(OPENING + 1)
+        self._numbers = itertools.count(protocol.OPENING + 1)
         loop = asyncio.get_running_loop()
         self._ready: asyncio.Future[None] = loop.create_future()
         self._opened: asyncio.Future[None] = loop.create_future()
         self._waiting: dict[int, tuple[asyncio.Future[Any], Callable[[Any], object]]] = {
-            OPENING: (self._opened, lambda _: None)
+            protocol.OPENING: (self._opened, lambda _: None)
         }
         self._child: Child | None = None
         self._end: AsyncEnd | None = None
@@ -108,7 +99,7 @@ class WorkerHandle:
             await asyncio.wait_for(asyncio.shield(self._opened), patience_s)
 
     async def request(
-        self, order: Order, then: Callable[[Any], Result], branch: str = "", known: RunSnapshot | None = None
+        self, order: protocol.Order, then: Callable[[Any], Result], branch: str = "", known: RunSnapshot | None = None
     ) -> Result:
         """Send an order and return what `then` makes of its result.
 
@@ -130,16 +121,16 @@ class WorkerHandle:
         number = next(self._numbers)
         future: asyncio.Future[Result] = asyncio.get_running_loop().create_future()
         self._waiting[number] = future, then
-        self._end.send(Request(number, order, branch, known))
+        self._end.send(protocol.Request(number, order, branch, known))
         try:
             return await future
         finally:
             self._waiting.pop(number, None)
 
-    def credit(self, form: Form) -> None:
+    def credit(self, form: protocol.Form) -> None:
         """Let the worker send one more drawing in a form."""
         if self._end is not None:
-            self._end.send(Credit(form))
+            self._end.send(protocol.Credit(form))
 
     def kill(self, reason: str) -> None:
         """End the worker at once, and say why when its end is noticed."""
@@ -156,22 +147,22 @@ class WorkerHandle:
         if self._farewell is not None:
             await self._farewell
 
-    def _event(self, event: Event) -> None:
+    def _event(self, event: protocol.Event) -> None:
         self.heard = time.monotonic()
         match event:
-            case Ready():
+            case protocol.Ready():
                 # What follows it may be read in the same breath.
                 self._on_event(event)
                 if not self._ready.done():
                     self._ready.set_result(None)
-            case Reply(number=number, result=result, error=error):
+            case protocol.Reply(number=number, result=result, error=error):
                 future, then = self._waiting.get(number, (None, None))
                 if future is not None and then is not None and not future.done():
                     if error is None:
                         future.set_result(then(result))
                     else:
                         future.set_exception(error)
-            case Failed(message=message, error=error):
+            case protocol.Failed(message=message, error=error):
                 self._reason = message
                 if error is not None and not self._ready.done():
                     self._ready.set_exception(error)
@@ -209,7 +200,7 @@ class WorkerHandle:
         return await child.wait(LAST_WORDS_S)
 
 
-def _cause(status: int | None, config: WorkerConfig) -> str:
+def _cause(status: int | None, config: protocol.WorkerConfig) -> str:
     """Return a sentence that explains an exit status to a person."""
     how = None if status is None else ending(status)
     if how is Ending.OUT_OF_CPU_TIME:

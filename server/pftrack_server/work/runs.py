@@ -21,7 +21,7 @@ from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.jobs.jobs import Job, OnStep
 from pftrack_server.sessions.session import Session
-from pftrack_server.sessions.worker.commands import Save
+from pftrack_server.sessions.worker.protocol import Save
 from pftrack_server.store import Store
 from pftrack_server.store.files import new_name, now
 from pftrack_server.store.tables import RunRow

@@ -8,7 +8,7 @@ import pytest
 
 from pftrack.core.model.drawing import Drawing, Ellipse, Picture, Polyline
 from pftrack.core.refusal import ParameterError
-from pftrack_server.sessions.worker.commands import Inspect
+from pftrack_server.sessions.worker.protocol import Inspect
 from pftrack_server.sessions.worker.run_tree import RunTree
 from tests.server.host import command, error_of, steer
 from tests.server.sessions.test_run_tree import config, forward

@@ -18,8 +18,8 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.experiment import Experiment
 from pftrack.process import BlockingEnd, ForkServer
 from pftrack_server.jobs.child_tasks import ChildTasks, Queues
-from pftrack_server.sessions.worker import process
-from pftrack_server.sessions.worker.process import NICENESS, load_compiled
+from pftrack_server.sessions.worker import worker
+from pftrack_server.sessions.worker.worker import NICENESS, load_compiled
 from tests.apart import run
 from tests.server.host import Server
 
@@ -65,8 +65,8 @@ def test_where_nothing_can_be_kept_all_is_compiled_at_once(
         ran.append(tracker)
         return run_case(experiment, tracker, values)
 
-    monkeypatch.setattr(process, "run_case", watched)
-    monkeypatch.setattr(process, "cache_folder", lambda: tmp_path if is_kept else None)
+    monkeypatch.setattr(worker, "run_case", watched)
+    monkeypatch.setattr(worker, "cache_folder", lambda: tmp_path if is_kept else None)
     load_compiled("sine")
     assert len(set(ran)) == trackers
 

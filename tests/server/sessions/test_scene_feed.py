@@ -13,7 +13,7 @@ from pftrack_server.core.panel import PanelDescription, PanelValues
 from pftrack_server.core.pictures import SceneDrawing
 from pftrack_server.sessions.scene_feed import SceneFeed
 from pftrack_server.sessions.spec import SessionDescription, TrackerPublic
-from pftrack_server.sessions.worker.commands import ChangeValues, Command
+from pftrack_server.sessions.worker.protocol import ChangeValues, Command
 from pftrack_server.viewer import Endpoint
 from tests.apart import run
 

@@ -12,8 +12,18 @@ import pytest
 
 from pftrack.process import AsyncEnd, BlockingEnd
 from pftrack.process.child import pair
-from pftrack_server.sessions.worker.commands import ChangeValues, Pause, Play, Save, SetSpeed
-from pftrack_server.sessions.worker.protocol import Credit, Event, Progress, Reply, Request
+from pftrack_server.sessions.worker.protocol import (
+    ChangeValues,
+    Credit,
+    Event,
+    Pause,
+    Play,
+    Progress,
+    Reply,
+    Request,
+    Save,
+    SetSpeed,
+)
 from pftrack_server.sessions.worker.run_tree import RunTree
 from pftrack_server.sessions.worker.worker import Worker
 from tests.apart import run

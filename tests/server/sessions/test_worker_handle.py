@@ -8,8 +8,7 @@ import pytest
 
 from pftrack.process import ForkServer
 from pftrack_server.sessions import worker_handle
-from pftrack_server.sessions.worker.commands import Play
-from pftrack_server.sessions.worker.protocol import Event, Heartbeat, Reply
+from pftrack_server.sessions.worker.protocol import Event, Heartbeat, Play, Reply
 from pftrack_server.sessions.worker_handle import WorkerHandle, WorkerLostError
 from tests.apart import run
 from tests.process.test_fork_server import has_ended, leave_another

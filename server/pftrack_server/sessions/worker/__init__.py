@@ -2,7 +2,7 @@
 
 It imports neither FastAPI nor the database nor viser; the web process speaks to it in the vocabulary of `protocol`.
 
-- `commands`: all that can be asked of a run, and what it does; `worker`: the loop that carries it out;
+- `protocol`: all that can be asked of a run, and what is said of it; `worker`: the process that carries it out;
 - `run_tree`: the runs of one session, a branch each; `recipes`: what their recipes speak of and may bring;
 - `description`: what is fixed of a run and what changed in it; `frame_view`: what is drawn of a frame;
 - `codec`: how a drawing travels to pages.

@@ -17,7 +17,7 @@ from pftrack.output.displays import draw_arrows, draw_likelihood, draw_place
 from pftrack.runs.inspection import Finding, Inspection
 from pftrack.runs.run import Run
 from pftrack.vision.rendering import png
-from pftrack_server.sessions.worker.commands import (
+from pftrack_server.sessions.worker.protocol import (
     GenealogyPublic,
     Inspect,
     InspectionPublic,

@@ -7,35 +7,33 @@ can cut it short.
 """
 
 import logging
+import os
+import socket
+import sys
 import time
+import traceback
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
 from typing import Any, get_args
 
 from pftrack.core.model.drawing import Drawing
 from pftrack.core.refusal import ParameterError, RefusedError
-from pftrack.doctor.compiling import watch
-from pftrack.experiments.own.code import FilterFileError
-from pftrack.process import BlockingEnd
+from pftrack.doctor.compiling import cases, run_case, watch
+from pftrack.doctor.memory import cache_folder
+from pftrack.experiments import EXPERIMENTS
+from pftrack.experiments.own.code import FilterFileError, trust
+from pftrack.process import BlockingEnd, confine, end_with_parent, give_way, leave_interrupts_to_parent
 from pftrack.vision.rendering import png, render
 from pftrack_server.core.pictures import PictureEncoder
 from pftrack_server.sessions.spec import Goal, Problem, RunSnapshot, differences
+from pftrack_server.sessions.worker import protocol
 from pftrack_server.sessions.worker.codec import DrawingEncoder
-from pftrack_server.sessions.worker.protocol import (
-    OPENING,
-    Credit,
-    Described,
-    Form,
-    Heartbeat,
-    Progress,
-    Ready,
-    Reply,
-    Request,
-    WorkerConfig,
-)
 from pftrack_server.sessions.worker.run_tree import RunTree
 
-FORMS: tuple[Form, ...] = get_args(Form)
+FORMS: tuple[protocol.Form, ...] = get_args(protocol.Form)
 TELL_S = 1 / 30
 # A frame that comes a little early must not be skipped, or thirty a second would become fifteen.
 EARLY = 0.8
@@ -47,6 +45,10 @@ LARGEST_SHARE = 0.05
 """Of the time, for checkpoints."""
 # So long a command or a start may take before it becomes a way that others can watch and cut short.
 AT_ONCE_S = 0.5
+
+NICENESS, GIVING_WAY = 3, 8
+"""Whoever serves everybody goes before one session's computation, and sweeps, with 10, come last."""
+OPEN_FILES = 256
 
 log = logging.getLogger(__name__)
 
@@ -99,15 +101,9 @@ class Checkpoints:
 
 
 class Worker:
-    """The loop of a worker.
+    """The loop of a worker."""
 
-    Attributes:
-        request: What is carried out, or was last.
-    """
-
-    request: Request
-
-    def __init__(self, pipe: BlockingEnd, config: WorkerConfig) -> None:
+    def __init__(self, pipe: BlockingEnd, config: protocol.WorkerConfig) -> None:
         self._pipe = pipe
         self._told = time.monotonic()
         self._compiled = 0
@@ -129,32 +125,34 @@ class Worker:
         self._measured = 0.0
         self._rows: list[dict[str, Any]] = []
         self._news = False
-        self._credits: set[Form] = set()
-        self._undrawn: set[Form] = set(FORMS)
+        self._credits: set[protocol.Form] = set()
+        self._undrawn: set[protocol.Form] = set(FORMS)
         self._drawing: Drawing | None = None
         self._pictures = PictureEncoder()
         self._encoder = DrawingEncoder(self._pictures)
         self._way: Way | None = None
+        self._request = protocol.Request(protocol.OPENING, protocol.Order())
+        """What is carried out, or was last."""
         self._left: Way | None = None
         """The way that the order which is carried out has ended."""
         self._reported = config.run
         with watch(lambda _: self._heartbeat(), self._count_compiled):
-            self._start_seek(config.run.bound, OPENING, known=config.run.bound.computed)
+            self._start_seek(config.run.bound, protocol.OPENING, known=config.run.bound.computed)
 
     def serve(self) -> None:
         """Say that the run stands, then listen and compute until the web process hangs up."""
         self._rows = []
         self._reported = self._snapshot()
-        self._pipe.send(Ready(self._tree.describe(), self._reported, self._tree.rows(0)))
+        self._pipe.send(protocol.Ready(self._tree.describe(), self._reported, self._tree.rows(0)))
         self._told = time.monotonic()
         if self._way is None:
-            self._pipe.send(Reply(OPENING))
+            self._pipe.send(protocol.Reply(protocol.OPENING))
         with watch(self._tell_compiling, self._count_compiled):
             while True:
                 message = self._pipe.receive(self._time_to_wait_s())
-                if isinstance(message, Credit):
+                if isinstance(message, protocol.Credit):
                     self._credits.add(message.form)
-                elif isinstance(message, Request):
+                elif isinstance(message, protocol.Request):
                     self._answer(message)
                 self._compute()
                 self._tell()
@@ -225,7 +223,7 @@ class Worker:
         self._problem, self._news = _problem(error), True
         if way is not None:
             self._report(draw=True)
-            self._pipe.send(Reply(way.number, error=error))
+            self._pipe.send(protocol.Reply(way.number, error=error))
 
     def _forward(self) -> None:
         begun = time.monotonic()
@@ -238,7 +236,7 @@ class Worker:
             self._problem = None
             self._rows.append(row)
             self._checkpoints.on_frame(time.monotonic() - begun)
-        self.mark_changed()
+        self._redraw()
 
     def _start_seek(self, goal: Goal, number: int, *, known: int, at_once_s: float = AT_ONCE_S) -> None:
         """Go to a goal: at once if that takes but a moment, else step by step from now on."""
@@ -258,7 +256,7 @@ class Worker:
             return False
         return True
 
-    def mark_changed(self) -> None:
+    def _redraw(self) -> None:
         """Have the frame that is shown drawn again."""
         self._news, self._undrawn, self._drawing = True, set(FORMS), None
 
@@ -268,7 +266,7 @@ class Worker:
             self._heartbeat()
 
     def _heartbeat(self) -> None:
-        self._pipe.send(Heartbeat())
+        self._pipe.send(protocol.Heartbeat())
         self._told = time.monotonic()
 
     def _tell_compiling(self, name: str) -> None:
@@ -279,7 +277,7 @@ class Worker:
         del name
         self._reported = self._reported.model_copy(update={"compiling": self._compiled})
         # No drawing will come for a while, so that nothing may wait for it.
-        self._pipe.send(Progress({"compiling": self._compiled}, is_ahead=False))
+        self._pipe.send(protocol.Progress({"compiling": self._compiled}, is_ahead=False))
         self._told, self._news = time.monotonic(), True
 
     def _count_compiled(self, name: str, seconds: float) -> None:
@@ -320,7 +318,7 @@ class Worker:
 
     def _report(self, *, draw: bool) -> None:
         rows, self._rows = self._tree.with_loss(self._rows), []
-        forms = self._undrawn & self._credits if draw else set[Form]()
+        forms = self._undrawn & self._credits if draw else set[protocol.Form]()
         scene = flat = None
         if forms:
             # Whoever wants the other form a little later gets it of the same drawing.
@@ -331,60 +329,95 @@ class Worker:
             self._credits -= forms
             self._undrawn -= forms
         after = self._snapshot()  # which may tell that it compiles
-        before, self._reported = self._reported, after
-        self._pipe.send(Progress(differences(before, after), rows, scene, flat, is_ahead="flat" in self._undrawn))
+        changes, self._reported = differences(self._reported, after), after
+        self._pipe.send(protocol.Progress(changes, rows, scene, flat, is_ahead="flat" in self._undrawn))
         self._news = False
 
     def _reply(self, number: int, result: object = None) -> None:
         # What the answer rests on goes first, so that it never contradicts what is known. While it plays that is told
         # out of turn and without a drawing: the next frame, which shows what the command did, finds the way free.
         self._report(draw=not self._playing)
-        self._pipe.send(Reply(number, result))
+        self._pipe.send(protocol.Reply(number, result))
 
     # ------------------------------------------------------------ orders
 
-    def _answer(self, request: Request) -> None:
+    def _answer(self, request: protocol.Request) -> None:
         order = request.order
-        self.request, self._left = request, None
+        self._request, self._left = request, None
         if order.interrupts:
             self._left, self._way, self._stopped = self._way, None, ""
         left = self._left
         try:
-            result = order.carry_out(self)
+            result = self._carry_out(order)
         except (OSError, RefusedError) as error:
             self._way = self._way or left
             if self._news or self._rows:
                 self._report(draw=not self._playing)
-            self._pipe.send(Reply(request.number, error=error))
+            self._pipe.send(protocol.Reply(request.number, error=error))
             return
         if order.interrupts and result is None:
-            self.mark_changed()
+            self._redraw()
         if left is not None:
             self._reply(left.number)
         if self._way is None or not order.interrupts:
             self._reply(request.number, result)
 
-    @property
-    def tree(self) -> RunTree:
-        """The runs."""
-        return self._tree
+    def _carry_out(self, order: protocol.Order) -> Any:  # noqa: ANN401 - each has an answer of its own
+        """Do what is asked; return the answer, or None where the session as it is then is the answer."""
+        tree = self._tree
+        match order:
+            case protocol.ChangeValues(values=values):
+                return self._change(values)
+            case protocol.MakeBranch(frame=frame, values=values, seed=seed):
+                self._flush()
+                tree.branch(self._request.branch, frame, values if seed is None else {**values, "seed": seed})
+            case protocol.ShowBranch() if self._request.known is not None:
+                self._activate(self._request.known)
+            case protocol.ReviseFilter(name=name, text=text):
+                self._revise_filter(name, text)
+            case protocol.Inspect():
+                found = tree.inspect(order)
+                self._redraw()
+                return found
+            case protocol.Save(path=path):
+                return {"summary": tree.save(Path(path)), "thumbnail": self._picture()}
+            case protocol.Picture():
+                return self._picture()
+            case protocol.Explain(frame=frame):
+                return tree.explain(frame)
+            case _:
+                self._steer(order)
+        return None
 
-    def play(self) -> None:
-        """Play from here, or from the first frame if the last one is shown."""
-        if self._tree.ended:
-            self._tree.run.seek(0)
-        self._playing, self._due, self._behind_s = True, time.monotonic(), 0.0
+    def _steer(self, order: protocol.Order) -> None:
+        """Play, stop, go somewhere or start again."""
+        tree = self._tree
+        match order:
+            case protocol.Play():
+                if tree.ended:
+                    tree.run.seek(0)
+                self._playing, self._due, self._behind_s = True, time.monotonic(), 0.0
+            case protocol.Pause():
+                self._playing = False
+            case protocol.Step(kind=kind):
+                # On the way to a goal from where that ends.
+                position = tree.run.position if self._left is None else self._left.goal.position
+                self._seek(min(max(position + (1 if kind == "step" else -1), 0), tree.run.frames - 1))
+            case protocol.Seek(frame=frame):
+                self._seek(frame)
+            case protocol.BeforeLoss():
+                self._seek(tree.before_loss())
+            case protocol.SetSpeed(speed=speed):
+                # The next frame is due no later than at the new speed, but not at once: a correction is no frame.
+                self._speed, self._behind_s = speed, 0.0
+                self._due = min(self._due, time.monotonic() + self._period)
+            case protocol.StopAt(probability=probability):
+                self._stop_at, self._stopped = probability, ""
+            case protocol.Restart(seed=seed):
+                tree.restart(seed)
+                self._report_restart()
 
-    def pause(self) -> None:
-        """Stop playing."""
-        self._playing = False
-
-    def step(self, frames: int) -> None:
-        """Go on or back, on the way to a goal from where that ends."""
-        position = self._tree.run.position if self._left is None else self._left.goal.position
-        self.seek(min(max(position + frames, 0), self._tree.run.frames - 1))
-
-    def seek(self, frame: int) -> None:
+    def _seek(self, frame: int) -> None:
         """Go to a frame; what was known before the way that this ends is still computed again.
 
         Raises:
@@ -396,53 +429,58 @@ class Worker:
         self._playing = False
         known = max(self._tree.run.computed, self._left.known if self._left is not None else 0)
         at_once_s = AT_ONCE_S if max(frame, known) <= self._tree.run.computed else 0.0
-        self._start_seek(Goal(max(frame, known), frame), self.request.number, known=known, at_once_s=at_once_s)
+        self._start_seek(Goal(max(frame, known), frame), self._request.number, known=known, at_once_s=at_once_s)
 
-    def set_speed(self, speed: float) -> None:
-        """Play at another speed."""
-        # The next frame is due no later than at the new speed, but not at once: a correction is no frame.
-        self._speed, self._behind_s = speed, 0.0
-        self._due = min(self._due, time.monotonic() + self._period)
+    def _change(self, values: dict[str, Any]) -> protocol.Changed:
+        tree = self._tree
+        restarts = tree.restarts
+        if values:
+            self._flush()
+            tree.change(values, self._request.branch)
+        restarted = tree.restarts != restarts
+        if restarted:
+            self._report_restart()
+        elif tree.redraws(values):
+            self._redraw()
+        run = tree.snapshot()
+        frame = 0 if restarted else run.position + 1
+        return protocol.Changed(parameters=run.parameters, tracker=run.tracker, frame=frame, branch=run.branch)
 
-    def set_stop(self, probability: float | None) -> None:
-        """Stop playing where the target is lost with this probability; None to play on whatever it is."""
-        self._stop_at, self._stopped = probability, ""
-
-    def revise_filter(self, name: str, text: str) -> None:
+    def _revise_filter(self, name: str, text: str) -> None:
         """Go on with another version of a filter's file; one that cannot be used is told, and nothing else changes."""
-        self.flush()
+        self._flush()
         try:
-            self._tree.revise_filter(name, text, self.request.branch)
+            self._tree.revise_filter(name, text, self._request.branch)
         except FilterFileError as error:
             self._broken, self._news, self._playing = _problem(error), True, False
             return
         self._problem = self._broken = None
         self._report(draw=False)
-        self._pipe.send(Described(self._tree.describe()))
+        self._pipe.send(protocol.Described(self._tree.describe()))
 
-    def activate(self, run: RunSnapshot) -> None:
+    def _activate(self, run: RunSnapshot) -> None:
         """Show another branch; one that this worker does not hold is computed again."""
-        self.flush()
+        self._flush()
         again = self._tree.activate(run.branch, run.recipe)
         self._playing = False
         if again:
             # The web process may never have had them: it forgets all diagnostics when the server ends.
             self._rows = self._tree.rows(0)
-            self._start_seek(run.bound, self.request.number, known=run.bound.computed)
+            self._start_seek(run.bound, self._request.number, known=run.bound.computed)
 
-    def picture(self) -> bytes:
+    def _picture(self) -> bytes:
         """Return the current frame as PNG."""
         drawing = self._tree.drawing()
         layers = self._tree.experiment.shown_layers
         return png(render(drawing, layers=layers, scale=_scale(drawing.width), caption=False))
 
-    def report_restart(self) -> None:
+    def _report_restart(self) -> None:
         """Report the rows of a run that has just been restarted."""
         self._rows = self._tree.rows(0)
         self._due = time.monotonic()
-        self.mark_changed()
+        self._redraw()
 
-    def flush(self) -> None:
+    def _flush(self) -> None:
         """Tell the active branch's rows before another one becomes active."""
         if self._rows:
             self._report(draw=False)
@@ -455,3 +493,50 @@ def _problem(error: FilterFileError) -> Problem:
 def _scale(width: int) -> float:
     """Return by how much a picture is drawn larger so that it can be looked at, up to 640 px wide."""
     return max(1.0, min(4.0, 640 / max(width, 1)))
+
+
+def main(end: socket.socket, config: protocol.WorkerConfig) -> None:
+    """Run a session's worker until the web process hangs up."""
+    leave_interrupts_to_parent()
+    confine(memory_bytes=config.memory_bytes, cpu_seconds=config.cpu_seconds, open_files=OPEN_FILES)
+    # It leads a session of processes of its own, as all that is computed beside it does. Where the kernel weighs such
+    # sessions before processes (see `give_way`), a worker in that of the web process has only a part of one weight: an
+    # exploration, whose weight is undivided, then takes much of what the run needs.
+    os.setsid()
+    end_with_parent()
+    # Somebody waits for the first picture.
+    give_way(GIVING_WAY if config.gives_way else NICENESS, patience_s=0.0)
+    trust(*config.filters)
+    pipe = BlockingEnd(end)
+    try:
+        try:
+            worker = Worker(pipe, config)
+        except RefusedError as error:
+            pipe.send(protocol.Failed(str(error), error))
+            return
+        worker.serve()
+    except (EOFError, BrokenPipeError, ConnectionResetError):
+        return
+    except MemoryError:
+        mebibytes = config.memory_bytes >> 20
+        message = f"The run needed more than the {mebibytes} MiB of memory that a session may use."
+    except Exception as error:  # noqa: BLE001 - whatever it was, it is reported once and ends this session alone
+        traceback.print_exc()
+        message = f"The computation failed ({type(error).__name__}); the server's log says where."
+    with suppress(OSError):
+        pipe.send(protocol.Failed(message))
+    sys.exit(1)
+
+
+def load_compiled(name: str) -> None:
+    """Step and draw an experiment as it is by default for some frames, which takes 0.1 to 0.5 s.
+
+    What its other trackers and settings call is loaded by the workers that use them; where compiled code cannot be kept
+    on the disk, all of it is compiled here, or each worker would do so. An experiment of another package is left alone:
+    what it does wrong shall happen in its own workers.
+    """
+    if name in EXPERIMENTS.own:
+        experiment = EXPERIMENTS[name]
+        for tracker, values in islice(cases(experiment), 1 if cache_folder() else None):
+            drawing = run_case(experiment, tracker, values)
+        png(render(drawing))
