@@ -10,11 +10,11 @@ FLOORS = (
     {"compare", "glossary", "help", "learn", "references", "sweep", "upload"},
     {"session"},
     {"lecturer"},
-    {"shared", "vendor"},
+    {"shared"},
+    {"vendor"},
 )
-"""From the top: each page with what is its own, the session that others embed, a lecturer's class, what all share.
-
-Beside that lies what other people have written."""
+"""From the top: each page with what is its own, the session that others embed, a lecturer's class, what all share, and
+what other people have written."""
 IMPORT = re.compile(r"""(?:\bfrom|\bimport)\s*\(?\s*["'](\.[^"']+)["']""")
 
 
