@@ -5,7 +5,7 @@ the worker computes it. Between them runs a pipe with a small vocabulary; from t
 
 - `manager`: all sessions, and the housekeeping around them
 - `create`: from a request to the spec of a new session
-- `session`, `state`, `view`, `history`: one session as the web process knows it
+- `session`, `state`: one session as the web process knows it
 - `scene_feed`: the viser scene, and the commands of its panel
 - `worker_handle`: the worker as the web process sees it
 """

@@ -83,8 +83,8 @@ class Manager:
             except (ValueError, TypeError, LookupError, AttributeError) as error:
                 log.warning("a stored session is damaged and left out", session=row.id, error=repr(error))
                 continue
-            session.state.enter(Phase.SUSPENDED, "The server was restarted; the session continues where it was.")
-            session.state.dirty = False
+            session.enter(Phase.SUSPENDED, "The server was restarted; the session continues where it was.")
+            session.dirty = False
             self._sessions[spec.id] = session
         self._rounds = asyncio.create_task(self._watch_sessions())
 
@@ -165,7 +165,7 @@ class Manager:
     async def measure_by(self, session: Session, truth: dict[int, tuple[float, ...]] | None) -> None:
         """Measure a session by another truth: its run is made again, to the same estimates, and goes on if it did."""
         playing = session.phase is Phase.PLAYING
-        session.state.set_truth(truth)
+        session.set_truth(truth)
         await self.note()
         if session.live:
             await session.suspend("The run is measured anew.")
@@ -199,9 +199,9 @@ class Manager:
         """Write down every session that has changed; those that only moved on as well, if `positions`."""
         async with self._writing:
             known = [session for session in self._sessions.values() if session.spec.description]
-            changed = [each for each in known if each.state.dirty or (positions and each.state.moved)]
+            changed = [each for each in known if each.dirty or (positions and each.moved)]
             for session in changed:
-                session.state.dirty = session.state.moved = False
+                session.dirty = session.moved = False
             if not changed:
                 return
             specs = (session.spec for session in changed)
@@ -210,7 +210,7 @@ class Manager:
                 await asyncio.to_thread(self._store.save, *rows)
             except Exception:
                 for session in changed:
-                    session.state.dirty = True
+                    session.dirty = True
                 raise
 
     async def note(self) -> None:

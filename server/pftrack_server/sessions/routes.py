@@ -103,7 +103,7 @@ async def show_session(session: ASession) -> SessionPublic:
 @router.patch("/{session}")
 async def rename_session(session: ASession, body: SessionUpdate, manager: AManager) -> SessionPublic:
     """Give a session a name."""
-    session.state.rename(body.name)
+    session.rename(body.name)
     await manager.note()
     return session.view()
 
@@ -143,7 +143,7 @@ async def diagnostics(session: ASession, branch: str | None = None) -> Response:
     name = branch or session.spec.branch
     if name not in session.spec.branches:
         raise NotFoundError("The session has no such branch.")
-    return Response(session.state.columns_text(name), media_type="application/json")
+    return Response(session.columns_text(name), media_type="application/json")
 
 
 @router.put("/{session}/truth", openapi_extra=MULTIPART, dependencies=[TakesFiles])
@@ -197,7 +197,7 @@ async def bookmark(session: ASession, manager: AManager, body: BookmarkCreate | 
     try:
         await manager.keep(positions=False)
     except Exception:
-        session.state.unbookmark(made.id)
+        session.unbookmark(made.id)
         raise
     return made
 
@@ -205,7 +205,7 @@ async def bookmark(session: ASession, manager: AManager, body: BookmarkCreate | 
 @router.delete("/{session}/bookmarks/{bookmark}", status_code=HTTPStatus.NO_CONTENT)
 async def forget_bookmark(session: ASession, bookmark: Name, manager: AManager) -> None:
     """Forget a bookmark."""
-    if not session.state.unbookmark(bookmark):
+    if not session.unbookmark(bookmark):
         raise NotFoundError("The session has no such bookmark.")
     await manager.note()
 

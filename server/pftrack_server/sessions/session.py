@@ -15,7 +15,7 @@ from pftrack_server.core.errors import NotFoundError
 from pftrack_server.core.panel import PanelValues
 from pftrack_server.core.settings import Settings
 from pftrack_server.sessions.scene_feed import SceneFeed
-from pftrack_server.sessions.spec import LIVE, Bookmark, Phase, SessionDescription, SessionSpec
+from pftrack_server.sessions.spec import LIVE, Phase, SessionSpec
 from pftrack_server.sessions.state import SessionState
 from pftrack_server.sessions.stream import Refused, SessionPublic
 from pftrack_server.sessions.worker import protocol
@@ -26,24 +26,21 @@ if TYPE_CHECKING:
 
 
 ConfigOf = Callable[[SessionSpec], Awaitable[protocol.WorkerConfig]]
-MOST_BOOKMARKS = 500
 Answer: TypeAlias = SessionPublic | protocol.Changed | protocol.InspectionPublic
 """What a command is answered with."""
 
 
-class Session:
+class Session(SessionState):
     """One session; all methods belong to the event loop's thread.
 
     Attributes:
-        state: What is known of it.
         scene_feed: Its scene.
-        stream: Who looks on, and what they are told and shown.
+        worker: The worker, where there is one.
         left: When the last visitor left (monotonic, s).
     """
 
     def __init__(self, spec: SessionSpec, settings: Settings, config_of: ConfigOf) -> None:
-        self.state = SessionState(spec, lambda: self._credit("flat"), self._tell_panel)
-        self.stream = self.state.stream
+        super().__init__(spec, lambda: self._credit("flat"), self._tell_panel)
         self._command_lock = asyncio.Lock()
         self.scene_feed = SceneFeed(
             credit=lambda: self._credit("scene"),
@@ -54,22 +51,12 @@ class Session:
         self.left = time.monotonic()
         self._settings = settings
         self._config_of = config_of
-        self._worker: WorkerHandle | None = None
+        self.worker: WorkerHandle | None = None
         self._starting: WorkerHandle | None = None
         self._thumbnail: bytes | None = None
         self._reopening: asyncio.Future[None] | None = None
 
     # ------------------------------------------------------------ what it is
-
-    @property
-    def spec(self) -> SessionSpec:
-        """Everything that is kept of it."""
-        return self.state.spec
-
-    @property
-    def phase(self) -> Phase:
-        """Its phase."""
-        return self.state.snapshot.state
 
     @property
     def live(self) -> bool:
@@ -82,11 +69,6 @@ class Session:
         return len(self.stream) + self.scene_feed.watchers
 
     @property
-    def worker(self) -> WorkerHandle | None:
-        """The worker, where there is one."""
-        return self._worker
-
-    @property
     def is_free(self) -> bool:
         """Whether no command is under way that the next one has to wait for."""
         return not self._command_lock.locked()
@@ -94,16 +76,7 @@ class Session:
     @property
     def is_unused(self) -> bool:
         """Whether it has a worker, which nobody watches or waits for."""
-        return self._worker is not None and self.is_free and not self.visitors and not self._worker.is_asked
-
-    @property
-    def description(self) -> SessionDescription:
-        """What is fixed of it while it lives."""
-        return self.state.description
-
-    def view(self) -> SessionPublic:
-        """Return it as everybody outside sees it."""
-        return self.state.view()
+        return self.worker is not None and self.is_free and not self.visitors and not self.worker.is_asked
 
     # ------------------------------------------------------------ life
 
@@ -117,14 +90,14 @@ class Session:
         async with self._command_lock:
             if self.phase is Phase.CLOSED:
                 raise ConflictError("The session was ended.")
-            if self._worker is not None:
+            if self.worker is not None:
                 return
-            self.state.enter(Phase.STARTING)
+            self.enter(Phase.STARTING)
             try:
                 self._starting = WorkerHandle(await self._config_of(self.spec), self._event, self._on_worker_lost)
                 await self._starting.start()
             except BaseException as error:
-                self.state.enter(Phase.CRASHED, str(error))
+                self.enter(Phase.CRASHED, str(error))
                 raise
             finally:
                 self._starting = None
@@ -137,20 +110,20 @@ class Session:
         Raises:
             WorkerLostError: The worker ended first.
         """
-        if self._worker is not None:
-            await self._worker.wait_until_open(patience_s)
+        if self.worker is not None:
+            await self.worker.wait_until_open(patience_s)
 
     async def suspend(self, message: str) -> None:
         """End the worker; the spec remembers everything."""
         async with self._command_lock:
             # Before the worker has ended, so that a page that comes meanwhile resumes it.
-            self.state.enter(Phase.SUSPENDED, message)
+            self.enter(Phase.SUSPENDED, message)
             await self._stop_worker()
         await self.scene_feed.close()
 
     async def close(self, message: str) -> None:
         """End it for good, or for this server's life."""
-        self.state.enter(Phase.CLOSED, message)
+        self.enter(Phase.CLOSED, message)
         # Before the door opens, so that whoever waits inside for the worker is sent away.
         await self._stop_worker()
         async with self._command_lock:
@@ -169,7 +142,7 @@ class Session:
         # While it starts, or compiles a function, a worker has nothing to say.
         is_quiet = self._starting is not None or self.spec.run.compiling is not None
         patience = self._settings.start_seconds if is_quiet else self._settings.hang_seconds
-        worker = self._starting or self._worker
+        worker = self._starting or self.worker
         if worker is None or worker.pid is None:
             return
         if after_gap:
@@ -200,7 +173,7 @@ class Session:
 
         def answer(result: Any) -> Answer:  # noqa: ANN401 - of any order
             if isinstance(command, protocol.MakeBranch) and command.title:
-                self.state.name_branch(self.spec.branch, command.title)
+                self.name_branch(self.spec.branch, command.title)
             return self.view() if result is None else result
 
         if isinstance(command, protocol.ShowBranch) and command.branch not in self.spec.branches:
@@ -228,10 +201,10 @@ class Session:
         async with self._command_lock if order.queues else nullcontext():
             if self._makes_branch(order) and len(self.spec.branches) >= self._settings.max_branches:
                 raise ConflictError(f"A session holds at most {self._settings.max_branches} branches; start another.")
-            if self._worker is None:
+            if self.worker is None:
                 raise ConflictError(f"The session is {self.phase}; resume it first.")
             known = self.spec.branches[order.branch].run if isinstance(order, protocol.ShowBranch) else None
-            return await self._worker.request(order, then, self.spec.next_branch(), known)
+            return await self.worker.request(order, then, self.spec.next_branch(), known)
 
     async def thumbnail(self) -> bytes | None:
         """Return a picture of about where it is as PNG, or None if there has been none while this server runs."""
@@ -239,12 +212,6 @@ class Session:
             with suppress(ConflictError, WorkerLostError):
                 self._thumbnail = await self.order(protocol.Picture())
         return self._thumbnail
-
-    def bookmark(self, name: str, note: str) -> Bookmark:
-        """Remember the frame that is shown."""
-        if len(self.spec.bookmarks) >= MOST_BOOKMARKS:
-            raise ConflictError(f"A session holds at most {MOST_BOOKMARKS} bookmarks; delete one first.")
-        return self.state.bookmark(name, note)
 
     def _check_seed(self, seed: int | None) -> None:
         count = len(self.spec.branches)
@@ -272,30 +239,30 @@ class Session:
     # ------------------------------------------------------------ what the worker says
 
     def _credit(self, form: protocol.Form) -> None:
-        if self._worker is not None:
-            self._worker.credit(form)
+        if self.worker is not None:
+            self.worker.credit(form)
 
     def _event(self, event: protocol.Event) -> None:
         if isinstance(event, protocol.Ready):
-            self._worker = self._starting
+            self.worker = self._starting
             self.stream.change_worker(is_ahead=True)
-            self.state.begin(event)
+            self.begin(event)
         if isinstance(event, protocol.Described):
-            self.state.describe(event.description)
+            self.describe(event.description)
             self._reopening = asyncio.ensure_future(self.scene_feed.close())
         if isinstance(event, protocol.Progress):
-            self.state.advance(event.changes, event.rows)
+            self.advance(event.changes, event.rows)
             if event.scene is not None:
                 self.scene_feed.offer(event.scene, self.spec.run.position)
             self.stream.draw(event.flat, is_ahead=event.is_ahead)
 
     def _on_worker_lost(self, reason: str) -> None:
-        self._worker = None
+        self.worker = None
         self.stream.change_worker(is_ahead=False)
-        self.state.enter(Phase.CRASHED, reason)
+        self.enter(Phase.CRASHED, reason)
 
     async def _stop_worker(self) -> None:
-        worker, self._worker = self._worker or self._starting, None
+        worker, self.worker = self.worker or self._starting, None
         self.stream.change_worker(is_ahead=False)
         if worker is not None:
             await worker.close()

@@ -1,7 +1,7 @@
 """The state of a session: what is kept of it, what moves, and what of that is news for the pages.
 
-It alone changes the spec's branches, and it alone decides what of a worker's reports is news. What moves is one
-snapshot, which is what the pages know: each change of it is told as the fields that differ.
+It alone changes the spec's branches. Whatever changes it, the snapshot of all that moves is made again of the spec and
+the phase, and the pages are told the fields that differ from the snapshot that they know.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -23,6 +23,7 @@ from pftrack_server.sessions.spec import (
     SessionDescription,
     SessionSnapshot,
     SessionSpec,
+    differences,
 )
 from pftrack_server.sessions.stream import Changes, Hello, SessionPublic, SessionStream
 from pftrack_server.sessions.worker.protocol import Ready
@@ -35,10 +36,9 @@ class Columns(BaseModel):
     columns: dict[str, list[Any]]
 
 
-OF_BRANCHES = frozenset({"branch", "second", "tracker"})
-"""Fields that the list of the branches shows."""
 OF_PANEL = frozenset({"branch_point", "parameters", "recipe", "speed", "tracker"})
 """Fields that the panel beside the scene shows."""
+MOST_BOOKMARKS = 500
 LONGEST_CHANGE = 40
 """Letters of a change by which a branch is called; the text of a file says nothing there."""
 
@@ -94,6 +94,8 @@ class SessionState:
 
     Attributes:
         spec: Everything that is kept of the session.
+        phase: What it does.
+        message: Why it does that, where there is something to say.
         snapshot: What moves of it, as the pages know it.
         dirty: Whether something that people made has changed since the spec was last stored.
         moved: Whether the position has.
@@ -109,7 +111,9 @@ class SessionState:
     def __init__(self, spec: SessionSpec, credit: Callable[[], None], on_values: Callable[[], None]) -> None:
         """Begin suspended."""
         self.spec = spec
-        self.snapshot = self._initial_snapshot(Phase.SUSPENDED)
+        self.phase = Phase.SUSPENDED
+        self.message: str | None = None
+        self.snapshot = self._snapshot_now()
         self.dirty = True
         self.moved = False
         self.frames_computed = 0
@@ -118,22 +122,18 @@ class SessionState:
         self._histories: dict[str, History] = {}
         self._columns_text: tuple[History | None, int, str] = None, 0, ""
 
-    def _initial_snapshot(self, phase: Phase) -> SessionSnapshot:
-        """Return what is known of a session whose run stands as it is kept."""
-        spec = self.spec
-        run = {**vars(spec.run), "playing": False}
-        return SessionSnapshot(
-            **run,
-            state=phase,
-            name=self._name(),
+    def _snapshot_now(self) -> SessionSnapshot:
+        """Return what moves of the session."""
+        spec, known = self.spec, self.spec.description
+        return SessionSnapshot.model_construct(
+            **vars(spec.run) | {"playing": self.phase is Phase.PLAYING},
+            state=self.phase,
+            message=self.message,
+            name=spec.name or (known.subject or known.title if known else ""),
             remark=spec.remark,
             branches=branch_views(spec),
             bookmarks=spec.bookmarks,
         )
-
-    def _name(self) -> str:
-        known = self.spec.description
-        return self.spec.name or (known.subject or known.title if known else "")
 
     # ------------------------------------------------------------ what is known
 
@@ -185,14 +185,13 @@ class SessionState:
 
     def begin(self, ready: Ready) -> None:
         """Take over what a new worker has made of the spec, and greet all listeners again."""
-        phase = ready.run.phase(ready.description.frames)
-        if not self._leads_to(phase):
+        if not self._goes_to(ready.run.phase(ready.description.frames)):
             return
         self.spec.description = self._with_first_preset(ready.description)
         self.spec.active.run = ready.run
         self._histories[self.spec.branch] = History()
         self._histories[self.spec.branch].put(ready.rows)
-        self.snapshot = self._initial_snapshot(phase)
+        self.snapshot = self._snapshot_now()
         self.dirty = self.moved = True
         self._on_values()
         self.stream.greet()
@@ -218,8 +217,7 @@ class SessionState:
     def advance(self, changes: Mapping[str, Any], rows: Sequence[dict[str, Any]] = ()) -> None:
         """Take down and tell what has changed of the run, and the diagnostics of frames just computed."""
         run = self.spec.run.model_copy(update=changes)
-        phase = run.phase(self.description.frames)
-        if not (changes or rows) or not self._leads_to(phase):
+        if not (changes or rows) or not self._goes_to(run.phase(self.description.frames)):
             return
         branch = self.spec.branches.get(run.branch) or self._new_branch(run)
         branch.run, self.spec.branch = run, run.branch
@@ -228,11 +226,8 @@ class SessionState:
         self.dirty = self.dirty or not run.is_moving or "recipe" in changes
         if "restarts" in changes:
             self._forget(run.branch)
-        news = {**changes, "state": phase, "message": None}
-        if changes.keys() & OF_BRANCHES:
-            news["branches"] = branch_views(self.spec)
         self.frames_computed += len(rows)
-        self._tell(news, self._history(run.branch).put(rows))
+        self._tell(self._history(run.branch).put(rows))
         if changes.keys() & OF_PANEL:
             self._on_values()
 
@@ -241,12 +236,15 @@ class SessionState:
 
         So a worker that ends once its session is closed does not crash it any more.
         """
-        if self._leads_to(phase):
-            self._tell({"state": phase, "message": message, "playing": False})
+        if self._goes_to(phase, message):
+            self._tell()
 
-    def _leads_to(self, phase: Phase) -> bool:
-        now = self.snapshot.state
-        return phase is now or phase in TRANSITIONS[now]
+    def _goes_to(self, phase: Phase, message: str | None = None) -> bool:
+        """Go to a phase; return whether the table has a way to it, or the session is in it."""
+        leads = phase is self.phase or phase in TRANSITIONS[self.phase]
+        if leads:
+            self.phase, self.message = phase, message
+        return leads
 
     def _history(self, branch: str) -> History:
         return self._histories.setdefault(branch, History())
@@ -294,22 +292,28 @@ class SessionState:
         """Call it so; by its clip or preset if that is empty."""
         self.spec.name = name
         self.dirty = True
-        self._tell({"name": self._name()})
+        self._tell()
 
     def name_branch(self, branch: str, title: str) -> None:
         """Give a branch another title."""
         self.spec.branches[branch].title = title
         self.dirty = True
-        self._tell({"branches": branch_views(self.spec)})
+        self._tell()
 
     def note(self, remark: str | None) -> None:
         """Take down what a person should know of it."""
         self.spec.remark = remark
         self.dirty = True
-        self._tell({"remark": remark})
+        self._tell()
 
     def bookmark(self, name: str, note: str) -> Bookmark:
-        """Remember the frame that is shown."""
+        """Remember the frame that is shown.
+
+        Raises:
+            ConflictError: It holds as many as it may.
+        """
+        if len(self.spec.bookmarks) >= MOST_BOOKMARKS:
+            raise ConflictError(f"A session holds at most {MOST_BOOKMARKS} bookmarks; delete one first.")
         made = Bookmark(id=name, frame=self.spec.run.position, note=note, branch=self.spec.branch)
         self._mark(sorted([*self.spec.bookmarks, made], key=lambda item: item.frame))
         return made
@@ -324,13 +328,13 @@ class SessionState:
     def _mark(self, bookmarks: list[Bookmark]) -> None:
         self.spec.bookmarks = bookmarks
         self.dirty = True
-        self._tell({"bookmarks": bookmarks})
+        self._tell()
 
-    def _tell(self, fields: Mapping[str, Any], rows: Sequence[dict[str, Any]] = ()) -> None:
-        """Tell the pages rows, and which of these fields are new to them."""
-        news = {name: value for name, value in fields.items() if value != getattr(self.snapshot, name)}
+    def _tell(self, rows: Sequence[dict[str, Any]] = ()) -> None:
+        """Tell the pages rows, and what of all that moves is new to them."""
+        before, self.snapshot = self.snapshot, self._snapshot_now()
+        news = differences(before, self.snapshot)
         if news or rows:
-            self.snapshot = self.snapshot.model_copy(update=news)
             self.stream.emit(Changes(session=news, rows=list(rows)))
 
 

@@ -465,7 +465,7 @@ class Follow:
         if fork.session is None:
             return messages.ForkPublic(id=None, title=self._content.title, page=f"learn/{fork.lesson}")
         found = self._find(fork.session)
-        title = found.state.snapshot.name if found else ""
+        title = found.snapshot.name if found else ""
         return messages.ForkPublic(id=fork.session, title=title, page=f"session/{fork.session}")
 
     def _may_stay(self, seat: str, path: str) -> bool:

@@ -274,7 +274,7 @@ class Follows:
         return _plain(lesson.question.text, LONGEST_QUESTION), [_plain(each, LONGEST_ANSWER) for each in answers]
 
     def _titles(self, sessions: Sequence[str]) -> dict[str, str]:
-        return {name: self._manager.get(name).state.snapshot.name for name in sessions}
+        return {name: self._manager.get(name).snapshot.name for name in sessions}
 
     async def _lesson(self, wanted: str | None) -> tuple[str, str] | None:
         """Return id and title of a lesson."""

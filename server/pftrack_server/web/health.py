@@ -57,7 +57,7 @@ class _Sessions(Collector):
         visitors = GaugeMetricFamily("pftrack_visitors", "Connections that look on or listen")
         visitors.add_metric([], sum(session.visitors for session in self._manager.all))
         frames = GaugeMetricFamily("pftrack_frames", "Frames computed by all workers since the server started")
-        frames.add_metric([], sum(session.state.frames_computed for session in self._manager.all))
+        frames.add_metric([], sum(session.frames_computed for session in self._manager.all))
         return [states, visitors, frames]
 
 

@@ -112,7 +112,7 @@ async def export_session(
     plot: PlotId = None,
 ) -> ExportJob:
     """Begin to write the active branch of a session, as far as it was computed, as a file of another kind."""
-    name, found = session.state.snapshot.name, explorations.found_of(session)
+    name, found = session.snapshot.name, explorations.found_of(session)
     return await exports.export_run(house, session.spec, name, export, plot, found)
 
 

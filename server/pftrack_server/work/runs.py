@@ -106,7 +106,7 @@ async def save_run(store: Store, session: Session, title: str | None) -> RunRow:
     summary = saved["summary"]
     row = RunRow(
         id=name,
-        title=title or f"{session.state.snapshot.name} · {session.description.tracker_title(run.tracker)}",
+        title=title or f"{session.snapshot.name} · {session.description.tracker_title(run.tracker)}",
         experiment=run.recipe.experiment,
         tracker=run.tracker,
         seed=run.recipe.seed,
@@ -199,8 +199,8 @@ async def fit(house: House, session: Session, names: tuple[str, ...]) -> FitJob:
 
 async def compare(store: Store, tasks: ChildTasks, row: RunRow, session: Session) -> None:
     """Have a session that goes on with a saved run say so if it has come to other numbers."""
-    estimates = session.state.columns(session.spec.branch).get("estimate", [])
-    session.state.note(await tasks.run(compare_record, str(store.files.record(row.id)), estimates))
+    estimates = session.columns(session.spec.branch).get("estimate", [])
+    session.note(await tasks.run(compare_record, str(store.files.record(row.id)), estimates))
 
 
 def outcome(summary: dict[str, Any]) -> str:

@@ -161,7 +161,7 @@ def _of_session(name: str, place: str, tracker: str | None = None, *, house: Hou
     branch = session.spec.branches.get(place) if session else None
     if session is None or branch is None:
         raise NotFoundError(f"There is no branch {place[:32]!r} of a session {name[:32]!r} any more; it was ended.")
-    recipe, title = branch.run.recipe, f"{session.state.snapshot.name}, {branch.title}"
+    recipe, title = branch.run.recipe, f"{session.snapshot.name}, {branch.title}"
     if tracker is not None:
         trackers = (*find_experiment(recipe.experiment).trackers, *recipe.filters)
         if tracker not in trackers:
