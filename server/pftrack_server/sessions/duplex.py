@@ -62,15 +62,6 @@ def encode(message: Message) -> str:
     return message.model_dump_json()
 
 
-def page_words(text: str) -> Ping | Painted:
-    """Read what a page says.
-
-    Raises:
-        ValueError: A page says nothing like that.
-    """
-    return PAGE_WORDS.validate_json(text)
-
-
 log = structlog.get_logger(__name__)
 
 GONE = 4404
@@ -199,7 +190,7 @@ async def _listen(websocket: WebSocket, painted: Callable[[int], None] | None) -
             if message["type"] == "websocket.disconnect":
                 return
             try:
-                words = page_words(message.get("text") or "")
+                words = PAGE_WORDS.validate_json(message.get("text") or "")
                 if isinstance(words, Ping):
                     await _send(websocket, encode(Pong(sent=words.sent)))
                 elif painted is None:

@@ -77,7 +77,7 @@ class Manager:
                     # Its class was gone with the server.
                     await asyncio.to_thread(self._store.remove, SessionRow, spec.id)
                     continue
-                session = self._session(spec)
+                session = Session(spec, self._settings, self.config)
                 if spec.description is not None:
                     session.view()
             except (ValueError, TypeError, LookupError, AttributeError) as error:
@@ -138,7 +138,7 @@ class Manager:
             await self._drop_oldest()
         if spec.id in self._sessions:
             raise ConflictError(f"There is already a session {spec.id}.")
-        session = self._session(spec)
+        session = Session(spec, self._settings, self.config)
         self._sessions[spec.id] = session
         try:
             await self._start(session)
@@ -263,9 +263,6 @@ class Manager:
         oldest = min(plain, key=lambda session: session.left)
         log.info("a session gives way to a new one", session=oldest.spec.id)
         await self.end(oldest)
-
-    def _session(self, spec: SessionSpec) -> Session:
-        return Session(spec, self._settings, self.config)
 
     async def config(self, spec: SessionSpec) -> WorkerConfig:
         """Return what a worker needs to make the active branch of a spec."""

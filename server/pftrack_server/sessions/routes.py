@@ -2,8 +2,6 @@
 
 import asyncio
 import contextlib
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
 from http import HTTPStatus
 from typing import Annotated, Protocol
 
@@ -228,17 +226,11 @@ async def stream(
     if found is None:
         await websocket.close(GONE, "There is no such session; it may have been ended.")
         return
-    async with _keep_awake(found, manager):
+    # A suspended session goes on, since somebody is here again.
+    waking = asyncio.ensure_future(_wake(found, manager))
+    try:
         with found.stream.join(paints=paints, has_picture=has_picture) as page:
             await converse(websocket, page, FAREWELL, page.note_painted)
-
-
-@asynccontextmanager
-async def _keep_awake(session: Session, manager: Manager) -> AsyncIterator[None]:
-    """Have a suspended session go on, since somebody is here again."""
-    waking = asyncio.ensure_future(_wake(session, manager))
-    try:
-        yield
     finally:
         waking.cancel()
         await asyncio.gather(waking, return_exceptions=True)

@@ -40,7 +40,7 @@ class Session(SessionState):
     """
 
     def __init__(self, spec: SessionSpec, settings: Settings, config_of: ConfigOf) -> None:
-        super().__init__(spec, lambda: self._credit("flat"), self._tell_panel)
+        super().__init__(spec, lambda: self._credit("flat"), lambda: self.scene_feed.tell(self._in_force()))
         self._command_lock = asyncio.Lock()
         self.scene_feed = SceneFeed(
             credit=lambda: self._credit("scene"),
@@ -178,8 +178,11 @@ class Session(SessionState):
 
         if isinstance(command, protocol.ShowBranch) and command.branch not in self.spec.branches:
             raise NotFoundError("The session has no such branch.")
-        if isinstance(command, protocol.Restart):
-            self._check_seed(command.seed)
+        count = len(self.spec.branches)
+        if isinstance(command, protocol.Restart) and command.seed not in {None, self.spec.recipe.seed} and count > 1:
+            raise ConflictError(
+                f"All {count} branches of the session have its seed; start another session for {command.seed}."
+            )
         answered: Answer = await self.order(command, answer)
         return answered
 
@@ -213,11 +216,6 @@ class Session(SessionState):
                 self._thumbnail = await self.order(protocol.Picture())
         return self._thumbnail
 
-    def _check_seed(self, seed: int | None) -> None:
-        count = len(self.spec.branches)
-        if seed not in {None, self.spec.recipe.seed} and count > 1:
-            raise ConflictError(f"All {count} branches of the session have its seed; start another session for {seed}.")
-
     def _makes_branch(self, order: protocol.Order) -> bool:
         if isinstance(order, protocol.ChangeValues):
             return bool(order.values) and self.spec.run.branch_point is not None
@@ -228,9 +226,6 @@ class Session(SessionState):
     def _tell_refusal(self, detail: dict[str, Any]) -> None:
         self.stream.emit(Refused(**detail))
         self.scene_feed.refuse(detail["message"])
-
-    def _tell_panel(self) -> None:
-        self.scene_feed.tell(self._in_force())
 
     def _in_force(self) -> PanelValues:
         run = self.spec.run

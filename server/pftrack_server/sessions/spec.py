@@ -7,7 +7,7 @@ name for that: what is declared here and set where it is known travels to the pa
 
 from collections.abc import Mapping
 from enum import StrEnum
-from typing import Any, Literal, NamedTuple, TypeVar
+from typing import Any, Literal, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -110,8 +110,6 @@ TRANSITIONS: Mapping[Phase, frozenset[Phase]] = {
     Phase.CLOSED: frozenset(),
 }
 """To which phases each leads; nothing else is ever made of a session."""
-
-Snapshot = TypeVar("Snapshot", bound=BaseModel)
 
 
 class Goal(NamedTuple):
@@ -239,7 +237,7 @@ class SessionSnapshot(RunSnapshot):
     bookmarks: list[Bookmark]
 
 
-def differences(before: Snapshot, after: Snapshot) -> dict[str, Any]:
+def differences(before: BaseModel, after: BaseModel) -> dict[str, Any]:
     """Return the fields of a snapshot that have changed since an earlier one, with their values."""
     return {name: value for name, value in after if value != getattr(before, name)}
 

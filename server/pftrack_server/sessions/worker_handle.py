@@ -175,7 +175,11 @@ class WorkerHandle:
 
     async def _clean_up(self) -> None:
         """Wait for the process to end, and fail all pending requests with the reason."""
-        status = await self._exit_status()
+        status = None
+        if self._child is not None:
+            await self._child.wait(LAST_WORDS_S)
+            self._child.kill()  # with all that it has started, which may have outlived it and the fork server
+            status = await self._child.wait(LAST_WORDS_S)
         reason = self._reason or _cause(status, self._config)
         lost = WorkerLostError(reason)
         for future, _ in self._waiting.values():
@@ -190,14 +194,6 @@ class WorkerHandle:
         if not self._closing:
             log.warning("worker lost", session=self._config.session, status=status, reason=reason)
             self._on_lost(reason)
-
-    async def _exit_status(self) -> int | None:
-        child = self._child
-        if child is None:
-            return None
-        await child.wait(LAST_WORDS_S)
-        child.kill()  # with all that it has started, which may have outlived it and the fork server
-        return await child.wait(LAST_WORDS_S)
 
 
 def _cause(status: int | None, config: protocol.WorkerConfig) -> str:

@@ -4,7 +4,7 @@ Thresholds are told as they changed, so that a page computes neither.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pftrack.analysis.fitting import fittable
@@ -56,7 +56,11 @@ def describe(run: Run) -> SessionDescription:
             TrackerPublic(id=name, title=tracker.title, replays=tracker.replays)
             for name, tracker in experiment.trackers.items()
         ],
-        fittable={name: [it.name for it in numbers] for name, numbers in _fittable(run) if numbers},
+        fittable={
+            name: [it.name for it in numbers]
+            for name in experiment.trackers
+            if (numbers := fittable(experiment, name, type(setup.parameters)))
+        },
         layers=list(experiment.layers),
         worlds=list(experiment.worlds),
         width=width,
@@ -64,11 +68,6 @@ def describe(run: Run) -> SessionDescription:
         frame_rate_hz=source.frame_rate_hz,
         frames=run.frames,
     )
-
-
-def _fittable(run: Run) -> Iterator[tuple[str, tuple[Declaration, ...]]]:
-    for name in run.experiment.trackers:
-        yield name, fittable(run.experiment, name, type(run.setup.parameters))
 
 
 def _preset_of(run: Run) -> Preset | None:

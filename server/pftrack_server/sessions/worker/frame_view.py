@@ -14,7 +14,7 @@ from pftrack.core.model.likelihood import Contributions, Genealogy, LikelihoodMa
 from pftrack.core.model.parameters import with_role
 from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.output.displays import draw_arrows, draw_likelihood, draw_place
-from pftrack.runs.inspection import Finding, Inspection
+from pftrack.runs.inspection import Inspection
 from pftrack.runs.run import Run
 from pftrack.vision.rendering import png
 from pftrack_server.sessions.worker.protocol import (
@@ -79,7 +79,10 @@ class FrameView:
             particle = (run.position if wanted.frame is None else wanted.frame, wanted.particle)
         place = None if wanted.place is None or particle is not None else np.array(wanted.place)
         followed = None if particle is None else inspection.follow(particle[1], particle[0])
-        finding = _find(inspection, place, followed)
+        if followed is not None:
+            finding = inspection.at_particle(followed)
+        else:
+            finding = inspection.at_estimate() if place is None else inspection.at_place(place)
         self._wanted = wanted.model_copy(update={"place": None if place is None else wanted.place})
         self._particle = particle if followed is None else (run.position, followed)
         subject = "place" if place is not None else "estimate"
@@ -138,12 +141,6 @@ class FrameView:
         if self._map[0] != of:
             self._map = of, inspection.map(size)
         return self._map[1]
-
-
-def _find(inspection: Inspection, place: NDArray[np.float64] | None, particle: int | None) -> Finding:
-    if particle is not None:
-        return inspection.at_particle(particle)
-    return inspection.at_estimate() if place is None else inspection.at_place(place)
 
 
 def _genealogy(found: Genealogy) -> GenealogyPublic:

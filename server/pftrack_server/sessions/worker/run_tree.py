@@ -7,6 +7,7 @@ import dataclasses
 import os
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from pftrack.analysis.explanation import Explanation, explain
@@ -92,16 +93,11 @@ class RunTree:
         return self.run.position >= self.run.frames - 1
 
     @property
-    def at_newest(self) -> bool:
-        """Whether the next frame has to be computed."""
-        return self.run.position == self.run.computed
-
-    @property
     def branch_point(self) -> int | None:
         """Frame at which a change leaves the active branch; None where it counts from its next frame on."""
         if self.run.frames > 1 and self.run.position == self.run.frames - 1:
             return 0
-        return None if self.at_newest else self.run.position
+        return None if self.run.position == self.run.computed else self.run.position
 
     def describe(self) -> SessionDescription:
         """Return what is fixed while the session lives."""
@@ -170,7 +166,7 @@ class RunTree:
 
     def forward(self) -> dict[str, Any] | None:
         """Go to the next frame; return its diagnostics when it had to be computed."""
-        if self.at_newest:
+        if self.run.position == self.run.computed:
             return self.run.advance().diagnostics.as_dict()
         self.run.seek(self.run.position + 1)
         return None
@@ -278,7 +274,7 @@ class RunTree:
         self._limit_change(values, self.run.position + 1)
         fixed = {item.name for item in declarations(type(self._setup.parameters)) if not item.live}
         if fixed & values.keys():
-            self._restart(values)
+            self.restart(values=values)
         elif self.branch_point is not None and not self.run.is_only_drawn(values):
             self.branch(branch, self.branch_point, values)
         else:
@@ -309,15 +305,28 @@ class RunTree:
             self._recall()
         return missing
 
-    def restart(self, seed: int | None = None) -> None:
+    def restart(self, seed: int | None = None, values: Mapping[str, object] = MappingProxyType({})) -> None:
         """Restart the active branch with the values in force and an empty past.
 
         Args:
             seed: What to begin with instead of the seed so far; it is then the seed of all branches to come.
+            values: What to change of the values in force.
         """
         if seed is not None:
             self._recipe = self._recipe.model_copy(update={"seed": seed})
-        self._restart({})
+        run = self.run
+        following = run.position + 1
+        tracker: Any = values.get("tracker", run.tracker_at(following))
+        defaults = flat(self._setup.parameters)
+        inforce: dict[str, Any] = {
+            key: value for key, value in flat(run.parameters_at(following)).items() if value != defaults[key]
+        }
+        inforce.update(parameter_values(values))
+        timeline = (Change(0, inforce),) if inforce else ()
+        self._runs[self.active] = self._begin(
+            self._recipe.model_copy(update={"tracker": tracker, "timeline": timeline})
+        )
+        self.restarts += 1
 
     def save(self, path: Path) -> dict[str, Any]:
         """Write the active branch to a file and return its summary."""
@@ -378,21 +387,6 @@ class RunTree:
         if self.run.experiment is not self.experiment:  # of before another version of a filter came
             self._runs[name] = self.run.rewire(self.experiment, self._setup)
 
-    def _restart(self, values: Mapping[str, object]) -> None:
-        run = self.run
-        following = run.position + 1
-        tracker: Any = values.get("tracker", run.tracker_at(following))
-        defaults = flat(self._setup.parameters)
-        inforce: dict[str, Any] = {
-            key: value for key, value in flat(run.parameters_at(following)).items() if value != defaults[key]
-        }
-        inforce.update(parameter_values(values))
-        timeline = (Change(0, inforce),) if inforce else ()
-        self._runs[self.active] = self._begin(
-            self._recipe.model_copy(update={"tracker": tracker, "timeline": timeline})
-        )
-        self.restarts += 1
-
     def _begin(self, recipe: Recipe) -> Run:
         experiment, parameters = self.experiment, self._setup.parameters
         tracker, changes = recipe.tracker or experiment.default_tracker, recipe.changes(flat(parameters))
@@ -434,6 +428,11 @@ def _wire(config: WorkerConfig) -> Setup:
     return dataclasses.replace(setup, footage=setup.footage.model_copy(update={"name": footage.name}))
 
 
+def problem_of(error: FilterFileError) -> Problem:
+    """Return what a session tells of a filter's file that cannot be used."""
+    return Problem(file=error.file, line=error.line, text=error.problem)
+
+
 def _usable_filters(recipe: Recipe) -> tuple[Mapping[str, tuple[str, ...]], Problem | None]:
     """Return the filters of a recipe; where the run needs none that cannot be used, without those, and why.
 
@@ -448,7 +447,7 @@ def _usable_filters(recipe: Recipe) -> tuple[Mapping[str, tuple[str, ...]], Prob
         except FilterFileError as error:
             if name in needed:
                 raise
-            problem = Problem(file=error.file, line=error.line, text=error.problem)
+            problem = problem_of(error)
             del usable[name]
     return usable, problem
 

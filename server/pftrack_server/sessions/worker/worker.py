@@ -31,7 +31,7 @@ from pftrack_server.core.pictures import PictureEncoder
 from pftrack_server.sessions.spec import Goal, Problem, RunSnapshot, differences
 from pftrack_server.sessions.worker import protocol
 from pftrack_server.sessions.worker.codec import DrawingEncoder
-from pftrack_server.sessions.worker.run_tree import RunTree
+from pftrack_server.sessions.worker.run_tree import RunTree, problem_of
 
 FORMS: tuple[protocol.Form, ...] = get_args(protocol.Form)
 TELL_S = 1 / 30
@@ -154,7 +154,10 @@ class Worker:
                     self._credits.add(message.form)
                 elif isinstance(message, protocol.Request):
                     self._answer(message)
-                self._compute()
+                try:
+                    self._compute()
+                except FilterFileError as error:
+                    self._halt(error)
                 self._tell()
 
     # ------------------------------------------------------------ time
@@ -177,18 +180,17 @@ class Worker:
         return 1 / (self._tree.run.source.frame_rate_hz * self._speed) if self._speed else 0.0
 
     def _compute(self) -> None:
-        """Go on by one frame if one is due."""
-        try:
-            self._compute_next()
-        except FilterFileError as error:
-            self._halt(error)
+        """Go on by one frame if one is due.
 
-    def _compute_next(self) -> None:
+        Raises:
+            FilterFileError: A person's filter cannot go on.
+        """
         if (way := self._way) is not None:
             if not self._step(way):
                 self._reply(way.number)
         elif self._playing and time.monotonic() >= self._due:
-            self._forward()
+            begun = time.monotonic()
+            self._note_step(self._tree.forward(), begun)
             self._stop_if_lost()
             if self._speed:
                 # After a stall the clock goes on from now: nobody wants to see the lost time in fast motion.
@@ -220,15 +222,10 @@ class Worker:
     def _halt(self, error: FilterFileError) -> None:
         """Stand where the run is, since a filter cannot go on, and say why."""
         way, self._way, self._playing = self._way, None, False
-        self._problem, self._news = _problem(error), True
+        self._problem, self._news = problem_of(error), True
         if way is not None:
             self._report(draw=True)
             self._pipe.send(protocol.Reply(way.number, error=error))
-
-    def _forward(self) -> None:
-        begun = time.monotonic()
-        row = self._tree.forward()
-        self._note_step(row, begun)
 
     def _note_step(self, row: dict[str, Any] | None, begun: float) -> None:
         """Take note of a step and of how long its frame took, if it had to be computed."""
@@ -452,7 +449,7 @@ class Worker:
         try:
             self._tree.revise_filter(name, text, self._request.branch)
         except FilterFileError as error:
-            self._broken, self._news, self._playing = _problem(error), True, False
+            self._broken, self._news, self._playing = problem_of(error), True, False
             return
         self._problem = self._broken = None
         self._report(draw=False)
@@ -469,10 +466,11 @@ class Worker:
             self._start_seek(run.bound, self._request.number, known=run.bound.computed)
 
     def _picture(self) -> bytes:
-        """Return the current frame as PNG."""
+        """Return the current frame as PNG, drawn larger so that it can be looked at, up to 640 px wide."""
         drawing = self._tree.drawing()
         layers = self._tree.experiment.shown_layers
-        return png(render(drawing, layers=layers, scale=_scale(drawing.width), caption=False))
+        scale = max(1.0, min(4.0, 640 / max(drawing.width, 1)))
+        return png(render(drawing, layers=layers, scale=scale, caption=False))
 
     def _report_restart(self) -> None:
         """Report the rows of a run that has just been restarted."""
@@ -484,15 +482,6 @@ class Worker:
         """Tell the active branch's rows before another one becomes active."""
         if self._rows:
             self._report(draw=False)
-
-
-def _problem(error: FilterFileError) -> Problem:
-    return Problem(file=error.file, line=error.line, text=error.problem)
-
-
-def _scale(width: int) -> float:
-    """Return by how much a picture is drawn larger so that it can be looked at, up to 640 px wide."""
-    return max(1.0, min(4.0, 640 / max(width, 1)))
 
 
 def main(end: socket.socket, config: protocol.WorkerConfig) -> None:
