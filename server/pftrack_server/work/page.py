@@ -36,8 +36,7 @@ from pftrack_server.sessions.spec import FIRST, BranchSpec, Phase, RunSnapshot, 
 from pftrack_server.sessions.state import SessionState
 from pftrack_server.sessions.stream import Hello
 from pftrack_server.sessions.worker.codec import DrawingEncoder, picture_record
-from pftrack_server.sessions.worker.description import describe, describe_timeline, with_loss
-from pftrack_server.sessions.worker.frame_view import FrameView
+from pftrack_server.sessions.worker.description import FrameView, describe, describe_timeline, with_loss
 from pftrack_server.sessions.worker.protocol import Ready
 
 MOST_BYTES = 6_500_000

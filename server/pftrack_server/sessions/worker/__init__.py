@@ -3,8 +3,8 @@
 It imports neither FastAPI nor the database nor viser; the web process speaks to it in the vocabulary of `protocol`.
 
 - `protocol`: all that can be asked of a run, and what is said of it; `worker`: the process that carries it out;
-- `run_tree`: the runs of one session, a branch each; `recipes`: what their recipes speak of and may bring;
-- `description`: what is fixed of a run and what changed in it; `frame_view`: what is drawn of a frame;
+- `run_tree`: the runs of one session, a branch each;
+- `description`: what is told of a run and what is drawn of its frames;
 - `codec`: how a drawing travels to pages.
 """
 

@@ -1,21 +1,34 @@
-"""What a worker tells of its run: what is fixed of it, and its timeline with what each change did.
+"""What a worker tells of its run and draws of its frames.
 
-Thresholds are told as they changed, so that a page computes neither.
+What is fixed of a run is told once, and its timeline with what each change did; thresholds are told as they changed, so
+that a page computes neither. A frame is drawn with what somebody looks at in it.
 """
 
+import base64
+import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from pftrack.analysis.fitting import fittable
-from pftrack.core.model.parameters import Declaration, Value, flat
+from pftrack.core.model.drawing import COLOURS, Drawing, Key, drawn_keys
+from pftrack.core.model.faults import without_faults
+from pftrack.core.model.likelihood import Contributions, Genealogy, LikelihoodMap, Part, Patches
+from pftrack.core.model.parameters import Declaration, Value, flat, with_role
 from pftrack.core.model.preset import Preset
 from pftrack.core.model.recipe import Change
+from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.experiments.own.code import with_digests
 from pftrack.experiments.own.extension import parameters_of
 from pftrack.experiments.shared.loss_probability import LOSS_PROBABILITY
+from pftrack.output.displays import draw_arrows, draw_likelihood, draw_place
 from pftrack.output.exports.formats import exports_of
+from pftrack.runs.inspection import Inspection
 from pftrack.runs.run import Run
+from pftrack.vision.rendering import png
 from pftrack_server.sessions.spec import (
     ChangePublic,
     MeasurePublic,
@@ -25,6 +38,17 @@ from pftrack_server.sessions.spec import (
     TrackerPublic,
     TruthMark,
 )
+from pftrack_server.sessions.worker.protocol import (
+    GenealogyPublic,
+    Inspect,
+    InspectionPublic,
+    PartPublic,
+    PatchesPublic,
+    StateValue,
+)
+
+MOST_LINES = 60
+"""Of a genealogy: more cannot be told apart on a page."""
 
 
 def describe(run: Run) -> SessionDescription:
@@ -151,3 +175,154 @@ def with_loss(rows: Sequence[dict[str, Any]], probabilities: Sequence[float]) ->
         row if math.isnan(one) else row | {"series": {**row["series"], LOSS_PROBABILITY.name: one}}
         for row, one in known
     ]
+
+
+class FrameView:
+    """What is looked at, and what the legend has said so far."""
+
+    def __init__(self) -> None:
+        """Begin with nobody looking and an empty legend."""
+        self._wanted = Inspect()
+        self._inspection: Inspection | None = None
+        self._particle: tuple[int, int] | None = None
+        self._map: tuple[Any, LikelihoodMap | None] = None, None
+        self._legend: tuple[str, dict[tuple[str, Key], None]] = "", {}
+
+    def draw(self, run: Run, other: Diagnostics | None) -> Drawing:
+        """Return what is to be seen of the frame at which a run stands, without what no viewer can show.
+
+        Args:
+            run: The one that is shown.
+            other: The same frame of another run, to compare with.
+        """
+        step = _step_to_draw(run)
+        past = run.diagnostics[: step.frame.index + 1]
+        drawing = without_faults(run.experiment.draw(step, past, other))
+        wanted = self._wanted
+        if wanted.likelihood or wanted.pulls or wanted.place is not None or self._particle is not None:
+            drawing = self._draw_looked_at(run, drawing)
+        drawn = dict.fromkeys(drawn_keys(drawing, run.experiment.layers))
+        if self._legend[0] != step.tracker:
+            self._legend = step.tracker, {}
+        # What a method has drawn once stays in its legend, which would flicker otherwise; its first belief, which may
+        # be of another kind than all that follow, does not.
+        if step.frame.index > 0:
+            self._legend[1].update(drawn)
+        legend = sorted({**self._legend[1], **drawn}, key=lambda entry: list(COLOURS).index(entry[1].colour))
+        return dataclasses.replace(drawing, legend=tuple(legend))
+
+    def inspect(self, run: Run, wanted: Inspect) -> InspectionPublic:
+        """Look at something else from now on, and return what is found there in the frame that is shown.
+
+        Raises:
+            ParameterError: There is no such particle, or the tracker cannot be asked at places; nothing has changed.
+        """
+        inspection = self._inspect(run)
+        particle = None
+        if wanted.picks and wanted.place is not None:
+            nearest = inspection.nearest(np.array(wanted.place))
+            particle = None if nearest is None else (run.position, nearest)
+        elif wanted.particle is not None:
+            particle = (run.position if wanted.frame is None else wanted.frame, wanted.particle)
+        place = None if wanted.place is None or particle is not None else np.array(wanted.place)
+        followed = None if particle is None else inspection.follow(particle[1], particle[0])
+        if followed is not None:
+            finding = inspection.at_particle(followed)
+        else:
+            finding = inspection.at_estimate() if place is None else inspection.at_place(place)
+        self._wanted = wanted.model_copy(update={"place": None if place is None else wanted.place})
+        self._particle = particle if followed is None else (run.position, followed)
+        subject = "place" if place is not None else "estimate"
+        if particle is not None:
+            subject = "gone" if followed is None else "particle"
+        found = self._find_map(run, _size(run)) if wanted.likelihood else None
+        lineage = inspection.genealogy(followed) if wanted.genealogy else None
+        model = inspection.tracker.model
+        return InspectionPublic(
+            frame=run.position,
+            subject=subject,
+            place=None if finding.place is None or not np.isfinite(finding.place).all() else tuple(finding.place),
+            title=finding.title,
+            has_map=model is not None and model.has_place,
+            scale=None if found is None else found.range,
+            log_likelihood=finding.log_likelihood,
+            impossible=finding.log_likelihood == -math.inf,
+            parts=[_part(each) for each in finding.parts],
+            state=[StateValue(name=one.name, unit=one.unit, value=value) for one, value in finding.state],
+            particle=finding.particle,
+            update=[_part(each) for each in inspection.update_parts()],
+            courses=inspection.courses(),
+            genealogy=None if lineage is None else _genealogy(lineage),
+        )
+
+    def _draw_looked_at(self, run: Run, drawing: Drawing) -> Drawing:
+        """Return a drawing of the frame that is shown with what is looked at."""
+        inspection, wanted = self._inspect(run), self._wanted
+        if wanted.likelihood and (found := self._find_map(run, (drawing.width, drawing.height))) is not None:
+            drawing = draw_likelihood(drawing, found)
+        if wanted.pulls:
+            told = (part for part in inspection.update_parts() if isinstance(part, Contributions))
+            arrows = [arrow for part in told for arrow in part.arrows]
+            drawing = draw_arrows(drawing, arrows) if arrows else drawing
+        if self._particle is not None:
+            frame, particle = self._particle
+            followed = inspection.follow(particle, frame)
+            if followed is None:
+                return drawing
+            self._particle = run.position, followed
+            finding = inspection.at_particle(followed)
+            if finding.place is not None and finding.particle is not None and np.isfinite(finding.place).all():
+                return draw_place(drawing, finding.place, finding.particle.path)
+        elif wanted.place is not None:
+            return draw_place(drawing, np.array(wanted.place), np.empty((0, 2)))
+        return drawing
+
+    def _inspect(self, run: Run) -> Inspection:
+        if self._inspection is None or self._inspection.run is not run:
+            self._inspection, self._map = Inspection(run), (None, None)
+        return self._inspection
+
+    def _find_map(self, run: Run, size: tuple[int, int]) -> LikelihoodMap | None:
+        inspection = self._inspect(run)
+        of = run.position, run.current.tracker, size, inspection.parameters
+        if self._map[0] != of:
+            self._map = of, inspection.map(size)
+        return self._map[1]
+
+
+def _genealogy(found: Genealogy) -> GenealogyPublic:
+    return GenealogyPublic(
+        first=found.frames[0],
+        counts=found.counts.tolist(),
+        coalesced=found.coalesced,
+        lines=np.round(found.lines(MOST_LINES), 4).T.tolist(),
+    )
+
+
+def _part(part: Part) -> PartPublic:
+    if isinstance(part, Patches):
+        return PatchesPublic(title=part.title, expected=_address(part.expected_rgb), found=_address(part.found_rgb))
+    return part
+
+
+def _address(image_rgb: NDArray[np.uint8]) -> str | None:
+    if not image_rgb.size:
+        return None
+    return f"data:image/png;base64,{base64.b64encode(png(np.ascontiguousarray(image_rgb))).decode()}"
+
+
+def _step_to_draw(run: Run) -> Step:
+    """Return the step that is shown, with what is only drawn as it is in force from the next frame on."""
+    step, following = run.current, run.parameters_at(run.position + 1)
+    shown = {item.name: getattr(following, item.name) for item in with_role(type(following), "drawing")}
+    return dataclasses.replace(step, parameters=step.parameters.model_copy(update=shown)) if shown else step
+
+
+def _size(run: Run) -> tuple[int, int]:
+    """Return width and height of what is drawn of the frame that is shown, px."""
+    image = run.current.frame.image_rgb
+    if image is not None:
+        return image.shape[1], image.shape[0]
+    step = _step_to_draw(run)
+    drawing = run.experiment.draw(step, run.diagnostics[: step.frame.index + 1])
+    return drawing.width, drawing.height

@@ -31,8 +31,7 @@ from pftrack.runs.run import Run
 from pftrack.sources.limits import DEFAULT_LIMITS
 from pftrack.sources.sequence import open_sequence
 from pftrack_server.sessions.spec import Goal, Problem, RunSnapshot, SessionDescription
-from pftrack_server.sessions.worker.description import describe, describe_timeline, with_loss
-from pftrack_server.sessions.worker.frame_view import FrameView
+from pftrack_server.sessions.worker.description import FrameView, describe, describe_timeline, with_loss
 from pftrack_server.sessions.worker.protocol import Inspect, InspectionPublic, WorkerConfig
 
 
