@@ -27,7 +27,7 @@ from pftrack_server.store.disk_budget import is_full
 from pftrack_server.store.files import is_name
 from pftrack_server.store.system_errors import failure_message
 from pftrack_server.store.tables import SessionRow
-from pftrack_server.uploads.intake import index_of
+from pftrack_server.uploads.intake import index_of, limits_of
 
 Prepare: TypeAlias = Callable[[Session], Awaitable[None]]
 """What is done with a session that has started before anybody is told of it."""
@@ -278,8 +278,7 @@ class Manager:
             reserve_bytes=self._settings.reserve_bytes,
             memory_bytes=self._settings.worker_memory_bytes,
             cpu_seconds=self._settings.worker_cpu_seconds,
-            max_frames=self._settings.max_frames,
-            max_pixels=self._settings.max_pixels,
+            limits=limits_of(self._settings),
             max_particles=self._settings.max_particles,
             gives_way=spec.follow is not None,
             filters=filters,

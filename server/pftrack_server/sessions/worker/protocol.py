@@ -19,6 +19,7 @@ from pftrack.core.model.parameters import NOT_BOOLEAN, Value
 from pftrack.core.model.recipe import Seed
 from pftrack.core.model.series import Known
 from pftrack.runs.inspection import Course, ParticleFinding
+from pftrack.sources.limits import DEFAULT_LIMITS, Limits
 from pftrack_server.core.bodies import FrameNumber, Name, RequestBody, Title, Values
 from pftrack_server.core.pictures import SceneDrawing
 from pftrack_server.sessions.spec import RunSnapshot, SessionDescription
@@ -44,8 +45,7 @@ class WorkerConfig:
         reserve_bytes: Free space on the disk that they must leave.
         memory_bytes: What the worker may allocate.
         cpu_seconds: CPU time that the worker may use.
-        max_frames: Longest run allowed.
-        max_pixels: Most pixels of a frame allowed.
+        limits: How long a run and how large an upload may be.
         max_particles: Most particles allowed.
         gives_way: Whether it computes only when no other session wants to.
         filters: Texts of filters that the run may execute, since the owner of this machine has named their files.
@@ -59,8 +59,7 @@ class WorkerConfig:
     reserve_bytes: int = 0
     memory_bytes: int = 1 << 30
     cpu_seconds: int = 7200
-    max_frames: int = 20_000
-    max_pixels: int = 1920 * 1080 * 2
+    limits: Limits = DEFAULT_LIMITS
     max_particles: int = 100_000
     gives_way: bool = False
     filters: tuple[str, ...] = ()

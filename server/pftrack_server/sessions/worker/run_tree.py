@@ -28,7 +28,6 @@ from pftrack.runs import checkpoint, record, reproduction
 from pftrack.runs.loss import Loss
 from pftrack.runs.loss_probability import LossAccount
 from pftrack.runs.run import Run
-from pftrack.sources.limits import DEFAULT_LIMITS
 from pftrack.sources.sequence import open_sequence
 from pftrack_server.sessions.spec import Goal, Problem, RunSnapshot, SessionDescription
 from pftrack_server.sessions.worker.description import FrameView, describe, describe_timeline, with_loss
@@ -62,8 +61,8 @@ class RunTree:
         self._states = Path(config.states) if config.states else None
         self._reserve_bytes = config.reserve_bytes
         frames = recipe.frames
-        if frames is not None and frames > config.max_frames:
-            raise ParameterError("frames", frames, f"at most {config.max_frames} on this server")
+        if frames is not None and frames > config.limits.frames:
+            raise ParameterError("frames", frames, f"at most {config.limits.frames} on this server")
         # That of the recording alone, to which what filters bring is added.
         self._bare = _wire(config)
         filters, self.problem = _usable_filters(recipe)
@@ -414,11 +413,10 @@ def _wire(config: WorkerConfig) -> Setup:
     if footage is None or config.video is None:
         return experiment.simulate()
     video = Path(config.video)
-    limits = dataclasses.replace(DEFAULT_LIMITS, frames=config.max_frames, pixels=config.max_pixels)
     index = FrameIndex.from_json(config.index) if config.index else None
 
     def open_sequence_of(footage: Footage) -> FrameSequence:
-        return open_sequence(video, limits, index=index, square=footage.square)
+        return open_sequence(video, config.limits, index=index, square=footage.square)
 
     setup = reproduction.wire(experiment, footage, open_sequence_of)
     if setup.footage is None or not footage.name:
