@@ -19,16 +19,17 @@ import numpy as np
 import typer
 
 from pftrack.cli.output import progress
+from pftrack.core.arrays import Bools, Floats
 from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.experiment import Experiment
-from pftrack.experiments.shared.loss_probability import FIRST_JUDGED, FORMAT, MOST_ERROR, LossModel, fit
+from pftrack.experiments.shared.loss_probability import FIRST_JUDGED, FORMAT, MOST_ERROR, Logistic, LossModel, scale
 from pftrack.experiments.shared.signals import signal_names
 from pftrack.reproduce.finding import Entry, read_record
 from pftrack.reproduce.loss_probability import Judgement, Witnessed, cases, judge, scenes_of, witness
 from pftrack.reproduce.pool import Pool
 from tools.reproduction import RECORD
 
-__all__ = ["PAGE", "describe", "describe_models", "fit_in_scenes", "page", "path_of", "sort_out", "write_models"]
+__all__ = ["PAGE", "describe", "describe_models", "fit", "fit_in_scenes", "page", "path_of", "sort_out", "write_models"]
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs/explanation/loss.md"
@@ -48,6 +49,12 @@ COLUMNS = {
 
 DIGITS = 6
 """Of the numbers in a file."""
+
+MOST_STEPS, SETTLED = 50, 1e-8
+"""How often Newton's method improves the weights at most, and which change of them is none."""
+
+CONSTANT, ENDLESS = 1e-6, 1e300
+"""A deviation that is smaller than the one counts as the other, and a curvature is no smaller than the first."""
 
 app = typer.Typer(add_completion=False)
 
@@ -69,6 +76,34 @@ def signals_of(experiment: Experiment, tracker: str) -> tuple[str, ...]:
     """Return the signals of a tracker."""
     chosen, declared = experiment.trackers[tracker], experiment.quality.loss_probability
     return signal_names(chosen.series, searches=chosen.searching is not None, more=declared.signals)
+
+
+def fit(features: Floats, outcomes: Bools, *, ridge: float) -> Logistic:
+    """Return the regression that explains outcomes best.
+
+    Args:
+        features: (L, F), all known.
+        outcomes: (L,) what came of each.
+        ridge: Precision of the prior of each weight: 0 trusts the observations alone.
+    """
+    # The weights are those of greatest likelihood under a Gaussian prior around zero, by Newton's method, which is
+    # iteratively reweighted least squares (McCullagh and Nelder, Generalized linear models, 1989, section 2.5).
+    means, deviations = features.mean(axis=0), features.std(axis=0)
+    deviations = np.where(deviations > CONSTANT, deviations, ENDLESS)
+    design = np.column_stack([scale(features, means, deviations), np.ones(len(features))])
+    prior = np.diag([ridge] * features.shape[1] + [0.0])
+    solution = np.zeros(design.shape[1])
+    for _ in range(MOST_STEPS):
+        chance = 1.0 / (1.0 + np.exp(-np.clip(design @ solution, -30.0, 30.0)))
+        curvature = np.maximum(chance * (1.0 - chance), CONSTANT)
+        gradient = design.T @ (outcomes - chance) - prior @ solution
+        step = np.linalg.lstsq(design.T @ (design * curvature[:, None]) + prior, gradient, rcond=None)[0]
+        solution += step
+        if np.abs(step).max() < SETTLED:
+            break
+    return Logistic(
+        tuple(means.tolist()), tuple(deviations.tolist()), tuple(solution[:-1].tolist()), float(solution[-1])
+    )
 
 
 def fit_model(experiment: Experiment, tracker: str, seen: Sequence[Witnessed]) -> LossModel:

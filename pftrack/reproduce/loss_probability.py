@@ -20,7 +20,7 @@ The figures are a small panel a tracker:
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -29,15 +29,11 @@ from pftrack.core.model.parameters import Value, revise
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.head.parameters import AS_PUBLISHED
-from pftrack.experiments.shared import loss_probability
 from pftrack.experiments.shared.loss_probability import (
     FIRST_JUDGED,
     MOST_ERROR,
-    Bin,
-    Delays,
     Logistic,
     Past,
-    Roc,
     Scenes,
     follow_features,
 )
@@ -50,9 +46,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Scores: TypeAlias = tuple[Sequence[Bin], Roc, Delays]
-"""Of a tracker: frames by their probability, what thresholds tell, and how soon losses were told."""
-
 FIGURES = ("loss-reliability", "loss-roc", "loss-delays")
 
 COLUMNS, HIGH_IN, FOOT_IN = 5, 1.5, 0.4
@@ -61,7 +54,7 @@ LARGEST_DOT, SMALLEST_DOT = 60.0, 4.0
 LINE_PT, TITLE_PT = 1.3, 7
 
 
-def draw_scores(found: Mapping[tuple[str, str], Scores]) -> "dict[str, Figure]":
+def draw_scores(found: Mapping[tuple[str, str], "Judgement"]) -> "dict[str, Figure]":
     """Return the figures by name, of trackers by experiment and name."""
     drawings = (
         (_draw_reliability, "probability that is said", "share that is lost"),
@@ -75,8 +68,8 @@ def draw_scores(found: Mapping[tuple[str, str], Scores]) -> "dict[str, Figure]":
         figure, panels = new_figure(
             rows * HIGH_IN + FOOT_IN, width=TWO_COLUMNS_IN, rows=rows, columns=COLUMNS, share="xy"
         )
-        for panel, ((experiment, tracker), scores) in zip(panels, found.items(), strict=False):
-            draw(panel, scores, CURVE_COLOURS[experiments.index(experiment) % len(CURVE_COLOURS)])
+        for panel, ((experiment, tracker), judged) in zip(panels, found.items(), strict=False):
+            draw(panel, judged, CURVE_COLOURS[experiments.index(experiment) % len(CURVE_COLOURS)])
             panel.set_title(f"{experiment}, {tracker}", fontsize=TITLE_PT)
             panel.set_ylim(-0.04, 1.04)
         for panel in panels[len(found) :]:
@@ -89,28 +82,27 @@ def draw_scores(found: Mapping[tuple[str, str], Scores]) -> "dict[str, Figure]":
     return figures
 
 
-def _draw_reliability(panel: "Axes", scores: Scores, colour: str) -> None:
-    bins, _, _ = scores
-    shares = np.array([one.frames for one in bins]) / sum(one.frames for one in bins)
-    said, lost = [one.probability for one in bins], [one.lost for one in bins]
+def _draw_reliability(panel: "Axes", found: "Judgement", colour: str) -> None:
+    shares = np.array([one.frames for one in found.bins]) / sum(one.frames for one in found.bins)
+    said, lost = [one.probability for one in found.bins], [one.lost for one in found.bins]
     panel.plot([0, 1], [0, 1], color=INK["frame"], linewidth=LINE_PT, linestyle="dashed")
     panel.plot(said, lost, color=colour, linewidth=LINE_PT)
     panel.scatter(said, lost, s=np.maximum(LARGEST_DOT * np.sqrt(shares), SMALLEST_DOT), color=colour)
 
 
-def _draw_roc(panel: "Axes", scores: Scores, colour: str) -> None:
-    _, roc, _ = scores
+def _draw_roc(panel: "Axes", found: "Judgement", colour: str) -> None:
     panel.plot([0, 1], [0, 1], color=INK["frame"], linewidth=LINE_PT, linestyle="dashed")
-    panel.plot(roc.false_alarms, roc.told, color=colour, linewidth=LINE_PT)
-    panel.text(1.0, 0.04, f"{roc.area:.3f}", fontsize=LETTERS_PT, ha="right")
+    panel.plot(found.roc.false_alarms, found.roc.told, color=colour, linewidth=LINE_PT)
+    panel.text(1.0, 0.04, f"{found.roc.area:.3f}", fontsize=LETTERS_PT, ha="right")
 
 
-def _draw_delays(panel: "Axes", scores: Scores, colour: str) -> None:
-    _, _, delays = scores
+def _draw_delays(panel: "Axes", found: "Judgement", colour: str) -> None:
     frames = np.arange(LAST_FRAME + 1)
-    told = np.array([sum(one <= frame for one in delays.frames) for frame in frames]) / max(delays.losses, 1)
+    told = np.array([sum(one <= frame for one in found.delays.frames) for frame in frames]) / max(
+        found.delays.losses, 1
+    )
     panel.step(frames, told, where="post", color=colour, linewidth=LINE_PT)
-    panel.text(LAST_FRAME, 0.04, f"{delays.losses} losses", fontsize=LETTERS_PT, ha="right")
+    panel.text(LAST_FRAME, 0.04, f"{found.delays.losses} losses", fontsize=LETTERS_PT, ha="right")
 
 
 REFERENCES = References(__file__)
@@ -138,6 +130,72 @@ class Witnessed:
     lost: Bools
 
 
+# Scores say how good probabilities are, beside what happened.
+#
+# - Brier score: mean of (p - y)^2 (Brier, Verification of forecasts expressed in terms of probability, 1950).
+# - Reliability: of the frames in which p was said, how many were lost; the expected calibration error is the mean of
+#   the difference over ten bins of equal width, weighed by their frames (Naeini, Cooper, Hauskrecht, Obtaining well
+#   calibrated probabilities using Bayesian binning, 2015).
+# - Receiver operating characteristic: share of the lost frames that are told over the share of the others that are, for
+#   every threshold; its area is the chance that a lost frame has the greater probability of the two.
+# - Delay: frames from the beginning of a loss to the first in which the probability is at least a half.
+
+BINS = 10
+CERTAIN = 0.5
+LASTING = 5
+"""Losses that last shorter than this are over before anything could be said."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bin:
+    """The frames whose probability lies in one of the bins: how many, the mean of it, and how many were lost."""
+
+    frames: int
+    probability: float
+    lost: float
+
+
+@dataclass(frozen=True, slots=True)
+class Roc:
+    """Receiver operating characteristic.
+
+    Attributes:
+        false_alarms: Share of the frames not lost whose probability is at least a threshold, from none to all.
+        told: Share of the lost ones, by the same thresholds.
+        area: Under the curve; NaN where all frames are lost, or none.
+    """
+
+    false_alarms: Floats
+    told: Floats
+    area: float
+
+
+@dataclass(frozen=True, slots=True)
+class Delays:
+    """How soon losses were told.
+
+    Attributes:
+        losses: How many there were that lasted.
+        told: How many of them were told before they ended.
+        frames: Of each that was told, the frames until it was.
+    """
+
+    losses: int
+    told: int
+    frames: tuple[int, ...]
+
+    @property
+    def share(self) -> float:
+        """Share of the losses that were told before they ended."""
+        return self.told / self.losses if self.losses else float("nan")
+
+    @property
+    def median(self) -> float:
+        """Frames until half of all losses were told, those that never were included; infinite if fewer were."""
+        waits = np.sort(np.array([*self.frames, *[np.inf] * (self.losses - self.told)]))
+        return float(waits[(len(waits) - 1) // 2]) if len(waits) else float("nan")
+
+
 @dataclass(frozen=True, slots=True)
 class Judgement:
     """How good probabilities are in runs that were not fitted.
@@ -150,16 +208,17 @@ class Judgement:
         delays: How soon losses were told.
     """
 
-    bins: tuple[loss_probability.Bin, ...]
+    bins: tuple[Bin, ...]
     brier: float
     base: float
-    roc: loss_probability.Roc
-    delays: loss_probability.Delays
+    roc: Roc
+    delays: Delays
 
     @property
     def error(self) -> float:
         """Expected calibration error."""
-        return loss_probability.calibration_error(self.bins)
+        total = sum(one.frames for one in self.bins)
+        return sum(one.frames * abs(one.probability - one.lost) for one in self.bins) / total
 
 
 def cases(experiment: str, tracker: str, numbers: Iterable[int], signals: tuple[str, ...]) -> list[Case]:
@@ -188,12 +247,54 @@ def judge(regression: Logistic, seen: Sequence[Witnessed]) -> Judgement:
     told = [(regression.probabilities(one.features), one.lost) for one in seen]
     probabilities, lost = (np.concatenate(column) for column in zip(*told, strict=True))
     return Judgement(
-        loss_probability.reliability(probabilities, lost),
-        loss_probability.brier(probabilities, lost),
-        loss_probability.brier(np.full(len(lost), lost.mean()), lost),
-        loss_probability.roc(probabilities, lost),
-        loss_probability.delays(told),
+        reliability(probabilities, lost),
+        brier(probabilities, lost),
+        brier(np.full(len(lost), lost.mean()), lost),
+        roc(probabilities, lost),
+        delays(told),
     )
+
+
+def brier(probabilities: Floats, lost: Bools) -> float:
+    """Return the mean squared difference of probabilities (L,) and outcomes (L,)."""
+    return float(np.mean(np.square(probabilities - lost)))
+
+
+def reliability(probabilities: Floats, lost: Bools) -> tuple[Bin, ...]:
+    """Return the frames by their probability, without the bins that have none."""
+    places = np.minimum((BINS * probabilities).astype(int), BINS - 1)
+    inside = (places == place for place in range(BINS))
+    return tuple(
+        Bin(int(chosen.sum()), float(probabilities[chosen].mean()), float(lost[chosen].mean()))
+        for chosen in inside
+        if chosen.any()
+    )
+
+
+def roc(probabilities: Floats, lost: Bools) -> Roc:
+    """Return what a threshold tells of the frames that are lost, and of those that are not."""
+    order = np.argsort(-probabilities, kind="stable")
+    # Those with the same probability come at once.
+    last = np.append(np.diff(probabilities[order]) != 0.0, True)
+    told = np.concatenate([[0], np.cumsum(lost[order])[last]])
+    wrong = np.concatenate([[0], np.cumsum(~lost[order])[last]])
+    if not told[-1] or not wrong[-1]:
+        return Roc(np.zeros(0), np.zeros(0), float("nan"))
+    told, wrong = told / told[-1], wrong / wrong[-1]
+    return Roc(wrong, told, float(np.sum(np.diff(wrong) * (told[1:] + told[:-1]) / 2.0)))
+
+
+def delays(runs: Sequence[tuple[Floats, Bools]]) -> Delays:
+    """Return how soon the losses of runs were told, by the probabilities and outcomes of each."""
+    found: list[int | None] = []
+    for probabilities, lost in runs:
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], lost.astype(int), [0]])))
+        for first, end in edges.reshape(-1, 2):
+            if end - first >= LASTING:
+                said = np.flatnonzero(probabilities[first:end] >= CERTAIN)
+                found.append(int(said[0]) if len(said) else None)
+    frames = tuple(one for one in found if one is not None)
+    return Delays(len(found), len(frames), frames)
 
 
 def loss_probabilities(pool: Pool, full: bool) -> list[Finding]:
@@ -207,7 +308,7 @@ def loss_probabilities(pool: Pool, full: bool) -> list[Finding]:
             numbers = range(FIRST_JUDGED, FIRST_JUDGED + scenes_of(EXPERIMENTS[name]).judged)
             judged = judge(model.regression, pool.map(witness, cases(name, tracker, numbers, model.signals)))
             findings += _findings(judged, name, tracker)
-            scored[name, tracker] = judged.bins, judged.roc, judged.delays
+            scored[name, tracker] = judged
         for tracker, error in declared.refused.items():
             why = "refused" if error > MOST_ERROR else "seldom"
             findings.append(REFERENCES.not_run(why, name, tracker, error=error))
@@ -233,9 +334,9 @@ def scenes_of(experiment: Experiment) -> Scenes:
     Raises:
         ValueError: It has none.
     """
-    if experiment.quality.loss_probability.scenes is None:
+    if experiment.quality.scenes is None:
         raise ValueError(f"{experiment.id} has no scenes in which a loss probability is fitted")
-    return experiment.quality.loss_probability.scenes
+    return experiment.quality.scenes
 
 
 SHARES = {50: "within_50", 95: "within_95"}

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from pftrack.core.arrays import Bools, Floats
+from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.series import Series
 from pftrack.core.model.tracker import Diagnostics, Tracker
@@ -25,16 +25,10 @@ from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.shared.signals import read_signals
 
 # P(lost | x) = 1 / (1 + exp(-(a + sum_i w_i z_i))), with z_i a feature less its mean in standard deviations. The
-# weights are those of greatest likelihood under a Gaussian prior around zero (ridge), found by Newton's method, which
-# is iteratively reweighted least squares (McCullagh and Nelder, Generalized linear models, 1989, section 2.5).
+# weights are fitted by `tools.loss_probability`.
 
 CLIP = 4.0
 """A feature counts as no more standard deviations from its mean: nothing is known of what lies beyond."""
-
-STEPS, SETTLED = 50, 1e-8
-
-CONSTANT, ENDLESS = 1e-6, 1e300
-"""A deviation that is smaller than the one counts as the other, and a curvature is no smaller than the first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,37 +51,12 @@ class Logistic:
         """Return (L,) probabilities by (L, F) features; the same bits on every machine, since sums are exact."""
         if not len(features):
             return np.zeros(0)
-        terms = _scale(features, np.array(self.means), np.array(self.deviations)) * np.array(self.weights)
+        terms = scale(features, np.array(self.means), np.array(self.deviations)) * np.array(self.weights)
         return 1.0 / (1.0 + exponential([-math.fsum((self.intercept, *row)) for row in terms.tolist()]))
 
 
-def fit(features: Floats, outcomes: Bools, *, ridge: float) -> Logistic:
-    """Return the regression that explains outcomes best.
-
-    Args:
-        features: (L, F), all known.
-        outcomes: (L,) what came of each.
-        ridge: Precision of the prior of each weight: 0 trusts the observations alone.
-    """
-    means, deviations = features.mean(axis=0), features.std(axis=0)
-    deviations = np.where(deviations > CONSTANT, deviations, ENDLESS)
-    design = np.column_stack([_scale(features, means, deviations), np.ones(len(features))])
-    prior = np.diag([ridge] * features.shape[1] + [0.0])
-    solution = np.zeros(design.shape[1])
-    for _ in range(STEPS):
-        chance = 1.0 / (1.0 + np.exp(-np.clip(design @ solution, -30.0, 30.0)))
-        curvature = np.maximum(chance * (1.0 - chance), CONSTANT)
-        gradient = design.T @ (outcomes - chance) - prior @ solution
-        step = np.linalg.lstsq(design.T @ (design * curvature[:, None]) + prior, gradient, rcond=None)[0]
-        solution += step
-        if np.abs(step).max() < SETTLED:
-            break
-    return Logistic(
-        tuple(means.tolist()), tuple(deviations.tolist()), tuple(solution[:-1].tolist()), float(solution[-1])
-    )
-
-
-def _scale(features: Floats, means: Floats, deviations: Floats) -> Floats:
+def scale(features: Floats, means: Floats, deviations: Floats) -> Floats:
+    """Return features (L, F) less their means (F,), in standard deviations (F,), within the clip."""
     return np.clip((features - means) / deviations, -CLIP, CLIP)
 
 
@@ -343,117 +312,3 @@ def _model(values: Mapping[str, Any], series: tuple[Series, ...]) -> LossModel:
         raise ValueError("means, deviations and weights are not as many")
     regression = Logistic(**numbers, intercept=float(values["intercept"]))
     return LossModel(tuple(values["signals"]), regression, {one.name: one for one in series})
-
-
-# Scores say how good probabilities are, beside what happened.
-#
-# - Brier score: mean of (p - y)^2 (Brier, Verification of forecasts expressed in terms of probability, 1950).
-# - Reliability: of the frames in which p was said, how many were lost; the expected calibration error is the mean of
-#   the difference over ten bins of equal width, weighed by their frames (Naeini, Cooper, Hauskrecht, Obtaining well
-#   calibrated probabilities using Bayesian binning, 2015).
-# - Receiver operating characteristic: share of the lost frames that are told over the share of the others that are, for
-#   every threshold; its area is the chance that a lost frame has the greater probability of the two.
-# - Delay: frames from the beginning of a loss to the first in which the probability is at least a half.
-
-BINS = 10
-CERTAIN = 0.5
-LASTING = 5
-"""Losses that last shorter than this are over before anything could be said."""
-
-
-@dataclass(frozen=True, slots=True)
-class Bin:
-    """The frames whose probability lies in one of the bins: how many, the mean of it, and how many were lost."""
-
-    frames: int
-    probability: float
-    lost: float
-
-
-@dataclass(frozen=True, slots=True)
-class Roc:
-    """Receiver operating characteristic.
-
-    Attributes:
-        false_alarms: Share of the frames not lost whose probability is at least a threshold, from none to all.
-        told: Share of the lost ones, by the same thresholds.
-        area: Under the curve; NaN where all frames are lost, or none.
-    """
-
-    false_alarms: Floats
-    told: Floats
-    area: float
-
-
-@dataclass(frozen=True, slots=True)
-class Delays:
-    """How soon losses were told.
-
-    Attributes:
-        losses: How many there were that lasted.
-        told: How many of them were told before they ended.
-        frames: Of each that was told, the frames until it was.
-    """
-
-    losses: int
-    told: int
-    frames: tuple[int, ...]
-
-    @property
-    def share(self) -> float:
-        """Share of the losses that were told before they ended."""
-        return self.told / self.losses if self.losses else float("nan")
-
-    @property
-    def median(self) -> float:
-        """Frames until half of all losses were told, those that never were included; infinite if fewer were."""
-        waits = np.sort(np.array([*self.frames, *[np.inf] * (self.losses - self.told)]))
-        return float(waits[(len(waits) - 1) // 2]) if len(waits) else float("nan")
-
-
-def brier(probabilities: Floats, lost: Bools) -> float:
-    """Return the mean squared difference of probabilities (L,) and outcomes (L,)."""
-    return float(np.mean(np.square(probabilities - lost)))
-
-
-def reliability(probabilities: Floats, lost: Bools) -> tuple[Bin, ...]:
-    """Return the frames by their probability, without the bins that have none."""
-    places = np.minimum((BINS * probabilities).astype(int), BINS - 1)
-    inside = (places == place for place in range(BINS))
-    return tuple(
-        Bin(int(chosen.sum()), float(probabilities[chosen].mean()), float(lost[chosen].mean()))
-        for chosen in inside
-        if chosen.any()
-    )
-
-
-def calibration_error(bins: Sequence[Bin]) -> float:
-    """Return the expected calibration error."""
-    total = sum(one.frames for one in bins)
-    return sum(one.frames * abs(one.probability - one.lost) for one in bins) / total
-
-
-def roc(probabilities: Floats, lost: Bools) -> Roc:
-    """Return what a threshold tells of the frames that are lost, and of those that are not."""
-    order = np.argsort(-probabilities, kind="stable")
-    # Those with the same probability come at once.
-    last = np.append(np.diff(probabilities[order]) != 0.0, True)
-    told = np.concatenate([[0], np.cumsum(lost[order])[last]])
-    wrong = np.concatenate([[0], np.cumsum(~lost[order])[last]])
-    if not told[-1] or not wrong[-1]:
-        return Roc(np.zeros(0), np.zeros(0), float("nan"))
-    told, wrong = told / told[-1], wrong / wrong[-1]
-    return Roc(wrong, told, float(np.sum(np.diff(wrong) * (told[1:] + told[:-1]) / 2.0)))
-
-
-def delays(runs: Sequence[tuple[Floats, Bools]]) -> Delays:
-    """Return how soon the losses of runs were told, by the probabilities and outcomes of each."""
-    found: list[int | None] = []
-    for probabilities, lost in runs:
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], lost.astype(int), [0]])))
-        for begin, end in edges.reshape(-1, 2):
-            if end - begin >= LASTING:
-                said = np.flatnonzero(probabilities[begin:end] >= CERTAIN)
-                found.append(int(said[0]) if len(said) else None)
-    frames = tuple(one for one in found if one is not None)
-    return Delays(len(found), len(frames), frames)
