@@ -164,29 +164,13 @@ class _Relief(Parameters, group=RELIEF, trackers=LAYERED):
     )
 
 
-class _Loss(Parameters, group=LOSS):
+DOUBT = {"recognised_correlation": 0.5, "least_recognised": 3, "largest_misfit": 0.25}
+"""When a frame is doubtful, as old recipes name it; `head.trackers` has it now."""
+
+
+class _Loss(Parameters, group=LOSS, constants=DOUBT):
     """When a face is lost, and found again."""
 
-    recognised_correlation: float = parameter(
-        0.5,
-        "Recognised from",
-        "Least correlation with its template at which a feature counts as recognised.",
-        within=(0, 1, 0.01),
-    )
-    least_recognised: int = parameter(
-        3,
-        "Features that make a face",
-        "With fewer recognised features for some frames the face is lost.",
-        within=(1, 11, 1),
-    )
-    largest_misfit: float = parameter(
-        0.25,
-        "Features out of place",
-        "With the features further from where the pose has them than this share of the distance between the eyes, by "
-        "their median and for some frames, the face is lost.",
-        within=(0.02, 2, 0.01),
-        useful=(0.02, 1),
-    )
     patience_frames: int = parameter(
         8,
         "Patience",

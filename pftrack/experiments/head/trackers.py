@@ -52,6 +52,15 @@ from pftrack.vision.structure.growing import Growing
 SERIES = tuple(read_reported(Path(__file__).parent, SHOWN_OF_POSES).values())
 """Of templates, and of a face model that grows."""
 
+RECOGNISED_CORRELATION = 0.5
+"""From which correlation with its template on a feature counts as recognised."""
+
+LEAST_RECOGNISED = 3
+"""With fewer recognised features a frame is doubtful."""
+
+LARGEST_MISFIT = 0.25
+"""How far the features may be from where the pose has them, by their median, as a share of the eyes' distance."""
+
 
 def head_measurement(method: Method) -> Callable[[PoseState], Mapping[str, SeriesValue]]:
     """Return a function that measures these series of a state; those of a growing model only where there is one."""
@@ -133,9 +142,9 @@ def step(method: Method, state: PoseState, frame: Frame, parameters: HeadTracker
     after = replace(state, belief=belief, pose=angles, switched=switched, excess_px2=excess)
     means = after.feature_means
     correlations = look(means[:, None])[:, 0]
-    recognised = correlations >= parameters.recognised_correlation
+    recognised = correlations >= RECOGNISED_CORRELATION
     misfit = memory.misfit(after.project(after.solid.points_mm), means)
-    doubtful = int(recognised.sum()) < parameters.least_recognised or misfit > parameters.largest_misfit
+    doubtful = int(recognised.sum()) < LEAST_RECOGNISED or misfit > LARGEST_MISFIT
     patience = parameters.patience_frames if parameters.find_again else 0
     memory = memory.judge(correlations, means, patience, doubtful=doubtful)
     after = replace(after, recognised=recognised)

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from pftrack.core.geometry import rotation
-from pftrack.core.model.parameters import revise
 from pftrack.core.numerics.matrices import pinhole
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.head import trackers as head
@@ -91,11 +90,13 @@ def test_light_does_not_matter(method: Method) -> None:
         assert other.recognised.tolist() == one.recognised.tolist()
 
 
-def test_what_is_reported_is_of_this_frame() -> None:
+def test_what_is_reported_is_of_this_frame(monkeypatch: pytest.MonkeyPatch) -> None:
     """Correlations are those at the positions that are estimated now, and doubt is about these positions."""
     # Few particles that are weighed but a little, so that features lie beside their places.
-    loose = {"sample_count": 10, "feature_noise_px": 12.0, "correlation_spread": 1.0, "recognised_correlation": 0.0}
-    given = parameters(largest_misfit=2.0, least_recognised=1, **loose)
+    loose = {"sample_count": 10, "feature_noise_px": 12.0, "correlation_spread": 1.0}
+    given = parameters(**loose)
+    monkeypatch.setattr(head, "RECOGNISED_CORRELATION", 0.0)
+    monkeypatch.setattr(head, "LARGEST_MISFIT", 2.0)
     state = begun("alpha-0", given)
     for index in range(1, 4):
         state = stepped(state, "alpha-0", given, index, grey(3 * index, 0))
@@ -106,7 +107,8 @@ def test_what_is_reported_is_of_this_frame() -> None:
     misfit = memory(after).misfit(after.project(after.solid.points_mm), after.feature_means)
     assert 0.02 < misfit < 2.0
     for limit, doubtful in ((misfit * (1 - 1e-9), 1), (misfit * (1 + 1e-9), 0)):
-        judged = stepped(state, "alpha-0", revise(given, {"largest_misfit": limit}), 4, grey(12, 0))
+        monkeypatch.setattr(head, "LARGEST_MISFIT", limit)
+        judged = stepped(state, "alpha-0", given, 4, grey(12, 0))
         assert memory(judged).doubtful_frames == doubtful
 
 
@@ -143,9 +145,10 @@ def test_a_wider_spread_is_less_sure() -> None:
 
 
 @pytest.mark.parametrize(("least", "doubtful"), [(9, False), (10, True)])
-def test_a_face_is_doubtful_with_too_few_features(least: int, doubtful: bool) -> None:
+def test_a_face_is_doubtful_with_too_few_features(least: int, doubtful: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """With nine of eleven features to be seen it is one if nine make a face, and doubtful if ten do."""
-    given = parameters(least_recognised=least, hidden_weight=0.25)
+    monkeypatch.setattr(head, "LEAST_RECOGNISED", least)
+    given = parameters(hidden_weight=0.25)
     state = begun("pf-asd", given)
     for index in range(1, 4):
         state = stepped(state, "pf-asd", given, index, covered(grey(), ("lmou", "rmou")))
@@ -155,9 +158,12 @@ def test_a_face_is_doubtful_with_too_few_features(least: int, doubtful: bool) ->
 
 
 @pytest.mark.parametrize(("largest", "doubtful"), [(0.02, True), (2.0, False)])
-def test_a_face_is_doubtful_with_features_out_of_place(largest: float, doubtful: bool) -> None:
+def test_a_face_is_doubtful_with_features_out_of_place(
+    largest: float, doubtful: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Features that fit no pose are all recognised, and doubtful if they are further off than is allowed."""
-    given = parameters(largest_misfit=largest)
+    monkeypatch.setattr(head, "LARGEST_MISFIT", largest)
+    given = parameters()
     state = begun("alpha-0", given)
     # Every other feature a little to the left: no affine camera sees the face like that.
     off = np.where(np.arange(11) % 2, 4.0, -4.0)[:, None] * [1.0, 0.0]
