@@ -372,7 +372,7 @@ def _palms(predictions: Predictions, ideals: Floats, seen: PictureTables, task: 
             score = priors[n] + predictions.log_weights[i]
             score += cell_log_fit(misfit * misfit, ideals[i, 0], PALM_FIT_SD)
             if not task.settings.reference:
-                shares = palm_log_shares(around[n], predictions, task.settings)
+                shares = palm_log_shares(around[n], predictions)
                 others[tried] = log_prior(shares, i, False) - shares[i]
             scores[tried], origins[tried] = score if misfit <= MOST_X_P else -np.inf, i
             for j in range(25):

@@ -11,7 +11,7 @@ import numpy as np
 from pftrack.core.arrays import Floats, Ints
 from pftrack.core.geometry import convex_hull
 from pftrack.core.numerics.compiled import compiled
-from pftrack.experiments.hand.model import SPREAD_SD, Task
+from pftrack.experiments.hand.model import SPREAD_SD, TILT_SD, TURN_SD, Task
 from pftrack.experiments.hand.shape import HIGH, LOW, HandShape, joints, palm_points
 
 SMALL = 1e-6
@@ -268,7 +268,7 @@ def palm_candidates(predicted: Floats, task: Task) -> tuple[Floats, Floats]:
                 pose[2], pose[3], pose[4] = predicted[2] + a, predicted[3] + b, predicted[4] + c
                 if abs(pose[3]) > HIGHEST[3] or abs(pose[4]) > HIGHEST[4]:
                     continue
-                turn, tilt = task.settings.turn_sd, task.settings.tilt_sd
+                turn, tilt = TURN_SD, TILT_SD
                 log_priors[found] = -0.5 * (a * a / (turn * turn) + b * b / (tilt * tilt) + c * c / (turn * turn))
                 log_priors[found] -= 0.5 * pose[4] * pose[4] / (task.settings.straight_sd * task.settings.straight_sd)
                 found += 1

@@ -35,41 +35,36 @@ BEAM = ("beam",)
 KEPT, CANDIDATES, MOTION, LOSS, RANKING = "Beam", "Candidates", "Motion", "Loss", "Ranking"
 
 
-class _Search(Parameters, constants={"step_area_px2": 90}, group=CANDIDATES, trackers=BEAM):
+class _Search(Parameters, constants={"step_area_px2": 90, "palm_count": 20}, group=CANDIDATES, trackers=BEAM):
     """What is tried, and how much of it is kept."""
 
     beam_width: int = parameter(
         4, "Hands kept", "How many different hands are kept from frame to frame.", within=(1, MOST_KEPT, 1), group=KEPT
     )
-    palm_count: int = parameter(
-        20, "Palms tried", "For how many of the best palms fingers are looked for.", within=(1, 100, 1)
-    )
     sample_count: int = particle_count(100, trackers=("particles",))
 
 
-def _deviation(default: float, title: str, of: str, *, most: float = 1, useful: float = 0.3) -> Any:  # noqa: ANN401
-    """Declare a standard deviation, rad: `of` what, up to how much, and up to how much on a slider."""
-    least = 0.005 * most
-    return parameter(
-        default,
-        title,
-        f"Standard deviation of {of} from the prediction.",
-        unit="rad",
-        within=(least, most, least),
-        useful=(least, useful),
-        role="noise",
-    )
-
-
-FORMER_MOTION = {"still_penalty": 0.7, "spread_sd_rad": 0.08, "wrist_sd_rad": 0.15}
+FORMER_MOTION = {
+    "still_penalty": 0.7,
+    "spread_sd_rad": 0.08,
+    "wrist_sd_rad": 0.15,
+    "palm_turn_sd_rad": 0.06,
+    "palm_tilt_sd_rad": 0.1,
+}
 
 
 class _Motion(Parameters, constants=FORMER_MOTION, group=MOTION):
     """How far a hand may be from where it was expected."""
 
-    palm_turn_sd_rad: float = _deviation(0.06, "Palm in the picture", "the palm's angles a and c")
-    palm_tilt_sd_rad: float = _deviation(0.10, "Palm about the forearm", "the palm's angle b")
-    flexion_sd_rad: float = _deviation(0.35, "Bending of fingers", "a finger's flexion", most=2, useful=1)
+    flexion_sd_rad: float = parameter(
+        0.35,
+        "Bending of fingers",
+        "Standard deviation of a finger's flexion from the prediction.",
+        unit="rad",
+        within=(0.01, 2, 0.01),
+        useful=(0.01, 1),
+        role="noise",
+    )
     growth_sd: float = parameter(
         0,
         "Change of size",
@@ -115,7 +110,15 @@ class _Loss(Parameters, group=LOSS):
     )
 
 
-FIT = {"palm_fit_sd": 2, "tip_sd_px": 3.5, "hidden_fit_sd": 2.5, "axis_sd_px": 2.5, "hidden_cost": 2, "joint_cost": 1.5}
+FIT = {
+    "palm_fit_sd": 2,
+    "tip_sd_px": 3.5,
+    "hidden_fit_sd": 2.5,
+    "axis_sd_px": 2.5,
+    "hidden_cost": 2,
+    "joint_cost": 1.5,
+    "cover_sd": 0.04,
+}
 """How well parts of the hand must fit the silhouette, as old recipes name it."""
 
 
@@ -139,14 +142,6 @@ class HandTrackerParameters(_Search, _Motion, _Loss, SilhouetteParameters, group
     cover_term: bool = parameter(
         True, "Whole silhouettes", "Whether the best hands are drawn and compared with the silhouette as wholes."
     )
-    cover_sd: float = parameter(
-        0.04,
-        "Fit of whole silhouettes",
-        "Share of the silhouette's area by which a right hand may differ from it.",
-        within=(0.005, 1, 0.005),
-        useful=(0.005, 0.2),
-        role="sharpness",
-    )
     lost_share: float = loss_share(0.3)
     shown_hypothesis: int = parameter(
         1,
@@ -166,8 +161,15 @@ WRIST_SD_PX = 2.0
 """Of the wrist from where it was seen, for a palm axis of 52 px."""
 STEP_AREA_PX2 = 90.0
 """How much of the silhouette one step of a candidate's angle changes, for a palm axis of 52 px."""
-SPREAD_SD, STRAIGHT_SD = 0.08, 0.15
-"""Standard deviations of a finger's spread from the prediction, and of the wrist's flexion c from 0, rad."""
+TILT = 3
+"""The palm's angle b in a pose."""
+TURN_SD, TILT_SD, SPREAD_SD, STRAIGHT_SD = 0.06, 0.1, 0.08, 0.15
+"""Standard deviations, rad: of the palm's angles a and c, of its angle b out of the picture's plane, and of a finger's
+spread, each from the prediction; and of the wrist's flexion c from 0."""
+PALM_COUNT = 20
+"""For so many of the best palms fingers are looked for."""
+COVER_SD = 0.04
+"""Share of the silhouette's area by which a right hand may differ from it."""
 TIP_SD_PX, AXIS_SD_PX = 3.5, 2.5
 """Of a finger's tip from that of its protrusion, and of its axis once the tips coincide, for a palm axis of 52 px."""
 PALM_FIT_SD, HIDDEN_FIT_SD = 2.0, 2.5
@@ -182,8 +184,6 @@ class Settings(NamedTuple):
 
     Attributes:
         step_area: S_c.
-        turn_sd: Of the palm's a and c from the prediction.
-        tilt_sd: Of its b.
         flexion_sd: Of fingers.
         straight_sd: Of c from 0; infinite if that does not count.
         wrist_sd: Of the wrist from where it was seen.
@@ -200,8 +200,6 @@ class Settings(NamedTuple):
     """
 
     step_area: float
-    turn_sd: float
-    tilt_sd: float
     flexion_sd: float
     straight_sd: float
     wrist_sd: float
@@ -236,16 +234,14 @@ def settings(parameters: HandTrackerParameters, scale: float) -> Settings:
     unit = scale / NOMINAL_SCALE_PX
     return Settings(
         step_area=STEP_AREA_PX2 * unit * unit,
-        turn_sd=float(parameters.palm_turn_sd_rad),
-        tilt_sd=float(parameters.palm_tilt_sd_rad),
         flexion_sd=float(parameters.flexion_sd_rad),
         straight_sd=STRAIGHT_SD if parameters.wrist_prior else math.inf,
         wrist_sd=WRIST_SD_PX * unit,
-        palm_count=parameters.palm_count,
+        palm_count=PALM_COUNT,
         tip_sd=TIP_SD_PX * unit,
         axis_sd=AXIS_SD_PX * unit,
         unit=unit,
-        cover_sd=float(parameters.cover_sd) if parameters.cover_term else math.inf,
+        cover_sd=COVER_SD if parameters.cover_term else math.inf,
         cells=parameters.scoring == "cells",
         reference=parameters.scoring == "reference",
         growth_sd=float(parameters.growth_sd),
@@ -275,11 +271,11 @@ class Predictions(NamedTuple):
 
 
 @compiled
-def palm_log_shares(pose: Floats, predictions: Predictions, settings: Settings) -> Floats:
+def palm_log_shares(pose: Floats, predictions: Predictions) -> Floats:
     """Return what each prediction gives to the prior of a palm (I,), as logarithms: three angles of a pose (25,)."""
     shares = np.empty(predictions.poses.shape[0])
     for i in range(shares.shape[0]):
-        shares[i] = predictions.log_weights[i] - 0.5 * _palm_square(pose, predictions.poses[i], settings)
+        shares[i] = predictions.log_weights[i] - 0.5 * _palm_square(pose, predictions.poses[i])
     return shares
 
 
@@ -297,7 +293,7 @@ def log_shares(pose: Floats, predictions: Predictions, settings: Settings) -> Fl
     shares = np.empty(predictions.poses.shape[0])
     for i in range(shares.shape[0]):
         predicted = predictions.poses[i]
-        square = _palm_square(pose, predicted, settings)
+        square = _palm_square(pose, predicted)
         for j in range(2):
             off = (pose[j] - predicted[j]) / settings.wrist_sd
             square += off * off
@@ -317,10 +313,10 @@ def log_prior(shares: Floats, origin: int, reference: bool) -> float:
 
 
 @compiled
-def _palm_square(pose: Floats, predicted: Floats, settings: Settings) -> float:
+def _palm_square(pose: Floats, predicted: Floats) -> float:
     square = 0.0
     for j in range(2, 5):
-        off = (pose[j] - predicted[j]) / (settings.tilt_sd if j == 3 else settings.turn_sd)
+        off = (pose[j] - predicted[j]) / (TILT_SD if j == TILT else TURN_SD)
         square += off * off
     return square
 
@@ -399,9 +395,6 @@ class HandState:
 
 NO_FINGER = "no finger is seen beside the palm: a fist, or fingers before it"
 
-TILT, TILT_SD_RAD = 3, 0.1
-"""The palm's angle b in a pose, out of the picture's plane; and the standard deviation of its change that is usual."""
-
 SERIES = tuple(read_reported(Path(__file__).parent).values())
 """What both trackers report."""
 
@@ -423,7 +416,7 @@ def measure(state: HandState) -> Mapping[str, SeriesValue]:
         "flexion": tuple(flexion.tolist()),
         "difference": 100.0 * float(state.fit[beam.best]),
         # Turned out of the picture's plane the other way, a hand has nearly the same silhouette.
-        "mirror_gap": float(2.0 * abs(state.pose[TILT]) / TILT_SD_RAD),
+        "mirror_gap": float(2.0 * abs(state.pose[TILT]) / TILT_SD),
         "protrusions": float(state.protrusions),
         "searching": float(state.searching),
     }

@@ -47,6 +47,8 @@ from pftrack.experiments.hand.model import (
     SERIES,
     SPREAD_SD,
     STILL_COST,
+    TILT_SD,
+    TURN_SD,
     HandState,
     HandTrackerParameters,
     Settings,
@@ -206,7 +208,7 @@ def _palms(
     normals = standard_normals(seed, frame, TRACK, 1, 5 * many).reshape(5, many)
     still = uniforms(seed, frame, TRACK, 2, many)
     poses, weights = np.empty((many, ANGLES)), np.empty(many)
-    sds = np.array([settings.wrist_sd, settings.wrist_sd, settings.turn_sd, settings.tilt_sd, settings.turn_sd])
+    sds = np.array([settings.wrist_sd, settings.wrist_sd, TURN_SD, TILT_SD, TURN_SD])
     for n in range(many):
         state, pose = states[chosen[n]], poses[n]
         for i in range(ANGLES):

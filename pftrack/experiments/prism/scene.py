@@ -72,6 +72,9 @@ def _outward_planes() -> tuple[Floats, Floats]:
 
 NORMALS, OFFSETS = _outward_planes()
 
+HIDDEN_NOISE_PX = 100.0
+"""Standard deviation of the measurement of a hidden vertex."""
+
 MOTION = "Motion"
 CAMERA = "Camera"
 
@@ -104,7 +107,7 @@ class _Motion(Parameters, group=MOTION):
     )
 
 
-class _Camera(Parameters, group=CAMERA):
+class _Camera(Parameters, group=CAMERA, constants={"hidden_noise_px": HIDDEN_NOISE_PX}):
     """How it is seen."""
 
     distance_mm: float = parameter(
@@ -125,15 +128,6 @@ class _Camera(Parameters, group=CAMERA):
         "Standard deviation of the measurement of a visible vertex.",
         unit="px",
         within=(0.1, 50, 0.1),
-        role="world",
-    )
-    hidden_noise_px: float = parameter(
-        100,
-        "Noise while hidden",
-        "Standard deviation of the measurement of a hidden vertex.",
-        unit="px",
-        within=(0.1, 500, 1),
-        useful=(1, 200),
         role="world",
     )
 
@@ -222,7 +216,7 @@ def sight(seed: int, index: int, parameters: PrismParameters, phase: float | Non
     translation = _translation(u, parameters)
     placed = product(VERTICES_MM, rotation(theta).T) + translation
     visible = np.asarray((TOUCHING & visible_faces(theta, translation)).any(axis=1))
-    noise_sd = np.where(visible, parameters.noise_px, parameters.hidden_noise_px)
+    noise_sd = np.where(visible, parameters.noise_px, HIDDEN_NOISE_PX)
     true = pinhole(placed, float(parameters.focal_length_px))
     normals = Stream(seed, index, Purpose.SCENE).standard_normal(true.shape)
     return Sight(true + noise_sd[:, None] * normals, noise_sd, visible, theta, translation, true)

@@ -282,15 +282,13 @@ MEETING = 60
 NAMES = ("x", "y", "vx", "vy")
 UNITS = ("px", "px", "px/frame", "px/frame")
 VELOCITY_SD_PX = 0.5
+EXAMPLE_PARTICLES = 300
 
 
-class ExampleParameters(SelectionParameters, group=GROUP):
+class ExampleParameters(SelectionParameters, group=GROUP, constants={"example_particles": EXAMPLE_PARTICLES}):
     """The example that is made up."""
 
     # fmt: off
-    example_particles: int = parameter(
-        300, "Particles", "How many particles there are of each target.",
-        within=(1, 10_000, 1), useful=(10, 1000), live=False, role="particles", sets=2)
     example_error_px: float = parameter(
         4, "Error", "Standard deviation of the estimate's error, and of the particles.",
         unit="px", within=(0.1, 50, 0.1), useful=(0.5, 20), role="world")
@@ -372,7 +370,7 @@ def _box(state: Floats) -> Floats:
 def _belief(seed: int, index: int, target: int, parameters: ExampleParameters) -> Belief:
     stream = Stream(seed, index, Purpose.SCENE)
     spread = np.array([parameters.example_error_px] * 2 + [VELOCITY_SD_PX] * 2)
-    count = parameters.example_particles
+    count = EXAMPLE_PARTICLES
     normals = stream.standard_normal((2, count + 1, 4))[target - 1]
     middle = _state(index, target) + spread * normals[0]
     # Every second one has twice the weight, as if it had been resampled less.

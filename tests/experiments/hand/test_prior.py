@@ -5,6 +5,8 @@ import pytest
 
 from pftrack.experiments.hand.model import (
     SPREAD_SD,
+    TILT_SD,
+    TURN_SD,
     HandTrackerParameters,
     Predictions,
     log_prior,
@@ -27,7 +29,7 @@ def densities() -> np.ndarray:
     away = POSE - POSES
     fingers = away[:, 5:].reshape(6, 5, 4)
     squares = np.square(away[:, :2] / SETTINGS.wrist_sd).sum(axis=1)
-    squares += np.square(away[:, 2:5] / [SETTINGS.turn_sd, SETTINGS.tilt_sd, SETTINGS.turn_sd]).sum(axis=1)
+    squares += np.square(away[:, 2:5] / [TURN_SD, TILT_SD, TURN_SD]).sum(axis=1)
     squares += np.square(fingers[:, :, 0] / SPREAD_SD).sum(axis=1)
     squares += np.square(fingers[:, :, 1:].mean(axis=2) / SETTINGS.flexion_sd).sum(axis=1)
     return np.exp(-0.5 * squares)
@@ -54,8 +56,8 @@ def test_the_prior_of_a_palm_has_its_three_angles_alone() -> None:
     moved = POSE.copy()
     moved[:2] += 5.0
     moved[5:] += 0.3
-    palm = palm_log_shares(POSE, PREDICTIONS, SETTINGS)
-    assert (palm_log_shares(moved, PREDICTIONS, SETTINGS) == palm).all()
+    palm = palm_log_shares(POSE, PREDICTIONS)
+    assert (palm_log_shares(moved, PREDICTIONS) == palm).all()
     same = POSES.copy()
     same[:, :2], same[:, 5:] = POSE[:2], POSE[5:]
     assert palm == pytest.approx(log_shares(POSE, Predictions(same, WEIGHTS), SETTINGS))

@@ -110,7 +110,7 @@ def test_a_picture_four_times_as_large_gives_the_hand_four_times_as_large() -> N
 def test_a_hand_that_does_not_fit_is_lost_and_found_again_when_open() -> None:
     """The tracker says by how much its best hand is off, then waits, and begins anew with the open hand."""
     begin = frame(FIRST)
-    values = {"highest_misfit": 0.05, "lost_after_frames": 1, "cover_sd": 1}
+    values = {"highest_misfit": 0.05, "lost_after_frames": 1}
     parameters = revise(DEFAULTS, values | {"ranking": "reference"})
     state = TRACKERS["beam"].start(begin.target, begin, parameters, Stream(SEED, 0, Purpose.START))
     state = TRACKERS["beam"].step(state, frame(5), parameters, Stream(SEED, 5, Purpose.TRACK))
