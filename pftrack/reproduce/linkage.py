@@ -27,7 +27,6 @@ from pftrack.experiments.linkage.scene import (
     LinkageTarget,
     in_degrees,
 )
-from pftrack.experiments.linkage.state import TABLE_4_1
 from pftrack.filters.truncation import truncate
 from pftrack.output.figures.style import CURVE_COLOURS, new_figure
 from pftrack.reproduce.finding import Finding, References
@@ -175,9 +174,9 @@ CROSS_RUNS, QUICK_CROSS_RUNS = 30, 10
 
 
 def scene(name: str) -> Mapping[str, Value]:
-    """Return the values of a scene of the study, that of the cross with the bounds of table 4.1."""
-    values = REFERENCES.settings["scenes"][name]
-    return {**values, **TABLE_4_1} if name == "cross" else values
+    """Return the values of a scene of the study."""
+    values: Mapping[str, Value] = REFERENCES.settings["scenes"][name]
+    return values
 
 
 ROUNDS = 3

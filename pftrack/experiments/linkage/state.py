@@ -253,21 +253,6 @@ ELLIPSOIDS = ("ellipsoids", "ellipsoids-literal")
 REGIONS = (*ELLIPSOIDS, "box-guides")
 MIRRORS, PARTICLES, SETS = "Mirrored hypotheses", "Particles", "Regions"
 
-TABLE_4_1: Mapping[str, float] = {
-    "first_joint_low_deg": 0,
-    "first_joint_high_deg": 135,
-    "joint_difference_12_deg": 45,
-    "length_1_low_px": 30,
-    "length_1_high_px": 90,
-    "length_2_low_px": 25,
-    "length_2_high_px": 70,
-    "length_3_low_px": 25,
-    "length_3_high_px": 70,
-    "length_difference_12_px": 40,
-    "length_difference_23_px": 10,
-}
-"""Bounds of Shimada 1997, table 4.1, that differ from the defaults, which are those of table 5.1."""
-
 
 class _Joints(Parameters, group=JOINTS):
     """Angles that joints may have."""

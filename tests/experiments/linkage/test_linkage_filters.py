@@ -16,7 +16,7 @@ from pftrack.experiments.linkage.gaussians import box, constraints, from_moments
 from pftrack.experiments.linkage.linearised import linearisation_points, predict
 from pftrack.experiments.linkage.model import UPRIGHT, Chain, describe, observe, read_observation, slopes
 from pftrack.experiments.linkage.scene import REFERENCE_RAD, LinkageTarget
-from pftrack.experiments.linkage.state import TABLE_4_1, LinkageState
+from pftrack.experiments.linkage.state import LinkageState
 from pftrack.filters import kalman
 from pftrack.reproduce.linkage import measure, scene
 from pftrack.reproduce.pool import begin, recipe
@@ -282,7 +282,7 @@ def test_bounds_that_contradict_each_other_are_refused(changes: dict[str, float]
 
 def test_table_4_1_is_one_step_from_the_defaults() -> None:
     """Its bounds are accepted, and become inequalities on the nine coordinates of a state."""
-    rows, low, high = constraints(revise(DEFAULTS, TABLE_4_1), in_space=False)
+    rows, low, high = constraints(revise(DEFAULTS, scene("cross")), in_space=False)
     assert rows.shape == (10, 9)
     assert not rows[:, 3:6].any()
     assert (low[0], high[0]) == (0.0, pytest.approx(0.75 * np.pi))
