@@ -22,8 +22,15 @@ from pftrack.cli.output import progress
 from pftrack.core.arrays import Bools, Floats
 from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.experiment import Experiment
-from pftrack.experiments.shared.loss_probability import FIRST_JUDGED, FORMAT, MOST_ERROR, Logistic, LossModel, scale
-from pftrack.experiments.shared.signals import signal_names
+from pftrack.experiments.shared.loss_probability import (
+    FIRST_JUDGED,
+    FORMAT,
+    MOST_ERROR,
+    Logistic,
+    LossModel,
+    scale,
+    signal_names,
+)
 from pftrack.reproduce.finding import Entry, read_record
 from pftrack.reproduce.loss_probability import Judgement, Witnessed, cases, judge, scenes_of, witness
 from pftrack.reproduce.pool import Pool

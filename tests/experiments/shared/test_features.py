@@ -8,8 +8,15 @@ import pytest
 
 from pftrack.core.model.series import Hypotheses, Series
 from pftrack.core.model.tracker import Diagnostics
-from pftrack.experiments.shared.loss_probability import KINDS, Memory, Scenes, feature_names, remember
-from pftrack.experiments.shared.signals import read_signals, signal_names
+from pftrack.experiments.shared.loss_probability import (
+    KINDS,
+    Memory,
+    Scenes,
+    feature_names,
+    read_signals,
+    remember,
+    signal_names,
+)
 
 SERIES = (
     Series("size", "ESS", role="ess"),
