@@ -113,17 +113,17 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
 TRACKERS = (
     Tracker(
         "bank",
-        "Bank",
-        "Keeps two or three possibilities.",
         start,
         step,
+        "Bank",
+        "Keeps two or three possibilities.",
         series=(
             Series("bank", "possibilities", shape="hypotheses", components=("value",)),
             Series("range", "range", shape="interval"),
         ),
         measure=measure,
     ),
-    Tracker("plain", "Plain", "Reports nothing beside its estimate.", start, step),
+    Tracker("plain", start, step, "Plain", "Reports nothing beside its estimate."),
 )
 
 EXPERIMENT = Experiment(

@@ -72,10 +72,10 @@ class Tracker:
 
     Attributes:
         id: Name in commands, addresses and files.
-        title: Name on the screen.
-        description: One sentence on how it works.
         start: (target, frame 0, parameters, rng) -> state of frame 0.
         step: (state, frame, parameters, rng) -> state of that frame.
+        title: Name on the screen; `experiment.yaml` may say it instead.
+        description: One sentence on how it works; `experiment.yaml` may say it instead.
         fold: (state, pictures (L, height, width, 3), parameters, seed, index of the first) -> what comes of them, the
             same as of L steps but faster; None if these parameters do not allow it.
         series: What it reports of its states.
@@ -93,10 +93,10 @@ class Tracker:
     """
 
     id: str
-    title: str
-    description: str
     start: Callable[[Target, Frame, Any, Stream], TrackState]
     step: Callable[[Any, Frame, Any, Stream], TrackState]
+    title: str = ""
+    description: str = ""
     fold: Callable[[Any, NDArray[np.uint8], Any, int, int], Fold | None] | None = None
     series: tuple[Series, ...] = ()
     measure: Callable[[Any], Mapping[str, SeriesValue]] = nothing

@@ -248,15 +248,7 @@ def step_frame(
 
 TRACKERS = {
     name: Tracker(
-        name,
-        "",
-        "",
-        start,
-        partial(_step, name),
-        series=MODEL.series,
-        measure=MODEL.measure,
-        model=MODEL,
-        sampling="prior",
+        name, start, partial(_step, name), series=MODEL.series, measure=MODEL.measure, model=MODEL, sampling="prior"
     )
     for name in ("guided", "ordinary", "constant-velocity")
 }

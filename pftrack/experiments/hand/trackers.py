@@ -438,8 +438,6 @@ class Hands(Model):
 def _tracker(name: str, follow: Follow, *series: Series) -> Tracker:
     return Tracker(
         name,
-        "",
-        "",
         start,
         partial(step, follow),
         series=(*SERIES, *series),

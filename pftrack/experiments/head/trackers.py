@@ -321,8 +321,6 @@ MODEL = HeadModel("templates of the features", FEATURES)
 def _tracker(method: Method) -> Tracker:
     return Tracker(
         method,
-        "",
-        "",
         partial(start, method),
         partial(step, method),
         series=(*report(method, FEATURES), *SERIES),

@@ -255,17 +255,7 @@ def _belief_at_rest(column: float, row: float, size: float) -> Gaussian:
     return Gaussian(mean, np.diag([ROUNDING, ROUNDING, 1.0, 1.0, 0.0]))
 
 
-GREEDY = Tracker(
-    "greedy",
-    "",
-    "",
-    start,
-    step,
-    series=REPORTED[1:],
-    measure=MODEL.measure,
-    model=MODEL,
-)
-
+GREEDY = Tracker("greedy", start, step, series=REPORTED[1:], measure=MODEL.measure, model=MODEL)
 
 TRACKERS: dict[str, Tracker] = {
     name: replace(tracker, searching=attrgetter("searching"))

@@ -459,16 +459,16 @@ def _state(
 
 def _filter(name: str) -> Tracker:
     stepped = gaussians.unscented_step if name == "ukf" else partial(gaussians.filter_step, name)
-    return Tracker(name, "", "", gaussians.start, stepped, series=GAUSSIAN_SERIES, measure=measure, model=Seen())
+    return Tracker(name, gaussians.start, stepped, series=GAUSSIAN_SERIES, measure=measure, model=Seen())
 
 
 def _sets(name: str) -> Tracker:
     started, stepped = partial(start, name), partial(step, name)
-    return Tracker(name, "", "", started, stepped, series=SERIES, measure=measure, model=Seen())
+    return Tracker(name, started, stepped, series=SERIES, measure=measure, model=Seen())
 
 
 PARTICLES = Tracker(
-    "particles", "", "", gaussians.start, particles.step, series=PARTICLE_SERIES, measure=measure, model=SeenParticles()
+    "particles", gaussians.start, particles.step, series=PARTICLE_SERIES, measure=measure, model=SeenParticles()
 )
 
 TRACKERS = {

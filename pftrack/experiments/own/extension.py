@@ -68,10 +68,10 @@ def tracker_of(name: str, texts: tuple[str, ...], model: Model) -> Tracker:
     code = files[-1].load()
     return Tracker(
         name,
-        code.file,
-        f"{code.title}: it defines {', '.join(code.functions)}.",
         partial(_start, files, model),
         partial(_step, files, model),
+        code.file,
+        f"{code.title}: it defines {', '.join(code.functions)}.",
         series=series_of(model),
         measure=partial(_measure, model),
         model=FileModel(files, model),
@@ -573,6 +573,6 @@ def _outline(experiment_id: str, names: tuple[str, ...]) -> Experiment:
             raise FilterFileError(f"{name}.py", None, "it is named here and not executed")
 
         title = f"{name}.py"
-        return Tracker(name, title, f"{title}.", refuse, refuse, series=series_of(model))
+        return Tracker(name, refuse, refuse, title, f"{title}.", series=series_of(model))
 
     return experiment.with_trackers(*map(named, names), like=model.reads)

@@ -237,14 +237,7 @@ MODEL = Prism("measured vertices", NAMES)
 def _tracker(method: Method) -> Tracker:
     series = report(method, NAMES)
     return Tracker(
-        method,
-        "",
-        "",
-        partial(start, method),
-        partial(step, method),
-        series=series,
-        measure=measurement(series),
-        model=MODEL,
+        method, partial(start, method), partial(step, method), series=series, measure=measurement(series), model=MODEL
     )
 
 

@@ -530,8 +530,6 @@ def _is_absent(state: BeliefState) -> bool:
 TRACKERS: dict[str, Tracker] = {
     "recorded": Tracker(
         "recorded",
-        "",
-        "",
         start,
         step,
         series=(*CLOUD, *REPORTED),

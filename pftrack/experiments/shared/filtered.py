@@ -182,10 +182,10 @@ class Filter(Generic[M_contra]):
         """Return the tracker of a model; by default one that begins and reports as the model says."""
         return Tracker(
             self.id,
-            self.title,
-            self.description,
             model.start,
             partial(self.step, model),
+            self.title,
+            self.description,
             series=model.series,
             measure=model.measure,
             model=model,

@@ -321,7 +321,7 @@ def measure(state: StructureState) -> Mapping[str, SeriesValue]:
 def _tracker(name: str, method: Method, *own: str) -> Tracker:
     others = {*FREE_ENERGY, *SWITCH}.difference(own)
     series = tuple(each for each in REPORTED.values() if each.name not in others)
-    return Tracker(name, "", "", partial(start, method), partial(step, method), series=series, measure=measure)
+    return Tracker(name, partial(start, method), partial(step, method), series=series, measure=measure)
 
 
 TRACKERS: dict[str, Tracker] = {

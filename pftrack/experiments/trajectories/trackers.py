@@ -339,8 +339,6 @@ def _tracker(
 ) -> Tracker:
     return Tracker(
         name,
-        "",
-        "",
         partial(start, method),
         partial(step, method),
         ensemble=partial(ensemble, method),
@@ -362,20 +360,8 @@ TRACKERS: dict[str, Tracker] = {
             *SIZES,
             *LAWS,
         ),
-        _tracker(
-            "lng",
-            partial(cloud_method, False),
-            Track(cauchy),
-            "prior",
-            *SIZES,
-        ),
-        _tracker(
-            "lg",
-            gaussian_method,
-            LinearTrack(normal),
-            "exact",
-            *reports.NIS,
-        ),
+        _tracker("lng", partial(cloud_method, False), Track(cauchy), "prior", *SIZES),
+        _tracker("lg", gaussian_method, LinearTrack(normal), "exact", *reports.NIS),
     )
 }
 """The trackers of trajectories, by name, in the order in which they are shown."""
