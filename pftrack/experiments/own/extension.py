@@ -513,21 +513,6 @@ def example_of(experiment: Experiment) -> str:
     return (files(package) / f"{module}.py").read_text(encoding="utf-8")
 
 
-PROJECT = """[build-system]
-requires = ["hatchling"]
-build-backend = "hatchling.build"
-
-[project]
-name = "{package}"
-version = "0.1.0"
-dependencies = ["pftrack"]
-
-[project.entry-points."pftrack.experiments"]
-{name} = "{package}:EXPERIMENT"
-"""
-"""Of a package with an experiment: the entry point is how pftrack finds it."""
-
-
 def package_of(name: str) -> dict[str, str]:
     """Return the files of a package with a first version of an experiment, by their paths.
 
@@ -542,9 +527,12 @@ def package_of(name: str) -> dict[str, str]:
             f"an experiment is named by at most 40 small letters, digits and hyphens, a letter first; got {name!r}"
         )
     package = "pftrack_" + name.replace("-", "_")
-    text = (files(__package__) / "first_experiment.py").read_text(encoding="utf-8")
+    project, text = (
+        (files(__package__) / each).read_text(encoding="utf-8")
+        for each in ("first_project.toml", "first_experiment.py")
+    )
     return {
-        "pyproject.toml": PROJECT.format(package=package, name=name),
+        "pyproject.toml": project.format(package=package, name=name),
         f"{package}/__init__.py": text.replace("NAME", name),
     }
 
