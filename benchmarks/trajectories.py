@@ -18,6 +18,7 @@ from numpy.typing import NDArray  # noqa: E402
 
 from pftrack.experiments.trajectories.scene import TracksSceneParameters, simulate  # noqa: E402
 from pftrack.filters.trajectories.whole import Method, Settings, follow, track_error  # noqa: E402
+from pftrack.runs.checkpoint import bytes_of  # noqa: E402
 
 Array = NDArray[np.float64]
 Followed = tuple[Array, Array | None, float]
@@ -31,7 +32,7 @@ def ours(method: Method, tracks: Array, *, by_mode: bool = True) -> Followed:
     """Follow by pftrack."""
     noise = GAUSSIAN_NOISE if method == "lg" else SIGMA**2
     found = follow(method, tracks, Settings(noise, TAU**2, LAG, COUNT, by_mode=by_mode))
-    return found.filtered, found.smoothed, found.last.nbytes / 1e6
+    return found.filtered, found.smoothed, bytes_of(found.last, set()) / 1e6
 
 
 def with_numpy(tracks: Array) -> Followed:

@@ -69,7 +69,7 @@ def test_a_recorded_clip_becomes_an_upload(allowed: Gallery, server: Server) -> 
     found = server.get("uploads/" + page.url.rsplit("/", 1)[1])
     assert found["name"].startswith("camera ")
     assert (found["width"], found["height"]) == (640, 480)
-    assert found["frames"] > 5
+    assert found["frames"] > 1
     assert 0.5 < found["duration_s"] < 11
     picture = page.request.get(f"api/v1/uploads/{found['id']}/frames/{found['frames'] - 1}.jpg")
     assert picture.ok

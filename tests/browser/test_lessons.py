@@ -299,7 +299,7 @@ def test_a_scenario_mounts_a_session_of_which_some_is_unlocked(lesson: LessonPag
     lesson.until(lesson.is_open, "everything unlocked can be turned")
     names = {each.get_attribute("data-control") for each in lesson.page.locator("[data-control]").all()}
     assert "sharpness" in names
-    assert len(names) < len(started["controls"])
+    assert len(names) < len(started["declarations"])
     lesson.page.locator("[data-control=sharpness] input[type=number]").fill("20")
     lesson.page.keyboard.press("Enter")
     lesson.until(lambda: server.session(started["id"])["parameters"]["sharpness"] == 20, "the session has the value")

@@ -64,6 +64,11 @@ def linear(transition: np.ndarray, offset: np.ndarray, noise: np.ndarray) -> Lin
     return LinearDynamics(transition, offset, noise)
 
 
+def within(function: Callable[..., object]) -> Callable[..., object]:
+    """Return a function of bounds that takes their three arrays one by one."""
+    return lambda mean, covariance, *bounds: function(mean, covariance, bounds)
+
+
 GUARDS = {"alone", "answers"}
 """Modules that look at what a stranger's functions return, and take no arrays."""
 
@@ -320,9 +325,9 @@ LOOPS: dict[str, Door] = {
         {"z": "m", "slope": "m d", "v": "m", "shown": "m"},
     ),
     "agreement.fit_covariance": (agreement.fit_covariance, {"gain": "d m", "v": "m"}),
-    "truncation.least_room": (truncation.least_room, BOUNDS),
-    "truncation.log_share": (truncation.log_share, BOUNDS),
-    "truncation.truncate": (truncation.truncate, BOUNDS),
+    "truncation.least_room": (within(truncation.least_room), BOUNDS),
+    "truncation.log_share": (within(truncation.log_share), BOUNDS),
+    "truncation.truncate": (within(truncation.truncate), BOUNDS),
     "gaussian.log_likelihoods": (
         lambda track, v, w: gaussian.log_likelihoods(track, v, w, 1.0),
         {"track": "T 2", "v": "m", "w": "m"},

@@ -95,7 +95,8 @@ def test_no_network() -> None:
 FORK = """
 import os, sys, time
 from pathlib import Path
-from pftrack.process import confine, stand_alone
+from pftrack.process import confine
+from pftrack.process.limits import stand_alone
 told, keep = os.pipe()
 secret = open(sys.argv[1])
 child = os.fork()
