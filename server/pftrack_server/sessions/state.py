@@ -74,12 +74,9 @@ class History:
         row = {**row, "lost_by": said.witness, "lost_since": loss_start(index, before, lost=said.lost)}
         if not self.columns:
             self.columns = {name: [] for name in row}
-        if index == len(self):
+        if index <= len(self):
             for name, column in self.columns.items():
-                column.append(row[name])
-        elif index < len(self):
-            for name, column in self.columns.items():
-                column[index] = row[name]
+                column[index : index + 1] = [row[name]]
         return row
 
     def upto(self, frame: int) -> "History":
@@ -169,15 +166,14 @@ class SessionState:
 
     def columns(self, branch: str) -> dict[str, list[Any]]:
         """Return the diagnostics of a branch."""
-        history = self._histories.get(branch)
-        return dict(history.columns) if history else {}
+        return dict(self._history(branch).columns)
 
     def columns_text(self, branch: str) -> str:
         """Return the diagnostics of a branch as JSON, encoded once for all who ask for them at one time."""
         history = self._history(branch)
         known, changes, text = self._columns_text
         if known is not history or changes != history.changes:
-            text = Columns(branch=branch, columns=dict(history.columns)).model_dump_json()
+            text = Columns(branch=branch, columns=self.columns(branch)).model_dump_json()
             self._columns_text = history, history.changes, text
         return text
 

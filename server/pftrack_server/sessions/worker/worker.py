@@ -258,8 +258,8 @@ class Worker:
         self._news, self._undrawn, self._drawing = True, set(FORMS), None
 
     def _keep_alive(self) -> None:
-        """Tell in the middle of something long that this process is alive."""
-        if time.monotonic() - self._told > HEARTBEAT_S:
+        """Tell that this process is alive where it has told nothing for a while."""
+        if time.monotonic() - self._told >= HEARTBEAT_S:
             self._heartbeat()
 
     def _heartbeat(self) -> None:
@@ -310,8 +310,8 @@ class Worker:
         if (self._news or self._undrawn & self._credits) and now - self._told >= EARLY * TELL_S:
             self._report(draw=True)
             self._told = time.monotonic()
-        elif now - self._told >= HEARTBEAT_S:
-            self._heartbeat()
+        else:
+            self._keep_alive()
 
     def _report(self, *, draw: bool) -> None:
         rows, self._rows = self._tree.with_loss(self._rows), []
