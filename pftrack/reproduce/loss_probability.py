@@ -334,9 +334,9 @@ def scenes_of(experiment: Experiment) -> Scenes:
     Raises:
         ValueError: It has none.
     """
-    if experiment.quality.scenes is None:
+    if experiment.quality.loss_probability.scenes is None:
         raise ValueError(f"{experiment.id} has no scenes in which a loss probability is fitted")
-    return experiment.quality.scenes
+    return experiment.quality.loss_probability.scenes
 
 
 SHARES = {50: "within_50", 95: "within_95"}

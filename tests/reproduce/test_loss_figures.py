@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from pftrack.experiments import find
 from pftrack.reproduce.loss_probability import (
     BINS,
     FIGURES,
@@ -15,6 +16,7 @@ from pftrack.reproduce.loss_probability import (
     draw_scores,
     reliability,
     roc,
+    scenes_of,
 )
 
 
@@ -62,3 +64,10 @@ def test_a_loss_is_told_in_the_first_frame_with_more_than_a_half() -> None:
     found = delays([(told, lost)])
     assert (found.losses, found.told, found.frames, found.median) == (2, 1, (2,), 2.0)
     assert math.isnan(delays([(told, np.zeros(16, bool))]).median)
+
+
+def test_scenes_are_those_that_an_experiment_declares() -> None:
+    """One without any is refused by its name."""
+    assert scenes_of(find("ball")) is find("ball").quality.loss_probability.scenes
+    with pytest.raises(ValueError, match="recorded has no scenes"):
+        scenes_of(find("recorded"))
