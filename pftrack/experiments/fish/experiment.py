@@ -87,9 +87,7 @@ LINES_IN_LENGTH, LINE_WIDTHS_PX = 13.0, (0.7, 3.0)
 """Widths of lines in the half length of a fish, and bounds of their width."""
 
 
-def fish(
-    pose: Floats, shape: FishShape, colour: Colour, layer: str, name: str, *, dashed: bool = False
-) -> dict[str, Primitive]:
+def fish(pose: Floats, shape: FishShape, colour: Colour, layer: str, name: str) -> dict[str, Primitive]:
     """Draw a pose (4,) as an ellipse with a tail, and a stroke to the head."""
     ahead = np.array([np.cos(pose[2]), np.sin(pose[2])])
     axes = np.stack([shape.half_length * ahead, shape.half_width * np.array([-ahead[1], ahead[0]])])
@@ -98,7 +96,7 @@ def fish(
     head = pose[:2] + shape.half_length * ahead
     stroke = at_height(np.vstack([head - 0.3 * shape.half_length * ahead, head]), 2.0)
     return {
-        f"{name} body": Ellipse(centre, axes.astype(np.float32), colour, width, layer, dashed),
+        f"{name} body": Ellipse(centre, axes.astype(np.float32), colour, width, layer),
         f"{name} tail": Polyline(at_height(tail_line(pose, shape), 2.0), colour, width, layer),
         f"{name} head": Polyline(stroke, colour, width, layer),
     }
