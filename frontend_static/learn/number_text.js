@@ -1,6 +1,6 @@
 /** What is said of numbers, checks and progress. */
 
-/** @import { CheckedPublic, NumberPublic } from "../shared/messages.js" */
+/** @import { CheckedPublic, Number as LessonNumber } from "../shared/messages.js" */
 /** @import { Entry } from "./progress.js" */
 
 const NONE = "–";
@@ -22,7 +22,7 @@ export function figure(value, digits, unit = "") {
 /**
  * "exact 0.2861, within 0.0106"; what is not known is left out.
  *
- * @param {Pick<NumberPublic, "exact"|"tolerance"|"digits"|"unit"|"within">} number
+ * @param {Pick<LessonNumber, "exact"|"tolerance"|"digits"|"unit"|"within">} number
  */
 export function beside({ exact, tolerance, digits, unit, within }) {
   if (exact === null) return "";

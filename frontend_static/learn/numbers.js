@@ -3,18 +3,18 @@
 import { fill, h } from "../shared/dom.js";
 import { beside, figure } from "./number_text.js";
 
-/** @import { NumberPublic } from "../shared/messages.js" */
+/** @import { Number as LessonNumber } from "../shared/messages.js" */
 
 /**
  * @param {HTMLElement} place
- * @param {readonly NumberPublic[]} numbers
+ * @param {readonly LessonNumber[]} numbers
  */
 export function showNumbers(place, numbers) {
   fill(place, numbers.map(one));
 }
 
 /**
- * @param {NumberPublic} number
+ * @param {LessonNumber} number
  * @param {number} index
  */
 function one(number, index) {

@@ -631,7 +631,7 @@ export interface FailureSide {
 export interface FigurePublic {
   /** As `pftrack.teaching.lessons.Figure` has it */
   figure: Record<string, unknown>;
-  numbers: NumberPublic[];
+  numbers: Number[];
   /** In force */
   parameters: Record<string, boolean | number | string>;
   seed: number;
@@ -1235,8 +1235,8 @@ export interface NewTitle {
   title: string;
 }
 
-/** A number with its exact value, where that is known; what is not finite is left out. */
-export interface NumberPublic {
+/** A number that a lesson shows, with its exact value where that is known. */
+export interface Number {
   title: string;
   value: number | null;
   exact: number | null;

@@ -11,16 +11,14 @@ from pathlib import Path
 from typing import Final
 
 from pftrack.core.refusal import RefusedError
-from pftrack.teaching.lessons.figure import Figure
+from pftrack.teaching.lessons.figure import Figure, Number, Shown
 from pftrack.teaching.lessons.lesson import (
     Check,
     Demonstration,
     Lesson,
-    Number,
     Outcome,
     Question,
     Scenario,
-    Shown,
     Verdict,
     judge,
 )

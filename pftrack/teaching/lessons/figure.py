@@ -4,21 +4,23 @@ A lesson computes numbers and says what they are: a curve, a histogram, stems. A
 them and computes nothing. What carries a meaning has one of the palette's colours, by its name there.
 
 How the panels of a lesson look stands in a YAML file beside the module that computes their numbers: titles, axes,
-colours, and the sentences for people who cannot see them. `layouts` reads that file, `Layout.draw` adds the numbers.
+colours, and the sentences for people who cannot see them; and what the lesson's numbers are called. `look` reads that
+file, `Look.draw` and `Look.show` add the numbers.
 """
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal, Self, TypeAlias, get_args
+from typing import Annotated, Any, Final, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, WithJsonSchema, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, WithJsonSchema, computed_field
 
 from pftrack.core.arrays import Floats
-from pftrack.core.texts import CLOSED, read_as
+from pftrack.core.model.series import Known
+from pftrack.core.texts import CLOSED, read_whole
 
 DIGITS = 6
 """Significant digits that travel to a browser: a screen has no use for more."""
@@ -87,6 +89,10 @@ class _Part(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
 
 
+_NONE = np.empty(0)
+"""The numbers of a trace that a file declares."""
+
+
 class _Trace(_Part):
     """What all traces have.
 
@@ -134,8 +140,8 @@ class Curve(_Trace):
     """
 
     kind: Literal["curve"] = "curve"
-    x: Numbers
-    y: Numbers
+    x: Numbers = _NONE
+    y: Numbers = _NONE
     dashed: bool = False
     area: tuple[float, float] | None = None
 
@@ -149,8 +155,8 @@ class Histogram(_Trace):
     """
 
     kind: Literal["histogram"] = "histogram"
-    edges: Numbers
-    heights: Numbers
+    edges: Numbers = _NONE
+    heights: Numbers = _NONE
 
 
 class HeatMap(_Trace):
@@ -163,9 +169,9 @@ class HeatMap(_Trace):
     """
 
     kind: Literal["heat map"] = "heat map"
-    x: Numbers
-    y: Numbers
-    values: Shades
+    x: Numbers = _NONE
+    y: Numbers = _NONE
+    values: Shades = _NONE
 
 
 class Stems(_Trace):
@@ -177,8 +183,8 @@ class Stems(_Trace):
     """
 
     kind: Literal["stems"] = "stems"
-    x: Numbers
-    y: Numbers
+    x: Numbers = _NONE
+    y: Numbers = _NONE
 
 
 class Bars(_Trace):
@@ -190,7 +196,7 @@ class Bars(_Trace):
     """
 
     kind: Literal["bars"] = "bars"
-    heights: Numbers
+    heights: Numbers = _NONE
     stacked: bool = False
 
 
@@ -205,8 +211,8 @@ class Scatter(_Trace):
     """
 
     kind: Literal["scatter"] = "scatter"
-    x: Numbers
-    y: Numbers
+    x: Numbers = _NONE
+    y: Numbers = _NONE
     weights: Numbers | None = None
     size_px: float = 5.0
 
@@ -220,8 +226,8 @@ class StripChart(_Trace):
     """
 
     kind: Literal["strip chart"] = "strip chart"
-    x: Numbers
-    y: Numbers
+    x: Numbers = _NONE
+    y: Numbers = _NONE
 
 
 class Tree(_Trace):
@@ -233,8 +239,8 @@ class Tree(_Trace):
     """
 
     kind: Literal["tree"] = "tree"
-    parents: Table
-    weights: Table
+    parents: Table = _NONE
+    weights: Table = _NONE
 
 
 class Rule(_Trace):
@@ -247,7 +253,7 @@ class Rule(_Trace):
     """
 
     kind: Literal["rule"] = "rule"
-    at: float
+    at: float = math.nan
     along: Literal["x", "y"] = "x"
     dashed: bool = False
 
@@ -319,47 +325,20 @@ class Figure(_Part):
         return Figure(panels=tuple(panels))
 
 
-TRACES: Final[Mapping[str, type[_Trace]]] = {
-    each.model_fields["kind"].default: each for each in get_args(get_args(Trace)[0])
-}
-"""Traces by kind."""
-NUMBERS: Final = {
-    kind: tuple(name for name, each in trace.model_fields.items() if each.is_required())
-    for kind, trace in TRACES.items()
-}
-"""The fields of each kind that a file does not declare."""
+NUMBERS: Final = frozenset({"x", "y", "edges", "heights", "values", "parents", "weights", "at"})
+"""The fields of traces that a file does not declare."""
+VALUES: Final = "value", "exact", "tolerance"
+"""Those of a lesson's number, in the order in which they are given."""
+Given: TypeAlias = tuple[Any, ...] | Mapping[str, Any]
+"""Numbers of a trace, or of a number, in the order in which they are declared; or fields by their names."""
 
 
-class TraceLayout(_Part):
-    """A trace as a file declares it, without its numbers; fields as those of its kind."""
-
-    kind: str
-    title: str = ""
-    ink: Ink = "estimate"
-    reveals: bool = False
-    dashed: bool = False
-    stacked: bool = False
-    size_px: float = 5.0
-    along: Literal["x", "y"] = "x"
-    area: tuple[float, float] | None = None
-
-    @model_validator(mode="after")
-    def _of_its_kind(self) -> Self:
-        if self.kind not in TRACES:
-            raise ValueError(f"there is no kind {self.kind!r} of trace; there are {', '.join(TRACES)}")
-        if unfit := self.model_fields_set - set(TRACES[self.kind].model_fields):
-            raise ValueError(f"a {self.kind} has no {' and no '.join(sorted(unfit))}")
-        return self
-
-
-@dataclass(frozen=True)
-class Layout:
+class Layout(_Part):
     """A panel as a file declares it, without its numbers.
 
     Titles and words name in braces what the numbers are, with a format: `the mean is {mean:.3g}`.
 
     Attributes:
-        id: Name among the figure's panels.
         title: As `Panel.title`.
         x: The axis to the right; without bounds where the numbers give them.
         y: The axis upwards, likewise.
@@ -370,30 +349,94 @@ class Layout:
         share: As `Panel.share`.
     """
 
-    __pydantic_config__ = CLOSED
-
-    id: str
     title: str
     x: Axis
     y: Axis
-    traces: dict[str, TraceLayout]
+    traces: dict[str, Trace]
     words: str
-    handles: dict[str, Literal["x", "y"]] = field(default_factory=dict)
+    handles: dict[str, Literal["x", "y"]] = {}
     row: int = 0
     share: tuple[float, float] = (1.0, 1.0)
 
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A number that a lesson shows, with its exact value where that is known.
+
+    Attributes:
+        title: What it is.
+        value: As computed here.
+        exact: What it should be.
+        tolerance: How far from the exact value it may be expected to be at these parameters.
+        unit: Empty for a pure number.
+        digits: Significant digits that are worth showing.
+        reveals: Whether it gives the question's answer away, and is left out until that was answered.
+    """
+
+    __pydantic_config__ = CLOSED
+
+    title: str
+    value: Known = math.nan
+    exact: Known | None = None
+    tolerance: Known | None = None
+    unit: str = ""
+    digits: int = 4
+    reveals: Annotated[bool, Field(exclude=True)] = False
+
+    @computed_field(description="Whether the value is as close to the exact one as may be expected")  # type: ignore[prop-decorator]
+    @property
+    def within(self) -> bool | None:
+        """Return whether the value is within the tolerance; None where that or the exact value is not known."""
+        if self.exact is None or self.tolerance is None:
+            return None
+        return abs(self.value - self.exact) <= self.tolerance
+
+    def __str__(self) -> str:
+        """Say it in a line: "Mean: 0.982 m, exact 1 m, within 0.05 m"."""
+        known = (("", self.value), ("exact ", self.exact), ("within ", self.tolerance))
+        unit = f" {self.unit}" if self.unit else ""
+        said = (f"{word}{value:.{self.digits}g}{unit}" for word, value in known if value is not None)
+        return f"{self.title}: {', '.join(said)}"
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """What a demonstration comes to at some parameters.
+
+    Attributes:
+        figure: What is drawn.
+        numbers: The one that counts first.
+    """
+
+    figure: Figure
+    numbers: tuple[Number, ...]
+
+
+class Look(_Part):
+    """What a file declares of a lesson's figure and numbers.
+
+    Attributes:
+        panels: By id, in the order in which they are read.
+        numbers: By name, the one that counts first, without their values.
+    """
+
+    panels: dict[str, Layout]
+    numbers: dict[str, Number]
+
     def draw(
         self,
-        traces: Mapping[str, tuple[Any, ...] | Mapping[str, Any]],
+        panel: str,
+        traces: Mapping[str, Given],
         *,
         turned: BaseModel | None = None,
         x: tuple[float, float] | None = None,
         y: tuple[float, float] | None = None,
         **said: object,
     ) -> Panel:
-        """Return the panel with its numbers.
+        """Return a panel with its numbers.
 
         Args:
+            panel: Its id.
             traces: Numbers of each trace by its name, in the order in which its kind declares them, or by the fields'
                 names; a trace without numbers is left out.
             turned: Parameters with the values of the handles; without them there are none.
@@ -401,24 +444,45 @@ class Layout:
             y: Bounds of the axis upwards, where the file has none.
             **said: What titles and words name.
         """
-        handles = self.handles.items() if turned is not None else ()
+        layout = self.panels[panel]
+        handles = layout.handles.items() if turned is not None else ()
         return Panel(
-            id=self.id,
-            title=self.title.format(**said),
-            x=_axis(self.x, x),
-            y=_axis(self.y, y),
-            traces=tuple(_trace(each, traces[name], said) for name, each in self.traces.items() if name in traces),
+            id=panel,
+            title=layout.title.format(**said),
+            x=_axis(layout.x, x),
+            y=_axis(layout.y, y),
+            traces=tuple(_trace(each, traces[name], said) for name, each in layout.traces.items() if name in traces),
             handles=tuple(
                 Handle(parameter=name, at=float(getattr(turned, name)), along=along) for name, along in handles
             ),
-            words=self.words.format(**said),
-            row=self.row,
-            share=self.share,
+            words=layout.words.format(**said),
+            row=layout.row,
+            share=layout.share,
         )
 
+    def show(
+        self,
+        panels: Iterable[Panel],
+        numbers: Mapping[str, tuple[float | None, ...] | Mapping[str, Any]],
+        **said: object,
+    ) -> Shown:
+        """Return panels, and the numbers beside them.
 
-def layouts(module: str) -> Mapping[str, Layout]:
-    """Return the panels, by id, that the YAML file beside a module declares.
+        Args:
+            panels: In the order in which they are read.
+            numbers: Value, exact value and tolerance of each number by its name, or some of its fields by theirs.
+            **said: What their titles name.
+        """
+        shown = []
+        for name, each in self.numbers.items():
+            given = numbers[name]
+            known = dict(zip(VALUES, given, strict=False)) if isinstance(given, tuple) else given
+            shown.append(replace(each, title=each.title.format(**said), **known))
+        return Shown(Figure(panels=tuple(panels)), tuple(shown))
+
+
+def look(module: str) -> Look:
+    """Return what the YAML file beside a module declares of its figure.
 
     Args:
         module: Path of the module, its `__file__`.
@@ -426,18 +490,21 @@ def layouts(module: str) -> Mapping[str, Layout]:
     Raises:
         ValueError: Something is wrong with the file; the sentence names it and the line.
     """
-    return {each.id: each for each in read_as(Layout, Path(module).with_suffix(".yaml"), "id")}
+    return read_whole(Look, Path(module).with_suffix(".yaml"))
 
 
 def _axis(axis: Axis, bounds: tuple[float, float] | None) -> Axis:
     return axis if bounds is None else axis.model_copy(update={"low": bounds[0], "high": bounds[1]})
 
 
-def _trace(layout: TraceLayout, numbers: tuple[Any, ...] | Mapping[str, Any], said: Mapping[str, object]) -> Any:  # noqa: ANN401 - one of `Trace`
-    if isinstance(numbers, tuple):
-        numbers = dict(zip(NUMBERS[layout.kind], numbers, strict=True))
-    look = {**layout.model_dump(exclude_unset=True), "title": layout.title.format(**said)}
-    return TRACES[layout.kind](**{**look, **numbers})
+def _trace(layout: Any, numbers: Given, said: Mapping[str, object]) -> Any:  # noqa: ANN401 - one of `Trace`
+    kind = type(layout)
+    names = [name for name, each in kind.model_fields.items() if name in NUMBERS and each.default is not None]
+    given = dict(zip(names, numbers, strict=True)) if isinstance(numbers, tuple) else numbers
+    if missing := set(names) - set(given):
+        raise ValueError(f"a {layout.kind} needs {' and '.join(sorted(missing))}")
+    declared = {**layout.model_dump(exclude_unset=True), "title": layout.title.format(**said)}
+    return kind(**{**declared, **given})
 
 
 def ceiling(value: float) -> float:

@@ -18,7 +18,7 @@ from pftrack.core.model.parameters import Parameters, revise
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.refusal import ParameterError
 from pftrack.runs.reproduction import make
-from pftrack.teaching.lessons.figure import Figure
+from pftrack.teaching.lessons.figure import Shown
 
 LONGEST_RUN: Final = 2000
 """Frames: a class does not wait longer, and whoever opens the lesson computes its run."""
@@ -37,49 +37,6 @@ class Part(BaseModel):
 
 ONCE_MINUTES: Final = 5.0
 """For the idea, the figure and the question of a lesson; each thing to try takes another minute."""
-
-
-@dataclass(frozen=True, slots=True)
-class Number:
-    """A number that a lesson shows, with its exact value where that is known.
-
-    Attributes:
-        title: What it is.
-        value: As computed here.
-        exact: What it should be.
-        tolerance: How far from the exact value it may be expected to be at these parameters.
-        unit: Empty for a pure number.
-        digits: Significant digits that are worth showing.
-        reveals: Whether it gives the question's answer away, and is left out until that was answered.
-    """
-
-    title: str
-    value: float
-    exact: float | None = None
-    tolerance: float | None = None
-    unit: str = ""
-    digits: int = 4
-    reveals: bool = False
-
-    def __str__(self) -> str:
-        """Say it in a line: "Mean: 0.982 m, exact 1 m, within 0.05 m"."""
-        known = (("", self.value), ("exact ", self.exact), ("within ", self.tolerance))
-        unit = f" {self.unit}" if self.unit else ""
-        said = (f"{word}{value:.{self.digits}g}{unit}" for word, value in known if value is not None)
-        return f"{self.title}: {', '.join(said)}"
-
-
-@dataclass(frozen=True, slots=True)
-class Shown:
-    """What a demonstration comes to at some parameters.
-
-    Attributes:
-        figure: What is drawn.
-        numbers: The one that counts first.
-    """
-
-    figure: Figure
-    numbers: tuple[Number, ...]
 
 
 @dataclass(frozen=True)

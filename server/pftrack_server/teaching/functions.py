@@ -9,16 +9,18 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
-from pftrack.core.model.parameters import Value, flat, nearest, revise
+from pydantic import TypeAdapter
+
+from pftrack.core.model.parameters import flat, nearest, revise
 from pftrack.process import give_way
 from pftrack.runs.reproduction import make
 from pftrack.teaching.lessons import find
+from pftrack.teaching.lessons.figure import Number
 from pftrack.teaching.lessons.lesson import (
     Check,
     Demonstration,
     Given,
     Lesson,
-    Number,
     Verdict,
     judge,
     question_recipe,
@@ -27,6 +29,7 @@ from pftrack.teaching.lessons.lesson import (
 from pftrack.teaching.lessons.library import read_lesson
 from pftrack_server.jobs.functions import Steps
 
+NUMBERS = TypeAdapter(list[Number])
 NICENESS = 10
 """Of what may take a minute: figures and sessions, which somebody waits for, go first."""
 
@@ -54,7 +57,7 @@ def draw(wanted: str, source: str, values: Mapping[str, object], seed: int | Non
     figure = shown.figure if revealed else shown.figure.without_answer()
     told = {
         "figure": figure.model_dump(mode="json"),
-        "numbers": [_number_json(number) for number in shown.numbers if revealed or not number.reveals],
+        "numbers": NUMBERS.dump_python([it for it in shown.numbers if revealed or not it.reveals], mode="json"),
         "parameters": flat(parameters),
         "seed": seed,
     }
@@ -125,14 +128,6 @@ def _check(each: Check) -> dict[str, Any]:
         return {**told, "problem": f"This could not be computed: {outcome.words}."}
     numbers = {name: _finite(getattr(outcome, name)) for name in ("ours", "exact", "tolerance")}
     return {**told, **numbers, "passed": outcome.passed}
-
-
-def _number_json(number: Number) -> dict[str, Value | None]:
-    within = None
-    if number.exact is not None and number.tolerance is not None:
-        within = abs(number.value - number.exact) <= number.tolerance
-    values = {name: _finite(getattr(number, name)) for name in ("value", "exact", "tolerance")}
-    return {"title": number.title, **values, "unit": number.unit, "digits": number.digits, "within": within}
 
 
 def _finite(value: float | None) -> float | None:

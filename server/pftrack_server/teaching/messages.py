@@ -25,6 +25,7 @@ from pftrack.core.model.recipe import Recipe, Seed
 from pftrack.core.refusal import RefusedError
 from pftrack.experiments import find as find_experiment
 from pftrack.teaching.lessons.document import Problem
+from pftrack.teaching.lessons.figure import Number
 from pftrack_server.core.bodies import FrameNumber, GivenTitle, Name, RequestBody, Values
 from pftrack_server.core.markdown import inline, paragraphs
 from pftrack_server.sessions.duplex import Message
@@ -429,23 +430,11 @@ class FigureRequest(RequestBody):
     )
 
 
-class NumberPublic(BaseModel):
-    """A number with its exact value, where that is known; what is not finite is left out."""
-
-    title: str
-    value: float | None
-    exact: float | None
-    tolerance: float | None
-    unit: str
-    digits: int
-    within: bool | None = Field(description="Whether the value is as close to the exact one as may be expected")
-
-
 class FigurePublic(BaseModel):
     """What a lesson comes to at some parameters."""
 
     figure: dict[str, Any] = Field(description="As `pftrack.teaching.lessons.Figure` has it")
-    numbers: list[NumberPublic]
+    numbers: list[Number]
     parameters: dict[str, Value] = Field(description="In force")
     seed: int
 

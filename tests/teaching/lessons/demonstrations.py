@@ -7,8 +7,8 @@ import numpy as np
 
 from pftrack.core.model.parameters import Declaration, Parameters, Value, declarations, revise
 from pftrack.teaching.lessons import LESSONS, Figure
-from pftrack.teaching.lessons.figure import Panel
-from pftrack.teaching.lessons.lesson import Demonstration, Lesson, Shown
+from pftrack.teaching.lessons.figure import Panel, Shown
+from pftrack.teaching.lessons.lesson import Demonstration, Lesson
 
 DEMONSTRATIONS = [name for name, lesson in LESSONS.items() if isinstance(lesson.body, Demonstration)]
 

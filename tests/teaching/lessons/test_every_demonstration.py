@@ -5,7 +5,8 @@ import pytest
 
 from pftrack.core.model.parameters import declarations
 from pftrack.teaching.lessons import LESSONS
-from pftrack.teaching.lessons.lesson import Lesson, Number
+from pftrack.teaching.lessons.figure import Number
+from pftrack.teaching.lessons.lesson import Lesson
 from tests.teaching.lessons.demonstrations import DEMONSTRATIONS, asked_at, assert_sound, corners, demonstration, shown
 
 SEEDS = 1, 2, 3, 4, 5

@@ -14,8 +14,8 @@ from scipy.special import log_ndtr, ndtr
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, Value, parameter
 from pftrack.teaching.lessons.course.probability import normal
-from pftrack.teaching.lessons.figure import Figure, Panel, ceiling, layouts
-from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
+from pftrack.teaching.lessons.figure import Panel, Shown, ceiling, look
+from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Outcome
 
 # In closed form: mean and variance of what is left of a normal prior after one measurement. A measured position leaves
 # a normal posterior. A measured distance leaves one to either side of the camera, both cut off there. All is in m.
@@ -59,7 +59,7 @@ def _one_side(
     return log_area + log_kept, camera + side * (away + sd * ratio), variance * (1.0 + cut * ratio - ratio * ratio)
 
 
-PANELS = layouts(__file__)
+LOOK = look(__file__)
 LOW, HIGH = -5.0, 15.0
 CAMERA = 5.0
 """Place of the camera in m, from which distances are measured."""
@@ -140,21 +140,21 @@ def show(parameters: BayesParameters, seed: int) -> Shown:
     mean, variance = moments(density)
     exact_mean, exact_variance = exact_moments(p)
     tolerance = 1e-6 if p.mode == "position" else 1e-3
-    numbers = (
-        Number("Posterior mean", mean, exact_mean, tolerance, unit="m", reveals=True),
-        Number("Posterior variance", variance, exact_variance, tolerance, unit="m²", reveals=True),
-        Number("Area of the likelihood", STEP * float(likelihood.sum()), likelihood_area(p), 1e-3, digits=3),
-    )
+    numbers = {
+        "mean": (mean, exact_mean, tolerance),
+        "variance": (variance, exact_variance, tolerance),
+        "area": (STEP * float(likelihood.sum()), likelihood_area(p), 1e-3),
+    }
     prior = normal(GRID, p.prior_mean, p.prior_sd)
     top = ceiling(1.02 * float(max(prior.max(), density[DRAWN].max())))
     x, across, up = GRID[DRAWN], (LOW, HIGH), (0.0, top)
     after = {"x": x, "y": density[DRAWN], "area": across}
     panels = (
-        PANELS["prior"].draw({"prior": (x, prior[DRAWN])}, turned=p, x=across, y=up, mean=p.prior_mean, sd=p.prior_sd),
+        LOOK.draw("prior", {"prior": (x, prior[DRAWN])}, turned=p, x=across, y=up, mean=p.prior_mean, sd=p.prior_sd),
         _likelihood(p, likelihood),
-        PANELS["posterior"].draw({"prior": (x, prior[DRAWN]), "posterior": after, "mean": (mean,)}, x=across, y=up),
+        LOOK.draw("posterior", {"prior": (x, prior[DRAWN]), "posterior": after, "mean": (mean,)}, x=across, y=up),
     )
-    return Shown(Figure(panels=panels), numbers)
+    return LOOK.show(panels, numbers)
 
 
 def _likelihood(p: BayesParameters, likelihood: Floats) -> Panel:
@@ -162,7 +162,8 @@ def _likelihood(p: BayesParameters, likelihood: Floats) -> Panel:
     left, right = CAMERA - p.measured, CAMERA + p.measured
     two = f"Two bumps, at {left:g} m and {right:g} m, each {p.measured:g} m from the camera at {CAMERA:g} m."
     traces = {"likelihood": (GRID[DRAWN], likelihood[DRAWN]), **({} if at_position else {"camera": (CAMERA,)})}
-    return PANELS["likelihood"].draw(
+    return LOOK.draw(
+        "likelihood",
         traces,
         turned=p if at_position else None,
         x=(LOW, HIGH),

@@ -7,8 +7,8 @@ import numpy as np
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.teaching.lessons.course.probability import Mixture
-from pftrack.teaching.lessons.figure import Figure, Panel, layouts
-from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
+from pftrack.teaching.lessons.figure import Panel, Shown, look
+from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Outcome
 
 LOW, HIGH = -3.0, 9.0
 """Where guesses are made, m."""
@@ -21,7 +21,7 @@ HIT = 0.15
 
 BEST = "mean", "median", "hits"
 """What is best for each of the three losses, as the panels have it."""
-PANELS = layouts(__file__)
+LOOK = look(__file__)
 
 
 class EstimateParameters(Parameters):
@@ -85,23 +85,23 @@ def show(parameters: EstimateParameters, seed: int) -> Shown:
     losses = expected_losses(density, guesses)
     squared, absolute, missed = expected_losses(density, np.array([guess]))[:, 0].tolist()
     exact_squared, exact_absolute, exact_missed = exact_losses(density, guess)
-    numbers = (
-        Number("Expected squared error of the guess", squared, exact_squared, 1e-4, "m²"),
-        Number("Expected absolute error of the guess", absolute, exact_absolute, 1e-4, "m", digits=3),
-        Number("Chance to be off by more than 0.15 m", missed, exact_missed, 1e-4, digits=3),
-        Number("Squared error above the least possible", squared - density.variance, (guess - density.mean) ** 2, 1e-4,
-               "m²", digits=3, reveals=True),
-    )  # fmt: skip
+    numbers = {
+        "squared": (squared, exact_squared, 1e-4),
+        "absolute": (absolute, exact_absolute, 1e-4),
+        "missed": (missed, exact_missed, 1e-4),
+        "excess": (squared - density.variance, (guess - density.mean) ** 2, 1e-4),
+    }
     best = density.mean, median(density), float(guesses[losses[2].argmin()])
     panels = _density_panel(density, parameters, best), _loss_panel(parameters, guesses, losses, best)
-    return Shown(Figure(panels=panels), numbers)
+    return LOOK.show(panels, numbers)
 
 
 def _density_panel(density: Mixture, parameters: EstimateParameters, best: tuple[float, ...]) -> Panel:
     places = np.linspace(LOW, HIGH, 241)
     curve = density.density(places)
     (first, second), (_, place) = density.shares, density.means
-    return PANELS["density"].draw(
+    return LOOK.draw(
+        "density",
         {"density": (places, curve), **{name: (at,) for name, at in zip(BEST, best, strict=True)}},
         turned=parameters,
         x=(LOW, HIGH),
@@ -120,7 +120,7 @@ def _loss_panel(parameters: EstimateParameters, guesses: Floats, losses: Floats,
     heights = above / np.array([[above[0, off]], [above[1, off]], [above[2].max()]])
     curves = {name: (guesses, height) for name, height in zip(BEST, heights, strict=True)}
     minima = {f"best {name}": ([at], [0.0]) for name, at in zip(BEST, best, strict=True)}
-    return PANELS["losses"].draw({**curves, **minima}, turned=parameters, x=(LOW, HIGH))
+    return LOOK.draw("losses", {**curves, **minima}, turned=parameters, x=(LOW, HIGH))
 
 
 def _answer(parameters: EstimateParameters, seed: int) -> Answer:

@@ -15,12 +15,12 @@ from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.teaching.lessons.course.probability import normal
-from pftrack.teaching.lessons.figure import Figure, Panel, ceiling, layouts
-from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
+from pftrack.teaching.lessons.figure import Panel, Shown, ceiling, look
+from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Outcome
 
 MEAN, SD = 1.0, 0.5
 """Of the density that is wanted."""
-PANELS = layouts(__file__)
+LOOK = look(__file__)
 LOW, HIGH = -4.0, 5.0
 AXIS: Floats = np.linspace(LOW, HIGH, 361)
 EDGES: Floats = np.linspace(LOW, HIGH, 46)
@@ -111,25 +111,19 @@ def show(parameters: ImportanceParameters, seed: int) -> Shown:
     size = cloud.effective_sample_size
     mean = float(cloud.weights @ cloud.states[:, 0])
     share_sd, mean_sd = proposal.share_sd(count), proposal.mean_sd(count)
-    numbers = (
-        Number(
-            "Effective share of the draws",
-            size / count,
-            proposal.share,
-            None if share_sd is None else 3.0 * share_sd + ROUNDING,
-            digits=3,
-            reveals=True,
-        ),
-        Number("Weighted mean", mean, MEAN, None if mean_sd is None else 3.0 * mean_sd, digits=3),
-    )
+    numbers = {
+        "share": (size / count, proposal.share, None if share_sd is None else 3.0 * share_sd + ROUNDING),
+        "mean": (mean, MEAN, None if mean_sd is None else 3.0 * mean_sd),
+    }
     panels = (_densities(cloud, parameters, mean), _weights(cloud, proposal), _sizes(cloud, proposal))
-    return Shown(Figure(panels=panels), numbers)
+    return LOOK.show(panels, numbers)
 
 
 def _densities(cloud: ParticleSet, parameters: ImportanceParameters, mean: float) -> Panel:
     heights = np.histogram(cloud.states[:, 0], EDGES, weights=cloud.weights)[0] / np.diff(EDGES)
     wanted, sampled = normal(AXIS, MEAN, SD), normal(AXIS, parameters.centre, parameters.spread)
-    return PANELS["densities"].draw(
+    return LOOK.draw(
+        "densities",
         {"wanted": (AXIS, wanted), "sampled": (AXIS, sampled), "draws": (EDGES, heights), "mean": (mean,)},
         turned=parameters,
         x=(LOW, HIGH),
@@ -154,7 +148,8 @@ def _weights(cloud: ParticleSet, proposal: Proposal) -> Panel:
         + math.log(len(cloud) * cloud.weights[heaviest[0]])
     )
     ratio = np.exp(np.minimum(logs, math.log(2.0 * top)))
-    return PANELS["weights"].draw(
+    return LOOK.draw(
+        "weights",
         {"ratio": (AXIS, np.where(ratio <= top, ratio, np.nan)), "draws": (here, weights)},
         x=(LOW, HIGH),
         y=(0.0, top),
@@ -166,7 +161,7 @@ def _weights(cloud: ParticleSet, proposal: Proposal) -> Panel:
 def _sizes(cloud: ParticleSet, proposal: Proposal) -> Panel:
     count, size = len(cloud), cloud.effective_sample_size
     traces = {"size": (np.array([size]),), "expected": (count * proposal.share,)}
-    return PANELS["size"].draw(traces, y=(0.0, float(count)), count=count, size=size)
+    return LOOK.draw("size", traces, y=(0.0, float(count)), count=count, size=size)
 
 
 def _answer(parameters: ImportanceParameters, seed: int) -> Answer:

@@ -7,10 +7,10 @@ import numpy as np
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.teaching.lessons.course.probability import normal
-from pftrack.teaching.lessons.figure import Figure, ceiling, layouts
-from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
+from pftrack.teaching.lessons.figure import Shown, ceiling, look
+from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Outcome
 
-PANELS = layouts(__file__)
+LOOK = look(__file__)
 EDGE = 3.5
 CELLS: Floats = np.linspace(-EDGE, EDGE, 57)
 """Middles of the cells of the map."""
@@ -59,10 +59,7 @@ def show(parameters: JointParameters, seed: int) -> Shown:
     del seed
     r, z = parameters.correlation, parameters.measured
     mean, variance = moments(z, r)
-    numbers = (
-        Number("Mean of x, given z", mean, r * z, 1e-5, reveals=True),
-        Number("Variance of x, given z: its mean squared distance from the mean", variance, 1.0 - r**2, 1e-5),
-    )
+    numbers = {"mean": (mean, r * z, 1e-5), "variance": (variance, 1.0 - r**2, 1e-5)}
     all_of_it, marginal = (-EDGE, EDGE), normal(PLACES, 0.0, 1.0)
     up = 0.0, ceiling(max(0.7, float(normal(0.0, 0.0, math.sqrt(1.0 - r * r)))))  # the rescaled cut has room
     cut = {"x": PLACES, "y": conditional(PLACES, z, r), "area": all_of_it}
@@ -70,12 +67,12 @@ def show(parameters: JointParameters, seed: int) -> Shown:
     here = float(np.interp(z, PLACES, backwards))
     both = {"joint": (CELLS, CELLS, joint(CELLS, CELLS[:, None], r))}
     panels = (
-        PANELS["profile"].draw({"before": (PLACES, marginal), "after": cut}, x=all_of_it, y=up, z=z),
-        PANELS["backwards"].draw({"curve": (PLACES, backwards), "here": ([z], [here])}, x=all_of_it, y=up, here=here),
-        PANELS["map"].draw(both, turned=parameters, x=all_of_it, y=all_of_it, leaning=_leaning(r), z=z),
-        PANELS["margin"].draw({"marginal": (marginal, PLACES), "cut": (z,)}, y=all_of_it, z=z),
+        LOOK.draw("profile", {"before": (PLACES, marginal), "after": cut}, x=all_of_it, y=up, z=z),
+        LOOK.draw("backwards", {"curve": (PLACES, backwards), "here": ([z], [here])}, x=all_of_it, y=up, here=here),
+        LOOK.draw("map", both, turned=parameters, x=all_of_it, y=all_of_it, leaning=_leaning(r), z=z),
+        LOOK.draw("margin", {"marginal": (marginal, PLACES), "cut": (z,)}, y=all_of_it, z=z),
     )
-    return Shown(Figure(panels=panels), numbers)
+    return LOOK.show(panels, numbers)
 
 
 def _leaning(r: float) -> str:

@@ -13,8 +13,8 @@ from pftrack.core.numerics.matrices import cholesky, solve_system
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.filters import kalman
 from pftrack.filters.dynamics import LinearDynamics
-from pftrack.teaching.lessons.figure import Figure, Panel, ceiling, layouts
-from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
+from pftrack.teaching.lessons.figure import Panel, Shown, ceiling, look
+from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Outcome
 
 # What lesson 6 computes: tracks of something that moves with a slowly changing velocity, and their Kalman filter.
 #
@@ -22,7 +22,7 @@ from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Num
 # serve any number of further tracks, whose errors show whether the filter is right about its own.
 
 
-PANELS = layouts(__file__)
+LOOK = look(__file__)
 TRANSITION = np.array([[1.0, 1.0], [0.0, 1.0]])
 OBSERVATION = np.array([[1.0, 0.0]])
 PRIOR = Gaussian(np.zeros(2), np.diag([4.0, 1.0]))
@@ -156,15 +156,13 @@ def show(parameters: KalmanParameters, seed: int) -> Shown:
     off, covariance = errors(tracks, known.gains[: frame + 1]), known.covariances[frame]
     squared, variance = float(np.mean(off[0] ** 2)), float(covariance[0, 0])
     within = float(np.mean((off * solve_system(covariance, off)).sum(axis=0) <= 4.0))
-    numbers = (
-        Number(f"Mean squared error of position over {TRACKS} tracks", squared, variance,
-               FOUR_SDS * variance * math.sqrt(2.0 / TRACKS), "m²", digits=3, reveals=True),
-        Number("Share of the tracks within the ellipse", within, WITHIN,
-               FOUR_SDS * math.sqrt(WITHIN * (1.0 - WITHIN) / TRACKS), digits=3),
-        Number("Gain: share of the surprise that is believed", float(known.gains[frame, 0]), digits=3),
-    )  # fmt: skip
+    numbers = {
+        "error": (squared, variance, FOUR_SDS * variance * math.sqrt(2.0 / TRACKS)),
+        "within": (within, WITHIN, FOUR_SDS * math.sqrt(WITHIN * (1.0 - WITHIN) / TRACKS)),
+        "gain": (float(known.gains[frame, 0]),),
+    }
     panels = _track_panel(parameters, tracks, known), _plane_panel(parameters, off, known)
-    return Shown(Figure(panels=panels), numbers)
+    return LOOK.show(panels, numbers, tracks=TRACKS)
 
 
 def _apply_filter(parameters: KalmanParameters, seed: int) -> tuple[Tracks, Filtered]:
@@ -182,7 +180,8 @@ def _track_panel(parameters: KalmanParameters, tracks: Tracks, known: Filtered) 
     drawn = np.concatenate([truth, measured, means])
     low, high, margin = float(drawn.min()), float(drawn.max()), 0.15 * float(np.ptp(drawn))
     ends = GAP - 0.5, min(GAP + parameters.dropped, FRAMES) - 0.5
-    return PANELS["track"].draw(
+    return LOOK.draw(
+        "track",
         {
             **({"gap begins": ends[:1], "gap ends": ends[1:]} if parameters.dropped else {}),
             "truth": (times, truth),
@@ -208,7 +207,8 @@ def _plane_panel(parameters: KalmanParameters, off: Floats, known: Filtered) -> 
     steady, now = (cholesky(known.covariances[at]) @ CIRCLE * 2.0 for at in (before, frame))
     reach = [ceiling(1.3 * max(float(ellipse[axis].max()) for ellipse in (steady, now))) for axis in (0, 1)]
     ellipses = {"now": tuple(now), **({"steady": tuple(steady)} if before < frame else {})}
-    return PANELS["plane"].draw(
+    return LOOK.draw(
+        "plane",
         {**ellipses, "errors": tuple(off), "shown": tuple(off[:, :1])},
         x=(-reach[0], reach[0]),
         y=(-reach[1], reach[1]),

@@ -9,10 +9,10 @@ from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.teaching.lessons.course.probability import normal
-from pftrack.teaching.lessons.figure import Figure, Panel, layouts
-from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
+from pftrack.teaching.lessons.figure import Panel, Shown, look
+from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Outcome
 
-PANELS = layouts(__file__)
+LOOK = look(__file__)
 MEAN, SD = 2.0, 1.5
 LOW, HIGH = MEAN - 4.0 * SD, MEAN + 4.0 * SD
 
@@ -81,26 +81,24 @@ def show(parameters: MonteCarloParameters, seed: int) -> Shown:
     count, dimension = parameters.count, parameters.dimension
     samples, means = sample(seed, count, dimension, REPEATS)
     errors, exact = rms(means), SD / math.sqrt(count)
-    drawn = REPEATS * dimension
-    numbers = (
-        Number(f"Error of the mean, over {drawn} clouds" if dimension == 1 else f"Error of the mean, an axis, over "
-               f"{REPEATS} clouds", float(errors[-1]), exact, 4.0 * exact / math.sqrt(2.0 * drawn), "m", digits=3,
-               reveals=True),
-        Number("Mean of this cloud", float(means[-1, 0, 0]), MEAN, 4.0 * exact, "m"),
-        Number(f"Cells of {CELL:g} m of a grid as wide as the axis", ((HIGH - LOW) / CELL) ** dimension, digits=3),
-    )  # fmt: skip
+    numbers = {
+        "error": (float(errors[-1]), exact, 4.0 * exact / math.sqrt(2.0 * REPEATS * dimension)),
+        "mean": (float(means[-1, 0, 0]), MEAN, 4.0 * exact),
+        "cells": (((HIGH - LOW) / CELL) ** dimension,),
+    }
     heights = Stream(seed, len(SIZES) * 10, Purpose.SCENE).random(SIZES[-1])[:count]
     panels = (
         _cloud_panel(samples, heights),
         _mean_panel(samples),
         _error_panel(sizes_up_to(count), errors, dimension),
     )
-    return Shown(Figure(panels=panels), numbers)
+    return LOOK.show(panels, numbers, axis=" an axis," if dimension > 1 else "", clouds=REPEATS, cell=CELL)
 
 
 def _cloud_panel(samples: Floats, heights: Floats) -> Panel:
     places, x = np.linspace(LOW, HIGH, 161), samples[:2000]
-    return PANELS["cloud"].draw(
+    return LOOK.draw(
+        "cloud",
         {
             "density": (places, normal(places, MEAN, SD)),
             "samples": (x, heights[:2000] * normal(x, MEAN, SD)),
@@ -117,7 +115,8 @@ def _mean_panel(samples: Floats) -> Panel:
     some = np.unique(np.geomspace(1, len(samples), 200).astype(np.int64))
     running = (np.cumsum(samples) / np.arange(1, len(samples) + 1))[some - 1]
     reach = 2.0 * SD / np.sqrt(some)
-    return PANELS["mean"].draw(
+    return LOOK.draw(
+        "mean",
         {"exact": (MEAN,), "above": (some, MEAN + reach), "below": (some, MEAN - reach), "running": (some, running)},
         x=(1.0, float(SIZES[-1])),
         y=(MEAN - 2.0, MEAN + 2.0),
@@ -130,7 +129,8 @@ def _mean_panel(samples: Floats) -> Panel:
 def _error_panel(sizes: Floats, errors: Floats, dimension: int) -> Panel:
     ends = np.array([SIZES[0], SIZES[-1]], dtype=np.float64)
     gaps = (HIGH - LOW) / ends ** (1.0 / dimension)
-    return PANELS["error"].draw(
+    return LOOK.draw(
+        "error",
         {"exact": (ends, SD / np.sqrt(ends)), "rms": (sizes, errors), "gap": (ends, gaps)},
         x=(float(SIZES[0]), float(SIZES[-1])),
         repeats=REPEATS,

@@ -17,10 +17,10 @@ from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.experiments.trajectories.scene import FRAMES, REFERENCE_PX, true_path
 from pftrack.filters.trajectories.whole import Method, Settings, follow, track_error
 from pftrack.teaching.lessons.course.probability import normal
-from pftrack.teaching.lessons.figure import Figure, Panel, ceiling, layouts
-from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
+from pftrack.teaching.lessons.figure import Panel, Shown, ceiling, look
+from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Outcome
 
-PANELS = layouts(__file__)
+LOOK = look(__file__)
 LEAST_Z, MOST_Z = -5.0, 20.0
 GRID: Floats = np.linspace(-10.0, 30.0, 4001)
 """Over which posteriors are integrated."""
@@ -59,12 +59,9 @@ def show(parameters: OutliersParameters, seed: int) -> Shown:
     gaussian, cauchy = (posterior(z, scale, heavy=heavy) for heavy in (False, True))
     means = gaussian_mean(z, scale), float(cauchy_mean(z, scale))
     paths = _filtered_positions("lg", scale, 0), _filtered_positions("lng", scale, seed)
-    numbers = (
-        Number("Mean under Cauchy noise", _mean(cauchy), means[1], NEARLY, reveals=True),
-        Number("Mean under Gaussian noise", _mean(gaussian), means[0], NEARLY),
-    )
+    numbers = {"cauchy": (_mean(cauchy), means[1], NEARLY), "gaussian": (_mean(gaussian), means[0], NEARLY)}
     panels = (_posteriors(parameters, gaussian, cauchy, means), _influence(parameters, means), _track(paths))
-    return Shown(Figure(panels=panels), numbers)
+    return LOOK.show(panels, numbers)
 
 
 def posterior(z: float, scale: float, *, heavy: bool) -> Floats:
@@ -105,7 +102,8 @@ def _posteriors(
     means: tuple[float, float],
 ) -> Panel:
     here = GRID[SEEN]
-    return PANELS["posteriors"].draw(
+    return LOOK.draw(
+        "posteriors",
         {
             "prior": (here, normal(here, 0.0, 1.0)),
             "gaussian": (here, gaussian[SEEN]),
@@ -134,7 +132,8 @@ def _influence(parameters: OutliersParameters, means: tuple[float, float]) -> Pa
     straight = SURPRISES / (1.0 + scale * scale)
     bent = cauchy_mean(SURPRISES, scale)
     low, high = min(straight.min(), bent.min()), max(straight.max(), bent.max())
-    return PANELS["influence"].draw(
+    return LOOK.draw(
+        "influence",
         {
             "straight": (SURPRISES, straight),
             "straight here": (here, np.array(means[:1])),
@@ -155,7 +154,8 @@ def _track(paths: tuple[Floats, Floats]) -> Panel:
     # E has the root of the sum of squares over T, not over the root of T.
     rms = [math.sqrt(FRAMES) * float(track_error(path, TRUTH_PX)) for path in paths]
     gaussian, cauchy = (path[:, 0] for path in paths)
-    return PANELS["track"].draw(
+    return LOOK.draw(
+        "track",
         {
             "truth": (frames, truth),
             "measured": (frames, measured),

@@ -10,8 +10,8 @@ from scipy.special import ndtr
 from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.numerics.random import Generator, Purpose, Stream
-from pftrack.teaching.lessons.figure import Figure, ceiling, layouts
-from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
+from pftrack.teaching.lessons.figure import Shown, ceiling, look
+from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Outcome
 
 
 def normal(x: ArrayLike, mean: float, sd: float) -> Floats:
@@ -64,7 +64,7 @@ class Mixture:
         return tuple(zip(self.shares, self.means, self.sds, strict=True))
 
 
-PANELS = layouts(__file__)
+LOOK = look(__file__)
 LOW, HIGH = -5.0, 5.0
 PLACES: Floats = np.linspace(LOW, HIGH, 401)
 MOST = 20_000
@@ -131,13 +131,14 @@ def show(parameters: ProbabilityParameters, seed: int) -> Shown:
     share = float(np.mean((low < drawn) & (drawn <= high)))
     area = float(heights @ np.diff(edges))
     curve = density.density(PLACES)
-    numbers = (
-        Number("Share of the draws between a and b", share, exact, counting_tolerance(exact, count), reveals=True),
-        Number("Area of the histogram", area, 1.0, 1e-9),
-        Number("Highest density", float(curve.max()), unit="per m", digits=3),
-    )
+    numbers = {
+        "share": (share, exact, counting_tolerance(exact, count)),
+        "area": (area, 1.0, 1e-9),
+        "highest": (float(curve.max()),),
+    }
     top = ceiling(max(0.5, curve.max(), np.sort(heights)[-2:].mean()) * 1.02)
-    panel = PANELS["density"].draw(
+    panel = LOOK.draw(
+        "density",
         {
             **({"one": (1.0,)} if top > 1.0 else {}),
             "density": {"x": PLACES, "y": curve, "area": (low, high)},
@@ -152,7 +153,7 @@ def show(parameters: ProbabilityParameters, seed: int) -> Shown:
         low=low,
         high=high,
     )
-    return Shown(Figure(panels=(panel,)), numbers)
+    return LOOK.show([panel], numbers)
 
 
 def _answer(parameters: ProbabilityParameters, seed: int) -> Answer:

@@ -18,10 +18,10 @@ from pftrack.core.numerics.random import Gaussian
 from pftrack.filters import kalman
 from pftrack.filters.dynamics import random_walk
 from pftrack.teaching.lessons.course.probability import normal
-from pftrack.teaching.lessons.figure import Figure, Panel, ceiling, layouts
-from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
+from pftrack.teaching.lessons.figure import Panel, Shown, ceiling, look
+from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Outcome
 
-PANELS = layouts(__file__)
+LOOK = look(__file__)
 PRIOR_VARIANCE = 9.0
 MEASURED = (0.3, 1.9, 1.1, 2.8, 3.9, 3.0, 5.2, 4.6)
 """Positions in m; whoever measures more often meets them again backwards, as if the target turned round."""
@@ -137,15 +137,13 @@ def show(parameters: RecursionParameters, seed: int) -> Shown:
     past = list(moments(GRID, parameters))
     last = past[-1]
     mean, variance = spread(GRID, last.density)
-    any_step = len(past) > 1
-    numbers = (
-        Number("Variance now, on the grid", variance, last.variance, 1e-4, "m²", reveals=any_step),
-        Number("Mean now, on the grid", mean, float(last.exact.mean[0]), 1e-4, "m", digits=3, reveals=any_step),
-        Number(
-            "Variance that it settles at, measured in every step", _steady_variance(parameters), unit="m²", digits=3
-        ),
-    )
-    return Shown(Figure(panels=(_density_panel(past, parameters.noise), _variance_panel(past))), numbers)
+    now = {"tolerance": 1e-4, "reveals": len(past) > 1}
+    numbers = {
+        "variance": {"value": variance, "exact": last.variance, **now},
+        "mean": {"value": mean, "exact": float(last.exact.mean[0]), **now},
+        "steady": {"value": _steady_variance(parameters)},
+    }
+    return LOOK.show((_density_panel(past, parameters.noise), _variance_panel(past)), numbers)
 
 
 def _steady_variance(parameters: RecursionParameters) -> float:
@@ -169,7 +167,8 @@ def _density_panel(past: list[Moment], noise: float) -> Panel:
         curves["likelihood"] = normal(places, last.measurement, math.sqrt(noise))
         known = known.replace("brings no measurement", f"is a measurement of {last.measurement:g} m")
     highest = max(float(np.max(curve)) for trace, curve in curves.items() if trace != "grid")
-    return PANELS["density"].draw(
+    return LOOK.draw(
+        "density",
         {
             trace: {"x": places, "y": curve, "reveals": after and trace in {"exact", "grid"}}
             for trace, curve in curves.items()
@@ -204,7 +203,7 @@ def _variance_panel(past: list[Moment]) -> Panel:
             traces[f"{'last' if len(known) else 'first'} {name}"] = newest, on_grid[newest]
     recent = ", ".join(f"{variance:.2f}" for variance in variances[:last][-6:])
     up = 0.0, ceiling(1.05 * float(variances.max()))
-    return PANELS["variance"].draw(traces, x=(0.0, max(10.0, float(last))), y=up, recent=recent)
+    return LOOK.draw("variance", traces, x=(0.0, max(10.0, float(last))), y=up, recent=recent)
 
 
 def _answer(parameters: RecursionParameters, seed: int) -> Answer:

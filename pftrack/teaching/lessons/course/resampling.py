@@ -11,8 +11,8 @@ from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.filters.resampling import RESAMPLERS, systematic_parents
 from pftrack.teaching.lessons.course.sir import STEPS, Corridor, cached_walk
-from pftrack.teaching.lessons.figure import Figure, Panel, ceiling, layouts
-from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
+from pftrack.teaching.lessons.figure import Panel, Shown, ceiling, look
+from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Outcome
 
 # Offspring: how many copies each of six particles gets, by a comb or by darts, and how much that scatters.
 
@@ -81,7 +81,7 @@ def _count(parents: Ints) -> Ints:
     return np.bincount(parents, minlength=len(WEIGHTS))
 
 
-PANELS = layouts(__file__)
+LOOK = look(__file__)
 REDRAWS = 400
 """From which the scatter of the copies is shown."""
 REPEATS = 20_000
@@ -119,30 +119,20 @@ def show(parameters: ResamplingParameters, seed: int) -> Shown:
     scattered = _scatter(scheme, count, REDRAWS, seed)
     parents = _parents(scheme, count, seed)
     lines = _lines(parents)
-    numbers = (
-        Number(
-            "Scatter of the copies, sum of variances",
-            float(scattered.mean()),
-            exact_variance(scheme, count),
-            float(4.0 * scattered.std() / np.sqrt(REDRAWS)) + ROUNDING,
-            digits=3,
-            reveals=True,
-        ),
-        Number("First particles with descendants", float(lines[0].sum()), digits=2),
-    )
-    panels = (
-        _weights(parameters, seed),
-        _copies(parameters, seed),
-        _sizes(scheme, seed),
-        _tree(parents, lines),
-    )
-    return Shown(Figure(panels=panels), numbers)
+    chance = float(4.0 * scattered.std() / np.sqrt(REDRAWS)) + ROUNDING
+    numbers = {
+        "scatter": (float(scattered.mean()), exact_variance(scheme, count), chance),
+        "alive": (float(lines[0].sum()),),
+    }
+    panels = _weights(parameters, seed), _copies(parameters, seed), _sizes(scheme, seed), _tree(parents, lines)
+    return LOOK.show(panels, numbers)
 
 
 def _weights(parameters: ResamplingParameters, seed: int) -> Panel:
     count, scheme = parameters.particles, parameters.scheme
     picked = marks(scheme, count, parameters.offset, seed)
-    return PANELS["weights"].draw(
+    return LOOK.draw(
+        "weights",
         {"weights": (count * WEIGHTS,), "marks": (picked, np.full(count, MARK_HEIGHT))},
         turned=parameters if scheme == "systematic" else None,
         x=(0.0, float(count)),
@@ -155,7 +145,8 @@ def _weights(parameters: ResamplingParameters, seed: int) -> Panel:
 def _copies(parameters: ResamplingParameters, seed: int) -> Panel:
     expected = parameters.particles * WEIGHTS
     ours = copies(parameters.scheme, parameters.particles, parameters.offset, seed)
-    return PANELS["copies"].draw(
+    return LOOK.draw(
+        "copies",
         {"copies": (ours.astype(np.float64),), "expected": (np.arange(len(WEIGHTS)), expected)},
         y=(0.0, ceiling(max(float(ours.max()), float(expected.max()) + 1.0))),
         ours=_join(ours),
@@ -166,7 +157,8 @@ def _copies(parameters: ResamplingParameters, seed: int) -> Panel:
 def _sizes(scheme: Scheme, seed: int) -> Panel:
     kept, redrawn = (100.0 * sizes / CROWD for sizes in effective_sizes(scheme, seed))
     steps = np.arange(STEPS + 1.0)
-    return PANELS["sizes"].draw(
+    return LOOK.draw(
+        "sizes",
         {"kept": (steps, kept), "redrawn": (steps, redrawn)},
         x=(0.0, float(STEPS)),
         crowd=CROWD,
@@ -178,7 +170,8 @@ def _sizes(scheme: Scheme, seed: int) -> Panel:
 
 def _tree(parents: Floats, lines: Bools) -> Panel:
     count = parents.shape[1]
-    return PANELS["tree"].draw(
+    return LOOK.draw(
+        "tree",
         {"tree": (parents, np.where(lines, 1.0, FAINT))},
         x=(-0.3, STEPS + 0.3),
         y=(-0.8, count - 0.2),

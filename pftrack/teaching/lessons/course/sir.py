@@ -19,10 +19,10 @@ from pftrack.filters import bootstrap
 from pftrack.filters.particles import ParticleSet
 from pftrack.filters.resampling import Resampler, systematic
 from pftrack.teaching.lessons.course.recursion import GRID, MEASURED, PRIOR_VARIANCE, RecursionParameters, moments
-from pftrack.teaching.lessons.figure import Figure, Panel, ceiling, layouts
-from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Number, Outcome, Shown
+from pftrack.teaching.lessons.figure import Panel, Shown, ceiling, look
+from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Outcome
 
-PANELS = layouts(__file__)
+LOOK = look(__file__)
 LENGTH_M = 100.0
 ACROSS_M = 0.0, LENGTH_M
 DOORS_M = (12.0, 30.0, 41.0, 73.0, 88.0)
@@ -221,7 +221,8 @@ def steps_so_far(redrawn: list[Floats], walk: Walk, exact: Exact, parameters: Si
     columns = exact.given.reshape(STEPS + 1, -1, PER_COLUMN).mean(axis=2)
     every = max(len(redrawn[0]) // MOST_DOTS, 1)
     dots = np.array([places[::every] for places in redrawn])
-    return PANELS["steps"].draw(
+    return LOOK.draw(
+        "steps",
         {
             # The root, since at first it is spread over all of the corridor and at last over a few metres.
             "known": (CELLS_M.reshape(-1, PER_COLUMN).mean(axis=1), steps, np.sqrt(columns)),
@@ -249,7 +250,8 @@ def weigh(cloud: ParticleSet, walk: Walk, exact: Exact, corridor: Corridor, step
         likelihood = corridor.likelihood(CELLS_M, door)
         weight = likelihood / (exact.predicted[step - 1] @ likelihood * CELL_M)
         sensed = "a door" if door else "no door"
-    return PANELS["weighed"].draw(
+    return LOOK.draw(
+        "weighed",
         {
             "likelihood": (CELLS_M[::COARSE], weight[::COARSE]),
             **DOORS,
@@ -268,7 +270,8 @@ def resampled_panel(places: Floats, walk: Walk, exact: Exact, step: int) -> Pane
     """Return the particles of a step after they were redrawn, and the exact density."""
     density = exact.given[step]
     heights = assign_bins(places, np.full(len(places), 1.0 / len(places))) / BIN_M
-    return PANELS["redrawn"].draw(
+    return LOOK.draw(
+        "redrawn",
         {
             "exact": (CELLS_M[::COARSE], density[::COARSE]),
             **DOORS,
@@ -297,23 +300,17 @@ def show(parameters: SirParameters, seed: int) -> Shown:
     step, count = parameters.step, parameters.particles
     clouds = corridor.clouds(walk.doors[:step], count, seed)
     density = exact.given[step]
-    variation = total_variation(clouds[-1], density)
-    allowed = tolerate(density, count)
-    numbers = (Number("Share of the cloud in wrong places (total variation)", variation, 0.0, allowed, digits=3),)
+    numbers = {"variation": (total_variation(clouds[-1], density), 0.0, tolerate(density, count))}
     drawn = [
         places.states[systematic(Stream(seed, after + 1, Purpose.TRACK), places.log_weights, count), 0]
         for after, places in enumerate(clouds)
     ]
-    return Shown(
-        Figure(
-            panels=(
-                steps_so_far(drawn, walk, exact, parameters),
-                weigh(clouds[-1], walk, exact, corridor, step),
-                resampled_panel(drawn[-1], walk, exact, step),
-            )
-        ),
-        numbers,
+    panels = (
+        steps_so_far(drawn, walk, exact, parameters),
+        weigh(clouds[-1], walk, exact, corridor, step),
+        resampled_panel(drawn[-1], walk, exact, step),
     )
+    return LOOK.show(panels, numbers)
 
 
 def tolerate(density: Floats, count: int) -> float:
