@@ -1387,7 +1387,6 @@ export interface PollKept {
   answers: string[];
   /** Of each answer */
   counts: number[];
-  votes: number;
   /** How many were there to answer */
   followers: number;
   /** Of what the class saw */
@@ -1396,6 +1395,8 @@ export interface PollKept {
   lecture: string | null;
   lecture_title: string | null;
   asked: string;
+  /** How many have answered */
+  votes: number;
 }
 
 /** A question to the class, and what was answered. */

@@ -29,7 +29,7 @@ from pftrack.process import (
 )
 from pftrack.teaching.exercises.library import exercise_named_in
 from pftrack.teaching.exercises.properties import PROPERTIES
-from pftrack.teaching.exercises.submission import Check, Exercise, Submission, Verdict
+from pftrack.teaching.exercises.submission import Check, Exercise, SettledError, Submission, Verdict
 
 
 @dataclass(frozen=True)
@@ -129,6 +129,8 @@ def _look(submission: Submission, asked: Check, seed: int) -> Verdict:
         if missing:
             return Verdict(False, f"{submission.code.file} does not define {', '.join(missing)}.", {}, None)
         return known.look(submission, {**known.options, **asked.options}, seed)
+    except SettledError as settled:
+        return settled.verdict
     except FilterFileError as error:
         return Verdict(False, f"{error}.", {}, seed)
 

@@ -2,9 +2,9 @@
 
 Those of single functions call these with arrays made for it; those of a filter compare runs with an exact answer, with
 another tracker, or with the truth. Here are those of weights, which are a distribution, whatever the likelihood says;
-of resampling, which draws so many parents, each so often; and of a tracker, which holds its target. `exact` has those
-with an exact answer and those of how functions go about it. `PROPERTIES` has all by name; their titles, options and
-margins stand in `properties.yaml`.
+of resampling, which draws so many parents, each so often; of a tracker, which holds its target; those with an exact
+answer; and those of how functions go about it. `PROPERTIES` has all by name; their titles, options, margins and what
+their verdicts say stand in `properties.yaml`.
 """
 
 import math
@@ -26,6 +26,7 @@ from pftrack.teaching.exercises.submission import (
     Look,
     Option,
     Options,
+    SettledError,
     Submission,
     Verdict,
     arrays_in,
@@ -34,6 +35,57 @@ from pftrack.teaching.exercises.submission import (
     moments_on_grid,
     student_margin,
 )
+
+
+@dataclass(frozen=True)
+class Property:
+    """Something that should hold of a file.
+
+    Attributes:
+        name: In the heads of exercises.
+        origin: File and line where it is declared.
+        title: What holds, a clause.
+        options: Their defaults; an empty text has to be given.
+        margin: How far a right solution may be off, and how seldom it fails; a sentence for the documentation.
+        words: What a verdict says, by what was found; numbers stand in braces.
+    """
+
+    __pydantic_config__ = CLOSED
+
+    name: str
+    origin: str
+    title: str
+    options: dict[str, Option] = field(default_factory=dict)
+    margin: str = "Nothing in it is left to chance."
+    words: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def look(self) -> Look:
+        """(submission, options, first seed) -> what was found."""
+        return LOOKS[self.name]
+
+
+PROPERTIES: Mapping[str, Property] = {
+    each.name: each for each in read_as(Property, Path(__file__).with_name("properties.yaml"), "name")
+}
+
+
+def _say(
+    found: str, seed: int | None, numbers: Mapping[str, float] | None = None, /, *, holds: bool = False, **said: object
+) -> Verdict:
+    """Return a verdict in the words that the file has for it.
+
+    Args:
+        found: Name of the property, and of its words: "held few".
+        seed: As `Verdict.seed`.
+        numbers: As `Verdict.numbers`; the words may name them.
+        holds: As `Verdict.holds`.
+        **said: What else the words name.
+    """
+    name, _, what = found.partition(" ")
+    numbers = numbers or {}
+    return Verdict(holds, PROPERTIES[name].words[what].format(**{**numbers, **said}), numbers, seed)
+
 
 # Properties of a filter whose exact answer is known, and of how its functions go about their work.
 #
@@ -60,20 +112,16 @@ def evidence(submission: Submission, options: Options, seed: int) -> Verdict:
     off = _differences(submission, options, seed, None)
     worst = seed + int(np.argmax(np.abs(np.where(np.isfinite(off), off, np.inf))))
     if not np.isfinite(off).all():
-        return Verdict(False, f"The evidence is {off[worst - seed]} in the run of seed {worst}.", {}, worst)
+        return _say("evidence endless", worst, off=off[worst - seed], worst=worst)
     spread, mean = float(np.std(off, ddof=1)), float(np.mean(off))
     expected = -0.5 * spread**2
     # That half a variance is known from few runs only, and is exact for a normal law only.
     margin = student_margin(off, RISK) + spread**2
     most = float(options["most_spread"])
     numbers = {"mean": mean, "expected": expected, "margin": margin, "spread": spread, "most_spread": most}
-    words = (
-        f"Over {len(off)} runs of {submission.exercise.frames} frames the log evidence is on average {mean:+.3f} off "
-        f"the exact one, scattered by {spread:.3f}; a right filter's is {expected:+.3f} off, give or take "
-        f"{margin:.3f}, scattered by at most {most:g}. Furthest off is the run of seed {worst}, by "
-        f"{off[worst - seed]:+.3f}."
-    )
-    return Verdict(abs(mean - expected) <= margin and spread <= most, words, numbers, worst)
+    holds = abs(mean - expected) <= margin and spread <= most
+    said = {"runs": len(off), "frames": submission.exercise.frames, "worst": worst, "off": off[worst - seed]}
+    return _say("evidence result", worst, numbers, holds=holds, **said)
 
 
 def moments(submission: Submission, options: Options, seed: int) -> Verdict:
@@ -87,18 +135,14 @@ def moments(submission: Submission, options: Options, seed: int) -> Verdict:
         deviations.append(math.log(max(row.sigma[0], 1e-300) / deviation))
     most = float(options["most_spread"])
     numbers: dict[str, float] = {}
-    holds, told = True, []
+    holds = True
     for name, values in (("mean", np.array(means)), ("sigma", np.array(deviations))):
         off, spread = float(np.mean(values)), float(np.std(values, ddof=1))
         margin = student_margin(values, RISK) + float(options["rounding"])
         holds = holds and abs(off) <= margin and spread <= most
         numbers |= {f"{name}_off": off, f"{name}_margin": margin, f"{name}_spread": spread}
-        unit = "standard deviations of the grid's" if name == "mean" else "of its logarithm"
-        told.append(
-            f"{name} {off:+.3f} {unit}, give or take {margin:.3f}, scattered by {spread:.3f} (at most {most:g})"
-        )
     worst = seed + int(np.argmax(np.abs(means) + np.abs(deviations)))
-    return Verdict(holds, f"Over {len(seeds)} runs, off the grid's on average: {'; '.join(told)}.", numbers, worst)
+    return _say("moments result", worst, numbers, holds=holds, runs=len(seeds), most=most)
 
 
 def steadier(submission: Submission, options: Options, seed: int) -> Verdict:
@@ -108,11 +152,8 @@ def steadier(submission: Submission, options: Options, seed: int) -> Verdict:
         float(np.std(_differences(submission, options, seed, tracker), ddof=1)) for tracker in (None, other)
     )
     ratio, most = mine / theirs, float(options["most"])
-    words = (
-        f"Over {options['runs']} runs the log evidence scatters by {mine:.3f}, and that of {other} by {theirs:.3f}: "
-        f"{ratio:.2f} times, and at most {most:g} are due."
-    )
-    return Verdict(ratio <= most, words, {"mine": mine, "theirs": theirs, "ratio": ratio, "most": most}, seed)
+    numbers = {"mine": mine, "theirs": theirs, "ratio": ratio, "most": most}
+    return _say("steadier ratio", seed, numbers, holds=ratio <= most, runs=options["runs"], other=other)
 
 
 COUNT = 100
@@ -143,12 +184,8 @@ def linear(submission: Submission, options: Options, seed: int) -> Verdict:
                 worst = function
                 numbers = {"exponent": exponent, "count": count, "ms": 1e3 * times[0], "ms_after": 1e3 * times[1]}
             count *= FACTOR
-    words = (
-        f"Of all functions {worst} grows fastest: {numbers['ms']:.3g} ms for {numbers['count']:,.0f} particles and "
-        f"{numbers['ms_after']:.3g} ms for {FACTOR * numbers['count']:,.0f}, as N to the power "
-        f"{numbers['exponent']:.2f}; at most {most:g} is due."
-    )
-    return Verdict(numbers["exponent"] <= most, words, numbers, seed)
+    holds, more = numbers["exponent"] <= most, FACTOR * numbers["count"]
+    return _say("linear growth", seed, numbers, holds=holds, worst=worst, more=more, most=most)
 
 
 def _growth(
@@ -191,9 +228,8 @@ def unchanged(submission: Submission, options: Options, seed: int) -> Verdict:
         for name, array in before.items():
             if not np.array_equal(array, after[name], equal_nan=True):
                 places = int(np.sum(~np.isclose(array, after[name], equal_nan=True, rtol=0, atol=0)))
-                words = f"{function} changes {name}, which belongs to the run, in {places} places; make a copy first."
-                return Verdict(False, words, {"places": float(places)}, seed)
-    return Verdict(True, f"{', '.join(submission.defined)} left what they were given as it was.", {}, seed)
+                return _say("unchanged changed", seed, {"places": float(places)}, function=function, name=name)
+    return _say("unchanged right", seed, holds=True, functions=", ".join(submission.defined))
 
 
 def replays(submission: Submission, options: Options, seed: int) -> Verdict:
@@ -209,15 +245,12 @@ def replays(submission: Submission, options: Options, seed: int) -> Verdict:
         first = arrays_in(_call(submission, function, seed, given), function)
         others = [again(number) for number in range(seed + 1, seed + 8)]
         if not _same(first, again(seed)):
-            words = f"{function} comes to other numbers with the same seed: take randomness from rng, and keep nothing."
-            return Verdict(False, words, {}, seed)
+            return _say("replays differently", seed, function=function)
         if not _same(first, again(seed, fresh)):
-            words = f"{function} comes to other numbers when the file is loaded anew: it remembers what it did before."
-            return Verdict(False, words, {}, seed)
+            return _say("replays remembered", seed, function=function)
         if function in DRAWING and all(_same(first, other) for other in others):
-            words = f"{function} comes to the same numbers whatever the seed is: it does not draw from rng."
-            return Verdict(False, words, {}, seed)
-    return Verdict(True, f"{', '.join(submission.defined)} come to the same numbers with the same seed.", {}, seed)
+            return _say("replays alike", seed, function=function)
+    return _say("replays right", seed, holds=True, functions=", ".join(submission.defined))
 
 
 def _same(one: dict[str, Any], other: dict[str, Any]) -> bool:
@@ -261,38 +294,36 @@ def distribution(submission: Submission, options: Options, seed: int) -> Verdict
 def _of_normalise(submission: Submission, seed: int) -> Verdict:
     for kind, given in _cases(seed).items():
         found = submission.call("normalise", log_weights=given.copy())
-        problem, numbers = _problem(found, given)
-        if problem:
-            return Verdict(False, f"With log weights {kind}, normalise {problem}.", numbers, seed)
-    return Verdict(True, f"They sum to one in all of {len(_cases(seed))} cases.", {}, seed)
+        what, said = _problem(found, given)
+        if what:
+            numbers = {name: value for name, value in said.items() if isinstance(value, float)}
+            return _say(f"distribution {what}", seed, numbers, kind=kind, **said)
+    return _say("distribution right", seed, holds=True, count=len(_cases(seed)), how="sum to one")
 
 
-def _problem(found: object, given: Floats) -> tuple[str, dict[str, float]]:
-    """Return what is wrong, a clause, and its numbers; empty if nothing is."""
+def _problem(found: object, given: Floats) -> tuple[str, dict[str, Any]]:
+    """Return the name of what is wrong, and what its words name, numbers among it; empty if nothing is."""
     if not isinstance(found, tuple) or len(found) != 2:
-        return "returned no pair of log_weights and the logarithm of their sum", {}
+        return "pair", {}
     try:
         logs, log_sum = np.asarray(found[0], dtype=np.float64), float(found[1])
     except (TypeError, ValueError):
-        return "returned what is no array of numbers and a number", {}
+        return "numbers", {}
     if logs.shape != given.shape or np.isnan(logs).any():
-        shape = f"of shape {logs.shape}, {np.isnan(logs).sum()} of them NaN"
-        return f"returned log_weights {shape}; expected {given.shape} numbers", {}
+        return "shape", {"shape": logs.shape, "nan": np.isnan(logs).sum(), "due": given.shape}
     return _compare(logs, log_sum, given)
 
 
-def _compare(logs: Floats, log_sum: float, given: Floats) -> tuple[str, dict[str, float]]:
-    total = float(np.exp(logs).sum())
+def _compare(logs: Floats, log_sum: float, given: Floats) -> tuple[str, dict[str, Any]]:
+    weights, (exact, exact_sum) = np.exp(logs), normalise(given)
+    total, expected = float(weights.sum()), np.exp(exact)
     if abs(total - 1.0) > TOLERANCE:
-        return f"returned weights that sum to {total:.12g}", {"sum": total}
-    exact, exact_sum = normalise(given)
-    if not np.allclose(np.exp(logs), np.exp(exact), rtol=1e-6, atol=TOLERANCE):
-        place = int(np.argmax(np.abs(np.exp(logs) - np.exp(exact))))
-        numbers = {"weight": float(np.exp(logs[place])), "expected": float(np.exp(exact[place]))}
-        return f"gave particle {place} the weight {numbers['weight']:.6g}; expected {numbers['expected']:.6g}", numbers
+        return "sum", {"sum": total}
+    if not np.allclose(weights, expected, rtol=1e-6, atol=TOLERANCE):
+        place = int(np.argmax(np.abs(weights - expected)))
+        return "weight", {"place": place, "weight": float(weights[place]), "expected": float(expected[place])}
     if not np.isclose(log_sum, exact_sum, rtol=TOLERANCE, atol=TOLERANCE):
-        numbers = {"log_sum": log_sum, "expected": float(exact_sum)}
-        return f"returned {log_sum:.6g} as the logarithm of their sum; expected {exact_sum:.6g}", numbers
+        return "log", {"log_sum": log_sum, "expected": float(exact_sum)}
     return "", {}
 
 
@@ -304,20 +335,16 @@ def _of_step(submission: Submission, seed: int) -> Verdict:
         given["log_weights"], _ = normalise(logs)
         found = submission.call("step", rng=generator(seed), **given)
         if not isinstance(found, tuple) or len(found) not in {2, 3}:
-            return Verdict(
-                False, "step must return states and log_weights, and may return ancestors as well.", {}, seed
-            )
+            return _say("distribution step", seed)
         returned = np.asarray(found[1], dtype=np.float64)
         bad = np.isnan(returned) | (returned == np.inf)
         if returned.shape != (len(found[0]),) or bad.any() or not np.isfinite(normalise(returned)[1]):
-            words = f"With log weights {kind}, step returned {bad.sum()} that are NaN or infinite of {returned.shape}."
-            return Verdict(False, words, {"bad": float(bad.sum())}, seed)
+            return _say("distribution infinite", seed, {"bad": float(bad.sum())}, kind=kind, shape=returned.shape)
         dead = np.isneginf(given["log_weights"])
         if len(found) == 3 and dead[np.asarray(found[2])].any():
             parent = int(np.asarray(found[2])[np.argmax(dead[np.asarray(found[2])])])
-            words = f"With log weights {kind}, step drew parent {parent}, whose weight is zero."
-            return Verdict(False, words, {"parent": float(parent)}, seed)
-    return Verdict(True, f"They are a distribution in all of {len(kinds)} cases.", {}, seed)
+            return _say("distribution dead", seed, {"parent": float(parent)}, kind=kind)
+    return _say("distribution right", seed, holds=True, count=len(kinds), how="are a distribution")
 
 
 ROUNDING = 1e-9
@@ -336,24 +363,44 @@ def _weights(seed: int) -> dict[str, Floats]:
     return {name: weights / weights.sum() for name, weights in kinds.items()}
 
 
-def _draw(submission: Submission, weights: Floats, count: int, seed: int, draw: int) -> Ints | str:
-    """Return the places of parents, or what is wrong with what came back, a clause."""
+def _draw(
+    submission: Submission,
+    kind: str,
+    weights: Floats,
+    count: int,
+    seed: int,
+    draw: int = 0,
+    numbers: Mapping[str, float] | None = None,
+) -> Ints:
+    """Return the places of parents.
+
+    Args:
+        submission: Whose `resample` is called.
+        kind: Of weights.
+        weights: They sum to 1.
+        count: Of parents.
+        seed: Of the random numbers.
+        draw: Which of many with this seed.
+        numbers: Of the verdict where something else comes back.
+
+    Raises:
+        SettledError: Something else came back.
+    """
     with np.errstate(divide="ignore"):
         log_weights = np.log(weights)
-    found = submission.call(
-        "resample",
-        log_weights=log_weights,
-        count=count,
-        parameters=submission.parameters,
-        rng=generator(seed, draw),
-    )
+    rng, parameters = generator(seed, draw), submission.parameters
+    found = submission.call("resample", log_weights=log_weights, count=count, parameters=parameters, rng=rng)
     places = np.asarray(found)
+    said: dict[str, Any] = {"type": places.dtype, "shape": places.shape, "due": count, "last": len(weights) - 1}
+    what = ""
     if places.ndim != 1 or places.dtype.kind not in "iu":
-        return f"returned {places.dtype} of shape {places.shape} instead of whole numbers one after the other"
-    if len(places) != count:
-        return f"returned {len(places)} parents where {count} were asked for"
-    if count and (places.min() < 0 or places.max() >= len(weights)):
-        return f"returned the parent {places.min() if places.min() < 0 else places.max()} of 0 to {len(weights) - 1}"
+        what = "type"
+    elif len(places) != count:
+        what, said["got"] = "number", len(places)
+    elif count and (places.min() < 0 or places.max() >= len(weights)):
+        what, said["got"] = "place", places.min() if places.min() < 0 else places.max()
+    if what:
+        raise SettledError(_say(f"keeps-count {what}", seed, numbers, kind=kind, **said))
     return places.astype(np.int64)
 
 
@@ -363,16 +410,12 @@ def keeps_count(submission: Submission, options: Options, seed: int) -> Verdict:
     for kind, weights in _weights(seed).items():
         for count in (len(weights), 1, 2 * len(weights), 3 * len(weights) // 2):
             for number in range(seed, seed + int(options["draws"])):
-                places = _draw(submission, weights, count, number, 0)
-                numbers = {"count": float(count)}
-                if isinstance(places, str):
-                    return Verdict(False, f"With weights that are {kind}, resample {places}.", numbers, number)
+                places = _draw(submission, kind, weights, count, number, numbers={"count": float(count)})
                 dead = np.flatnonzero(weights[places] == 0)
                 if len(dead):
-                    words = f"With {kind}, resample drew parent {places[dead[0]]}, whose weight is zero."
-                    return Verdict(False, words, numbers, number)
+                    return _say("keeps-count dead", number, {"count": float(count)}, kind=kind, parent=places[dead[0]])
                 tried += 1
-    return Verdict(True, f"All {tried} draws had as many parents as were asked for.", {"draws": float(tried)})
+    return _say("keeps-count right", None, {"draws": float(tried)}, holds=True)
 
 
 def unbiased(submission: Submission, options: Options, seed: int) -> Verdict:
@@ -388,9 +431,7 @@ def unbiased(submission: Submission, options: Options, seed: int) -> Verdict:
         count = len(weights)
         children = np.zeros(count)
         for draw in range(draws):
-            places = _draw(submission, weights, count, seed, draw)
-            if isinstance(places, str):
-                return Verdict(False, f"With weights that are {kind}, resample {places}.", {"draw": float(draw)}, seed)
+            places = _draw(submission, kind, weights, count, seed, draw, numbers={"draw": float(draw)})
             children += np.bincount(places, minlength=count)
         margins = bernstein_margin(draws * count * weights * (1.0 - weights), RISK / len(kinds)) / draws
         off = np.abs(children / draws - count * weights)
@@ -403,12 +444,7 @@ def unbiased(submission: Submission, options: Options, seed: int) -> Verdict:
         }
         worst = max(worst, (float(off[place] / margins[place]), kind, numbers), key=lambda each: each[0])
     ratio, kind, numbers = worst
-    words = (
-        f"Furthest off, with weights that are {kind}: particle {numbers['particle']:.0f} had on average "
-        f"{numbers['children']:.3f} children in {draws} draws; expected {numbers['expected']:.3f}, "
-        f"give or take {numbers['margin']:.3f}."
-    )
-    return Verdict(ratio <= 1.0, words, numbers, seed)
+    return _say("unbiased result", seed, numbers, holds=ratio <= 1.0, kind=kind, draws=draws)
 
 
 def even(submission: Submission, options: Options, seed: int) -> Verdict:
@@ -416,21 +452,15 @@ def even(submission: Submission, options: Options, seed: int) -> Verdict:
     for kind, weights in _weights(seed).items():
         count = len(weights)
         for number in range(seed, seed + int(options["draws"])):
-            places = _draw(submission, weights, count, number, 0)
-            if isinstance(places, str):
-                return Verdict(False, f"With weights that are {kind}, resample {places}.", {}, number)
+            places = _draw(submission, kind, weights, count, number)
             children, expected = np.bincount(places, minlength=count), count * weights
             low, high = np.floor(expected - ROUNDING), np.ceil(expected + ROUNDING)
             bad = np.flatnonzero((children < low) | (children > high))
             if len(bad):
                 place = int(bad[0])
                 numbers = {"particle": place, "children": float(children[place]), "expected": float(expected[place])}
-                words = (
-                    f"With weights that are {kind}, particle {place} had {children[place]} children where "
-                    f"{low[place]:.0f} or {high[place]:.0f} are due."
-                )
-                return Verdict(False, words, numbers, number)
-    return Verdict(True, "Each particle had N times its weight children, rounded up or down.", {})
+                return _say("even uneven", number, numbers, kind=kind, low=low[place], high=high[place])
+    return _say("even right", None, holds=True)
 
 
 def threshold(submission: Submission, options: Options, seed: int) -> Verdict:
@@ -449,15 +479,12 @@ def threshold(submission: Submission, options: Options, seed: int) -> Verdict:
             continue  # too close to tell rounding from a mistake
         found = submission.call("should_resample", log_weights=logs, parameters=submission.parameters)
         if not isinstance(found, bool | np.bool_) or bool(found) != (size < share * count):
-            words = (
-                f"The effective sample size is {size:.2f} of {count}, {size / count:.0%}; should_resample returned "
-                f"{found}, and is to be true below {share:.0%}."
-            )
-            return Verdict(False, words, {"effective_sample_size": size, "count": float(count)}, seed)
+            numbers = {"effective_sample_size": size, "count": float(count)}
+            return _say("threshold wrong", seed, numbers, found=found, share=share, part=size / count)
         seen += 1
         if seen == cases:
             break
-    return Verdict(True, f"It was right in all of {seen} cases.", {"cases": float(seen)}, seed)
+    return _say("threshold right", seed, {"cases": float(seen)}, holds=True)
 
 
 LAST = 0.25
@@ -472,11 +499,10 @@ def held(submission: Submission, options: Options, seed: int) -> Verdict:
         for each in range(seed, seed + runs)
         if not _is_held(submission.rows(each), float(options["largest_error"]))
     ]
-    words = f"The target is held in {runs - len(lost)} of {runs} seeds; {needed} are due."
-    if lost:
-        words += f" It is lost in seed {', '.join(map(str, lost[:5]))}{' and others' if len(lost) > 5 else ''}."
     numbers = {"held": float(runs - len(lost)), "runs": float(runs), "needed": float(needed)}
-    return Verdict(runs - len(lost) >= needed, words, numbers, lost[0] if lost else seed)
+    told = ", ".join(map(str, lost[:5])) + (" and others" if len(lost) > 5 else "")
+    what = "held lost" if lost else "held all"
+    return _say(what, lost[0] if lost else seed, numbers, holds=runs - len(lost) >= needed, lost=told)
 
 
 def _is_held(run: Sequence[Diagnostics], largest_error: float) -> bool:
@@ -501,35 +527,4 @@ LOOKS: Mapping[str, Look] = {
     "linear": linear,
     "unchanged": unchanged,
     "replays": replays,
-}
-
-
-@dataclass(frozen=True)
-class Property:
-    """Something that should hold of a file.
-
-    Attributes:
-        name: In the heads of exercises.
-        origin: File and line where it is declared.
-        title: What holds, a clause.
-        options: Their defaults; an empty text has to be given.
-        margin: How far a right solution may be off, and how seldom it fails; a sentence for the documentation.
-    """
-
-    __pydantic_config__ = CLOSED
-
-    name: str
-    origin: str
-    title: str
-    options: dict[str, Option] = field(default_factory=dict)
-    margin: str = "Nothing in it is left to chance."
-
-    @property
-    def look(self) -> Look:
-        """(submission, options, first seed) -> what was found."""
-        return LOOKS[self.name]
-
-
-PROPERTIES: Mapping[str, Property] = {
-    each.name: each for each in read_as(Property, Path(__file__).with_name("properties.yaml"), "name")
 }

@@ -105,6 +105,18 @@ class Verdict:
     seed: int | None = None
 
 
+class SettledError(Exception):
+    """A check has its verdict before its end.
+
+    Attributes:
+        verdict: What was found.
+    """
+
+    def __init__(self, verdict: Verdict) -> None:
+        super().__init__(verdict.words)
+        self.verdict = verdict
+
+
 # A right solution practically never fails by chance: each check that rests on random draws has a false alarm with a
 # probability of `RISK`, shared among all that it compares. Seeds are fixed, so what has passed once passes again.
 

@@ -17,7 +17,7 @@ from typing import Any
 import structlog
 
 from pftrack.core.refusal import RefusedError
-from pftrack.process import MEBIBYTE, Budget, CallError, Ending, Outcome, Pool, Refusal, Reply, WorkerLostError
+from pftrack.process import MEBIBYTE, Budget, CallError, Ending, Pool, WorkerLostError
 from pftrack.teaching.lessons import LESSONS, find
 from pftrack.teaching.lessons.lesson import (
     Answer,
@@ -32,11 +32,12 @@ from pftrack.teaching.lessons.lesson import (
 )
 from pftrack.teaching.lessons.library import Library, read_lessons
 from pftrack.teaching.lessons.notebook import lesson_notebook
-from pftrack_server.core.errors import NotFoundError, UnavailableError
+from pftrack_server.core.errors import ApiError, NotFoundError, UnavailableError
 from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.core.processes import FORK_SERVER
-from pftrack_server.jobs.child_tasks import ChildTasks, Queues, ending_message
+from pftrack_server.jobs.child_tasks import ChildTasks, Queues
 from pftrack_server.jobs.results import DiskCache, digest
+from pftrack_server.store.system_errors import failure_message
 from pftrack_server.teaching import functions
 from pftrack_server.teaching.messages import ComputingPublic, FigureRequest, missing
 
@@ -139,22 +140,14 @@ class LessonResults:
 
     async def _compute(self, name: str, job: Job, function: Callable[..., Any], arguments: tuple[object, ...]) -> None:
         try:
-            outcome: Outcome = await self._queues.take_turn(
-                lambda: self._tasks.answer(function, *arguments, budget=COMPUTED_BUDGET, on_step=job.step)
+            job.result = await self._queues.take_turn(
+                lambda: self._tasks.run_beside(function, *arguments, budget=COMPUTED_BUDGET, on_step=job.step)
             )
-        except Exception:
-            log.exception("a lesson's computation failed", function=function.__name__)
-            outcome = Ending.FAILED
-        match outcome:
-            case Reply(value=dict() as result):
-                job.result = result
-                await asyncio.to_thread(self._kept.write, name, result)
-            case Refusal(message=message):
-                job.problem = f"{message[:1].upper()}{message[1:].rstrip('.')}."
-            case Ending() as how if how is not Ending.FAILED:
-                job.problem = ending_message(how, COMPUTED_BUDGET)
-            case _:
-                job.problem = "This could not be computed; the server's log may say why."
+            await asyncio.to_thread(self._kept.write, name, job.result)
+        except Exception as error:
+            if not isinstance(error, ApiError | RefusedError):
+                log.exception("a lesson's computation failed", function=function.__name__)
+            job.problem = f"{failure_message(error).rstrip('.')}."
         job.ended = time.monotonic()
 
 

@@ -144,16 +144,26 @@ class PollPublic(BaseModel):
 class PollKept(BaseModel):
     """A poll that is over, and how many gave which answer; who did is known to nobody."""
 
+    model_config = ConfigDict(from_attributes=True)
+
     id: str
     question: str
     answers: list[str]
     counts: list[int] = Field(description="Of each answer")
-    votes: int
     followers: int = Field(description="How many were there to answer")
     title: str = Field(description="Of what the class saw")
     lecture: str | None = Field(description="The lecture in which it was asked, if it was in one")
-    lecture_title: str | None
-    asked: str
+    lecture_title: str | None = None
+    asked: str = Field(validation_alias="created")
+
+    @computed_field(description="How many have answered")
+    def votes(self) -> int:
+        """Return the number of answers."""
+        return sum(self.counts)
+
+    def titled(self, lecture_title: str | None) -> Self:
+        """Return it with the title of its lecture."""
+        return self.model_copy(update={"lecture_title": lecture_title})
 
 
 class ForkPublic(BaseModel):

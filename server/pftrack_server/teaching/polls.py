@@ -195,21 +195,7 @@ class PollRecords:
         )
         titles = {row.id: row.title for row in lectures}
         wanted = (row for row in rows if row.id not in hidden and lecture in {None, row.lecture})
-        return [
-            PollKept(
-                id=row.id,
-                question=row.question,
-                answers=row.answers,
-                counts=row.counts,
-                votes=sum(row.counts),
-                followers=row.followers,
-                title=row.title,
-                lecture=row.lecture,
-                lecture_title=titles.get(row.lecture or ""),
-                asked=row.created,
-            )
-            for row in wanted
-        ]
+        return [PollKept.model_validate(row).titled(titles.get(row.lecture or "")) for row in wanted]
 
 
 def polls_csv(polls: list[PollKept]) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, cast
 
-from pftrack.process import Outcome, Reply
+from pftrack.core.refusal import RefusedError
 from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.teaching.lessons import LessonResults
 from tests.apart import run
@@ -14,10 +14,12 @@ from tests.apart import run
 class Answers:
     """Children that answer at once, or never."""
 
-    async def answer(self, function: Callable[[], Any], **_: object) -> Outcome:
+    async def run_beside(self, function: Callable[[], Any], **_: object) -> dict[str, list[int]]:
         if function is heavy:
             await asyncio.Event().wait()
-        return Reply({"numbers": [1]})
+        if function is refused:
+            raise RefusedError("There is nothing to compute")
+        return {"numbers": [1]}
 
 
 def heavy() -> None:
@@ -26,6 +28,10 @@ def heavy() -> None:
 
 def light() -> None:
     """What takes a moment."""
+
+
+def refused() -> None:
+    """What cannot be computed."""
 
 
 async def answer_beside(folder: Path) -> None:
@@ -37,10 +43,14 @@ async def answer_beside(folder: Path) -> None:
     await asyncio.wait_for(job.task, 60)
     assert job.result == {"numbers": [1]}
     assert [each.result for each in slow] == [None, None]
+    failed = await results.get("refused", refused)
+    assert failed.task is not None
+    await asyncio.wait_for(failed.task, 60)
+    assert (failed.result, failed.problem) == (None, "There is nothing to compute.")
     await results.close()
 
 
 def test_a_light_answer_does_not_wait_for_heavy_ones(tmp_path: Path, monkeypatch: Any) -> None:
-    """However many lessons are computed that take minutes."""
+    """However many lessons are computed that take minutes; and one that is refused says why."""
     monkeypatch.setattr("pftrack_server.teaching.lessons.MOMENT_S", 0.05)
     run(answer_beside(tmp_path / "kept"))
