@@ -12,8 +12,8 @@ failures, sessions, comparisons and polls in order, each with its minutes, in on
 - `access`: the one place that checks link, seat and role, for every request and every websocket
 - `follow`, `follows`, `class_routes`: one class, all of them, and their addresses
 - `polls`: a question to the class, and the answers that are kept
-- `lessons`, `functions`, `lesson_views`: lessons, what other processes compute of them, and how pages see them
-- `lectures`, `lecture_file`: lectures, and the file of one
+- `lessons`, `functions`: lessons, and what other processes compute of them
+- `lectures`: lectures, and their files
 """
 
 __all__: list[str] = []

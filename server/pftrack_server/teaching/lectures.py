@@ -1,23 +1,37 @@
 """The lectures of a server: kept as their files, and read when somebody asks for them.
 
-What is known of an item is its title, its page, its minutes, and why it cannot be shown here.
+What is known of an item is its title, its page, its minutes, and why it cannot be shown here. A file is read as hostile
+as a lecturer's lesson is, and written so that a person can go on in it.
+
+---
+title: From Bayes to particles
+items:
+- lesson: bayes
+  minutes: 8
+- poll: Will it survive the pillar?
+  answers: [Yes, No]
+---
+Notes.
 """
 
 import asyncio
 import json
 from base64 import urlsafe_b64encode
 from collections.abc import Sequence
-from typing import Final
+from functools import lru_cache
+from typing import Final, NamedTuple
+
+import yaml
 
 from pftrack.core.refusal import ConflictError, ParameterError, RefusedError
 from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments import find as find_experiment
+from pftrack.teaching.lessons.document import EXPONENT, DocumentError, ask, decode, document_of
 from pftrack.teaching.lessons.lesson import Lesson
 from pftrack_server.core.bodies import printable
 from pftrack_server.core.errors import DamagedError, NotFoundError
 from pftrack_server.store.files import new_name, now
 from pftrack_server.store.tables import LectureRow
-from pftrack_server.teaching.lecture_file import LectureText, read, write
 from pftrack_server.teaching.lessons import Lessons
 from pftrack_server.teaching.messages import (
     Kind,
@@ -43,6 +57,92 @@ USUAL_MINUTES: Final[dict[Kind, float]] = {
     "poll": 2,
 }
 """Of a lesson the lesson itself says how long it takes, where it is here."""
+
+
+LARGEST_BYTES: Final = 128 * 1024
+"""Items may hold whole recipes; a lecture of lessons has a hundredth of it."""
+KEPT: Final = 64
+"""Files whose content is kept as it was read: a long one takes a second, and a list of lectures reads them all."""
+MOST_TOLD: Final = 5
+FENCE: Final = "---"
+WIDTH: Final = 100
+
+
+class LectureText(NamedTuple):
+    """What a file says.
+
+    Attributes:
+        lecture: All of it.
+        lines: Of each item, from 1.
+    """
+
+    lecture: LectureUpdate
+    lines: tuple[int, ...]
+
+
+@lru_cache(KEPT)
+def read_lecture(data: bytes) -> LectureText:
+    """Return what a file says.
+
+    Raises:
+        RefusedError: It is too large, no text, or no lecture; the sentence names the lines.
+    """
+    if len(data) > LARGEST_BYTES:
+        raise RefusedError(f"The file is larger than {LARGEST_BYTES // 1024} KiB, which no lecture needs.")
+    try:
+        document = document_of(decode(data))
+    except DocumentError as error:
+        raise _refusal([error]) from None
+    head = ask(document, LectureUpdate, "a lecture", "docs/how-to/lectures.md")
+    if isinstance(head, list):
+        raise _refusal(head)
+    lines = tuple(document.line(("items", place)) for place in range(len(head.items)))
+    whole = {**dict(head), "notes": document.text or head.notes}
+    if len(document.text) > _longest_notes():
+        message = f"the text has more than the {_longest_notes():,} characters that notes may have"
+        raise _refusal([DocumentError(document.text_line, message)])
+    return LectureText(LectureUpdate.model_construct(**whole), lines)
+
+
+def write_lecture(lecture: LectureUpdate) -> str:
+    """Return the text of a lecture's file.
+
+    Raises:
+        RefusedError: It is too large.
+    """
+    head = {
+        "title": lecture.title,
+        "items": [it.model_dump(mode="json", exclude_defaults=True) for it in lecture.items],
+    }
+    listed = yaml.dump(head, Dumper=_Writer, sort_keys=False, allow_unicode=True, width=WIDTH)
+    text = f"{FENCE}\n{listed}{FENCE}\n" + (f"{lecture.notes.strip()}\n" if lecture.notes.strip() else "")
+    if len(text.encode()) > LARGEST_BYTES:
+        raise RefusedError(f"The lecture would have more than {LARGEST_BYTES // 1024} KiB; leave an item out.")
+    return text
+
+
+class _Writer(yaml.SafeDumper):  # type: ignore[misc]  # PyYAML has no types
+    """Writes what is read as the same, in which a number may have an exponent without a point."""
+
+    def represent_str(self, data: str) -> yaml.ScalarNode:
+        """Put a text into quotes that would be read as a number."""
+        style = "'" if EXPONENT.fullmatch(data) else None
+        return self.represent_scalar("tag:yaml.org,2002:str", data, style)
+
+
+_Writer.add_representer(str, _Writer.represent_str)
+
+
+def _longest_notes() -> int:
+    [longest] = [each.max_length for each in LectureUpdate.model_fields["notes"].metadata]
+    return int(longest)
+
+
+def _refusal(errors: list[DocumentError]) -> RefusedError:
+    told = [f"line {error.line}: {error.message}" if error.line else error.message for error in errors[:MOST_TOLD]]
+    more = f"; and {len(errors) - MOST_TOLD} more" if len(errors) > MOST_TOLD else ""
+    sentence = "; ".join(told)
+    return RefusedError(f"{sentence[:1].upper()}{sentence[1:]}{more}.", field="file")
 
 
 class Lectures:
@@ -93,7 +193,7 @@ class Lectures:
             NotFoundError: A run that it names is not here.
             RefusedError: It is too large.
         """
-        return await self._keep(await asyncio.to_thread(write, await self._self_contained(lecture)))
+        return await self._keep(await asyncio.to_thread(write_lecture, await self._self_contained(lecture)))
 
     async def bring_in(self, data: bytes) -> LecturePublic:
         """Keep a lecture that somebody wrote or sent, as it was written; items not found here are told by their line.
@@ -102,7 +202,7 @@ class Lectures:
             ConflictError: There are as many as there may be.
             RefusedError: It is no lecture.
         """
-        await asyncio.to_thread(read, data)
+        await asyncio.to_thread(read_lecture, data)
         return await self._keep(data.decode("utf-8-sig"))
 
     async def change(self, name: str, lecture: LectureUpdate) -> LecturePublic:
@@ -113,7 +213,7 @@ class Lectures:
             RefusedError: It is too large.
         """
         row = await self._row(name)
-        text = await asyncio.to_thread(write, await self._self_contained(lecture))
+        text = await asyncio.to_thread(write_lecture, await self._self_contained(lecture))
         return await self._save(LectureRow(id=name, title=lecture.title, text=text, created=row.created, updated=now()))
 
     async def remove(self, name: str) -> None:
@@ -130,14 +230,14 @@ class Lectures:
     async def _keep(self, text: str) -> LecturePublic:
         if await asyncio.to_thread(self._store.count, LectureRow) >= MOST:
             raise ConflictError(f"The server keeps at most {MOST} lectures; delete one first.")
-        lecture, _ = await asyncio.to_thread(read, text.encode())
+        lecture, _ = await asyncio.to_thread(read_lecture, text.encode())
         moment = now()
         return await self._save(
             LectureRow(id=new_name(), title=lecture.title, text=text, created=moment, updated=moment)
         )
 
     async def _save(self, row: LectureRow) -> LecturePublic:
-        text = await asyncio.to_thread(read, row.text.encode())
+        text = await asyncio.to_thread(read_lecture, row.text.encode())
         _check_names(text)
         public = await self._public(row, text)
         await asyncio.to_thread(self._store.save, row)
@@ -244,7 +344,7 @@ class Lectures:
 def _readable(row: LectureRow) -> LectureText | None:
     """Return what a stored file says; None if it cannot be read any more."""
     try:
-        return read(row.text.encode())
+        return read_lecture(row.text.encode())
     except RefusedError:
         return None
 

@@ -140,10 +140,11 @@ class LessonResults:
 
     async def _compute(self, name: str, job: Job, function: Callable[..., Any], arguments: tuple[object, ...]) -> None:
         try:
-            job.result = await self._queues.take_turn(
+            result: dict[str, Any] = await self._queues.take_turn(
                 lambda: self._tasks.run_beside(function, *arguments, budget=COMPUTED_BUDGET, on_step=job.step)
             )
-            await asyncio.to_thread(self._kept.write, name, job.result)
+            job.result = result
+            await asyncio.to_thread(self._kept.write, name, result)
         except Exception as error:
             if not isinstance(error, ApiError | RefusedError):
                 log.exception("a lesson's computation failed", function=function.__name__)

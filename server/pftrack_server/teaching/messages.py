@@ -156,7 +156,8 @@ class PollKept(BaseModel):
     lecture_title: str | None = None
     asked: str = Field(validation_alias="created")
 
-    @computed_field(description="How many have answered")
+    @computed_field(description="How many have answered")  # type: ignore[prop-decorator]
+    @property
     def votes(self) -> int:
         """Return the number of answers."""
         return sum(self.counts)

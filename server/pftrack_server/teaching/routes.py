@@ -14,7 +14,9 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, FastAPI, Path, Request
 from starlette.responses import RedirectResponse, Response
 
-from pftrack.teaching.lessons.lesson import Lesson
+from pftrack.core.model.parameters import declarations, flat, revise
+from pftrack.teaching.lessons.lesson import Demonstration, Lesson, Scenario, question_recipe
+from pftrack.teaching.lessons.library import Library
 from pftrack_server.core.base_path import address_of
 from pftrack_server.core.errors import NotFoundError
 from pftrack_server.core.requests import service
@@ -23,10 +25,11 @@ from pftrack_server.teaching.access import AccessGuard
 from pftrack_server.teaching.class_routes import AFollower, TheLessons
 from pftrack_server.teaching.follows import Follows
 from pftrack_server.teaching.lectures import Lectures
-from pftrack_server.teaching.lesson_views import checks_view, detail_view, list_view
 from pftrack_server.teaching.lessons import Job, Lessons
 from pftrack_server.teaching.messages import (
     AnswerRequest,
+    CheckedPublic,
+    CheckPublic,
     ChecksPublic,
     ComputingPublic,
     FigurePublic,
@@ -35,8 +38,13 @@ from pftrack_server.teaching.messages import (
     LectureSummary,
     LectureUpdate,
     LessonDetail,
+    LessonPublic,
     LessonsPublic,
+    NeighbourPublic,
+    QuestionPublic,
+    ScenarioPublic,
     VerdictPublic,
+    missing,
 )
 from pftrack_server.teaching.polls import PollRecords
 from pftrack_server.web.pages import page
@@ -83,16 +91,80 @@ ALesson = Annotated[Lesson, Depends(_lesson)]
 LectureName = Annotated[str, Path(max_length=64)]
 
 
+# Lessons as pages see them: texts as HTML, controls as sessions have them, and questions without their answers.
+
+
+def _list_view(library: Library) -> LessonsPublic:
+    """Return all lessons as the overview shows them."""
+    return LessonsPublic(lessons=[_brief(each) for each in library.lessons.values()], problems=list(library.problems))
+
+
+def _detail_view(lesson: Lesson, library: Library) -> LessonDetail:
+    """Return a lesson with all that its page needs."""
+    body = lesson.body
+    at = dict(lesson.question.at)
+    parameters = body.parameters if isinstance(body, Demonstration) else None
+    defaults = flat(parameters) if parameters else {}
+    declared = declarations(type(parameters)) if parameters else ()
+    order = [None, *library.lessons.values(), None]
+    place = [each and each.id for each in order].index(lesson.id)
+    before, after = (each and NeighbourPublic.model_validate(each) for each in (order[place - 1], order[place + 1]))
+    scenario = ScenarioPublic.model_validate(body) if isinstance(body, Scenario) else None
+    return LessonDetail(
+        **dict(_brief(lesson)),
+        idea=lesson.idea,
+        tries=list(lesson.tries),
+        notice=lesson.notice,
+        declarations=list(declared),
+        defaults=defaults,
+        random=isinstance(body, Demonstration) and body.random,
+        seed=body.seed if isinstance(body, Demonstration) else body.recipe.seed,
+        question=QuestionPublic.model_validate(lesson.question),
+        asked=flat(revise(parameters, at)) if parameters else at,
+        # Its question may be about another run than the one that it begins with.
+        scenario=scenario and scenario.model_copy(update={"recipe": question_recipe(lesson)}),
+        previous=before,
+        next=after,
+    )
+
+
+def _checks_view(lesson: Lesson, job: Job) -> ChecksPublic:
+    """Return what the checks of a lesson came to so far."""
+    total = len(lesson.checks)
+    if job.problem:
+        failed = [CheckedPublic(check=each.name, title=each.title, problem=job.problem) for each in lesson.checks]
+        return ChecksPublic(done=total, total=total, results=failed)
+    if job.result is None:
+        return ChecksPublic(done=min(job.done, total), total=total, results=[])
+    results = [CheckedPublic.model_validate(each) for each in job.result["results"]]
+    return ChecksPublic(done=total, total=total, results=results)
+
+
+def _brief(lesson: Lesson) -> LessonPublic:
+    scenario = lesson.body if isinstance(lesson.body, Scenario) else None
+    return LessonPublic(
+        id=lesson.id,
+        number=lesson.number,
+        title=lesson.title,
+        kind="scenario" if scenario else "demonstration",
+        origin=lesson.origin,
+        checks=[CheckPublic.model_validate(each) for each in lesson.checks],
+        uses=[ScenarioPublic.model_validate(each) for each in lesson.uses],
+        minutes=lesson.minutes,
+        problem=missing(scenario.experiment) if scenario else None,
+    )
+
+
 @router.get("")
 async def list_lessons(lessons: TheLessons) -> LessonsPublic:
     """List all lessons, and what is wrong with those of lecturers that cannot be read."""
-    return list_view(await lessons.all())
+    return _list_view(await lessons.all())
 
 
 @router.get("/{lesson}")
 async def show_lesson(lesson: ALesson, lessons: TheLessons) -> LessonDetail:
     """Tell everything about a lesson but the answer of its question."""
-    return detail_view(lesson, await lessons.all())
+    return _detail_view(lesson, await lessons.all())
 
 
 @router.post("/{lesson}/figure", response_class=Response, responses={200: {"model": FigurePublic}})
@@ -130,7 +202,7 @@ async def notebook(lesson: ALesson, lessons: TheLessons) -> Response:
 @router.get("/{lesson}/checks")
 async def checks(lesson: ALesson, lessons: TheLessons) -> ChecksPublic:
     """Compute what a lesson claims, and tell how far that is; ask again until all is done."""
-    return checks_view(lesson, await lessons.checks(lesson) if lesson.checks else Job())
+    return _checks_view(lesson, await lessons.checks(lesson) if lesson.checks else Job())
 
 
 @lectures_router.get("")

@@ -10,7 +10,7 @@ import pytest
 
 from pftrack_server.core.settings import Settings
 from pftrack_server.store.tables import LectureRow
-from pftrack_server.teaching.lecture_file import LARGEST_BYTES, read, write
+from pftrack_server.teaching.lectures import LARGEST_BYTES, read_lecture, write_lecture
 from pftrack_server.teaching.messages import KINDS
 from tests.server.host import begin, error_of, running
 
@@ -117,7 +117,7 @@ def test_the_documentation_shows_a_lecture() -> None:
     """The example of the page on lectures is one, of every kind of item."""
     page = (Path(__file__).parents[3] / "docs" / "how-to" / "lectures.md").read_text()
     example = page.split("```markdown\n")[1].split("```")[0]
-    lecture, lines = read(example.encode())
+    lecture, lines = read_lecture(example.encode())
     assert {item.kind for item in lecture.items} == set(KINDS)
     assert [example.splitlines()[line - 1][:2] for line in lines] == ["- "] * len(lines)
 
@@ -165,7 +165,7 @@ def test_an_order_of_the_page(client: httpx.Client) -> None:
     assert [each["recipe"]["seed"] for each in fragment(compared["page"])["runs"]] == [7, 7]
     assert poll["asks"]["answers"] == ["yes", "- off", "1e5"]
     text = client.get(f"/api/v1/lectures/{lecture['id']}/file").text
-    assert write(read(text.encode()).lecture) == text
+    assert write_lecture(read_lecture(text.encode()).lecture) == text
 
     address = f"/api/v1/lectures/{lecture['id']}"
     turned = [each["item"] for each in reversed(lecture["items"])]
