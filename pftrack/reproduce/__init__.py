@@ -48,17 +48,20 @@ class Result:
     Attributes:
         name: In commands and records.
         study: Module of this package.
-        function: The study's, from a pool, and whether the whole protocol is to be run, to findings.
-        quick_s: Processor time of the quick form, s, as measured on one core; 0 where there is none.
-        full_s: The same of the full one. The cheap ones come first, and a bar says how long is left.
+        function: The study's, which yields findings, given a pool and whether the whole protocol is to be run.
+        full_s: Processor time of the full form, s, as measured on one core. The cheap ones come first, and a bar says
+            how long is left.
+        quick_s: The same of the quick one.
+        only_full: Why there is no quick one; empty if there is.
         origin: File and line where it is declared.
     """
 
     name: str
     study: str
     function: str
-    quick_s: float
     full_s: float
+    quick_s: float = 0.0
+    only_full: str = ""
     origin: str = ""
 
     @property
@@ -67,9 +70,10 @@ class Result:
         return f"pftrack.reproduce.{self.study}"
 
     def compute(self, pool: Pool, full: bool) -> list[Finding]:
-        """Compute it."""
-        found: list[Finding] = getattr(import_module(self.module), self.function)(pool, full)
-        return found
+        """Compute it; without a quick form, say why."""
+        if self.only_full and not full:
+            return [not_run(self.name, self.only_full)]
+        return list(getattr(import_module(self.module), self.function)(pool, full))
 
 
 RESULTS = {one.name: one for one in read_as(Result, Path(__file__).with_name("results.yaml"), "name")}

@@ -22,11 +22,11 @@ import pyarrow.parquet as pq
 from pftrack.core.model.parameters import Value
 from pftrack.core.numerics.statistics import chi_square, rank_sum
 from pftrack.experiments.shared.recording import LAYOUTS
-from pftrack.reproduce.finding import Finding, References
+from pftrack.reproduce.finding import Findings, References
 from pftrack.reproduce.pool import RUNS_A_PIECE, Pool
 from pftrack.sweep import Plan, Result
 from pftrack.sweep.axis import Axis
-from pftrack.sweep.cells import CellMap, Code, quantity_named, samples, significance
+from pftrack.sweep.cells import CellMap, Code, quantity_named, samples
 from pftrack.sweep.cells import cells as map_cells
 from pftrack.sweep.cells import compare as compare_methods
 from pftrack.sweep.table import Chunks
@@ -144,16 +144,17 @@ def _cells(table: pa.Table, scene: Scene, **which: Value) -> dict[tuple[int, int
     }
 
 
-def _compare_cells(name: str, found: Mapping[tuple[int, int], Tally], tracker: str) -> list[Finding]:
+def _compare_cells(name: str, found: Mapping[tuple[int, int], Tally], tracker: str) -> Findings:
     """Judge the success of each cell by that of the reference."""
-    return [REFERENCES.judge(name, cell.success, tracker, *place, runs=cell.runs) for place, cell in found.items()]
+    for place, cell in found.items():
+        yield REFERENCES.judge(name, cell.success, tracker, *place, runs=cell.runs)
 
 
 QUICK_WIDER = 2.2
 """Of four layouts of twenty."""
 
 
-def coarse_map(pool: Pool, full: bool) -> list[Finding]:
+def coarse_map(pool: Pool, full: bool) -> Findings:
     """Success, error and sampler shares on 25 cells, for every tracker and weight rule of the reference.
 
     The quick form has a run for each cell and every fifth layout, for pooled figures but not for single cells.
@@ -162,39 +163,38 @@ def coarse_map(pool: Pool, full: bool) -> list[Finding]:
     trackers = tuple(REFERENCES.table("pooled"))
     table = rows(pool, scene.plan(trackers, 10 if full else 1))
     wider = 1.0 if full else QUICK_WIDER
-    findings = []
     pooled: dict[str, float] = {}
     for tracker in trackers:
         whole = tally(table, tracker=tracker)
         pooled[tracker] = whole.success
-        findings.append(REFERENCES.judge("pooled", whole.success, tracker, wider=wider))
-        findings.append(REFERENCES.judge("observed", whole.observation_share, tracker))
+        yield REFERENCES.judge("pooled", whole.success, tracker, wider=wider)
+        yield REFERENCES.judge("observed", whole.observation_share, tracker)
         if full:
-            findings.append(REFERENCES.judge("pooled-error", whole.error, tracker))
-            findings += _compare_cells("cell", _cells(table, COARSE, tracker=tracker), tracker)
+            yield REFERENCES.judge("pooled-error", whole.error, tracker)
+            yield from _compare_cells("cell", _cells(table, COARSE, tracker=tracker), tracker)
     trackers = tuple(REFERENCES.table("corrected"))
     corrected = rows(pool, scene.plan(trackers, 5 if full else 1, apf_weights="corrected"))
     for tracker in trackers:
         pooled[f"{tracker} corrected"] = tally(corrected, tracker=tracker).success
-        findings.append(REFERENCES.judge("corrected", pooled[f"{tracker} corrected"], tracker, wider=wider))
+        yield REFERENCES.judge("corrected", pooled[f"{tracker} corrected"], tracker, wider=wider)
     gaps = {
         "hard-beats-soft": pooled["h-spf"] - pooled["s-spf"],
         "switching-beats-observation": pooled["h-spf"] - pooled["apf"],
         "hard-beats-soft-corrected": pooled["h-spf corrected"] - pooled["s-spf corrected"],
     }
-    findings += [REFERENCES.judge(name, gap) for name, gap in gaps.items()]
-    return findings + (_tests(table) if full else [])
+    yield from (REFERENCES.judge(name, gap) for name, gap in gaps.items())
+    if full:
+        yield from _tests(table)
 
 
-def _tests(table: pa.Table) -> list[Finding]:
+def _tests(table: pa.Table) -> Findings:
     """Count the cells in which two trackers differ at 1 %, by success and by error."""
     found = {it: list(_cells(table, COARSE, tracker=it).values()) for it in ("h-spf", "s-spf", "pc-pf")}
-    findings = []
     for other, fewest in {"s-spf": 7, "pc-pf": 11}.items():
         better, worse = _significant(found["h-spf"], found[other])
-        findings.append(REFERENCES.judge("cells-better", better, other, holds=better >= fewest and worse == 0))
+        yield REFERENCES.judge("cells-better", better, other, holds=better >= fewest and worse == 0)
     smaller, larger = _smaller_errors(found["h-spf"], found["s-spf"])
-    return [*findings, REFERENCES.judge("cells-nearer", smaller, holds=smaller >= 8 and larger == 0)]
+    yield REFERENCES.judge("cells-nearer", smaller, holds=smaller >= 8 and larger == 0)
 
 
 def _significant(first: Sequence[Tally], second: Sequence[Tally]) -> tuple[int, int]:
@@ -263,15 +263,13 @@ def plans(full: bool) -> dict[str, Plan]:
     }
 
 
-def whole_protocol(pool: Pool, full: bool) -> list[Finding]:
+def whole_protocol(pool: Pool, full: bool) -> Findings:
     """Carry the sweeps out, draw the figures if there is a folder for them, and judge what is said of the maps."""
-    if not full:
-        return [REFERENCES.not_run("few-cells")]
     with TemporaryDirectory() as scratch:
         folder = pool.folder or Path(scratch)
         maps = Maps(**{name: pool.sweep(plan, folder / f"{name}.parquet") for name, plan in plans(full).items()})
         pool.draw(lambda: draw(maps))
-        return _judge(maps)
+        yield from _judge(maps)
 
 
 def draw(maps: Maps) -> "dict[str, Figure]":
@@ -295,46 +293,37 @@ def draw(maps: Maps) -> "dict[str, Figure]":
     }
 
 
-def _judge(maps: Maps) -> list[Finding]:
+def _judge(maps: Maps) -> Findings:
     found = map_cells(maps.methods, RADIUS, WIDTH)
     hard, soft, noise = (_share_above(found[tracker], 0.5) for tracker in ("h-spf", "s-spf", "pc-pf"))
-    return [
-        REFERENCES.judge("small-region", _share_above(found["pc-pf"], 0.9)),
-        REFERENCES.judge("large-look-alikes", _success_where(found["pc-pf"], radius_above=10)),
-        REFERENCES.judge("wide-region", hard - soft, holds=hard > soft > noise),
-        *_count_tested(maps),
-        *_by_count(maps),
-    ]
+    yield REFERENCES.judge("small-region", _share_above(found["pc-pf"], 0.9))
+    yield REFERENCES.judge("large-look-alikes", _success_where(found["pc-pf"], radius_above=10))
+    yield REFERENCES.judge("wide-region", hard - soft, holds=hard > soft > noise)
+    yield from _count_tested(maps)
+    yield from _by_count(maps)
 
 
-def _count_tested(maps: Maps) -> list[Finding]:
+def _count_tested(maps: Maps) -> Findings:
     """Count the cells in which one is better at 1 %; one cell in a hundred may be so by chance."""
     found = map_cells(maps.methods, RADIUS, WIDTH)
-    error = quantity_named(maps.methods.plan, "error")
-    errors = samples(maps.methods, error, RADIUS, WIDTH)
-    findings = []
-    for other in ("s-spf", "pc-pf"):
-        by_test = {
-            "success, chi-square": significance(found["h-spf"], found[other]),
-            "error, rank-sum": compare_methods(error, found, errors, "h-spf", other).significance(),
-        }
-        for kind, tested in by_test.items():
-            better, worse = (int((tested.codes == code).sum()) for code in (Code.FIRST_BETTER, Code.SECOND_BETTER))
-            findings.append(REFERENCES.judge("map-cells", better, other, kind, holds=better > 20 * max(worse, 1)))
-    return findings
+    by_test = {"success, chi-square": "success", "error, rank-sum": "error"}
+    for other, (kind, name) in product(("s-spf", "pc-pf"), by_test.items()):
+        quantity = quantity_named(maps.methods.plan, name)
+        values = samples(maps.methods, quantity, RADIUS, WIDTH)
+        codes = compare_methods(quantity, found, values, "h-spf", other).significance().codes
+        better, worse = (int((codes == code).sum()) for code in (Code.FIRST_BETTER, Code.SECOND_BETTER))
+        yield REFERENCES.judge("map-cells", better, other, kind, holds=better > 20 * max(worse, 1))
 
 
-def _by_count(maps: Maps) -> list[Finding]:
-    findings = []
+def _by_count(maps: Maps) -> Findings:
     fewer, middle, more = (map_cells(one, RADIUS, WIDTH) for one in (maps.fewer, maps.methods, maps.more))
     for tracker in SWITCHING:
         success = [float(found[tracker].rate.mean()) for found in (fewer, middle, more)]
         holds = success[0] > success[1] > success[2]
         known = ~(np.isnan(fewer[tracker].mean_error) | np.isnan(more[tracker].mean_error))
         change = (fewer[tracker].mean_error - more[tracker].mean_error)[known].mean()
-        findings.append(REFERENCES.judge("fewer-succeed", success[0] - success[2], tracker, holds=holds))
-        findings.append(REFERENCES.judge("fewer-nearer", change, tracker))
-    return findings
+        yield REFERENCES.judge("fewer-succeed", success[0] - success[2], tracker, holds=holds)
+        yield REFERENCES.judge("fewer-nearer", change, tracker)
 
 
 def _share_above(found: CellMap, rate: float) -> float:
@@ -355,28 +344,27 @@ def _success_where(found: CellMap, *, radius_above: float) -> float:
 # ahead by little.
 
 
-def wide_swing(pool: Pool, full: bool) -> list[Finding]:
+def wide_swing(pool: Pool, full: bool) -> Findings:
     """Success and error on 25 cells and over the number of particles; the quick form has two layouts of the twenty."""
     swing = REFERENCES.settings["scenes"]["swing"]
     scene = replace(COARSE, layouts=20 if full else 2, values=swing)
     trackers = tuple(REFERENCES.table("swing"))
     table = rows(pool, scene.plan(trackers, 5 if full else 1))
-    findings = []
     for tracker in trackers:
         whole = tally(table, tracker=tracker)
-        findings.append(REFERENCES.judge("swing", whole.success, tracker, wider=1.0 if full else 3.0))
+        yield REFERENCES.judge("swing", whole.success, tracker, wider=1.0 if full else 3.0)
         if full:
-            findings.append(REFERENCES.judge("swing-error", whole.error, tracker))
+            yield REFERENCES.judge("swing-error", whole.error, tracker)
     if not full:
-        return findings
+        return
     for tracker in REFERENCES.table("swing-cell"):
-        findings += _compare_cells("swing-cell", _cells(table, scene, tracker=tracker), tracker)
+        yield from _compare_cells("swing-cell", _cells(table, scene, tracker=tracker), tracker)
     trackers = tuple(REFERENCES.table("swing-corrected"))
     corrected = rows(pool, scene.plan(trackers, 2, apf_weights="corrected"))
     for tracker in trackers:
         whole = tally(corrected, tracker=tracker)
-        findings.append(REFERENCES.judge("swing-corrected", whole.success, tracker))
-        findings.append(REFERENCES.judge("swing-corrected-error", whole.error, tracker))
+        yield REFERENCES.judge("swing-corrected", whole.success, tracker)
+        yield REFERENCES.judge("swing-corrected-error", whole.error, tracker)
     counts = REFERENCES.table("swing-count")
     scene = replace(SIXTEEN, values=swing, axes=(Axis("sample_count", tuple(counts["h-spf"])),))
     table = rows(pool, scene.plan(tuple(counts), 2))
@@ -384,9 +372,8 @@ def wide_swing(pool: Pool, full: bool) -> list[Finding]:
         by_count = {count: tally(table, tracker=tracker, sample_count=count) for count in references}
         for count, whole in by_count.items():
             ground = "stated" if count >= 200 else "trials"
-            findings.append(REFERENCES.judge("swing-count", whole.success, tracker, count, ground=ground))
-        findings.append(REFERENCES.judge("swing-falls", by_count[200].error - by_count[1600].error, tracker))
-    return findings
+            yield REFERENCES.judge("swing-count", whole.success, tracker, count, ground=ground)
+        yield REFERENCES.judge("swing-falls", by_count[200].error - by_count[1600].error, tracker)
 
 
 # The study of the number of particles (Bando 2007, ch. 3 section 3.3) pools sixteen cells. In Bando 2007 fewer
@@ -397,29 +384,27 @@ QUICK_COUNT_WIDER = 2.0
 """Of five layouts of twenty."""
 
 
-def sample_count(pool: Pool, full: bool) -> list[Finding]:
+def sample_count(pool: Pool, full: bool) -> Findings:
     """Success and error over the number of particles, pooled over sixteen cells, and the cells with 800 particles."""
     stated = REFERENCES.table("count")
     counts = tuple(stated["h-spf"]) if full else (50, 100, 200, 800, 1600)
     scene = replace(SIXTEEN, layouts=20 if full else 5, axes=(Axis("sample_count", counts),))
     table = rows(pool, scene.plan(tuple(stated), 4 if full else 1))
-    findings = []
     for tracker in stated:
         pooled = {count: tally(table, tracker=tracker, sample_count=count) for count in counts}
         for count, whole in pooled.items():
             ground = "fewer" if not full else "seeds" if count == 100 else "stated"
             wider = 1.0 if full else QUICK_COUNT_WIDER
-            findings.append(REFERENCES.judge("count", whole.success, tracker, count, wider=wider, ground=ground))
+            yield REFERENCES.judge("count", whole.success, tracker, count, wider=wider, ground=ground)
             if full and count >= 200:
-                findings.append(REFERENCES.judge("count-error", whole.error, tracker, count))
+                yield REFERENCES.judge("count-error", whole.error, tracker, count)
         if full:
             found = _cells(table, SIXTEEN, tracker=tracker, sample_count=800)
-            findings += _compare_cells("count-cell", found, tracker)
+            yield from _compare_cells("count-cell", found, tracker)
         success = {count: whole.success for count, whole in pooled.items()}
         peaks = success[200] > success[800] > success[1600] and success[50] < success[100] < success[200]
-        findings.append(REFERENCES.judge("count-peaks", success[200] - success[1600], tracker, holds=peaks))
-        findings.append(REFERENCES.judge("count-falls", pooled[200].error - pooled[1600].error, tracker))
-    return findings
+        yield REFERENCES.judge("count-peaks", success[200] - success[1600], tracker, holds=peaks)
+        yield REFERENCES.judge("count-falls", pooled[200].error - pooled[1600].error, tracker)
 
 
 # The scene and the trackers are varied one by one; nine cells are pooled. The order of the methods survives almost
@@ -431,11 +416,10 @@ TRACKERS = ("h-spf", "s-spf", "pc-pf")
 QUICK = "baseline", "rho 5 %", "rho 1 %", "matched swing", "corrected weights"
 
 
-def variations(pool: Pool, full: bool) -> list[Finding]:
+def variations(pool: Pool, full: bool) -> Findings:
     """Success and error of the three methods under each variation; the quick form has four layouts of the twenty."""
     scene, trials = replace(VARIED, layouts=20 if full else 4), 2 if full else 1
     errors = REFERENCES.table("variation-error")
-    findings = []
     varied = REFERENCES.settings["variations"]
     for name in varied if full else QUICK:
         table = rows(pool, scene.plan(TRACKERS, trials, **varied[name]))
@@ -444,11 +428,10 @@ def variations(pool: Pool, full: bool) -> list[Finding]:
             # The layouts of a cell differ more than its trials do: it is they that count as independent.
             runs = cell.runs // trials
             success = round(cell.success * runs) / runs
-            findings.append(REFERENCES.judge("variation", success, tracker, name, runs=runs))
+            yield REFERENCES.judge("variation", success, tracker, name, runs=runs)
             if full and name in errors[tracker]:
-                findings.append(REFERENCES.judge("variation-error", cell.error, tracker, name))
+                yield REFERENCES.judge("variation-error", cell.error, tracker, name)
         gap = whole["h-spf"].success - whole["s-spf"].success
         over = whole["s-spf"].success - whole["pc-pf"].success
         if full and name != "corrected weights":
-            findings.append(REFERENCES.judge("variation-order", gap, name, holds=gap > -0.05 and over > 0))
-    return findings
+            yield REFERENCES.judge("variation-order", gap, name, holds=gap > -0.05 and over > 0)

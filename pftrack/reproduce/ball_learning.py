@@ -16,7 +16,7 @@ from pftrack.core.model.tracker import Diagnostics
 from pftrack.experiments import find
 from pftrack.experiments.ball.scene import BallSource
 from pftrack.filters.learning import online_em
-from pftrack.reproduce.finding import Finding, References
+from pftrack.reproduce.finding import Findings, References
 from pftrack.reproduce.pool import Pool, recipe
 from pftrack.runs.many import outcomes
 from pftrack.runs.run import Run
@@ -42,7 +42,7 @@ class Course:
     older: float
 
 
-def unobstructed(pool: Pool, full: bool) -> list[Finding]:
+def unobstructed(pool: Pool, full: bool) -> Findings:
     """Spread and learned period of a ball in plain sight, cycle by cycle."""
     frames = CYCLES * 2 * CYCLE_FRAMES
     values = {**_ball(), **_learning("slow learning, strong guard"), "amplitude_px": 80}
@@ -57,14 +57,14 @@ def unobstructed(pool: Pool, full: bool) -> list[Finding]:
     coefficients = {"A1": [course.newer for course in hard], "A0": [course.older for course in hard]}
     observed = np.mean([course.observed for course in hard], axis=0)
     later = float(observed[2:].mean())
-    return [
-        *REFERENCES.judge_all("sigma", {it + 1: sigma[it] for it in (range(CYCLES) if full else (0, 1, 4, 9))}),
-        REFERENCES.judge("late-sigma", np.mean([course.sigma[2:] for course in hard])),
-        *REFERENCES.judge_all("period", {it: np.median([one.period[-1] for one in periods[it]]) for it in periods}),
-        *REFERENCES.judge_all("coefficient", {name: np.median(found) for name, found in coefficients.items()}),
-        REFERENCES.judge("stops", later, holds=observed[0] > later and later < 0.5),
-        REFERENCES.judge("rises", observed[1] - observed[0]),
-    ]
+    yield from REFERENCES.judge_all("sigma", {it + 1: sigma[it] for it in (range(CYCLES) if full else (0, 1, 4, 9))})
+    yield REFERENCES.judge("late-sigma", np.mean([course.sigma[2:] for course in hard]))
+    yield from REFERENCES.judge_all(
+        "period", {it: np.median([one.period[-1] for one in periods[it]]) for it in periods}
+    )
+    yield from REFERENCES.judge_all("coefficient", {name: np.median(found) for name, found in coefficients.items()})
+    yield REFERENCES.judge("stops", later, holds=observed[0] > later and later < 0.5)
+    yield REFERENCES.judge("rises", observed[1] - observed[0])
 
 
 SCENES: dict[str, tuple[float, tuple[tuple[float, float, float], ...], int]] = {
@@ -90,28 +90,24 @@ class ClutterTrials:
     learning: str
 
 
-def clutter(pool: Pool, full: bool) -> list[Finding]:
+def clutter(pool: Pool, full: bool) -> Findings:
     """Success among look-alikes behind a pillar, with and without learning."""
-    if not full:
-        return [REFERENCES.not_run("few-runs")]
-    findings = []
+    del full
     for name, stated in REFERENCES.table("success").items():
         scene, _, learning = name.partition(", ")
         success = {it: _success(pool, scene, it, learning, CLUTTER_SEEDS) for it in (*stated, HANDED_DOWN)}
         for tracker, ours in success.items():
             known = "handed-down" if tracker == HANDED_DOWN else "success"
-            findings.append(REFERENCES.judge(known, ours, name, tracker))
+            yield REFERENCES.judge(known, ours, name, tracker)
         if name in {"S1, no learning", WEAK}:
             switching, others = ("h-spf", "s-spf"), ("condensation", "apf corrected")
             margin = min(success[it] for it in switching) - max(success[it] for it in others)
-            findings.append(REFERENCES.judge("margin", margin, name))
+            yield REFERENCES.judge("margin", margin, name)
         if name == WEAK:
-            findings += [
-                REFERENCES.judge("collapse", success["apf"], name),
-                REFERENCES.judge("stays-good", success["upf"], name, ""),
-                REFERENCES.judge("stays-good", success[HANDED_DOWN], name, ", its covariance handed down,"),
-            ]
-    return findings + _among_many(pool)
+            yield REFERENCES.judge("collapse", success["apf"], name)
+            yield REFERENCES.judge("stays-good", success["upf"], name, "")
+            yield REFERENCES.judge("stays-good", success[HANDED_DOWN], name, ", its covariance handed down,")
+    yield from _among_many(pool)
 
 
 def _success(pool: Pool, scene: str, tracker: str, learning: str, seeds: int) -> float:
@@ -120,16 +116,14 @@ def _success(pool: Pool, scene: str, tracker: str, learning: str, seeds: int) ->
     return sum(pool.map(_survivors, parts)) / seeds
 
 
-def _among_many(pool: Pool) -> list[Finding]:
+def _among_many(pool: Pool) -> Findings:
     """Look for the collapse of the sharpened APF among many things of the ball's colour, as in fig. 3.14."""
     before = _success(pool, "many", "apf", "no learning", MANY_SEEDS)
     fast = "fast learning, weak guard"
     after, hard, unscented = (_success(pool, "many", it, fast, MANY_SEEDS) for it in ("apf", "h-spf", HANDED_DOWN))
-    return [
-        REFERENCES.judge("many-until", before - after, holds=before > 0.7 and after < 0.3),
-        REFERENCES.judge("many-switching", hard - after),
-        REFERENCES.judge("many-unscented", unscented),
-    ]
+    yield REFERENCES.judge("many-until", before - after, holds=before > 0.7 and after < 0.3)
+    yield REFERENCES.judge("many-switching", hard - after)
+    yield REFERENCES.judge("many-unscented", unscented)
 
 
 def _survivors(trials: ClutterTrials) -> int:

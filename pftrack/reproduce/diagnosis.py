@@ -27,7 +27,7 @@ from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.core.texts import read_as
 from pftrack.experiments import EXPERIMENTS
-from pftrack.reproduce.finding import Finding, References
+from pftrack.reproduce.finding import Findings, References
 from pftrack.reproduce.pool import Pool, begin
 from pftrack.runs.loss import LASTING_FRAMES, Loss
 from pftrack.runs.run import Run
@@ -157,15 +157,14 @@ class Judgement(NamedTuple):
     calm_unaided: bool | None = None
 
 
-def confusion(pool: Pool, full: bool) -> list[Finding]:
+def confusion(pool: Pool, full: bool) -> Findings:
     """Count what is said of runs of each cause, of the half that was kept aside; not in the quick form."""
-    if not full:
-        return [REFERENCES.not_run("few-draws")]
+    del full
     draws = [(place, number) for place, condition in enumerate(conditions()) for number in condition.numbers]
-    return findings_of(zip(draws, pool.map(judge_draw, draws), strict=True))
+    yield from findings_of(zip(draws, pool.map(judge_draw, draws), strict=True))
 
 
-def findings_of(judged: Iterable[tuple[tuple[int, int], Judgement | None]]) -> list[Finding]:
+def findings_of(judged: Iterable[tuple[tuple[int, int], Judgement | None]]) -> Findings:
     """Return what comes of draws, each with what is said of it; None does not count."""
     counted = [(conditions()[place], number, said) for (place, number), said in judged if said is not None]
     aside, known = ([it for it in counted if it[1] % 2 == half] for half in (1, 0))
@@ -181,12 +180,10 @@ def findings_of(judged: Iterable[tuple[tuple[int, int], Judgement | None]]) -> l
         "unaided-poses": _right(_unaided(poses)),
         "unaided-calm": _share([it.calm_unaided is True for it in calm]),
     }
-    return [
-        REFERENCES.judge("lost", len(counted)),
-        *(REFERENCES.judge(name, share) for name, share in shares.items()),
-        *_cells("cell", _aided(aside)),
-        *_cells("unaided-cell", _unaided(aside)),
-    ]
+    yield REFERENCES.judge("lost", len(counted))
+    yield from (REFERENCES.judge(name, share) for name, share in shares.items())
+    yield from _cells("cell", _aided(aside))
+    yield from _cells("unaided-cell", _unaided(aside))
 
 
 Counted: TypeAlias = Sequence[tuple[Condition, int, Judgement]]
@@ -209,9 +206,9 @@ def _share(holds: Sequence[bool]) -> float:
     return sum(holds) / max(len(holds), 1)
 
 
-def _cells(name: str, told: Told) -> list[Finding]:
+def _cells(name: str, told: Told) -> Findings:
     counts = Counter(told)
-    return [
+    yield from [
         REFERENCES.judge(name, counts[truth, cause], CAUSES[truth], CAUSES[cause])
         for truth in CAUSES
         for cause in CAUSES

@@ -102,6 +102,10 @@ class Finding:
         return asdict(self) | {"ours": self.ours if math.isfinite(self.ours) else None}
 
 
+Findings: TypeAlias = Iterator[Finding]
+"""What a study yields, one after the other."""
+
+
 class Exemption(BaseModel):
     """Why some cells of a table, or all, may differ.
 
@@ -347,6 +351,11 @@ def three_errors(values: Iterable[float] | Floats, reference_trials: int) -> flo
     """
     known = np.asarray(values)
     return 3.0 * float(np.std(known, ddof=1)) * math.sqrt(1 / len(known) + 1 / reference_trials)
+
+
+def mean_of(values: Iterable[SupportsFloat]) -> float:
+    """Return the mean of some figures."""
+    return float(np.mean([float(value) for value in values]))
 
 
 def not_run(result: str, reason: str = "") -> Finding:

@@ -30,7 +30,7 @@ from pftrack.experiments.fish.scene import FishSource, FishTarget
 from pftrack.experiments.fish.swimming import FRAMES, TankName, clip
 from pftrack.filters.learning.diffusion import Learned, learn
 from pftrack.output.figures.style import CURVE_COLOURS, new_figure, write_title
-from pftrack.reproduce.finding import Finding, References
+from pftrack.reproduce.finding import Findings, References
 from pftrack.reproduce.pool import Pool, begin, preset_recipe
 from pftrack.runs.many import FrameBlock, Trial, side_by_side
 from pftrack.runs.run import Run
@@ -225,10 +225,9 @@ def successes(
 # is compared with that.
 
 
-def offline(pool: Pool, full: bool) -> list[Finding]:
+def offline(pool: Pool, full: bool) -> Findings:
     """Tracks that are learned from: how many hold, how exact they are, and what they teach."""
-    if not full:
-        return [REFERENCES.not_run("few-clips")]
+    del full
     found = track_training_clips(pool, FIRST)
     learned = learn_from_tracks(found)
     if pool.folder is not None:
@@ -237,26 +236,22 @@ def offline(pool: Pool, full: bool) -> list[Finding]:
     off[:, 2] = np.remainder(off[:, 2] + np.pi, 2.0 * np.pi) - np.pi
     rms = np.sqrt(np.square(off).mean(axis=0))
     tracked = sum(int(one.tracked.sum()) for one in found)
-    return [
-        REFERENCES.judge("tracks", tracked, of=FISHES * len(found)),
-        *REFERENCES.judge_all("rms", dict(zip(FISH.names, rms, strict=True))),
-        *_judge_learned(learned),
-    ]
+    yield REFERENCES.judge("tracks", tracked, of=FISHES * len(found))
+    yield from REFERENCES.judge_all("rms", dict(zip(FISH.names, rms, strict=True)))
+    yield from _judge_learned(learned)
 
 
-def _judge_learned(learned: Learned) -> list[Finding]:
+def _judge_learned(learned: Learned) -> Findings:
     diffusion = learned.diffusion("document")
     names = FISH.change_names
     pairs = {(names[one], names[other]): diffusion.correlation[one, other] for one, other in ((2, 3), (1, 2))}
     apart = np.abs(diffusion.covariance - GUIDANCE.parse("").diffusion("document").covariance).max()
-    return [
-        *REFERENCES.judge_all("step-sd", dict(zip(FISH.names, learned.step_sd, strict=True))),
-        *REFERENCES.judge_all("change-sd", dict(zip(names, diffusion.sd, strict=True))),
-        *REFERENCES.judge_all("eigenvalue", dict(enumerate(diffusion.eigenvalues, 1))),
-        *REFERENCES.judge_all("correlation", pairs),
-        *REFERENCES.judge_all("stroke", dict(zip(("turn", "bend"), diffusion.modes[2:, 2], strict=True))),
-        REFERENCES.judge("learned", apart),
-    ]
+    yield from REFERENCES.judge_all("step-sd", dict(zip(FISH.names, learned.step_sd, strict=True)))
+    yield from REFERENCES.judge_all("change-sd", dict(zip(names, diffusion.sd, strict=True)))
+    yield from REFERENCES.judge_all("eigenvalue", dict(enumerate(diffusion.eigenvalues, 1)))
+    yield from REFERENCES.judge_all("correlation", pairs)
+    yield from REFERENCES.judge_all("stroke", dict(zip(("turn", "bend"), diffusion.modes[2:, 2], strict=True)))
+    yield REFERENCES.judge("learned", apart)
 
 
 AT_FRAME, AROUND_PX = 12, 110
@@ -315,53 +310,43 @@ Key: TypeAlias = tuple[str, int]
 """A tracker or a variant, and a number of particles."""
 
 
-def table(pool: Pool, full: bool) -> list[Finding]:
+def table(pool: Pool, full: bool) -> Findings:
     """Successes by method and number of particles, the sharp turns alone, and the factors at equal success."""
     counts = COUNTS if full else (500, 3000)
     keys = [(tracker, count) for tracker in ("ordinary", "guided") for count in counts]
     found = _means(pool, {key: Condition(*key) for key in keys}, 4 if full else 1, full=full)
     name = "successes" if full else "quick-successes"
-    findings = REFERENCES.judge_all(name, {key: ours.fish for key, ours in found.items()})
+    yield from REFERENCES.judge_all(name, {key: ours.fish for key, ours in found.items()})
     guided, few, many = found["guided", 500], found["ordinary", 500], found["ordinary", 3000]
-    findings.append(REFERENCES.judge("as-good", guided.fish - many.fish))
+    yield REFERENCES.judge("as-good", guided.fish - many.fish)
     least = 1.5 if full else 0.0  # of a single run of each
     for title, gain in (
         ("guided with 500 less ordinary with 500", guided.fish - few.fish),
         ("the same on the nine sharp turns", guided.sharp - few.sharp),
     ):
-        findings.append(REFERENCES.judge("gain", gain, title, holds=gain >= least, least=least))
+        yield REFERENCES.judge("gain", gain, title, holds=gain >= least, least=least)
     if full:
-        findings += [*_figures(found), *_factors(found)]
+        # The paper's figures: with few particles both are poor; in sharp turns many help little.
+        yield REFERENCES.judge("figure-6", found["guided", 100].fish - found["ordinary", 100].fish)
+        yield REFERENCES.judge("figure-7", found["ordinary", 3000].sharp - found["ordinary", 500].sharp)
+        yield from _factors(found)
         pool.draw(lambda: {"figure-fish-success": draw(found), "figure-fish-particles": ten_particles()})
-    return findings
 
 
-def _figures(found: Mapping[Key, Successes]) -> list[Finding]:
-    """What the paper's figures 6 and 7 show: with few particles both are poor; in sharp turns many help little."""
-    return [
-        REFERENCES.judge("figure-6", found["guided", 100].fish - found["ordinary", 100].fish),
-        REFERENCES.judge("figure-7", found["ordinary", 3000].sharp - found["ordinary", 500].sharp),
-    ]
-
-
-def _factors(found: Mapping[Key, Successes]) -> list[Finding]:
+def _factors(found: Mapping[Key, Successes]) -> Findings:
     """How many fewer particles, and how much less time, the guided filter needs for as many successes."""
     many = found["ordinary", 3000]
     enough = min(count for name, count in found if name == "guided" and found[name, count].fish >= many.fish - 0.5)
     few_ms, edges = found["guided", enough].frame_ms, edge_ms(Clip(MAIN, True))
     slower, whole = many.frame_ms / few_ms, (edges + many.frame_ms) / (edges + few_ms)
-    return [
-        REFERENCES.judge("fewer", 3000 / enough, enough=enough),
-        REFERENCES.judge("time", slower),
-        REFERENCES.judge("time-published", slower),
-        REFERENCES.judge("time-whole", whole),
-    ]
+    yield REFERENCES.judge("fewer", 3000 / enough, enough=enough)
+    yield REFERENCES.judge("time", slower)
+    yield REFERENCES.judge("time-published", slower)
+    yield REFERENCES.judge("time-whole", whole)
 
 
-def ablations(pool: Pool, full: bool) -> list[Finding]:
+def ablations(pool: Pool, full: bool) -> Findings:
     """The guided filter with one thing changed, and constant velocity beside it."""
-    if not full:
-        return [REFERENCES.not_run("few-runs")]
     truth, variants = learn_from_truth(MAIN - 100).text, REFERENCES.settings["variants"]
     conditions = {
         (title, count): Condition("guided", count, tuple(values.items()))
@@ -371,14 +356,14 @@ def ablations(pool: Pool, full: bool) -> list[Finding]:
     conditions |= {(TRUTH, count): Condition("guided", count).taught(truth) for count in VARIED}
     conditions |= {(name, count): Condition(name, count) for name in ("guided", OTHER) for count in VARIED}
     found = {key: one.fish for key, one in _means(pool, conditions, 4, full=full).items()}
-    findings = REFERENCES.judge_all("variant", {key: ours for key, ours in found.items() if key[0] in variants})
+    yield from REFERENCES.judge_all("variant", {key: ours for key, ours in found.items() if key[0] in variants})
     for count in VARIED:
-        findings.append(REFERENCES.judge("free", found[FREE, count] - found["guided", count], count))
-        findings.append(REFERENCES.judge("kept", found[OTHER, count] - found["guided", count], count))
-    return [*findings, *_rudder(pool, 4)]
+        yield REFERENCES.judge("free", found[FREE, count] - found["guided", count], count)
+        yield REFERENCES.judge("kept", found[OTHER, count] - found["guided", count], count)
+    yield from _rudder(pool, 4)
 
 
-def _rudder(pool: Pool, runs: int) -> list[Finding]:
+def _rudder(pool: Pool, runs: int) -> Findings:
     """A tank in which the return stroke turns the same way as the bend: here the paper's claim does not hold."""
     text = learn_from_tracks(track_training_clips(pool, MAIN - 100, "strong rudder")).text
     conditions = [
@@ -388,7 +373,8 @@ def _rudder(pool: Pool, runs: int) -> list[Finding]:
     ]
     found = successes(pool, MAIN, conditions, runs, "strong rudder")
     guided, ordinary, free = (found[one].fish for one in conditions)
-    return [REFERENCES.judge("rudder", guided - ordinary), REFERENCES.judge("rudder-free", free - guided)]
+    yield REFERENCES.judge("rudder", guided - ordinary)
+    yield REFERENCES.judge("rudder-free", free - guided)
 
 
 def _means(pool: Pool, conditions: Mapping[Key, Condition], runs: int, *, full: bool) -> dict[Key, Successes]:

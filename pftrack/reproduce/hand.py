@@ -20,7 +20,7 @@ from pftrack.experiments import find
 from pftrack.experiments.hand.candidates import chain_rate
 from pftrack.experiments.hand.shape import MODEL, joints, open_pose, parts
 from pftrack.output.figures.style import CURVE_COLOURS, INK, explain_below, new_figure, write_title
-from pftrack.reproduce.finding import Finding, References
+from pftrack.reproduce.finding import Findings, References
 from pftrack.reproduce.pool import Key, Pool, begin, recipe, rows_of, seeded
 from pftrack.runs.run import Run
 from pftrack.vision.rendering import render_beside
@@ -138,18 +138,16 @@ BENT = 0.3
 """Of every joint of the finger: a straight one that faces the camera hardly moves in the picture as it bends."""
 
 
-def steps(pool: Pool, full: bool) -> list[Finding]:
+def steps(pool: Pool, full: bool) -> Findings:
     """The rate of change of a middle finger's silhouette as it is spread and bent, facing the camera and turned."""
     del pool, full
-    findings = []
     for view, turned in (("facing the camera", 0.0), ("turned by 1 rad", 1.0)):
         pose = open_pose((0.5 * SIDE_PX, 0.75 * SIDE_PX))
         pose[3] = turned
         pose[6 + 4 * MIDDLE : 9 + 4 * MIDDLE] = BENT
         for way, angle in (("spread", 5 + 4 * MIDDLE), ("bent", 6 + 4 * MIDDLE)):
             ratio = _predict(pose, angle) / _measure(pose, angle)
-            findings.append(REFERENCES.judge("step", ratio, way, view))
-    return findings
+            yield REFERENCES.judge("step", ratio, way, view)
 
 
 def _predict(pose: Floats, angle: int) -> float:
@@ -189,85 +187,73 @@ SCORED = {"reference": "reference", "refined": "points"}
 TERMS = {"whole silhouettes": "cover_term", "the straight wrist": "wrist_prior"}
 
 
-def table(pool: Pool, full: bool) -> list[Finding]:
+def table(pool: Pool, full: bool) -> Findings:
     """Best right, any right, after backtracking and the tip error, by the reference's ranking and by ours."""
     rankings = RANKINGS if full else RANKINGS[:1]
     conditions = {
         (motion, width, ranking): (motion, _beam(width, ranking, scoring=SCORED[ranking]))
         for motion, width, ranking in product(MOTIONS, WIDTHS, rankings)
     }
-    found, findings = _means(pool, conditions, full=full), []
+    found = _means(pool, conditions, full=full)
     for motion, width in product(MOTIONS, WIDTHS):
         one = found[motion, width, "reference"]
         shares = {"best right": one.best, "any right": one.any, "right after backtracking": one.backtracked}
-        findings.append(REFERENCES.judge("tips", one.tips, motion, width, wider=_wider(full)))
-        findings += REFERENCES.judge_all("right", shares, motion, width, wider=_wider(full))
+        yield REFERENCES.judge("tips", one.tips, motion, width, wider=_wider(full))
+        yield from REFERENCES.judge_all("right", shares, motion, width, wider=_wider(full))
     if not full:
-        return findings
+        return
     pool.draw(lambda: {"figure-hand-right": right_figure(found), "figure-hand-kept": kept_figure()})
-    return [*findings, *_rankings(found)]
+    yield from _rankings(found)
 
 
-def _rankings(found: dict[tuple[str, int, str], Outcome]) -> list[Finding]:
+def _rankings(found: dict[tuple[str, int, str], Outcome]) -> Findings:
     """Compare our ranking with the reference's on the same seeds, and four hands with one."""
-    findings = []
     for width in WIDTHS:
         before, after = (mean([found[motion, width, name] for motion in MOTIONS]).best for name in RANKINGS)
-        findings.append(REFERENCES.judge("ranking", after, width, holds=after > before, before=before))
+        yield REFERENCES.judge("ranking", after, width, holds=after > before, before=before)
     for motion in MOTIONS:
         one, four = found[motion, 1, "refined"].any, found[motion, 4, "refined"].any
-        findings.append(REFERENCES.judge("any-of-four", four, motion, holds=four >= one, one=one))
-    return findings
+        yield REFERENCES.judge("any-of-four", four, motion, holds=four >= one, one=one)
 
 
-def switches(pool: Pool, full: bool) -> list[Finding]:
+def switches(pool: Pool, full: bool) -> Findings:
     """Four hands without the comparison of whole silhouettes, and without the prior of a straight wrist."""
     conditions = {
         (it, motion): (motion, _beam(4, "reference", scoring="reference", **{term: False}))
         for (it, term), motion in product(TERMS.items(), MOTIONS)
     }
-    findings = []
     for key, one in _means(pool, conditions, full=full).items():
         shares = {"best right": one.best, "any right": one.any}
-        findings += REFERENCES.judge_all("without", shares, *key, wider=_wider(full))
-    return findings
+        yield from REFERENCES.judge_all("without", shares, *key, wider=_wider(full))
 
 
-def scorings(pool: Pool, full: bool) -> list[Finding]:
+def scorings(pool: Pool, full: bool) -> Findings:
     """The sum over predictions, all joints and the test of reach, with cells and without, after the reference's way."""
-    if not full:
-        return [REFERENCES.not_run("scoring-needs-trials")]
     keys = list(product(RANKINGS, WIDTHS, SCORINGS))
     conditions = {(*key, motion): (motion, _beam(key[1], key[0], scoring=key[2])) for key in keys for motion in MOTIONS}
     found = _means(pool, conditions, full=full)
     best = {key: mean([found[*key, motion] for motion in MOTIONS]).best for key in keys}
-    findings = []
     for width in WIDTHS:
         before, points, cells = (best["refined", width, scoring] for scoring in SCORINGS)
-        findings.append(REFERENCES.judge("sum-over-predictions", points, width, holds=points >= before, before=before))
-        findings.append(REFERENCES.judge("points", points, width, holds=points >= cells, cells=cells))
+        yield REFERENCES.judge("sum-over-predictions", points, width, holds=points >= before, before=before)
+        yield REFERENCES.judge("points", points, width, holds=points >= cells, cells=cells)
         before, points, cells = (best["reference", width, scoring] for scoring in SCORINGS)
         holds = cells > max(points, before)
-        findings.append(REFERENCES.judge("cells", cells, width, holds=holds, points=points, before=before))
-    return findings
+        yield REFERENCES.judge("cells", cells, width, holds=holds, points=points, before=before)
 
 
-def compare_with_particles(pool: Pool, full: bool) -> list[Finding]:
+def compare_with_particles(pool: Pool, full: bool) -> Findings:
     """The beam beside a particle filter with the same likelihood, at equal time a frame."""
-    if not full:
-        return [REFERENCES.not_run("particles-need-trials")]
     beam, others = _beam(4, "refined"), ("particles", {"sample_count": EQUAL_TIME})
     conditions = {(kind[0], motion): (motion, kind) for kind in (beam, others) for motion in MOTIONS}
     found = _means(pool, conditions, full=full)
     beams, particles = ([found[kind[0], motion] for motion in MOTIONS] for kind in (beam, others))
     ratio = sum(one.frame_ms for one in particles) / sum(one.frame_ms for one in beams)
-    return [
-        *(
-            REFERENCES.judge("beam", ours.best, motion, EQUAL_TIME, holds=ours.best > other.best, other=other.best)
-            for motion, ours, other in zip(MOTIONS, beams, particles, strict=True)
-        ),
-        REFERENCES.judge("time", ratio, EQUAL_TIME),
-    ]
+    yield from (
+        REFERENCES.judge("beam", ours.best, motion, EQUAL_TIME, holds=ours.best > other.best, other=other.best)
+        for motion, ours, other in zip(MOTIONS, beams, particles, strict=True)
+    )
+    yield REFERENCES.judge("time", ratio, EQUAL_TIME)
 
 
 def _beam(width: int, ranking: str, **values: Value) -> Condition:

@@ -16,7 +16,7 @@ The head's prediction alone is lost at once or not at all, by how fast the head 
 driver 99 that happens between 1.25 and 1.5 times Bando's speed here, and at Bando's speed there.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
@@ -34,16 +34,8 @@ from pftrack.experiments.head.detection import eye_distance
 from pftrack.experiments.head.parameters import AS_PUBLISHED
 from pftrack.experiments.head.scene import SCRIPT_FRAMES
 from pftrack.experiments.shared.pose.methods import Method
-from pftrack.output.figures.style import (
-    CURVE_COLOURS,
-    INK,
-    TITLE_PT,
-    explain_below,
-    new_figure,
-    write_heading,
-    write_title,
-)
-from pftrack.reproduce.finding import Finding, References, three_errors
+from pftrack.output.figures import style
+from pftrack.reproduce.finding import Findings, References, mean_of, three_errors
 from pftrack.reproduce.head_turns import turns
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.many import KeptFrames, side_by_side
@@ -192,18 +184,16 @@ def success_rates(courses: Sequence[TrialResult], axis: int, thresholds_deg: Flo
     return rates
 
 
-def curves(by_model: dict[Model, list[TrialResult]]) -> list[Finding]:
+def curves(by_model: dict[Model, list[TrialResult]]) -> Findings:
     """Compare the curves of driver 99, tracked by the mixture, given the trials by face model."""
-    findings = []
     for model, (axis, name) in product(MODELS, enumerate(AXES)):
         rates = REFERENCES.table("rates")[model][name]
         moved = _distance_deg(by_model[model], axis, np.array(list(rates)), np.array(list(rates.values())))
-        findings.append(REFERENCES.judge("curve", moved, model, name))
+        yield REFERENCES.judge("curve", moved, model, name)
     for name, threshold in GAIN_AT.items():
         axis, at = AXES.index(name), np.array([threshold])
         own, other = (success_rates(by_model[model], axis, at)[0] for model in ("individual", "mean"))
-        findings.append(REFERENCES.judge("curve-gain", own - other, name, threshold))
-    return findings
+        yield REFERENCES.judge("curve-gain", own - other, name, threshold)
 
 
 def _distance_deg(courses: Sequence[TrialResult], axis: int, thresholds: Floats, references: Floats) -> float:
@@ -216,10 +206,10 @@ def _distance_deg(courses: Sequence[TrialResult], axis: int, thresholds: Floats,
     return float("nan")
 
 
-MODEL_COLOURS: dict[Model, str] = {"individual": CURVE_COLOURS[0], "mean": CURVE_COLOURS[1]}
+MODEL_COLOURS: dict[Model, str] = {"individual": style.CURVE_COLOURS[0], "mean": style.CURVE_COLOURS[1]}
 NAMES: dict[Model, str] = {"individual": "the driver's own face", "mean": "mean face of other people"}
 MOST_DEG = 4.0
-HIDDEN: dict[str, Any] = {"color": INK["hidden"], "alpha": 0.2, "linewidth": 0}
+HIDDEN: dict[str, Any] = {"color": style.INK["hidden"], "alpha": 0.2, "linewidth": 0}
 
 
 def draw(by_model: dict[Model, list[TrialResult]]) -> "dict[str, Figure]":
@@ -234,53 +224,58 @@ def alpha_over_time(courses: list[TrialResult]) -> "Figure":
     """Draw alpha of each feature, the mean of all trials, shaded where the head is turned."""
     ratios = np.mean([course.ratios for course in courses], axis=0)
     frames = np.arange(1, len(ratios) + 1)
-    figure, panels = new_figure(6.0, rows=4, columns=3, share="xy")
+    figure, panels = style.new_figure(6.0, rows=4, columns=3, share="xy")
     for panel, name, values in zip(panels, FEATURES, ratios.T, strict=False):
         panel.fill_between(frames, 0.0, 1.0, where=courses[0].turned, **HIDDEN)
         panel.plot(frames, values, color=MODEL_COLOURS["individual"], linewidth=0.8)
-        write_title(panel, TITLES[name].capitalize())
+        style.write_title(panel, TITLES[name].capitalize())
     panels[11].set_visible(False)
     panels[8].tick_params(labelbottom=True)
-    figure.supxlabel("Frame", fontsize=TITLE_PT)
-    figure.supylabel("alpha, share of the head's prediction", fontsize=TITLE_PT)
-    write_heading(figure, "Alpha of each feature; shaded where the head is turned by more than 20°")
+    figure.supxlabel("Frame", fontsize=style.TITLE_PT)
+    figure.supylabel("alpha, share of the head's prediction", fontsize=style.TITLE_PT)
+    style.write_heading(figure, "Alpha of each feature; shaded where the head is turned by more than 20°")
     return figure
 
 
 def success_by_threshold(by_model: dict[Model, list[TrialResult]]) -> "Figure":
     """Draw the success of each axis over the threshold, of both face models."""
     thresholds = np.linspace(0.0, MOST_DEG, 401)
-    figure, panels = new_figure(3.2, columns=len(AXES), share="y")
+    figure, panels = style.new_figure(3.2, columns=len(AXES), share="y")
     for axis, (panel, name) in enumerate(zip(panels, AXES, strict=True)):
         for model, colour in MODEL_COLOURS.items():
             rates = success_rates(by_model[model], axis, thresholds)
             panel.plot(thresholds, rates, color=colour, linewidth=1.5, label=NAMES[model])
-        write_title(panel, name.capitalize())
+        style.write_title(panel, name.capitalize())
         panel.set_xlabel("Threshold of the mean error, °")
     panels[0].set_ylabel("Success rate")
     panels[0].set_ylim(-0.02, 1.02)
-    explain_below(figure, panels[0], 2)
-    write_heading(figure, f"Trials below a threshold, PF-ASD, {len(by_model['mean'])} trials")
+    style.explain_below(figure, panels[0], 2)
+    style.write_heading(figure, f"Trials below a threshold, PF-ASD, {len(by_model['mean'])} trials")
     return figure
 
 
 Courses: TypeAlias = dict[tuple[int, Model, Method], list[TrialResult]]
 
 
-def pose(pool: Pool, full: bool) -> list[Finding]:
+def pose(pool: Pool, full: bool) -> Findings:
     """Errors of three methods on three drivers with two face models, their ratios and success curves."""
     courses = _courses(pool, full)
     drivers = REFERENCES.table("distance")
-    findings = REFERENCES.judge_all("distance", {driver: distance_mm(driver) for driver in drivers})
-    findings += _axes(courses, full=full)
+    yield from REFERENCES.judge_all("distance", {driver: distance_mm(driver) for driver in drivers})
+    yield from _axes(courses, full=full)
     for driver in drivers if full else (99,):
-        findings += _orders(courses, driver)
+        yield from _orders(courses, driver)
     if not full:
-        return findings
+        return
     first = {model: courses[99, model, "pf-asd"] for model in MODELS}
     pool.draw(lambda: draw(first))
-    findings += [*_table(courses), *_ratios(courses), *curves(first)]
-    return [*findings, *_faster(pool), *people(pool), *growth(pool), *turns(pool)]
+    yield from _table(courses)
+    yield from _ratios(courses)
+    yield from curves(first)
+    yield from _faster(pool)
+    yield from people(pool)
+    yield from growth(pool)
+    yield from turns(pool)
 
 
 def _courses(pool: Pool, full: bool) -> Courses:
@@ -300,50 +295,46 @@ def _courses(pool: Pool, full: bool) -> Courses:
     return courses
 
 
-def _axes(courses: Courses, *, full: bool) -> list[Finding]:
-    findings = []
+def _axes(courses: Courses, *, full: bool) -> Findings:
     for model in MODELS:
         found = courses[99, model, "pf-asd"]
         errors = dict(zip(AXES, np.mean([course.errors_deg for course in found], axis=0), strict=True))
-        findings.append(REFERENCES.judge("error", _mean(found, _error), model))
-        findings += REFERENCES.judge_all("axis", errors, model, wider=1.0 if full else QUICK_WIDER)
-        findings.append(REFERENCES.judge("features", _mean(found, lambda course: course.feature_px), model))
-    return findings
+        yield REFERENCES.judge("error", mean_of(one.error_deg for one in found), model)
+        yield from REFERENCES.judge_all("axis", errors, model, wider=1.0 if full else QUICK_WIDER)
+        yield REFERENCES.judge("features", mean_of(course.feature_px for course in found), model)
 
 
-def _orders(courses: Courses, driver: int) -> list[Finding]:
+def _orders(courses: Courses, driver: int) -> Findings:
     """Judge what the reference asserts of every driver, as far as the methods have been run."""
     own, other = courses[driver, "individual", "pf-asd"], courses[driver, "mean", "pf-asd"]
-    median = float(np.median([_error(course) for course in other]))
-    findings = []
+    median = float(np.median([course.error_deg for course in other]))
     limits: dict[Method, float] = {"alpha-0": 0.6, "alpha-1": 0.3}
     for method, limit in limits.items():
         if (driver, "mean", method) in courses:
-            ratio = median / _mean(courses[driver, "mean", method], _error)
-            findings.append(REFERENCES.judge("order", ratio, driver, method, holds=ratio < limit, limit=limit))
-    astray = np.mean([_error(course) > 2.0 * median for course in other])
-    gain = _mean(other, _error) - _mean(own, _error)
-    return [*findings, REFERENCES.judge("astray", astray, driver), REFERENCES.judge("own-face", gain, driver)]
+            ratio = median / mean_of(one.error_deg for one in courses[driver, "mean", method])
+            yield REFERENCES.judge("order", ratio, driver, method, holds=ratio < limit, limit=limit)
+    astray = np.mean([course.error_deg > 2.0 * median for course in other])
+    gain = mean_of(one.error_deg for one in other) - mean_of(one.error_deg for one in own)
+    yield REFERENCES.judge("astray", astray, driver)
+    yield REFERENCES.judge("own-face", gain, driver)
 
 
-def _table(courses: Courses) -> list[Finding]:
+def _table(courses: Courses) -> Findings:
     """Judge the error and how many trials are lost, in every cell.
 
     The tolerance that is stated is for trials that are not lost. Where the reference loses more than a few, errors are
     compared within three standard errors of the trials.
     """
-    findings = []
     means = REFERENCES.table("mean-error")
     for cell, found in courses.items():
         driver, model, method = cell
-        errors = np.array([_error(course) for course in found])
+        errors = np.array([course.error_deg for course in found])
         if method in means[driver][model]:
             allowed = max(TOLERANCE_DEG, three_errors(errors, RUNS))
-            findings.append(REFERENCES.judge("mean-error", errors.mean(), *cell, tolerance=allowed))
+            yield REFERENCES.judge("mean-error", errors.mean(), *cell, tolerance=allowed)
         elif (driver, method) != (99, "pf-asd"):  # that is among the errors of the axes
-            findings.append(REFERENCES.judge("median-error", np.median(errors), *cell))
-        findings.append(REFERENCES.judge("lost", (errors > ABOVE_DEG).mean(), *cell, runs=len(found)))
-    return findings
+            yield REFERENCES.judge("median-error", np.median(errors), *cell)
+        yield REFERENCES.judge("lost", (errors > ABOVE_DEG).mean(), *cell, runs=len(found))
 
 
 MEMBERS = {
@@ -358,20 +349,19 @@ MEMBERS = {
 }
 
 
-def _ratios(courses: Courses) -> list[Finding]:
+def _ratios(courses: Courses) -> Findings:
     """Judge alpha of each feature, and which features give up the head's prediction when the head turns."""
     found = courses[99, "mean", "pf-asd"]
     turned = found[0].turned
     ratios = np.mean([course.ratios for course in found], axis=0)
     frontal, away = ratios[~turned].mean(axis=0), ratios[turned].mean(axis=0)
-    findings = []
     for name in MEMBERS:
-        findings += REFERENCES.judge_all("ratio", {"frontal": _of(frontal, name), "turned": _of(away, name)}, name)
+        yield from REFERENCES.judge_all("ratio", {"frontal": _of(frontal, name), "turned": _of(away, name)}, name)
     fall = frontal - away
     lowest = sorted(FEATURES[place] for place in np.argsort(fall)[-2:])
-    findings.append(REFERENCES.judge("ratio-falls", np.sort(fall)[-2], holds=lowest == ["lmc", "rmc"]))
+    yield REFERENCES.judge("ratio-falls", np.sort(fall)[-2], holds=lowest == ["lmc", "rmc"])
     own = np.mean([course.ratios.mean(axis=0) for course in courses[102, "mean", "pf-asd"]], axis=0)
-    return [*findings, *(REFERENCES.judge("ratio-102", _of(own, it), f"the {it}") for it in ("nose", "brows", "mouth"))]
+    yield from (REFERENCES.judge("ratio-102", _of(own, it), f"the {it}") for it in ("nose", "brows", "mouth"))
 
 
 def _of(values: Floats, name: str) -> float:
@@ -379,16 +369,14 @@ def _of(values: Floats, name: str) -> float:
     return float(values[[FEATURES.index(feature) for feature in MEMBERS[name]]].mean())
 
 
-def _faster(pool: Pool) -> list[Finding]:
+def _faster(pool: Pool) -> Findings:
     """Judge a head that is half as fast again: the head's prediction alone loses it, the mixture does not always."""
     methods: tuple[Method, ...] = ("pf-asd", "alpha-1")
     trials = tuple(Trial(method, "mean", seed) for method in methods for seed in range(FASTER_TRIALS))
     drives = pool.map(run_trials, [VideoTrials(99, trials, FASTER_FRAMES)])
-    mixture, upper = ([_error(one) for one in drives[0] if one.trial.method == method] for method in methods)
-    return [
-        REFERENCES.judge("fast-lost", min(upper)),
-        REFERENCES.judge("fast-order", np.median(mixture) / np.mean(upper)),
-    ]
+    mixture, upper = ([one.error_deg for one in drives[0] if one.trial.method == method] for method in methods)
+    yield REFERENCES.judge("fast-lost", min(upper))
+    yield REFERENCES.judge("fast-order", np.median(mixture) / np.mean(upper))
 
 
 # More people separate what depends on one face from what does not. The reference's three drivers are three draws of
@@ -398,19 +386,19 @@ def _faster(pool: Pool) -> list[Finding]:
 PEOPLE, TRIALS = range(1, 13), 2
 
 
-def people(pool: Pool) -> list[Finding]:
+def people(pool: Pool) -> Findings:
     """Compare medians over twelve people, two trials each."""
     trials = tuple(Trial(method, model, seed) for method in METHODS for model in MODELS for seed in range(TRIALS))
     drives = pool.map(run_trials, [VideoTrials(person, trials) for person in PEOPLE])
     errors = {(method, model): errors_of(drives, method, model) for method in METHODS for model in MODELS}
-    findings = []
     for model in MODELS:
         ours = float(np.median(errors["pf-asd", model]))
-        findings.append(REFERENCES.judge("people-error", ours, model))
-        findings.append(REFERENCES.judge("people-order", ours / np.median(errors["alpha-0", model]), model))
+        yield REFERENCES.judge("people-error", ours, model)
+        yield REFERENCES.judge("people-order", ours / np.median(errors["alpha-0", model]), model)
     better = np.mean(errors["pf-asd", "individual"] < errors["pf-asd", "mean"])
     astray = np.mean(errors["alpha-1", "mean"] > ABOVE_DEG)
-    return [*findings, REFERENCES.judge("people-own", better), REFERENCES.judge("people-lost", astray)]
+    yield REFERENCES.judge("people-own", better)
+    yield REFERENCES.judge("people-lost", astray)
 
 
 def errors_of(drives: Sequence[Sequence[TrialResult]], method: Method, model: Model) -> Floats:
@@ -429,23 +417,13 @@ GROWTH_PEOPLE = range(300, 306)
 GROWTH_MODELS: tuple[Model, ...] = ("mean", "growing", "individual")
 
 
-def growth(pool: Pool) -> list[Finding]:
+def growth(pool: Pool) -> Findings:
     """Compare the errors of the mixture over six people, two trials each."""
     trials = tuple(Trial("pf-asd", model, seed) for model in GROWTH_MODELS for seed in range(TRIALS))
     drives = pool.map(run_trials, [VideoTrials(person, trials) for person in GROWTH_PEOPLE])
     mean, grown, own = (errors_of(drives, "pf-asd", model) for model in GROWTH_MODELS)
     by_mean, by_grown, by_own = (float(np.median(errors)) for errors in (mean, grown, own))
     ratio = by_grown / by_own
-    return [
-        REFERENCES.judge("growing", by_grown, holds=by_grown < by_mean, mean=by_mean),
-        REFERENCES.judge("growing-near", ratio, holds=by_grown < 1.2 * by_own, own=by_own),
-        REFERENCES.judge("growing-better", np.mean(grown < mean)),
-    ]
-
-
-def _mean(courses: list[TrialResult], of: Callable[[TrialResult], float]) -> float:
-    return float(np.mean([of(course) for course in courses]))
-
-
-def _error(course: TrialResult) -> float:
-    return course.error_deg
+    yield REFERENCES.judge("growing", by_grown, holds=by_grown < by_mean, mean=by_mean)
+    yield REFERENCES.judge("growing-near", ratio, holds=by_grown < 1.2 * by_own, own=by_own)
+    yield REFERENCES.judge("growing-better", np.mean(grown < mean))

@@ -27,7 +27,7 @@ from pftrack.experiments import find
 from pftrack.experiments.head.painting import expose
 from pftrack.experiments.head.parameters import AS_PUBLISHED
 from pftrack.experiments.head.scene import HeadSceneParameters, HeadSource, focal_px
-from pftrack.reproduce.finding import Finding, References
+from pftrack.reproduce.finding import Findings, References
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.run import Run
 from pftrack.vision.face import theta_of
@@ -90,15 +90,13 @@ class Outcome:
     tracked_share: float
 
 
-def turns(pool: Pool) -> list[Finding]:
+def turns(pool: Pool) -> Findings:
     """Track six people with twenty seeds each, by default and as Bando has it, and judge the worst."""
-    findings = []
     ways: dict[str, dict[str, Value]] = {"the default": {}, "as in Bando 2007": AS_PUBLISHED}
     for name, values in ways.items():
         outcomes = [one for each in pool.map(_run_clip, [(person, values) for person in PEOPLE]) for one in each]
-        findings.append(REFERENCES.judge("worst-yaw", max(float(one.errors_deg[0]) for one in outcomes), name))
-        findings.append(REFERENCES.judge("worst-share", min(one.tracked_share for one in outcomes), name))
-    return findings
+        yield REFERENCES.judge("worst-yaw", max(float(one.errors_deg[0]) for one in outcomes), name)
+        yield REFERENCES.judge("worst-share", min(one.tracked_share for one in outcomes), name)
 
 
 def film(person: int, frames: int = FRAMES) -> Clip:

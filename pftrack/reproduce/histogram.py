@@ -21,7 +21,7 @@ from pftrack.core.model.parameters import Value, revise
 from pftrack.experiments import find
 from pftrack.experiments.histogram.scene import look_alike_place, visible_share
 from pftrack.output.figures.style import CURVE_COLOURS, LETTERS_PT, new_figure, write_title
-from pftrack.reproduce.finding import Finding, References
+from pftrack.reproduce.finding import Findings, References
 from pftrack.reproduce.pool import Pool, begin, preset_recipe
 from pftrack.runs.many import outcomes
 from pftrack.vision.likelihoods.histogram import similarity
@@ -136,7 +136,7 @@ BY_LAWN = {"greedy search", "random walk", "N = 25", "N = 50", "lambda = 50", "l
 QUICK = ("random walk", "N = 300")
 
 
-def table(pool: Pool, full: bool) -> list[Finding]:
+def table(pool: Pool, full: bool) -> Findings:
     """Success of the lecture's filter over scenes, particles and lambda."""
     settings = REFERENCES.settings["rows"]
     rows, count = (tuple(settings), RUNS) if full else (QUICK, QUICK_RUNS)
@@ -146,33 +146,30 @@ def table(pool: Pool, full: bool) -> list[Finding]:
     by_row = pool.groups(runs, cases)
     if full:
         pool.draw(lambda: draw(by_row, SCENES))
-    return [finding for row in rows for finding in _judge(row, by_row[row], 0.0 if full else QUICK_MORE)]
+    for row in rows:
+        yield from _judge(row, by_row[row], 0.0 if full else QUICK_MORE)
 
 
-def _judge(row: str, found: Sequence[Outcome], more: float) -> list[Finding]:
+def _judge(row: str, found: Sequence[Outcome], more: float) -> Findings:
     """Compare a row with the reference, scene by scene and on average."""
     by_lawn = row in BY_LAWN
     success = {scene: one.success for scene, one in zip(SCENES, found, strict=True)}
     name, ground = ("mean-by-lawn", "lawns") if by_lawn else ("mean", None)
     reference = np.mean(list(REFERENCES.table("success")[row].values()))
     mean = np.mean(list(success.values()))
-    findings = [
-        *REFERENCES.judge_all("success", success, row, more=more),
-        REFERENCES.judge(name, mean, row, reference=reference, more=more, ground=ground),
-    ]
+    yield from REFERENCES.judge_all("success", success, row, more=more)
+    yield REFERENCES.judge(name, mean, row, reference=reference, more=more, ground=ground)
     errors = REFERENCES.table("error").get(row)
     if errors:
         ours = {scene: one.error_px for scene, one in zip(SCENES, found, strict=True)}
         mean, reference = (np.mean(list(some.values())) for some in (ours, errors))
-        findings += REFERENCES.judge_all("error", ours, row)
-        findings.append(REFERENCES.judge("mean-error", mean, row, reference=reference))
-    return findings
+        yield from REFERENCES.judge_all("error", ours, row)
+        yield REFERENCES.judge("mean-error", mean, row, reference=reference)
 
 
-def trackers(pool: Pool, full: bool) -> list[Finding]:
+def trackers(pool: Pool, full: bool) -> Findings:
     """Success of the filters that draw by observation, with the same likelihood, over the same scenes."""
-    if not full:
-        return [REFERENCES.not_run("few-trackers")]
+    del full
     ways = [("condensation", "")]
     ways += [(name, rule) for name in ("apf", "h-spf", "s-spf") for rule in ("sharpened", "corrected")]
     ways.append(("pc-pf", ""))
@@ -181,13 +178,11 @@ def trackers(pool: Pool, full: bool) -> list[Finding]:
         for name, rule in ways
     }
     rates = {way: np.mean([one.success for one in found]) for way, found in pool.groups(runs, cases).items()}
-    findings = []
     for (name, rule), rate in rates.items():
         title = f"{name}, {rule}" if rule else name
-        findings.append(REFERENCES.judge("tracker", rate, name, rule, title=title))
+        yield REFERENCES.judge("tracker", rate, name, rule, title=title)
         if rule:
-            findings.append(REFERENCES.judge("tracker-gain", rate - rates["condensation", ""], title=title))
-    return findings
+            yield REFERENCES.judge("tracker-gain", rate - rates["condensation", ""], title=title)
 
 
 FRAME = 30

@@ -29,7 +29,7 @@ from pftrack.experiments.linkage.scene import (
 )
 from pftrack.filters.truncation import truncate
 from pftrack.output.figures.style import CURVE_COLOURS, new_figure
-from pftrack.reproduce.finding import Finding, References
+from pftrack.reproduce.finding import Findings, References
 from pftrack.reproduce.pool import Pool, begin, preset_recipe, recipe
 from pftrack.runs.run import Run
 from pftrack.vision.rendering import render_beside
@@ -183,7 +183,7 @@ ROUNDS = 3
 """How often the iterated filter linearises."""
 
 
-def algebra(pool: Pool, full: bool) -> list[Finding]:
+def algebra(pool: Pool, full: bool) -> Findings:
     """Truncation without observations, and the re-centring of a rotation (8.1)."""
     del pool, full
     mean, variance, found = np.array([65.0]), np.array([[100.0]]), {}
@@ -194,67 +194,60 @@ def algebra(pool: Pool, full: bool) -> list[Finding]:
     jacobian, turn, exact = right_jacobian(omega), matrix(omega), _small_turn(omega)
     size = float(np.sqrt(np.square(exact).sum()))
     others = {"J_r": jacobian, "R'": turn.T, "printed R": turn}
-    return [
-        *REFERENCES.judge_all("truncated", {times: found[times] for times in REFERENCES.table("truncated")}),
-        *REFERENCES.judge_all(
-            "recentred", {name: np.sqrt(np.square(other - exact).sum()) / size for name, other in others.items()}
-        ),
-    ]
+    yield from REFERENCES.judge_all("truncated", {times: found[times] for times in REFERENCES.table("truncated")})
+    yield from REFERENCES.judge_all(
+        "recentred", {name: np.sqrt(np.square(other - exact).sum()) / size for name, other in others.items()}
+    )
 
 
-def cross(pool: Pool, full: bool) -> list[Finding]:
+def cross(pool: Pool, full: bool) -> Findings:
     """One filter and several where the third link passes the parallel to the image (8.2)."""
     runs = CROSS_RUNS if full else QUICK_CROSS_RUNS
-    findings = []
     for tracker, beam in (("ekf-truncated", 1), ("ekf-mirrors", 2), ("ekf-mirrors", 4)):
         errors = _last_errors(pool, tracker, {**scene("cross"), "beam_width": beam}, runs)
         title = tracker + (f", beam {beam}" if tracker == "ekf-mirrors" else "")
         share = float((errors < SUCCESS_RAD).mean())
-        findings.append(REFERENCES.judge("cross-successes", share, tracker, beam, runs=runs, title=title))
+        yield REFERENCES.judge("cross-successes", share, tracker, beam, runs=runs, title=title)
         if beam != 2:
-            findings.append(REFERENCES.judge("cross-median", np.median(errors), tracker, beam, title=title))
+            yield REFERENCES.judge("cross-median", np.median(errors), tracker, beam, title=title)
     for tracker in REFERENCES.table("cross-own") if full else ():  # the particles take longer than all else
         share = float((_last_errors(pool, tracker, scene("cross"), runs) < SUCCESS_RAD).mean())
-        findings.append(REFERENCES.judge("cross-own", share, tracker, runs=runs))
-    return findings
+        yield REFERENCES.judge("cross-own", share, tracker, runs=runs)
 
 
-def static(pool: Pool, full: bool) -> list[Finding]:
+def static(pool: Pool, full: bool) -> Findings:
     """A pose that is held: one filter becomes sure of a wrong length of the third link (8.2)."""
     runs = 12 if full else 6
     ours = _third_length(courses(pool, "ekf-truncated", scene("static"), runs))
     worst = _third_length(courses(pool, "ukf", scene("static"), runs))[3]
-    return [
-        *REFERENCES.judge_all("static", dict(zip(REFERENCES.table("static"), ours, strict=True))),
-        REFERENCES.judge("static-unscented", worst, holds=worst < ours[3]),
-    ]
+    yield from REFERENCES.judge_all("static", dict(zip(REFERENCES.table("static"), ours, strict=True)))
+    yield REFERENCES.judge("static-unscented", worst, holds=worst < ours[3])
 
 
-def confident(pool: Pool, full: bool) -> list[Finding]:
+def confident(pool: Pool, full: bool) -> Findings:
     """A filter that is wrong and sure of a length never takes up the mirrored link (8.5)."""
     runs = 16 if full else 8
     rates = {}
     for variance in (1, 100):
         errors = _last_errors(pool, "ekf-mirrors", {**scene("confident"), "start_length_variance_px2": variance}, runs)
         rates[variance] = float((errors < SUCCESS_RAD).mean())
-    return REFERENCES.judge_all("confident", rates)
+    yield from REFERENCES.judge_all("confident", rates)
 
 
-def recovery(pool: Pool, full: bool) -> list[Finding]:
+def recovery(pool: Pool, full: bool) -> Findings:
     """Ninety frames of small vibration, then rotation (5.7.4): the filter was to fail, and recovers (8.5)."""
-    r, findings = np.array([70.0, 60.0, 50.0]), []
+    r = np.array([70.0, 60.0, 50.0])
     for title, end in (("forwards", (0.6, 0.9, 0.85)), ("through the parallel", (1.25, 0.6, 0.15))):
         found = _after_vibration(pool, end, r, r + np.array([4.0, 4.0, 8.0]), {}, 10 if full else 4)
         worst = max(float((np.abs(one.lengths[89] - r) / one.deviations[89]).max()) for one in found)
-        findings.append(REFERENCES.judge("fails", np.mean(_failed(found)), title))
-        findings.append(REFERENCES.judge("worst-before", worst, title))
+        yield REFERENCES.judge("fails", np.mean(_failed(found)), title)
+        yield REFERENCES.judge("worst-before", worst, title)
     # Shorter links, taken to be longer, and mirrors near the parallel.
     r, start_px = np.array([64.0, 53.0, 42.0]), np.array([72.0, 66.0, 58.0])
     for beam, share in ((2, ".62"), (4, ".50")) if full else ():
         values: dict[str, Value] = {"mirror_tau": 0.1, "beam_width": beam}
         failed = _failed(_after_vibration(pool, (1.25, 0.6, 0.15), r, start_px, values, 8))
-        findings.append(REFERENCES.judge("short-links", np.mean(failed), beam, holds=sum(failed) >= 2, share=share))
-    return findings
+        yield REFERENCES.judge("short-links", np.mean(failed), beam, holds=sum(failed) >= 2, share=share)
 
 
 def _after_vibration(
@@ -276,22 +269,19 @@ def _failed(found: Sequence[RunResult]) -> list[bool]:
     return [float(one.errors[-LAST:].mean()) >= SUCCESS_RAD for one in found]
 
 
-def space(pool: Pool, full: bool) -> list[Finding]:
+def space(pool: Pool, full: bool) -> Findings:
     """The same filter in space, on a motion that shows much: the worst of all seeds (8.6)."""
     runs = 5 if full else 2
     found = courses(pool, "ekf-truncated", scene("space"), runs)
     final = worst_length_px(found)
     ratio = max(float((np.abs(one.lengths - one.true_lengths) / one.deviations)[1:].max()) for one in found)
     again = worst_length_px(courses(pool, "ekf-truncated", {**scene("space"), "linearisations": ROUNDS}, runs))
-    findings = [
-        REFERENCES.judge("space-final", final, "ekf-truncated"),
-        REFERENCES.judge("space-worst", ratio),
-        REFERENCES.judge("space-iterated", again, ROUNDS, holds=again < final),
-    ]
+    yield REFERENCES.judge("space-final", final, "ekf-truncated")
+    yield REFERENCES.judge("space-worst", ratio)
+    yield REFERENCES.judge("space-iterated", again, ROUNDS, holds=again < final)
     if full:
         sampled = worst_length_px(courses(pool, "particles", scene("space"), runs))
-        findings.append(REFERENCES.judge("space-final", sampled, "particles"))
-    return findings
+        yield REFERENCES.judge("space-final", sampled, "particles")
 
 
 def _last_errors(pool: Pool, tracker: str, values: Mapping[str, Value], runs: int) -> Floats:
@@ -345,26 +335,24 @@ FILTERS: tuple[tuple[str, Mapping[str, Value], float], ...] = (
 """Tracker, values, and what the final error of the worst length of any seed is below, px, with lines and ends."""
 
 
-def lines(pool: Pool, full: bool) -> list[Finding]:
+def lines(pool: Pool, full: bool) -> Findings:
     """Lengths that filters find by lines with root and tip, and what regions leave of them by lines."""
     seeds = SEEDS if full else QUICK_SEEDS
-    findings = []
     for tracker, values, limit in FILTERS if full else FILTERS[1:2]:
         found = courses(pool, tracker, {**scene("space"), **values, "links_seen_as": "lines-and-ends"}, seeds)
         title, worst = tracker + (f", linearised {ROUNDS} times" if values else ""), worst_length_px(found)
-        findings.append(REFERENCES.judge("lines-final", worst, title=title, holds=worst < limit))
+        yield REFERENCES.judge("lines-final", worst, title=title, holds=worst < limit)
     preset = preset_recipe("linkage", "3d").timeline[0].values
     for seen_as in ("lines-and-ends", "lines") if full else ("lines-and-ends",):
         way = seen_as.replace("-", " ")
         for tracker in ("ellipsoids", "box-guides") if full else ("ellipsoids",):
             found = courses(pool, tracker, {**preset, "links_seen_as": seen_as}, seeds)
             contained = np.mean([one.contained.mean() for one in found])
-            findings.append(REFERENCES.judge("lines-contained", contained, way=way, tracker=tracker))
+            yield REFERENCES.judge("lines-contained", contained, way=way, tracker=tracker)
             if tracker == "ellipsoids":
                 widths = dict(enumerate(np.mean([np.diff(one.final)[:, 0] for one in found], axis=0), 1))
                 wider = {} if full else {"wider": QUICK_WIDER, "ground": "chosen"}
-                findings += REFERENCES.judge_all("lines-width", widths, seen_as, way=way, **wider)
-    return findings
+                yield from REFERENCES.judge_all("lines-width", widths, seen_as, way=way, **wider)
 
 
 SPLIT_FRAME = 68

@@ -15,7 +15,7 @@ import numpy as np
 from pftrack.core.arrays import Floats
 from pftrack.core.model.recipe import Recipe
 from pftrack.experiments.linkage.sets.ellipsoids import LENGTHENED, OUTER, PRINTED, cut, predict, trace_ratio
-from pftrack.reproduce.finding import Finding, References
+from pftrack.reproduce.finding import Findings, References
 from pftrack.reproduce.linkage import RunResult, measure, split
 from pftrack.reproduce.linkage import still as still_figure
 from pftrack.reproduce.pool import Key, Pool, preset_recipe, seeded
@@ -28,26 +28,26 @@ MIRRORS = "mirror3", "mirror2"
 ENDS = "lower", "upper"
 
 
-def containment(pool: Pool, full: bool) -> list[Finding]:
+def containment(pool: Pool, full: bool) -> Findings:
     """The truth is in the region in all frames; regions split and are refuted; lengths are bounded."""
     seeds = SEEDS if full else QUICK_SEEDS
     names = ("static-regions", *MIRRORS, *OBJECTS)
     found = _courses(pool, {name: preset_recipe("linkage", name) for name in names}, seeds)
-    findings = REFERENCES.judge_all("contained", {name: _contained(one) for name, one in found.items()})
+    yield from REFERENCES.judge_all("contained", {name: _contained(one) for name, one in found.items()})
     for frame in REFERENCES.table("still-width"):
         width = np.median([one.high[frame, 2] - one.low[frame, 2] for one in found["static-regions"]])
-        findings.append(REFERENCES.judge("still-width", width, frame))
+        yield REFERENCES.judge("still-width", width, frame)
     for name in MIRRORS:
         begun = [int(np.flatnonzero(one.splits)[0]) if one.splits.any() else -100 for one in found[name]]
         middle = 0.5 * sum(REFERENCES.table("first-split")[name])
         worst = max(begun, key=lambda frame, middle=middle: abs(frame - middle))  # type: ignore[misc]
         single = np.mean([one.hypotheses[-1] == 1 for one in found[name]])
-        findings.append(REFERENCES.judge("first-split", worst, name))
-        findings.append(REFERENCES.judge("single-region", single, name, runs=seeds))
+        yield REFERENCES.judge("first-split", worst, name)
+        yield REFERENCES.judge("single-region", single, name, runs=seeds)
     for name in OBJECTS:
-        findings += REFERENCES.judge_all("ends", _ends(found[name]), name)
+        yield from REFERENCES.judge_all("ends", _ends(found[name]), name)
     pool.draw(lambda: {"linkage-still": still_figure(), "linkage-split": split()})
-    return [*findings, *_judge_intervals(found["two-1"], found["two-2"])]
+    yield from _judge_intervals(found["two-1"], found["two-2"])
 
 
 def _contained(found: Sequence[RunResult]) -> float:
@@ -61,19 +61,18 @@ def _ends(found: Sequence[RunResult]) -> dict[tuple[int, str], float]:
     return {(link + 1, side): ends[link, place] for link in range(3) for place, side in enumerate(ENDS)}
 
 
-def _judge_intervals(one: list[RunResult], other: list[RunResult]) -> list[Finding]:
+def _judge_intervals(one: list[RunResult], other: list[RunResult]) -> Findings:
     """Compare the final intervals of two objects, seed by seed."""
     first, second = (np.array([each.final for each in some]) for some in (one, other))
     disjoint = (first[..., 1] < second[..., 0]).mean(axis=0)
     ordered = (first.mean(axis=2) < second.mean(axis=2)).mean(axis=0)
-    findings = []
     for link in range(3):
-        findings.append(REFERENCES.judge("disjoint", disjoint[link], link + 1, runs=len(one)))
-        findings.append(REFERENCES.judge("in-order", ordered[link], link + 1))
-    return [*findings, REFERENCES.judge("told-apart", disjoint[2])]
+        yield REFERENCES.judge("disjoint", disjoint[link], link + 1, runs=len(one))
+        yield REFERENCES.judge("in-order", ordered[link], link + 1)
+    yield REFERENCES.judge("told-apart", disjoint[2])
 
 
-def ingredients(pool: Pool, full: bool) -> list[Finding]:
+def ingredients(pool: Pool, full: bool) -> Findings:
     """Guides alone, and Shimada's own ellipsoids with the outer prediction and with those that it states."""
     trackers = "ellipsoids", "box-guides", "ellipsoids-literal"
     moving = (*MIRRORS, *OBJECTS)
@@ -90,23 +89,22 @@ def ingredients(pool: Pool, full: bool) -> list[Finding]:
     )
     mirror, literal = found["mirror3", "ellipsoids-literal"], [found[name, "ellipsoids-literal"] for name in OBJECTS]
     split_share = np.mean([one.splits.any() for one in mirror])
-    findings = [
-        REFERENCES.judge("guides-alone", off),
-        REFERENCES.judge("literal-contained", _contained([*literal[0], *literal[1], *mirror]), title=""),
-        REFERENCES.judge("literal-splits", split_share),
-    ]
+    yield REFERENCES.judge("guides-alone", off)
+    yield REFERENCES.judge("literal-contained", _contained([*literal[0], *literal[1], *mirror]), title="")
+    yield REFERENCES.judge("literal-splits", split_share)
     longer = [found[name, "longer"] for name in OBJECTS]
     for title, (first, second) in (("", literal), (", semi-axes lengthened", longer)):
         widest = float(np.max(np.mean([np.diff(one.final)[:, 0] for one in first], axis=0)))
         half = max(float(np.diff(one.final).max()) / 2.0 for one in (*first, *second))
-        findings.append(REFERENCES.judge("widest", widest, title=title))
-        findings.append(REFERENCES.judge("half-widths", half, title=title))
+        yield REFERENCES.judge("widest", widest, title=title)
+        yield REFERENCES.judge("half-widths", half, title=title)
     kept = max(_contained(found[name, "printed"]) for name in moving)
     still = _contained(found["static-regions", "printed"])
-    return [*findings, REFERENCES.judge("printed-moving", kept), REFERENCES.judge("printed-still", still)]
+    yield REFERENCES.judge("printed-moving", kept)
+    yield REFERENCES.judge("printed-still", still)
 
 
-def variants(pool: Pool, full: bool) -> list[Finding]:
+def variants(pool: Pool, full: bool) -> Findings:
     """Shimada's own ellipsoids on object 1, moving more slowly or with another scale of angles: no length is learned.
 
     One seed, as the reference has it.
@@ -114,28 +112,22 @@ def variants(pool: Pool, full: bool) -> list[Finding]:
     variants = REFERENCES.settings["variants"]
     chosen = {title: values for title, values in variants.items() if full or "path_slowing" not in values}
     asked = {it: preset_recipe("linkage", "two-1", "ellipsoids-literal", **values) for it, values in chosen.items()}
-    findings = []
     for title, found in _courses(pool, asked, 1).items():
         last, before = found[0].final, np.array([[60.0, 80.0], [50.0, 70.0], [40.0, 60.0]])
         moved = np.abs(last - before)
         moved[0, 1] = 0.0
-        findings += [
-            REFERENCES.judge("literal-contained", _contained(found), title=f", {title}, object 1"),
-            REFERENCES.judge("variant-upper", last[0, 1], title),
-            REFERENCES.judge("variant-others", moved.max(), title),
-        ]
-    return findings
+        yield REFERENCES.judge("literal-contained", _contained(found), title=f", {title}, object 1")
+        yield REFERENCES.judge("variant-upper", last[0, 1], title)
+        yield REFERENCES.judge("variant-others", moved.max(), title)
 
 
-def space(pool: Pool, full: bool) -> list[Finding]:
+def space(pool: Pool, full: bool) -> Findings:
     """In space regions are safe and weak: their guides of attitude and joints grow by the bound of the motion."""
     seeds = SPACE_SEEDS if full else QUICK_SPACE_SEEDS
     regions = _courses(pool, {"3d": preset_recipe("linkage", "3d", "ellipsoids")}, seeds)["3d"]
     ends = "space-ends" if full else "space-ends-of-one"
-    return [
-        REFERENCES.judge("space-contained", _contained(regions)),
-        *REFERENCES.judge_all(ends, _ends(regions)),
-    ]
+    yield REFERENCES.judge("space-contained", _contained(regions))
+    yield from REFERENCES.judge_all(ends, _ends(regions))
 
 
 def _courses(pool: Pool, asked: Mapping[Key, Recipe], seeds: int) -> dict[Key, list[RunResult]]:
@@ -149,7 +141,7 @@ TOLERANCE = 1e-7
 """By how much (x - c)' P^-1 (x - c) may be above 1."""
 
 
-def algebra(pool: Pool, full: bool) -> list[Finding]:
+def algebra(pool: Pool, full: bool) -> Findings:
     """Containment of a cut, the least trace, the cubic as printed, and three ways of prediction."""
     del pool
     rng = np.random.default_rng(0)
@@ -160,15 +152,12 @@ def algebra(pool: Pool, full: bool) -> list[Finding]:
     tried = 1.0 + np.geomspace(1e-6, 1e6, 1500)
     searched = np.minimum([trace_after(case[None], tried).min() for case in cases], cases[:, 0])
     printed = trace_after(cases, np.array([_printed_ratio(case) for case in cases]))
-    findings = [
-        REFERENCES.judge("lost-points", outside, tested=tested),
-        REFERENCES.judge("beaten", (least > searched * (1.0 + 1e-9)).sum()),
-        REFERENCES.judge("printed-cubic", (printed > least * (1.0 + 1e-9)).mean()),
-    ]
+    yield REFERENCES.judge("lost-points", outside, tested=tested)
+    yield REFERENCES.judge("beaten", (least > searched * (1.0 + 1e-9)).sum())
+    yield REFERENCES.judge("printed-cubic", (printed > least * (1.0 + 1e-9)).mean())
     for name, way in {"P + du I": PRINTED, "longer semi-axes": LENGTHENED, "ours": OUTER}.items():
         lost = [sticks_out(random_shape(rng, size), size, rng.uniform(0.6, 5.0), way, rng) for size in _sizes(rng, 300)]
-        findings.append(REFERENCES.judge("predictions", np.mean(lost), name))
-    return findings
+        yield REFERENCES.judge("predictions", np.mean(lost), name)
 
 
 def random_shape(rng: np.random.Generator, size: int) -> Floats:

@@ -38,7 +38,7 @@ from pftrack.experiments.shared.loss_probability import (
     follow_features,
 )
 from pftrack.output.figures.style import CURVE_COLOURS, INK, LETTERS_PT, TWO_COLUMNS_IN, new_figure
-from pftrack.reproduce.finding import Finding, References
+from pftrack.reproduce.finding import Findings, References
 from pftrack.reproduce.pool import Pool, begin, recipe, rows_of
 from pftrack.runs.run import Run
 
@@ -297,35 +297,31 @@ def delays(runs: Sequence[tuple[Floats, Bools]]) -> Delays:
     return Delays(len(found), len(frames), frames)
 
 
-def loss_probabilities(pool: Pool, full: bool) -> list[Finding]:
+def loss_probabilities(pool: Pool, full: bool) -> Findings:
     """Judge what every tracker declares in the scenes that are there for it."""
-    if not full:
-        return [REFERENCES.not_run("too-few")]
-    findings, scored = [], {}
+    del full
+    scored = {}
     for name in EXPERIMENTS.own:
         declared = EXPERIMENTS[name].quality.loss_probability
         for tracker, model in declared.models.items():
             numbers = range(FIRST_JUDGED, FIRST_JUDGED + scenes_of(EXPERIMENTS[name]).judged)
             judged = judge(model.regression, pool.map(witness, cases(name, tracker, numbers, model.signals)))
-            findings += _findings(judged, name, tracker)
+            yield from _findings(judged, name, tracker)
             scored[name, tracker] = judged
         for tracker, error in declared.refused.items():
             why = "refused" if error > MOST_ERROR else "seldom"
-            findings.append(REFERENCES.not_run(why, name, tracker, error=error))
+            yield REFERENCES.not_run(why, name, tracker, error=error)
     pool.draw(lambda: draw_scores(scored))
-    return findings
 
 
-def _findings(found: Judgement, *keys: str) -> list[Finding]:
+def _findings(found: Judgement, *keys: str) -> Findings:
     """Return what is said of the probability of an experiment's tracker."""
-    return [
-        REFERENCES.judge("error", found.error, *keys),
-        REFERENCES.judge("brier", found.brier, *keys, holds=found.brier < found.base),
-        REFERENCES.judge("base", found.base, *keys),
-        REFERENCES.judge("roc", found.roc.area, *keys),
-        REFERENCES.judge("told", found.delays.share, *keys),
-        REFERENCES.judge("delay", found.delays.median, *keys, holds=True),
-    ]
+    yield REFERENCES.judge("error", found.error, *keys)
+    yield REFERENCES.judge("brier", found.brier, *keys, holds=found.brier < found.base)
+    yield REFERENCES.judge("base", found.base, *keys)
+    yield REFERENCES.judge("roc", found.roc.area, *keys)
+    yield REFERENCES.judge("told", found.delays.share, *keys)
+    yield REFERENCES.judge("delay", found.delays.median, *keys, holds=True)
 
 
 def scenes_of(experiment: Experiment) -> Scenes:
@@ -351,25 +347,23 @@ VIEWS: dict[str, dict[str, Value]] = {
 }
 
 
-def coverage(pool: Pool, full: bool) -> list[Finding]:
+def coverage(pool: Pool, full: bool) -> Findings:
     """Coverage of both bands and the error of both estimates, the angles pooled: prisms, and in full heads as well."""
-    findings = []
     seeds = PRISM_SEEDS if full else PRISM_SEEDS[:QUICK_SEEDS]
     for upper in ("affine", "perspective"):
-        findings += _judge(pool, "prism", f"prism, {upper}", 625, [({"upper_layer": upper}, seed) for seed in seeds])
+        yield from _judge(pool, "prism", f"prism, {upper}", 625, [({"upper_layer": upper}, seed) for seed in seeds])
     for (view, values), face in product(VIEWS.items(), ("mean", "personal")) if full else ():
         # What Bando did has a face of its own.
         chosen: dict[str, Value] = {**values, "speed": HEAD_SPEED, "face_model": face}
         heads = [({**chosen, "person": person}, 0) for person in PEOPLE]
-        findings += _judge(pool, "head", f"head, {face} face, {view}", HEAD_FRAMES, heads)
-    return findings
+        yield from _judge(pool, "head", f"head, {face} face, {view}", HEAD_FRAMES, heads)
 
 
 def _judge(
     pool: Pool, experiment: str, name: str, frames: int, trials: Sequence[tuple[Mapping[str, Value], int]]
-) -> list[Finding]:
+) -> Findings:
     """Compare both bands with what they say, on values and seeds."""
-    findings, errors = [], []
+    errors = []
     runs = {
         band: [recipe(experiment, "pf-asd", {**it, "pose_band": band}, seed=seed, frames=frames) for it, seed in trials]
         for band in ("document", "calibrated")
@@ -377,8 +371,8 @@ def _judge(
     for band, outcomes in pool.run_groups(_measure, runs).items():
         *shares, error = np.mean(outcomes, axis=0)
         errors.append(float(error))
-        findings += REFERENCES.judge_all("band", dict(zip(SHARES, shares, strict=True)), name, band)
-    return [*findings, REFERENCES.judge("band-error", errors[1] / errors[0], name)]
+        yield from REFERENCES.judge_all("band", dict(zip(SHARES, shares, strict=True)), name, band)
+    yield REFERENCES.judge("band-error", errors[1] / errors[0], name)
 
 
 def _measure(run: Run) -> tuple[float, ...]:

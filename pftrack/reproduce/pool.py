@@ -44,7 +44,13 @@ RUNS_A_PIECE = 120
 
 
 class Pool:
-    """Maps functions over lists of work, carries out sweeps, and reports progress."""
+    """Maps functions over lists of work, carries out sweeps, and reports progress.
+
+    Attributes:
+        folder: Where sweeps and figures are kept, if anywhere.
+        pieces: How many pieces of work are done, most of them trials.
+        seconds: Processor time of all pieces of work so far, s; of sweeps the time that they took, for every process.
+    """
 
     def __init__(
         self,
@@ -66,19 +72,9 @@ class Pool:
         self._cluster = cluster
         self._workers: Workers | None = None
         self._progress = progress
-        self._done = 0
+        self.pieces = 0
         self._known = 0
-        self._seconds = 0.0
-
-    @property
-    def pieces(self) -> int:
-        """How many pieces of work are done, most of them trials."""
-        return self._done
-
-    @property
-    def seconds(self) -> float:
-        """Processor time of all pieces of work so far, s; of sweeps the time that they took, for every process."""
-        return self._seconds
+        self.seconds = 0.0
 
     def __enter__(self) -> Self:
         """Use the pool."""
@@ -160,10 +156,10 @@ class Pool:
         return [outcome for number in range(len(pieces)) for outcome in outcomes[number]]
 
     def _advance(self, count: int, seconds: float) -> None:
-        self._done += count
-        self._seconds += seconds
+        self.pieces += count
+        self.seconds += seconds
         if self._progress is not None:
-            self._progress(self._done, self._known)
+            self._progress(self.pieces, self._known)
 
     def sweep(self, plan: Plan, out: Path) -> Result:
         """Return the result of a sweep that is kept in a file: finished before, gone on with, or computed.
@@ -180,14 +176,14 @@ class Pool:
         self._known += pieces
 
         def tell(progress: Progress) -> None:
-            self._done = known + progress.done // RUNS_A_PIECE
+            self.pieces = known + progress.done // RUNS_A_PIECE
             if self._progress is not None:
-                self._progress(self._done, self._known)
+                self._progress(self.pieces, self._known)
 
         began = monotonic()
         result = carry_out(None if begun else plan, out, jobs=self._jobs, cluster=self._cluster, progress=tell)
-        self._done = known + pieces
-        self._seconds += self._jobs * (monotonic() - began)
+        self.pieces = known + pieces
+        self.seconds += self._jobs * (monotonic() - began)
         return result
 
 

@@ -13,7 +13,7 @@ with an allowance of three standard errors of both sides: on a pinhole those of 
 more than the 0.05 degrees that the reference allows.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Literal, TypeAlias
@@ -35,7 +35,7 @@ from pftrack.experiments.shared.pose.calibrated import AS_PUBLISHED
 from pftrack.experiments.shared.pose.methods import Method
 from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.filters import affine
-from pftrack.reproduce.finding import Finding, References
+from pftrack.reproduce.finding import Findings, References, mean_of
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.run import Run
 from pftrack.vision.likelihoods import points
@@ -169,75 +169,71 @@ def _ramp(ratios: Floats, visible: Bools) -> Floats:
 Courses: TypeAlias = dict[Method, list[TrialResult]]
 
 
-def pose(pool: Pool, full: bool) -> list[Finding]:
+def pose(pool: Pool, full: bool) -> Findings:
     """Errors of pose and features of four methods, and the mixing ratios of the adaptive one."""
     courses = _courses(pool, METHODS, range(100 if full else 15))
     courses |= _courses(pool, ["rb-pf"], range(3 if full else 1))
-    findings = []
     for method in REFERENCES.table("mean-of-axes"):
         angles = np.mean([one.errors_deg for one in courses[method]], axis=0)
         # A single trial of one axis scatters by more than is allowed.
         if len(courses[method]) > 1:
-            findings += REFERENCES.judge_all("angle", dict(zip(AXES, angles, strict=True)), method)
-        findings.append(REFERENCES.judge("mean-of-axes", _mean(courses[method], _error), method))
+            yield from REFERENCES.judge_all("angle", dict(zip(AXES, angles, strict=True)), method)
+        yield REFERENCES.judge("mean-of-axes", _error_deg(courses[method]), method)
     median = np.median([one.error_deg for one in courses["alpha-0"]])
-    findings.append(REFERENCES.judge("alpha-0-median", median))
-    error = {method: _mean(outcomes, _error) for method, outcomes in courses.items()}
-    findings.append(REFERENCES.judge("mixture-gain", error["alpha-1"] - error["pf-asd"]))
-    findings += [REFERENCES.judge("upper-gain", error[it] - error["alpha-1"], it) for it in ("alpha-0", "rb-pf")]
+    yield REFERENCES.judge("alpha-0-median", median)
+    error = {method: _error_deg(outcomes) for method, outcomes in courses.items()}
+    yield REFERENCES.judge("mixture-gain", error["alpha-1"] - error["pf-asd"])
+    yield from [REFERENCES.judge("upper-gain", error[it] - error["alpha-1"], it) for it in ("alpha-0", "rb-pf")]
     for method in REFERENCES.table("features"):
         found = courses[method]
-        px = {"visible": _mean(found, lambda one: one.visible_px), "hidden": _mean(found, lambda one: one.hidden_px)}
-        findings += REFERENCES.judge_all("features", px, method)
+        px = {"visible": mean_of(one.visible_px for one in found), "hidden": mean_of(one.hidden_px for one in found)}
+        yield from REFERENCES.judge_all("features", px, method)
     effective = np.median([one.effective_sample_size for one in courses["rb-pf"]])
-    return [*findings, REFERENCES.judge("effective", effective), *_ratios(courses["pf-asd"])]
+    yield REFERENCES.judge("effective", effective)
+    yield from _ratios(courses["pf-asd"])
 
 
-def _ratios(courses: list[TrialResult]) -> list[Finding]:
-    visible, hidden = _mean(courses, lambda one: one.ratio_visible), _mean(courses, lambda one: one.ratio_hidden)
+def _ratios(courses: list[TrialResult]) -> Findings:
+    visible, hidden = mean_of(one.ratio_visible for one in courses), mean_of(one.ratio_hidden for one in courses)
     ratios = {
-        "front vertices": _mean(courses, lambda one: one.ratio_front),
+        "front vertices": mean_of(one.ratio_front for one in courses),
         "rear vertices while visible": visible,
         "rear vertices while hidden": hidden,
     }
     ramp = np.nanmean([one.ramp for one in courses], axis=0)
-    return [
-        *REFERENCES.judge_all("ratio", ratios),
-        REFERENCES.judge("ratio-rises", hidden - visible),
-        *REFERENCES.judge_all("ramp", {age: ramp[age - 1] for age in REFERENCES.table("ramp")}),
-    ]
+    yield from REFERENCES.judge_all("ratio", ratios)
+    yield REFERENCES.judge("ratio-rises", hidden - visible)
+    yield from REFERENCES.judge_all("ramp", {age: ramp[age - 1] for age in REFERENCES.table("ramp")})
 
 
-def readings(pool: Pool, full: bool) -> list[Finding]:
+def readings(pool: Pool, full: bool) -> Findings:
     """What comes of other readings of the experiment, and of other distances."""
     seeds = range(5 if full else 3)
-    findings = []
     kinds: tuple[Reading, ...] = ("kernel", "sharp", "underflow")
     for reading in kinds:
         courses = _courses(pool, METHODS, seeds, reading=reading)
-        found = {method: _mean(courses[method], _error) for method in REFERENCES.table("reading")[reading]}
-        findings += REFERENCES.judge_all("reading", found, reading)
+        found = {method: _error_deg(courses[method]) for method in REFERENCES.table("reading")[reading]}
+        yield from REFERENCES.judge_all("reading", found, reading)
         mixture = courses["pf-asd"]
         if reading == "kernel":
-            rise = _mean(mixture, lambda one: one.ratio_hidden - one.ratio_visible)
-            findings.append(REFERENCES.judge("kernel-ratio", _mean(mixture, lambda one: one.ratio_hidden)))
-            findings.append(REFERENCES.judge("kernel-rises", rise))
+            rise = mean_of(one.ratio_hidden - one.ratio_visible for one in mixture)
+            yield REFERENCES.judge("kernel-ratio", mean_of(one.ratio_hidden for one in mixture))
+            yield REFERENCES.judge("kernel-rises", rise)
         else:
-            below = 2.0 * REFERENCES.table("mean-of-axes")["pf-asd"] - _mean(mixture, _error)
-            findings.append(REFERENCES.judge("survives", below, reading))
+            below = 2.0 * REFERENCES.table("mean-of-axes")["pf-asd"] - _error_deg(mixture)
+            yield REFERENCES.judge("survives", below, reading)
     for distance in (100, 120, 150):
         courses = _courses(pool, ["pf-asd", "alpha-1"], seeds, {"distance_mm": distance})
-        ratio = _mean(courses["pf-asd"], lambda one: 0.5 * (one.ratio_front + one.ratio_visible))
+        ratio = mean_of(0.5 * (one.ratio_front + one.ratio_visible) for one in courses["pf-asd"])
         name = "ratio-by-distance" if distance in REFERENCES.table("ratio-by-distance") else "ratio-clipped"
-        gain = _mean(courses["alpha-1"], _error) - _mean(courses["pf-asd"], _error)
-        findings += [REFERENCES.judge(name, ratio, distance), REFERENCES.judge("gain-by-distance", gain, distance)]
-    return findings
+        gain = _error_deg(courses["alpha-1"]) - _error_deg(courses["pf-asd"])
+        yield REFERENCES.judge(name, ratio, distance)
+        yield REFERENCES.judge("gain-by-distance", gain, distance)
 
 
-def perspective(pool: Pool, full: bool) -> list[Finding]:
+def perspective(pool: Pool, full: bool) -> Findings:
     """Pose and translation with a pinhole as the upper layer, of a prism that stays and of one that moves."""
     count = 20 if full else 6
-    findings = []
     for title, share in {"fixed": 0.0, "moving": 1.0}.items():
         values: dict[str, Value] = {"upper_layer": "perspective", "translation": share}
         courses = _courses(pool, METHODS, range(count), values)
@@ -255,17 +251,15 @@ def perspective(pool: Pool, full: bool) -> list[Finding]:
                     slack = 3.0 * MEDIAN_SPREAD * np.sqrt(1.0 / count + 1.0 / 20.0) * (found.reference or 0.0)
                     allowed = max(found.tolerance or 0.0, slack)
                     found = REFERENCES.judge(name, ours, *keys, tolerance=allowed, ground="fewer")
-                findings.append(found)
-    return findings
+                yield found
 
 
-def pose_filters(pool: Pool, full: bool) -> list[Finding]:
+def pose_filters(pool: Pool, full: bool) -> Findings:
     """Pose from a noisy affine camera, by the extended Kalman filter and by 500 particles."""
-    seeds, findings = range(20 if full else 5), []
+    seeds = range(20 if full else 5)
     for name, by_particles in (("extended Kalman filter", False), ("500 particles", True)):
         errors = np.mean(pool.map(partial(_pose_errors, by_particles), seeds), axis=0)
-        findings += REFERENCES.judge_all("pose-filter", dict(zip(AXES, errors, strict=True)), name)
-    return findings
+        yield from REFERENCES.judge_all("pose-filter", dict(zip(AXES, errors, strict=True)), name)
 
 
 def _courses(
@@ -279,12 +273,8 @@ def _courses(
     return pool.groups(run_trial, trials)
 
 
-def _mean(courses: list[TrialResult], of: Callable[[TrialResult], float]) -> float:
-    return float(np.mean([of(one) for one in courses]))
-
-
-def _error(one: TrialResult) -> float:
-    return one.error_deg
+def _error_deg(courses: list[TrialResult]) -> float:
+    return mean_of(one.error_deg for one in courses)
 
 
 def _pose_errors(by_particles: bool, seed: int) -> Floats:

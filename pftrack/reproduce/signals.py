@@ -16,7 +16,7 @@ from pftrack.filters import auxiliary, bootstrap
 from pftrack.filters.auxiliary import WeightRule
 from pftrack.filters.dynamics import autoregression
 from pftrack.filters.particles import ParticleSet
-from pftrack.reproduce.finding import Finding, References, three_errors
+from pftrack.reproduce.finding import Findings, References, three_errors
 from pftrack.reproduce.pool import Pool, recipe, rows_of, seeded
 from pftrack.runs.run import Run
 from pftrack.vision.likelihoods import chromaticity
@@ -26,42 +26,36 @@ MEDIAN_TRIALS, QUICK_TRIALS = 100, 16
 KALMAN_TRIALS, QUICK_KALMAN_TRIALS = 1000, 40
 
 
-def kalman_sine(pool: Pool, full: bool) -> list[Finding]:
+def kalman_sine(pool: Pool, full: bool) -> Findings:
     """Mean errors of the Kalman filter on a sine, and its posterior spread."""
     values: dict[str, Value] = {"waveform": "sine", "initial_sd": 1.0}
     seeds = range(KALMAN_TRIALS if full else QUICK_KALMAN_TRIALS)
     outcomes = np.array(pool.runs(_kalman_errors, [recipe("sine", "kalman", values, seed=seed) for seed in seeds]))
-    findings = []
     for name, column in zip(REFERENCES.table("kalman"), outcomes.T, strict=True):
         stated = REFERENCES.statements["kalman"].tolerance[name]
         wider = {} if full else {"tolerance": max(stated, three_errors(column, KALMAN_TRIALS)), "ground": "trials"}
-        findings.append(REFERENCES.judge("kalman", column.mean(), name, **wider))
-    return findings
+        yield REFERENCES.judge("kalman", column.mean(), name, **wider)
 
 
-def sample_count(pool: Pool, full: bool) -> list[Finding]:
+def sample_count(pool: Pool, full: bool) -> Findings:
     """Median error of the particle filter on a cosine over the number of particles."""
     counts = list(REFERENCES.table("count")) if full else [10, 20, 50]
     medians = _medians(pool, {count: {"sample_count": count} for count in counts}, full=full)
     holds = medians[10] >= medians[20] >= medians[50]
-    return [
-        *REFERENCES.judge_all("count", medians, wider=_wider(full)),
-        REFERENCES.judge("falls", medians[10] - medians[50], holds=holds),
-    ]
+    yield from REFERENCES.judge_all("count", medians, wider=_wider(full))
+    yield REFERENCES.judge("falls", medians[10] - medians[50], holds=holds)
 
 
-def dimension(pool: Pool, full: bool) -> list[Finding]:
+def dimension(pool: Pool, full: bool) -> Findings:
     """Median error of the particle filter over the dimension of the state, for three numbers of particles."""
     dimensions = (1, 2, 3, 4, 5) if full else (1, 5)
-    findings = []
     for count in REFERENCES.table("dimension"):
         settings: dict[int, dict[str, Value]] = {it: {"sample_count": count, "dimension": it} for it in dimensions}
         medians = _medians(pool, settings, full=full)
-        findings += REFERENCES.judge_all("dimension", medians, count, wider=_wider(full))
+        yield from REFERENCES.judge_all("dimension", medians, count, wider=_wider(full))
         growth = medians[dimensions[-1]] / medians[dimensions[0]]
         holds = growth > 1.25 and (count == 1000 or bool((np.diff(list(medians.values())) > 0).all()))
-        findings.append(REFERENCES.judge("grows", growth, count, holds=holds))
-    return findings
+        yield REFERENCES.judge("grows", growth, count, holds=holds)
 
 
 def _medians(pool: Pool, settings: Mapping[int, dict[str, Value]], *, full: bool) -> dict[int, float]:
@@ -105,13 +99,11 @@ SAMPLERS: Mapping[str, tuple[float, WeightRule]] = {
 """Share of the particles that are drawn by observation, and rule of the weights."""
 
 
-def one_step(pool: Pool, full: bool) -> list[Finding]:
+def one_step(pool: Pool, full: bool) -> Findings:
     """Mean and spread of the posterior of one step, for each sampler and weight rule."""
     del full
-    findings = []
     for name, (mean, spread) in zip(SAMPLERS, pool.map(_moments, range(len(SAMPLERS))), strict=True):
-        findings += REFERENCES.judge_all("one-step", {"mean": mean, "sd": spread}, name)
-    return findings
+        yield from REFERENCES.judge_all("one-step", {"mean": mean, "sd": spread}, name)
 
 
 def _moments(case: int) -> tuple[float, float]:

@@ -26,16 +26,8 @@ from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.head.appearance import EYE_DISTANCE_PX, template_sizes
 from pftrack.experiments.head.scene import HeadSceneParameters, HeadSource, HeadTarget
 from pftrack.experiments.prism.scene import FACES, NAMES, VERTICES_MM, visible_faces
-from pftrack.output.figures.style import (
-    CURVE_COLOURS,
-    INK,
-    TEXT_PT,
-    explain_below,
-    new_figure,
-    write_heading,
-    write_title,
-)
-from pftrack.reproduce.finding import Finding, Ground, References, three_errors
+from pftrack.output.figures import style
+from pftrack.reproduce.finding import Findings, Ground, References, mean_of, three_errors
 from pftrack.reproduce.pool import Pool
 from pftrack.vision.face import FEATURES, mean_model
 from pftrack.vision.likelihoods import template
@@ -379,32 +371,32 @@ def draw(
 
 def _shape(title: str, found: Floats, truth: Floats) -> "Figure":
     """Draw a reconstructed shape over the true one from two sides."""
-    figure, panels = new_figure(3.4, columns=2)
+    figure, panels = style.new_figure(3.4, columns=2)
     for panel, (side, across, down) in zip(panels, SIDES, strict=True):
         for one, other in zip(found, truth, strict=True):
-            panel.plot([one[across], other[across]], [one[down], other[down]], color=INK["grid"])
-        panel.plot(*truth[:, [across, down]].T, "o", color=CURVE_COLOURS[1], mfc="none", label="true")
-        panel.plot(*found[:, [across, down]].T, ".", color=CURVE_COLOURS[0], label="reconstructed")
-        write_title(panel, side)
+            panel.plot([one[across], other[across]], [one[down], other[down]], color=style.INK["grid"])
+        panel.plot(*truth[:, [across, down]].T, "o", color=style.CURVE_COLOURS[1], mfc="none", label="true")
+        panel.plot(*found[:, [across, down]].T, ".", color=style.CURVE_COLOURS[0], label="reconstructed")
+        style.write_title(panel, side)
         panel.set_aspect("equal")
         panel.invert_yaxis()
         panel.set_xlabel("mm")
-    explain_below(figure, panel, 2)
-    write_heading(figure, title)
+    style.explain_below(figure, panel, 2)
+    style.write_heading(figure, title)
     return figure
 
 
 def _errors(errors: Mapping[str, Sequence[float]]) -> "Figure":
     """Draw mean and standard deviation of the errors of each method over the trials."""
-    figure, (panel,) = new_figure(3.4)
+    figure, (panel,) = style.new_figure(3.4)
     means, spreads = [np.mean(it) for it in errors.values()], [np.std(it) for it in errors.values()]
     places = np.arange(len(errors))
-    panel.bar(places, means, yerr=spreads, color=CURVE_COLOURS[0], width=0.6, capsize=4)
+    panel.bar(places, means, yerr=spreads, color=style.CURVE_COLOURS[0], width=0.6, capsize=4)
     for place, mean in zip(places, means, strict=True):
-        panel.annotate(f"{mean:.3f}", (place + 0.05, mean), fontsize=TEXT_PT)
-    panel.set_xticks(places, [TITLES[name].replace(", ", ",\n") for name in errors], fontsize=TEXT_PT)
+        panel.annotate(f"{mean:.3f}", (place + 0.05, mean), fontsize=style.TEXT_PT)
+    panel.set_xticks(places, [TITLES[name].replace(", ", ",\n") for name in errors], fontsize=style.TEXT_PT)
     panel.set_ylabel("Shape error")
-    write_title(panel, f"{len(errors['svd'])} trials, mean and standard deviation")
+    style.write_title(panel, f"{len(errors['svd'])} trials, mean and standard deviation")
     return figure
 
 
@@ -425,59 +417,52 @@ REMEMBER = 1.0
 """lambda of the forgetting by information: nothing is forgotten but what is replaced by something better."""
 
 
-def prism(pool: Pool, full: bool) -> list[Finding]:
+def prism(pool: Pool, full: bool) -> Findings:
     """Shape errors of all methods on the prism (figures 4.21 to 4.24)."""
     trials = [Trial("prism", seed) for seed in range(50 if full else QUICK_TRIALS)]
     courses = pool.map(run_trial, trials)
     common, own = _online(pool, trials, 0.5), _online(pool, trials, REMEMBER, own=True)
-    svd, batch, published = (_mean(errors) for errors in _errors_of(courses, common).values())
+    svd, batch, published = (mean_of(errors) for errors in _errors_of(courses, common).values())
     steps, points = _steps(common), np.mean([one.residuals_mm for one in common], axis=0)
     centres = points[CENTRES].mean() / points[: CENTRES.start].mean()
-    findings = [
-        *_compare("prism", courses, common),
-        REFERENCES.judge("order", svd - published, holds=batch < published < svd),
-        REFERENCES.judge("steps", steps),
-        *_residuals(common),
-        REFERENCES.judge("greatest", steps - published),
-        REFERENCES.judge("beside-batch", published / batch),
-        REFERENCES.judge("at-centres", centres),
-        *_energies(courses),
-        *_beyond("prism", courses, common, own),
-    ]
+    yield from _compare("prism", courses, common)
+    yield REFERENCES.judge("order", svd - published, holds=batch < published < svd)
+    yield REFERENCES.judge("steps", steps)
+    yield from _residuals(common)
+    yield REFERENCES.judge("greatest", steps - published)
+    yield REFERENCES.judge("beside-batch", published / batch)
+    yield REFERENCES.judge("at-centres", centres)
+    yield from _energies(courses)
+    yield from _beyond("prism", courses, common, own)
     small = [Trial("prism", trial.seed, float(np.sqrt(50.0))) for trial in trials]
-    findings += _compare("prism-less-hidden", pool.map(run_trial, small), _online(pool, small, 0.5))
+    yield from _compare("prism-less-hidden", pool.map(run_trial, small), _online(pool, small, 0.5))
     if full:
-        findings += _variations(pool)
+        yield from _variations(pool)
         pool.draw(lambda: draw("prism", courses, common, own))
-    return findings
 
 
-def _residuals(common: Sequence[OnlineResult]) -> list[Finding]:
+def _residuals(common: Sequence[OnlineResult]) -> Findings:
     """Return how far off the corners and the centres of faces are."""
-    findings = []
     for name, which in (("corners", slice(0, CENTRES.start)), ("centres of faces", CENTRES)):
         off = [float(one.residuals_mm[which].mean()) for one in common]
         allowed = three_errors(off, REFERENCE_TRIALS)
-        findings.append(REFERENCES.judge("residual", _mean(off), name, tolerance=allowed))
-    return findings
+        yield REFERENCES.judge("residual", mean_of(off), name, tolerance=allowed)
 
 
-def faces(pool: Pool, full: bool) -> list[Finding]:
+def faces(pool: Pool, full: bool) -> Findings:
     """Shape errors on the faces of three drivers, and the pose by a face that grows."""
-    findings: list[Finding] = []
     drivers: tuple[Body, ...] = (99, 101, 102)
     for driver in drivers if full else drivers[:1]:
         trials = [Trial(driver, seed) for seed in range(20 if full else 3)]
         courses = pool.map(run_trial, trials)
         common, own = _online(pool, trials, 0.5), _online(pool, trials, REMEMBER, own=True)
         name = f"face, driver {driver}"
-        findings += _compare("face", courses, common, driver)
-        findings.append(REFERENCES.judge("face-gain", _mean([one.svd for one in courses]) - _steps(common), driver))
-        findings += _beyond(name, courses, common, own)
-        findings += _grow(pool, name, trials)
+        yield from _compare("face", courses, common, driver)
+        yield REFERENCES.judge("face-gain", mean_of(one.svd for one in courses) - _steps(common), driver)
+        yield from _beyond(name, courses, common, own)
+        yield from _grow(pool, name, trials)
         if full and driver == 99:
             pool.draw(partial(draw, "face", courses, common, own))
-    return findings
 
 
 def _online(pool: Pool, trials: Sequence[Trial], memory: float, *, own: bool = False) -> list[OnlineResult]:
@@ -492,71 +477,61 @@ def _errors_of(courses: Sequence[TrialResult], common: Sequence[OnlineResult]) -
     }
 
 
-def _compare(name: str, courses: Sequence[TrialResult], common: Sequence[OnlineResult], *keys: Body) -> list[Finding]:
+def _compare(name: str, courses: Sequence[TrialResult], common: Sequence[OnlineResult], *keys: Body) -> Findings:
     """Return the errors of Bando's three methods beside the reference's."""
-    findings = []
     for method, errors in _errors_of(courses, common).items():
-        found = REFERENCES.judge(name, _mean(errors), method, *keys)
+        found = REFERENCES.judge(name, mean_of(errors), method, *keys)
         grounds: dict[Ground, float] = {
             "trials": three_errors(errors, len(courses)),
             "chosen": MOST_RELATIVE * (found.reference or 0.0),
         }
         wider = max(grounds, key=lambda ground: grounds[ground])
         if grounds[wider] < (found.tolerance or 0.0):
-            found = REFERENCES.judge(name, _mean(errors), method, *keys, tolerance=grounds[wider], ground=wider)
-        findings.append(found)
-    return findings
+            found = REFERENCES.judge(name, mean_of(errors), method, *keys, tolerance=grounds[wider], ground=wider)
+        yield found
 
 
-def _energies(courses: Sequence[TrialResult]) -> list[Finding]:
+def _energies(courses: Sequence[TrialResult]) -> Findings:
     """Return that no free energy falls, and how fast it rises."""
     energies = np.array([one.energies for one in courses])
     least = (np.diff(energies) / np.abs(energies[:, 1:])).min()
     gained = ((energies - energies[:, :1]) / (energies[:, -1:] - energies[:, :1])).mean(axis=0)
-    return [
-        REFERENCES.judge("energy-rises", least),
-        *REFERENCES.judge_all("energy-gained", {passes: gained[passes - 1] for passes in (2, 3)}),
-    ]
+    yield REFERENCES.judge("energy-rises", least)
+    yield from REFERENCES.judge_all("energy-gained", {passes: gained[passes - 1] for passes in (2, 3)})
 
 
 def _beyond(
     name: str, courses: Sequence[TrialResult], common: Sequence[OnlineResult], own: Sequence[OnlineResult]
-) -> list[Finding]:
+) -> Findings:
     """Return what the forgetting by information and the recursion bring, on the same seeds."""
-    svd, batch = _mean([one.svd for one in courses]), _mean([one.batch for one in courses])
-    plain, controlled = (_mean([float(one.steps[-1]) for one in outcomes]) for outcomes in (common, own))
-    recursion = _mean([float(one.recursive[-1]) for one in courses])
-    return [
-        REFERENCES.judge("by-information", controlled, name, holds=controlled < 0.5 * plain),
-        REFERENCES.judge("below-svd", controlled, name, holds=controlled < svd),
-        REFERENCES.judge("recursion", recursion, name, holds=recursion < batch),
-    ]
+    svd, batch = mean_of(one.svd for one in courses), mean_of(one.batch for one in courses)
+    plain, controlled = (mean_of(one.steps[-1] for one in outcomes) for outcomes in (common, own))
+    recursion = mean_of(one.recursive[-1] for one in courses)
+    yield REFERENCES.judge("by-information", controlled, name, holds=controlled < 0.5 * plain)
+    yield REFERENCES.judge("below-svd", controlled, name, holds=controlled < svd)
+    yield REFERENCES.judge("recursion", recursion, name, holds=recursion < batch)
 
 
-def _grow(pool: Pool, name: str, trials: Sequence[Trial]) -> list[Finding]:
+def _grow(pool: Pool, name: str, trials: Sequence[Trial]) -> Findings:
     """Return how near a face comes that grows from the mean, and what that does for the pose."""
     outcomes = pool.map(grow, trials)
-    mean, own = (_mean([getattr(one, side) for one in outcomes]) for side in ("mean_mm", "own_mm"))
+    mean, own = (mean_of(getattr(one, side) for one in outcomes) for side in ("mean_mm", "own_mm"))
     by_mean, published, by_truth = np.mean([one.pose_deg for one in outcomes], axis=0).tolist()
-    return [
-        REFERENCES.judge("grown", own, name, holds=own < mean / 3.0),
-        REFERENCES.judge("grown-pose", by_mean - published, name, holds=published < by_mean),
-        REFERENCES.judge("grown-near", published, name, holds=published < 1.2 * by_truth),
-    ]
+    yield REFERENCES.judge("grown", own, name, holds=own < mean / 3.0)
+    yield REFERENCES.judge("grown-pose", by_mean - published, name, holds=published < by_mean)
+    yield REFERENCES.judge("grown-near", published, name, holds=published < 1.2 * by_truth)
 
 
-def _variations(pool: Pool) -> list[Finding]:
+def _variations(pool: Pool) -> Findings:
     """Return what other settings bring: lambda, the beginning, gamma."""
     few = [Trial("prism", seed) for seed in range(6)]
-    findings = []
     for memory in REFERENCES.table("memory"):
         outcomes = _online(pool, few, memory)
-        ours = {"as published": _mean([one.published for one in outcomes]), "mean over all steps": _steps(outcomes)}
-        findings += REFERENCES.judge_all("memory", ours, memory)
+        ours = {"as published": mean_of(one.published for one in outcomes), "mean over all steps": _steps(outcomes)}
+        yield from REFERENCES.judge_all("memory", ours, memory)
     for title, (initial, gamma) in BATCHES.items():
         errors = pool.map(partial(_batch, initial=initial, gamma=gamma), few)
-        findings.append(REFERENCES.judge("batch", _mean(errors), title))
-    return findings
+        yield REFERENCES.judge("batch", mean_of(errors), title)
 
 
 def _batch(trial: Trial, initial: variational.Initial, gamma: float) -> float:
@@ -567,8 +542,4 @@ def _batch(trial: Trial, initial: variational.Initial, gamma: float) -> float:
 
 
 def _steps(outcomes: Sequence[OnlineResult]) -> float:
-    return _mean([float(one.steps.mean()) for one in outcomes])
-
-
-def _mean(values: Sequence[float] | Floats) -> float:
-    return float(np.mean(values))
+    return mean_of(float(one.steps.mean()) for one in outcomes)

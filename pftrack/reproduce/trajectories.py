@@ -21,7 +21,7 @@ from pftrack.filters.trajectories.cloud import Cloud
 from pftrack.filters.trajectories.gaussian import logs_mode
 from pftrack.filters.trajectories.whole import GRID, Method, Settings, Smoothed, follow, likelihood_surface, track_error
 from pftrack.output.figures.style import CURVE_COLOURS, INK, draw_scale, explain_below, new_figure, viridis, write_title
-from pftrack.reproduce.finding import Finding, References
+from pftrack.reproduce.finding import Finding, Findings, References
 from pftrack.reproduce.pool import Pool, begin, preset_recipe, recipe
 from pftrack.runs.run import Run
 from pftrack.vision.rendering import render_beside
@@ -113,7 +113,7 @@ class Scene:
     errors: dict[str, tuple[float, float, float]]
 
 
-def pictures(pool: Pool, full: bool) -> list[Finding]:
+def pictures(pool: Pool, full: bool) -> Findings:
     """Errors of corners on the simulated sequence, measured and smoothed by each filter."""
     seeds = range(MANY if full else FEW)
     scenes = pool.runs(measure, [recipe("trajectories", "lg", seed=seed, frames=FRAMES) for seed in seeds])
@@ -123,15 +123,16 @@ def pictures(pool: Pool, full: bool) -> list[Finding]:
         "mixed tracks": np.mean([one.mixed for one in scenes]),
         "share of mismatches": np.mean([one.mismatched for one in scenes]),
     }
-    findings = REFERENCES.judge_all("scene", counts, wider=wider)
+    yield from REFERENCES.judge_all("scene", counts, wider=wider)
     for name, stated in REFERENCES.table("corner-error").items():
         means = dict(zip(stated, np.mean([one.errors[name] for one in scenes], axis=0), strict=True))
         title = "measured" if name == "raw" else f"{name} smoothed"
-        findings += REFERENCES.judge_all("corner-error", means, name, wider=wider, title=title)
+        yield from REFERENCES.judge_all("corner-error", means, name, wider=wider, title=title)
     orders = [[one.errors[name][0] for name in ("raw", *METHODS)] for one in scenes]
     ordered = np.mean([sorted(order, reverse=True) == order for order in orders])
     pool.draw(lambda: {"trajectories-search": search_figure()})
-    return [*findings, REFERENCES.judge("corner-order", ordered), REFERENCES.not_run("recording")]
+    yield REFERENCES.judge("corner-order", ordered)
+    yield REFERENCES.not_run("recording")
 
 
 def measure(run: Run) -> Scene:
@@ -183,28 +184,29 @@ OUTLIERS: Ints = np.arange(15, 100, 15)
 SIDES = "filtered", "smoothed"
 
 
-def errors(pool: Pool, full: bool) -> list[Finding]:
+def errors(pool: Pool, full: bool) -> Findings:
     """Table 1 on the reference track, the likelihood, and the particles beside the exact filter."""
     outcomes = pool.map(_runs, TRACKS_METHODS)
     found: dict[str, Smoothed] = {name: one for (name, _), one in zip(TRACKS_METHODS, outcomes, strict=True)}
     table = {name: dict(zip(SIDES, _medians(one), strict=True)) for name, one in found.items()}
-    findings = [one for name, medians in table.items() for one in REFERENCES.judge_all("error", medians, name)]
-    findings += _orderings(table)
+    yield from [one for name, medians in table.items() for one in REFERENCES.judge_all("error", medians, name)]
+    yield from _orderings(table)
     for name, one in found.items():
         off = np.linalg.norm(one.filtered - TRUE_PATH[:, None], axis=2)[OUTLIERS]
         for frame, errors_px in zip(OUTLIERS.tolist(), off, strict=True):
             more = 0.0 if name == "lg" else _three_errors_of_median(errors_px)
-            findings.append(REFERENCES.judge("outlier", np.median(errors_px), name, frame, more=more, ground="trials"))
-    findings += _laws(found["nlng"])
+            yield REFERENCES.judge("outlier", np.median(errors_px), name, frame, more=more, ground="trials")
+    yield from _laws(found["nlng"])
     surfaces: dict[str, Floats] = dict(zip(METHODS[:2], pool.map(_surface, METHODS[:2]), strict=True))
-    findings += [_maximum("lg", surfaces["lg"], (10.0, 1.0)), _maximum("lng", surfaces["lng"], (1.0, 1.0))]
-    findings += _beside_the_exact(pool, full)
+    yield _maximum("lg", surfaces["lg"], (10.0, 1.0))
+    yield _maximum("lng", surfaces["lng"], (1.0, 1.0))
+    yield from _beside_the_exact(pool, full)
     if full:
-        findings += [*_readings(pool), *_ensemble(pool)]
+        yield from _readings(pool)
+        yield from _ensemble(pool)
     pool.draw(
         lambda: {"trajectories-track": track_figure(found), "trajectories-likelihood": likelihood_figure(surfaces)}
     )
-    return findings
 
 
 def _three_errors_of_median(values: Floats) -> float:
@@ -228,7 +230,7 @@ def _medians(found: Smoothed) -> tuple[float, float]:
     return float(np.median(filtered)), float(np.median(smoothed))
 
 
-def _orderings(table: Mapping[str, Mapping[str, float]]) -> list[Finding]:
+def _orderings(table: Mapping[str, Mapping[str, float]]) -> Findings:
     lg, lng, nlng = (table[name] for name in METHODS)
     gains = {
         "Cauchy noise beats Gaussian, filtered": lg["filtered"] - lng["filtered"],
@@ -237,21 +239,19 @@ def _orderings(table: Mapping[str, Mapping[str, float]]) -> list[Finding]:
         "self-organising beats Gaussian, smoothed": lg["smoothed"] - nlng["smoothed"],
         "the best scales beat learned ones, filtered": nlng["filtered"] - lng["filtered"],
     }
-    return [
-        *REFERENCES.judge_all("gain", gains),
-        REFERENCES.judge("learned-late", nlng["smoothed"] - lng["smoothed"]),
-        REFERENCES.judge("as-published", lg["smoothed"]),
-    ]
+    yield from REFERENCES.judge_all("gain", gains)
+    yield REFERENCES.judge("learned-late", nlng["smoothed"] - lng["smoothed"])
+    yield REFERENCES.judge("as-published", lg["smoothed"])
 
 
-def _laws(found: Smoothed) -> list[Finding]:
+def _laws(found: Smoothed) -> Findings:
     """Compare the scales that the runs end with, by the modes of their logarithms."""
     belief = found.last
     if not isinstance(belief, Cloud):
         raise TypeError("a filter that learns has particles")
     laws = [belief.laws(track) for track in range(RUNS)]
     ends = np.exp([[logs_mode(logs, shares) for logs in values.T] for values, shares in filter(None, laws)])
-    return REFERENCES.judge_all("law", dict(zip(("σ²", "τ²"), np.median(ends, axis=0)[:2], strict=True)))
+    yield from REFERENCES.judge_all("law", dict(zip(("σ²", "τ²"), np.median(ends, axis=0)[:2], strict=True)))
 
 
 def _surface(method: Method) -> Floats:
@@ -270,14 +270,12 @@ def _clean() -> Floats:
     return track
 
 
-def _beside_the_exact(pool: Pool, full: bool) -> list[Finding]:
+def _beside_the_exact(pool: Pool, full: bool) -> Findings:
     counts = (500, 2000, 8000) if full else (500, 2000)
-    findings = []
     for count, (filtered, smoothed, likelihood) in zip(counts, pool.map(_difference, counts), strict=True):
-        findings += REFERENCES.judge_all("exact", {"filtered": filtered, "smoothed": smoothed}, count)
+        yield from REFERENCES.judge_all("exact", {"filtered": filtered, "smoothed": smoothed}, count)
         ground = "stated" if count == 8000 else "eleven"
-        findings.append(REFERENCES.judge("exact-likelihood", likelihood, count, ground=ground))
-    return findings
+        yield REFERENCES.judge("exact-likelihood", likelihood, count, ground=ground)
 
 
 def _difference(count: int) -> tuple[float, float, float]:
@@ -316,20 +314,18 @@ def _best_pair(trial: Trial) -> tuple[int, int]:
     return int(noise) + 1, int(drive) + 1
 
 
-def _readings(pool: Pool) -> list[Finding]:
+def _readings(pool: Pool) -> Findings:
     """By which reading of "scale 50" the likelihood has its maximum where it was reported."""
     literal, root = (
         np.array(pool.map(_best_pair, [Trial(seed, scale) for seed in range(1000)])) for scale in (2500.0, 50.0)
     )
     corner = (literal == 20).all(axis=1).mean()
     near = ((np.abs(root[:, 0] - 10) <= 2) & (root[:, 1] == 1)).mean()
-    return [
-        REFERENCES.judge("reading", corner, "50", "in the corner"),
-        REFERENCES.judge("reading", near, "√50", "near (10, 1)"),
-    ]
+    yield REFERENCES.judge("reading", corner, "50", "in the corner")
+    yield REFERENCES.judge("reading", near, "√50", "near (10, 1)")
 
 
-def _ensemble(pool: Pool) -> list[Finding]:
+def _ensemble(pool: Pool) -> Findings:
     """Errors on data sets in order whose likelihood has its maximum where it was reported, five runs on each."""
     chosen: list[Trial] = []
     first, size = 0, 500
@@ -338,11 +334,9 @@ def _ensemble(pool: Pool) -> list[Finding]:
         pairs: Sequence[tuple[int, int]] = pool.map(_best_pair, trials)
         chosen += [trial for trial, pair in zip(trials, pairs, strict=True) if pair == (10, 1)]
         first += size
-    findings = []
     for method, noise in TRACKS_METHODS:
         medians = np.median(pool.map(partial(_trial_errors, method, noise), chosen[:60]), axis=0)
-        findings += REFERENCES.judge_all("ensemble", dict(zip(SIDES, medians, strict=True)), method)
-    return findings
+        yield from REFERENCES.judge_all("ensemble", dict(zip(SIDES, medians, strict=True)), method)
 
 
 def _trial_errors(method: Method, noise: float, trial: Trial) -> tuple[float, float]:

@@ -17,7 +17,7 @@ HAND = find("hand")
 def test_a_step_changes_as_much_of_the_silhouette_as_is_predicted() -> None:
     """Spread or bent, facing the camera or turned: within the reference's 20 %."""
     with Pool(1) as pool:
-        found = steps(pool, full=False)
+        found = list(steps(pool, full=False))
     assert len(found) == 4
     assert {finding.verdict for finding in found} <= {"reproduced", "better", "our own figure"}
 

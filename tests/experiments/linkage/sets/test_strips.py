@@ -22,7 +22,7 @@ def test_no_point_of_both_is_lost() -> None:
 def test_the_algebra_is_that_of_the_reference() -> None:
     """In 3000 cases no dense search finds a smaller trace, the cubic as printed is worse in most, and so forth."""
     with Pool(1) as pool:
-        findings = algebra(pool, full=True)
+        findings = list(algebra(pool, full=True))
     assert [one.result for one in findings if one.verdict not in {"reproduced", "our own figure"}] == []
 
 
