@@ -1,6 +1,6 @@
 """Texts that people read and mend, such as presets and the glossary: YAML files beside what they speak of."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias, TypeVar
 
@@ -72,7 +72,13 @@ def refusal(error: ValidationError, places: Mapping[str, str], file: str, *above
     return ValueError(f"{places['.'.join(way[:known])] if known else file}: {said}")
 
 
-def read_as(kind: type[T], path: Path, key: str, more: Mapping[str, Mapping[str, Any]] | None = None) -> tuple[T, ...]:
+def read_as(
+    kind: type[T],
+    path: Path,
+    key: str,
+    more: Mapping[str, Mapping[str, Any]] | None = None,
+    passed: Sequence[str] = (),
+) -> tuple[T, ...]:
     """Return what a YAML file maps its names to, as objects of a dataclass.
 
     Args:
@@ -80,13 +86,14 @@ def read_as(kind: type[T], path: Path, key: str, more: Mapping[str, Mapping[str,
         path: The file.
         key: The field that takes the name.
         more: By name, values of fields that no file can hold, such as functions.
+        passed: Names that declare something else.
 
     Raises:
         ValueError: The file is not YAML, or a field is unknown, missing or wrong; it names file and line.
     """
     declared, places = read_texts(path)
     adapter, read = TypeAdapter(kind), []
-    for name, values in declared.items():
+    for name, values in ((name, values) for name, values in declared.items() if name not in passed):
         if not isinstance(values, dict):
             got = type(values).__name__
             raise ValueError(f"{places[name]}: {name} must map fields to values, got {got}")  # noqa: TRY004 - of a file

@@ -32,7 +32,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, TypeAdapter, Valida
 from pftrack.core.arrays import Floats
 from pftrack.core.files import write_whole
 from pftrack.core.model.parameters import Value
-from pftrack.core.texts import read_texts, refusal
+from pftrack.core.texts import read_as, read_texts, refusal
 from pftrack.experiments import EXPERIMENTS
 
 Verdict: TypeAlias = Literal["reproduced", "better", "differs", "our own figure", "not run"]
@@ -140,6 +140,7 @@ class Statement(BaseModel):
         better: Which side of the tolerance is the good one.
         reason: Why ours may be there; or why the figure is not computed.
         timed: Whether it is a time.
+        name: In the file.
         origin: File and line.
     """
 
@@ -162,6 +163,7 @@ class Statement(BaseModel):
     better: Literal["higher", "lower"] | None = None
     reason: str = ""
     timed: bool = False
+    name: str = ""
     origin: str = ""
 
     @model_validator(mode="before")
@@ -248,7 +250,7 @@ class Statement(BaseModel):
     def _figures(self, keys: tuple[Key, ...]) -> tuple[float | None, float]:
         """Return reference and tolerance of a cell; no reference if bounds are stated."""
         if self.between is not None:
-            low, high = _leaf(self.between, keys, self.origin)
+            low, high = _leaf(self.between, keys, self)
             return 0.5 * (low + high), 0.5 * (high - low) + self._number("tolerance", keys)
         if self.reference is None:
             return None, self._number("tolerance", keys)
@@ -256,7 +258,7 @@ class Statement(BaseModel):
         return reference, self._number("tolerance", keys) + self._number("relative", keys) * reference
 
     def _number(self, name: str, keys: tuple[Key, ...]) -> float:
-        found = _leaf(getattr(self, name), keys, self.origin)
+        found = _leaf(getattr(self, name), keys, self)
         return float(np.mean(found)) if isinstance(found, list) else float(found)
 
     def _bounded(self, ours: float) -> bool:
@@ -293,17 +295,7 @@ class References:
         Raises:
             ValueError: The file is not YAML, or a statement is not one; it names file and line.
         """
-        declared, places = read_texts(self.path)
-        read = {}
-        for name, fields in declared.items():
-            if name != SETTINGS:
-                if not isinstance(fields, Mapping):
-                    raise ValueError(f"{places[name]}: {name} must map fields to values, got {fields!r}")
-                try:
-                    read[name] = Statement.model_validate({**fields, "origin": f"{places[name]}: {name}"})
-                except ValidationError as error:
-                    raise refusal(error, places, self.path.name, name) from None
-        return read
+        return {one.name: one for one in read_as(Statement, self.path, "name", passed=(SETTINGS,))}
 
     @cached_property
     def settings(self) -> Mapping[str, Mapping[str, Mapping[str, Value]]]:
@@ -384,13 +376,13 @@ def _check_numbers(name: str, stated: Stated) -> None:
                 raise ValueError(f"the {name} must be a number, got {value!r}")  # noqa: TRY004 - of a file
 
 
-def _leaf(stated: Stated, keys: tuple[Key, ...], origin: str) -> Any:  # noqa: ANN401 - a number or some
+def _leaf(stated: Stated, keys: tuple[Key, ...], of: Statement) -> Any:  # noqa: ANN401 - a number or some
     """Return what a mapping has for keys, in which those are passed over that it does not tell apart."""
     rest = list(keys)
     while isinstance(stated, Mapping):
         key = next((one for one in rest if one in stated), None)
         if key is None:
-            raise LookupError(f"{origin} states nothing for {', '.join(map(str, keys))}")
+            raise LookupError(f"{of.origin}: {of.name} states nothing for {', '.join(map(str, keys))}")
         stated = stated[key]
         rest.remove(key)
     return stated
