@@ -15,7 +15,7 @@ from its end, where other things are chosen than in the beginning.
 import os
 import threading
 import time
-from collections import deque
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
@@ -88,61 +88,58 @@ class Schedule:
     """The cases of all experiments: waiting, running, or done. How many an experiment has is told when it is begun."""
 
     def __init__(self, names: Iterable[str]) -> None:
-        self._new = deque(names)
-        self._waiting: dict[str, deque[int]] = {}
-        self._running: dict[str, int] = {}
+        self._waiting: list[Case] = [(name, 0) for name in names]
+        self._running: Counter[str] = Counter()
         self._preferred = ""
         self._cleared = False
 
     def __bool__(self) -> bool:
         """Whether anything is waiting."""
-        return bool(self._new) or any(self._waiting.values())
+        return bool(self._waiting)
 
     def on_begin(self, name: str, count: int) -> None:
         """Take up how many cases there are of an experiment whose first is running; after `clear` none are taken up."""
         if not self._cleared:
-            self._waiting[name] = deque(range(1, count))
+            self._waiting += [(name, number) for number in range(1, count)]
 
     def prefer(self, name: str) -> None:
         """Have the cases of an experiment run before all others that wait."""
         self._preferred = name
-        if name in self._new:
-            self._new.remove(name)
-            self._new.appendleft(name)
 
     def take(self, before: str | None) -> Case | None:
         """Return what a process is to run next, if anything waits.
 
+        What is preferred comes first, then the first cases of the others, then the experiment that the process has
+        begun; then it helps the one of which most cases wait, from its end.
+
         Args:
             before: The experiment of what it ran last.
         """
-        fullest = max(self._waiting, key=lambda name: len(self._waiting[name]), default=None)
-        if self._waiting.get(self._preferred):
-            case = (self._preferred, self._waiting[self._preferred].popleft())
-        elif self._new:  # what is preferred is the first of them
-            case = (self._new.popleft(), 0)
-        elif before is not None and self._waiting.get(before):
-            case = (before, self._waiting[before].popleft())
-        elif fullest is not None and self._waiting[fullest]:
-            case = (fullest, self._waiting[fullest].pop())
-        else:
-            return None
-        self._running[case[0]] = self._running.get(case[0], 0) + 1
+        left = Counter(name for name, _ in self._waiting)
+
+        def place(case: Case) -> tuple[bool, bool, bool, int, int]:
+            name, number = case
+            in_order = name in (self._preferred, before)
+            return name != self._preferred, number != 0, name != before, -left[name], number if in_order else -number
+
+        case = min(self._waiting, key=place, default=None)
+        if case is not None:
+            self._waiting.remove(case)
+            self._running[case[0]] += 1
         return case
 
     def done(self, name: str) -> bool:
         """Take up that a case of an experiment has run; return whether that was the last of them."""
         self._running[name] -= 1
-        return not self._running[name] and not self._waiting.get(name)
+        return not self._running[name] and all(name != other for other, _ in self._waiting)
 
     def give_up(self, name: str) -> None:
         """Forget the cases of an experiment that wait."""
-        self._waiting.pop(name, None)
+        self._waiting = [case for case in self._waiting if case[0] != name]
 
     def clear(self) -> None:
         """Forget all that waits, for good: what a process said before it was ended may still be read."""
         self._cleared = True
-        self._new.clear()
         self._waiting.clear()
 
 
