@@ -93,11 +93,6 @@ class Finding:
         return len(self.held)
 
     @property
-    def is_unknown(self) -> bool:
-        """Whether it was tried, and nobody said whether the run held: then no other seed says more."""
-        return self.steps > 0 and not self.held
-
-    @property
     def holding(self) -> int:
         """How many runs held."""
         return sum(self.held.values())
@@ -212,11 +207,6 @@ class Report:
     is_complete: bool = False
     asked: Annotated[int | None, Field(exclude=True)] = None
     first_lost_frame: int | None = None
-
-    def is_of(self, other: "Report") -> bool:
-        """Whether the runs of both go through the same frames and are judged in the same ones, so that they compare."""
-        numbers = ("loss", "begin", "end", "judged")
-        return all(getattr(self, name) == getattr(other, name) for name in numbers)
 
     @computed_field  # type: ignore[prop-decorator]
     @property
@@ -462,14 +452,18 @@ def what_if(
         asked=asked if asked != loss else None,
         first_lost_frame=Loss.of(run.diagnostics).first_lost_frame,
     )
-    before = {each.place: each for each in known.findings} if known is not None and report.is_of(known) else {}
+    # Findings compare that went through the same frames and are judged in the same ones.
+    same = known is not None and all(
+        getattr(report, name) == getattr(known, name) for name in ("loss", "begin", "end", "judged")
+    )
+    before = {each.place: each for each in known.findings} if known is not None and same else {}
     findings: dict[int, Finding] = {}
     for count, following in zip(rounds, (*rounds[1:], rounds[-1]), strict=True):
         for place in range(share[0], len(tried), share[1]):
             finding = findings.get(place) or _take_over(tried[place], place, before)
             wanted = seeds[: following if place == 0 else count]
             for some in trials.groups(finding, [seed for seed in wanted if seed not in finding.held]):
-                if finding.is_unknown:
+                if finding.steps > 0 and not finding.held:  # nobody said whether the run held: no other seed says more
                     break
                 finding = findings[place] = trials.extend(finding, some)
                 report = replace(report, findings=tuple(findings.values()))

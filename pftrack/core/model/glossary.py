@@ -115,7 +115,8 @@ class Reference:
     @property
     def text(self) -> str:
         """The whole reference as plain text."""
-        return f"{_join_names(self.authors)}: {self.title}. {self._publication}, {self.year}."
+        authors = " and ".join(filter(None, (", ".join(self.authors[:-1]), self.authors[-1])))
+        return f"{authors}: {self.title}. {self._publication}, {self.year}."
 
     def bibtex(self, note: str = "") -> str:
         """Return the entry of BibTeX.
@@ -174,10 +175,6 @@ class Citation:
     def as_dict(self) -> dict[str, str]:
         """Return all forms of it by name."""
         return {"key": self.reference.key, "short": self.short, "text": self.text, "bibtex": self.bibtex}
-
-
-def _join_names(names: tuple[str, ...]) -> str:
-    return " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
 
 
 REFERENCES = {each.key: each for each in read_as(Reference, Path(__file__).with_name("references.yaml"), "key")}

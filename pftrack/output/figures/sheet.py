@@ -69,7 +69,8 @@ def find_series(run: Run, name: str) -> Series:
 
 def of_role(run: Run, role: str) -> list[Series]:
     """Return the series of a role that some frame has."""
-    return [one for one in run.experiment.all_series() if one.role == role and _is_measured(run, one.name)]
+    declared = [one for one in run.experiment.all_series() if one.role == role]
+    return [one for one in declared if any(one.name in row.series for row in run.diagnostics)]
 
 
 def measure(run: Run, name: str) -> Floats:
@@ -100,10 +101,6 @@ def _in_force(run: Run, item: Declaration, frame: int) -> float:
     if item.trackers and run.tracker_at(frame) not in item.trackers:
         return np.nan
     return float(getattr(run.parameters_at(frame), item.name))
-
-
-def _is_measured(run: Run, name: str) -> bool:
-    return any(name in row.series for row in run.diagnostics)
 
 
 def _error(axes: Axes, run: Run, _plot: Plot) -> None:
@@ -381,7 +378,7 @@ def _panel(axes: Axes, run: Run, plot: Plot) -> Axes:
             handlelength=1.4,
             columnspacing=1.2,
         )
-    unit = _unit(run, plot)
+    unit = "%" if plot.kind == "frequency" else plot.unit_beside(run.experiment.unit)
     axes.set_title(f"{plot.title}, {unit}" if unit else plot.title, loc="left", fontsize=TITLE_PT, pad=4)
     return axes
 
@@ -437,10 +434,6 @@ def _height(run: Run, plot: Plot, *, alone: bool) -> float:
         case _:
             rows = 0
     return max(least, ROW_IN * rows)
-
-
-def _unit(run: Run, plot: Plot) -> str:
-    return "%" if plot.kind == "frequency" else plot.unit_beside(run.experiment.unit)
 
 
 def _heading(run: Run) -> str:
