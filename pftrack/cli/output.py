@@ -21,8 +21,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
+from rich import progress as bars
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
@@ -205,6 +205,14 @@ def cell(value: object) -> str:
     return f"{value:.4g}" if isinstance(value, float) else "" if value is None else str(value)
 
 
+class _Rate(bars.ProgressColumn):
+    """How many pieces are done in a second."""
+
+    def render(self, task: bars.Task) -> Text:
+        """Return the rate, once it is known."""
+        return Text(f"{task.speed:,.1f}/s" if task.speed else "measuring")
+
+
 @contextmanager
 def progress(title: str, *, counted: bool = True) -> Iterator[Tick]:
     """Show how far a long command is, on standard error if that is a terminal; yields a function (done, total).
@@ -213,10 +221,10 @@ def progress(title: str, *, counted: bool = True) -> Iterator[Tick]:
         title: What is done.
         counted: Whether pieces are counted, or a share is told.
     """
-    amount = MofNCompleteColumn() if counted else TaskProgressColumn()
-    columns = TextColumn("{task.description}"), BarColumn(), amount, TimeRemainingColumn()
+    amount = (bars.MofNCompleteColumn(), _Rate()) if counted else (bars.TaskProgressColumn(),)
+    columns = bars.TextColumn("{task.description}"), bars.BarColumn(), *amount, bars.TimeRemainingColumn()
     console = Console(stderr=True)
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+    with bars.Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(title, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)
 
