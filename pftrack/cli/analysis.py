@@ -6,25 +6,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from pftrack.cli import output
 from pftrack.cli.experiments import Trust
 from pftrack.cli.exports import wanted_exports, write_exports
 from pftrack.cli.footage import Moved
-from pftrack.cli.output import (
-    Json,
-    cell,
-    compiling,
-    emit,
-    note,
-    picked,
-    progress,
-    read_seed,
-    refusing,
-    suffix_of,
-    table,
-    tell,
-    whole,
-    wrong_use,
-)
 
 if TYPE_CHECKING:
     from pftrack.analysis.failures import Entry, FailureRun, Measured
@@ -46,21 +31,23 @@ def register(app: typer.Typer) -> None:
 def compare(
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Saved runs, .pft, or recipes, .json.")],
     trust: Trust = False,
-    json: Json = False,
+    json: output.Json = False,
 ) -> None:
     """Compare two to four runs on the frames that they have in common."""
     from pftrack.api import compare as compared
     from pftrack.api import load
 
-    with compiling():
+    with output.compiling():
         found = compared(*(load(file, trust=trust) for file in files))
     if json:
-        emit(found.as_dict())
+        output.emit(found.as_dict())
         return
-    table("What differs", ("", *found.names), [(it.title, *map(str, it.values)) for it in found.settings])
+    output.table("What differs", ("", *found.names), [(it.title, *map(str, it.values)) for it in found.settings])
     rows = [_row(outcome.as_dict()) for outcome in found.outcomes]
     typer.echo("")
-    table("What came of it", ("", *found.names), [(name, *(row.get(name, "") for row in rows)) for name in rows[0]])
+    output.table(
+        "What came of it", ("", *found.names), [(name, *(row.get(name, "") for row in rows)) for name in rows[0]]
+    )
     apart = found.first_difference
     if apart is not None:
         typer.echo(f"\nTheir estimates are the same before frame {apart} of the {found.frames} that are compared.")
@@ -68,7 +55,7 @@ def compare(
 
 def _row(outcome: dict[str, object]) -> dict[str, str]:
     plain = {name: value for name, value in outcome.items() if isinstance(value, (bool, int, float, str))}
-    return {name.replace("_", " "): cell(value) for name, value in plain.items()}
+    return {name.replace("_", " "): output.cell(value) for name, value in plain.items()}
 
 
 MOST_SEEDS = 1000
@@ -84,7 +71,7 @@ def explain(
     ] = "20",
     video: Moved = None,
     trust: Trust = False,
-    json: Json = False,
+    json: output.Json = False,
     html: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the run with all of it as an HTML page, too.")
     ] = None,
@@ -94,18 +81,18 @@ def explain(
     from pftrack.api import load
 
     if html is not None and html.suffix.lower() != ".html":
-        raise wrong_use(f"--html must name a file that ends in .html, got {html.name}")
-    with compiling():
+        raise output.wrong_use(f"--html must name a file that ends in .html, got {html.name}")
+    with output.compiling():
         run = load(file, recording=video, trust=trust)
-        asked = None if frame is None else whole("--frame", frame, 0, run.computed)
+        asked = None if frame is None else output.whole("--frame", frame, 0, run.computed)
         page = wanted_exports(run.experiment, [] if html is None else [html])
-        with progress("runs") as tick:
-            explanation = explain_run(run, asked, seeds=whole("--seeds", seeds, 0, MOST_SEEDS), on_step=tick)
+        with output.progress("runs") as tick:
+            explanation = explain_run(run, asked, seeds=output.whole("--seeds", seeds, 0, MOST_SEEDS), on_step=tick)
     if explanation.what_if is not None:
         run.explained = explanation
     write_exports(page, run)
     if json:
-        emit(explanation.as_dict())
+        output.emit(explanation.as_dict())
         return
     for line in explanation.lines:
         typer.echo(line)
@@ -122,7 +109,7 @@ def fit(
         typer.Option("--out", metavar="FILE", help="Save the run with the fitted numbers, FILE.pft."),
     ] = None,
     trust: Trust = False,
-    json: Json = False,
+    json: output.Json = False,
 ) -> None:
     """Fit numbers of a run's tracker to its first half, and judge them by its second."""
     from pftrack.analysis.fitting import fit as fit_numbers
@@ -130,10 +117,10 @@ def fit(
     from pftrack.core.model.recipe import Change
 
     if out is not None:
-        suffix_of(out, (".pft",))
-    with compiling():
+        output.suffix_of(out, (".pft",))
+    with output.compiling():
         made = load(file, trust=trust)
-    with progress("Runs") as tick:
+    with output.progress("Runs") as tick:
         found = fit_numbers(made, names or (), on_step=tick)
     if out is not None and found.kept:
         # What was set later on would take the place of what was found.
@@ -144,11 +131,11 @@ def fit(
         timeline = (*(it for it in later if it.values), Change(0, found.values))
         run(made.recipe.model_copy(update={"timeline": timeline}), tracker=found.tracker).save(out)
     if json:
-        emit(found.as_dict())
+        output.emit(found.as_dict())
         return
     _show(found)
     if out is not None and not found.kept:
-        note(f"{out} was not written.")
+        output.note(f"{out} was not written.")
 
 
 def _show(found: "Fit") -> None:
@@ -156,7 +143,7 @@ def _show(found: "Fit") -> None:
         (it.name, f"{it.before:g}", f"{it.after:g}", it.unit, "at its bound" if it.at_bound else "")
         for it in found.numbers
     ]
-    table("", ("name", "before", "after", "", ""), numbers)
+    output.table("", ("name", "before", "after", "", ""), numbers)
     typer.echo("")
     halves = [
         (f"{half.first} to {half.last}", used, when, f"{score.log_evidence:.4g}", *_shares(score), *_squares(score))
@@ -164,10 +151,10 @@ def _show(found: "Fit") -> None:
         for when, score in (("before", half.before), ("after", half.after))
     ]
     heads = ("frames", "", "", "log evidence a frame", "truth in 50 % band", "in 95 % band", "NEES", "NIS")
-    table("", heads, halves)
+    output.table("", heads, halves)
     limits = found.halves[1].after.nis_limits
     between = "" if limits is None else f", NIS of the second half between {limits[0]:.2f} and {limits[1]:.2f}"
-    note(f"NEES is about 1 if the tracker is as sure as it may be{between}.")
+    output.note(f"NEES is about 1 if the tracker is as sure as it may be{between}.")
     typer.echo(f"\n{' '.join(filter(None, (found.procedure, found.verdict, found.caution)))}")
 
 
@@ -183,7 +170,7 @@ def _shares(score: "Score") -> tuple[str, str]:
 
 
 @failure_group.command("list")
-def list_(json: Json = False) -> None:
+def list_(json: output.Json = False) -> None:
     """List the failures, by their numbers."""
     from pftrack.analysis.failures import gallery
     from pftrack.core.model.preset import KINDS
@@ -191,7 +178,7 @@ def list_(json: Json = False) -> None:
 
     entries = gallery(EXPERIMENTS)
     rows = [(it.number, it.failure.id, it.experiment.id, KINDS[it.failure.kind]) for it in entries]
-    tell([_entry_json(entry) for entry in entries], ("number", "name", "experiment", "kind"), rows, json=json)
+    output.tell([_entry_json(entry) for entry in entries], ("number", "name", "experiment", "kind"), rows, json=json)
 
 
 @failure_group.command()
@@ -202,20 +189,20 @@ def run(
         str | None,
         typer.Option(metavar="SEED", help="Random seed (default: the failure's), to see whether it fails there."),
     ] = None,
-    json: Json = False,
+    json: output.Json = False,
 ) -> None:
     """Compute the run of a failure, or the cured one, and say what is measured in it."""
     from pftrack.analysis.failures import measure, run_failure
     from pftrack.core.model.series import to_json
 
     found = _entry(failure)
-    chosen = read_seed(seed)
-    with compiling():
+    chosen = output.read_seed(seed)
+    with output.compiling():
         runs = [run_failure(found, cured=it, seed=chosen) for it in (False, True)]
     done, measured = runs[cured], measure(*runs)
     if json:
         numbers = done.sign.numbers if done.sign else {}
-        emit(
+        output.emit(
             {
                 **_entry_json(found),
                 "cured": cured,
@@ -235,7 +222,9 @@ def run(
     _tell_failure(found, done, cured=cured)
     if measured:
         typer.echo(f"\nFrom frame {runs[0].diagnosis.frame} on")
-        table("", ("", "fails", "cured"), [(_what(it), _digits(it.failing), _digits(it.cured)) for it in measured])
+        output.table(
+            "", ("", "fails", "cured"), [(_what(it), _digits(it.failing), _digits(it.cured)) for it in measured]
+        )
     typer.echo(f"\n{'The run that fails' if cured else 'With its cure'}: {_command(found, cured=not cured)}")
 
 
@@ -250,20 +239,20 @@ def figure(
     from pftrack.output.figures.style import SUFFIXES, draw_failure, encode_as
 
     found = _entry(failure)
-    suffix = suffix_of(out, tuple(SUFFIXES))
-    with compiling():
+    suffix = output.suffix_of(out, tuple(SUFFIXES))
+    with output.compiling():
         failing, cured = ([row.error for row in run_failure(found, cured=it).rows] for it in (False, True))
     title, frame = found.failure.title, found.failure.frame
     drawn = draw_failure(failing, cured, title=title, unit=found.experiment.unit, frame=frame)
     write_whole(out, encode_as(drawn, suffix, f"{title}: the errors of the run that fails and of the cured one"))
-    note(f"pftrack: written to {out}")
+    output.note(f"pftrack: written to {out}")
 
 
 def _entry(name: str) -> "Entry":
     from pftrack.analysis.failures import entry
     from pftrack.experiments import EXPERIMENTS
 
-    with refusing():
+    with output.refusing():
         return entry(EXPERIMENTS, name)
 
 
@@ -291,5 +280,5 @@ def _command(entry: "Entry", *, cured: bool) -> str:
 
 
 def _entry_json(entry: "Entry") -> dict[str, object]:
-    said = picked(entry.failure, "id", "title", "kind", "cause", "tracker", "seed", "frame", "diagnosis")
+    said = output.picked(entry.failure, "id", "title", "kind", "cause", "tracker", "seed", "frame", "diagnosis")
     return {"number": entry.number, **said, "experiment": entry.experiment.id, "cure": entry.failure.cure.text}

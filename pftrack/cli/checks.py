@@ -7,26 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from pftrack.cli import output
 from pftrack.cli.experiments import TrackerName, find_experiment, find_tracker
-from pftrack.cli.output import (
-    FAILED,
-    Assignments,
-    Cluster,
-    CommandError,
-    Jobs,
-    Json,
-    compiling,
-    emit,
-    note,
-    progress,
-    read_jobs,
-    suffix_of,
-    table,
-    tell,
-    values_of,
-    whole,
-    wrong_use,
-)
 from pftrack.core.version import __version__
 
 if TYPE_CHECKING:
@@ -52,7 +34,7 @@ def reproduce(
         list[str] | None, typer.Argument(metavar="[RESULT]...", help="Which results; all if none.")
     ] = None,
     full: Annotated[bool, typer.Option("--full/--quick", help="Run all published trials, or a quick subset.")] = False,
-    jobs: Jobs = None,
+    jobs: output.Jobs = None,
     figures: Annotated[
         Path | None, typer.Option(help="Keep the sweeps of the maps, and draw the published figures, in this folder.")
     ] = None,
@@ -61,22 +43,22 @@ def reproduce(
         typer.Option(metavar="FILE.json", help="Keep each result in a file as it comes; a second call goes on."),
     ] = None,
     revision: Annotated[str, typer.Option(help="Version of pftrack to record in the file.")] = __version__,
-    cluster: Cluster = None,
-    json: Json = False,
+    cluster: output.Cluster = None,
+    json: output.Json = False,
 ) -> None:
     """Compute published results again and compare them within their tolerances; `--quick` takes about a minute."""
-    processes = read_jobs(jobs)
+    processes = output.read_jobs(jobs)
     from pftrack.reproduce import RESULTS
     from pftrack.reproduce import reproduce as compute
     from pftrack.reproduce.finding import Record, describe_verdicts
 
     for name in results or ():
         if name not in RESULTS:
-            raise wrong_use(f"a result must be one of {', '.join(RESULTS)}, got {name!r}")
+            raise output.wrong_use(f"a result must be one of {', '.join(RESULTS)}, got {name!r}")
     if out is not None:
-        suffix_of(out, (".json",))
+        output.suffix_of(out, (".json",))
     record = None if out is None else Record(out, revision)
-    with progress("results", counted=False) as tick:
+    with output.progress("results", counted=False) as tick:
         computed = compute(
             results or (),
             full=full,
@@ -87,15 +69,15 @@ def reproduce(
             record=record,
         )
     if json:
-        emit([finding.as_dict() for finding in computed])
+        output.emit([finding.as_dict() for finding in computed])
     else:
         shown = [finding for finding in computed if finding.verdict != "not run"]
-        table("", ("result", "ours", "reference", "verdict"), [finding.cells for finding in shown])
+        output.table("", ("result", "ours", "reference", "verdict"), [finding.cells for finding in shown])
         if reasons := [(finding.result, finding.reason) for finding in shown if finding.reason]:
-            table("", ("result", "why it differs, or is better"), reasons)
-    note(f"pftrack: {describe_verdicts(computed)}")
+            output.table("", ("result", "why it differs, or is better"), reasons)
+    output.note(f"pftrack: {describe_verdicts(computed)}")
     if any(finding.fails for finding in computed):
-        raise typer.Exit(FAILED)
+        raise typer.Exit(output.FAILED)
 
 
 def bench(
@@ -105,40 +87,40 @@ def bench(
     smallest: Annotated[
         bool, typer.Option("--smallest", help="Only see whether they run; the figures are worth nothing.")
     ] = False,
-    json: Json = False,
+    json: output.Json = False,
 ) -> None:
     """Measure speed, beside other libraries where they are installed."""
     folder = Path(__file__).parents[2] / "benchmarks"
     scripts = {path.stem: path for path in sorted(folder.glob("[a-z]*.py"))}
     if not scripts:
-        raise CommandError(
+        raise output.CommandError(
             "the benchmarks come with the source, not with the installed package: run this in a checkout"
         )
     for name in names or ():
         if name not in scripts:
-            raise wrong_use(f"a benchmark must be one of {', '.join(scripts)}, got {name!r}")
+            raise output.wrong_use(f"a benchmark must be one of {', '.join(scripts)}, got {name!r}")
     options = [*(["--smallest"] if smallest else []), *(["--json"] if json else [])]
     results = {name: _measure(scripts[name], *options) for name in names or scripts}
     if json:
-        emit(results)
+        output.emit(results)
 
 
 def doctor(
     warm: Annotated[bool, typer.Option("--warm", help="Compile everything now; the first start is then fast.")] = False,
     port: Annotated[str, typer.Option(metavar="PORT", help="The port that `serve` is to use.")] = "8000",
     data_dir: Annotated[Path | None, typer.Option(help="The folder that `serve` is to use.")] = None,
-    json: Json = False,
+    json: output.Json = False,
 ) -> None:
     """Check that this machine has all that pftrack needs."""
     from pftrack.doctor.checks import examine
 
-    checks = examine(port=whole("--port", port, 1, 65_535), data_dir=data_dir, warm=warm)
+    checks = examine(port=output.whole("--port", port, 1, 65_535), data_dir=data_dir, warm=warm)
     broken = [check.name for check in checks if check.status == "broken"]
     found = {"healthy": not broken, "checks": [check.as_dict() for check in checks]}
-    tell(found, ("", "what", "found"), [(check.status, check.name, check.found) for check in checks], json=json)
+    output.tell(found, ("", "what", "found"), [(check.status, check.name, check.found) for check in checks], json=json)
     if broken:
-        note(f"pftrack: broken: {', '.join(broken)}")
-        raise typer.Exit(FAILED)
+        output.note(f"pftrack: broken: {', '.join(broken)}")
+        raise typer.Exit(output.FAILED)
 
 
 def _measure(script: Path, *options: str) -> object:
@@ -147,7 +129,7 @@ def _measure(script: Path, *options: str) -> object:
     json = "--json" in options
     status, told = run(str(script), *options, output="read" if json else "shown")
     if status:
-        raise CommandError(f"the benchmark {script.stem} failed with exit status {status}")
+        raise output.CommandError(f"the benchmark {script.stem} failed with exit status {status}")
     return json_format.loads(told) if json else None
 
 
@@ -160,8 +142,8 @@ def otb(
     ] = None,
     tracker: TrackerName = None,
     seeds: Annotated[str, typer.Option(metavar="N", help="Runs of each sequence, with the seeds 0 to N - 1.")] = "10",
-    assignments: Assignments = None,
-    json: Json = False,
+    assignments: output.Assignments = None,
+    json: output.Json = False,
 ) -> None:
     """Follow the first box of each sequence (OPE): success (area under the curve) and precision, beside published ones.
 
@@ -177,11 +159,11 @@ def otb(
     from pftrack.experiments import EXPERIMENTS
 
     chosen = experiment or next(one.id for one in EXPERIMENTS.values() if follows_boxes(one))
-    followed, count = find_experiment(chosen), whole("--seeds", seeds, 1, 1000)
+    followed, count = find_experiment(chosen), output.whole("--seeds", seeds, 1, 1000)
     name = find_tracker(followed, tracker or followed.default_tracker)
     scores: list[Score] = []
     sequences = find_sequences(folder)
-    with progress(f"{followed.id}, {name}") as tick, compiling():
+    with output.progress(f"{followed.id}, {name}") as tick, output.compiling():
         done = 0
 
         def on_run() -> None:
@@ -195,22 +177,22 @@ def otb(
                 sequence,
                 tracker=name,
                 seeds=count,
-                values=lambda setup: values_of(setup.parameters, assignments or []),
+                values=lambda setup: output.values_of(setup.parameters, assignments or []),
                 on_run=on_run,
             )
             for sequence in sequences
         )
     for score in scores:
         if score.grey:
-            note(f"pftrack: {score.name} is grey: a tracker by colours sees its brightness alone")
+            output.note(f"pftrack: {score.name} is grey: a tracker by colours sees its brightness alone")
     rows = [{**score.as_dict(), "published": dict(published(score.name))} for score in scores]
     mean = fmean(fmean(score.success) for score in scores)
     if json:
         said = {"experiment": followed.id, "tracker": name, "seeds": count, "sequences": rows, "success_mean": mean}
-        emit({**said, "published_source": PUBLISHED_SOURCE})
+        output.emit({**said, "published_source": PUBLISHED_SOURCE})
         return
     _print(rows, mean)
-    note(f"pftrack: success is the area under the curve; published: {PUBLISHED_SOURCE}")
+    output.note(f"pftrack: success is the area under the curve; published: {PUBLISHED_SOURCE}")
 
 
 def _print(rows: list[dict[str, Any]], mean: float) -> None:
@@ -230,4 +212,4 @@ def _print(rows: list[dict[str, Any]], mean: float) -> None:
     known = [row for row in rows if row["published"]]
     whole_table = len(known) == len(rows)
     means = [f"{fmean(row['published'][name] for row in known):.3f}" if whole_table else "" for name in names]
-    table("", columns, [*cells, ("mean", "", "", "", f"{mean:.3f}", *means)])
+    output.table("", columns, [*cells, ("mean", "", "", "", f"{mean:.3f}", *means)])

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from pftrack.cli import output
 from pftrack.cli.experiments import PresetName, Trust, chosen_tracker, find_experiment, find_preset
 from pftrack.cli.exports import ExportOut, wanted_exports, write_exports
 from pftrack.cli.footage import (
@@ -20,26 +21,6 @@ from pftrack.cli.footage import (
     open_footage,
     open_setup,
     path_from,
-)
-from pftrack.cli.output import (
-    FAILED,
-    Assignments,
-    CommandError,
-    Json,
-    cell,
-    check_writable,
-    compiling,
-    emit,
-    note,
-    progress,
-    read_seed,
-    table,
-    takes_options,
-    text_of,
-    values_of,
-    whole,
-    writing,
-    wrong_use,
 )
 from pftrack.cli.sweep import guidance_of
 
@@ -67,7 +48,7 @@ def register(app: typer.Typer) -> None:
     app.command("open")(open_results)
 
 
-@takes_options
+@output.takes_options
 def run(
     experiment: Annotated[
         str,
@@ -79,7 +60,7 @@ def run(
     ] = None,
     *,
     said: FootageOptions,
-    assignments: Assignments = None,
+    assignments: output.Assignments = None,
     learned: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Motion file from `learn`, for guided trackers.")
     ] = None,
@@ -94,7 +75,7 @@ def run(
         Path | None, typer.Option("--mark-out", help="Write the first frame with the mark on it, FILE.png.")
     ] = None,
     trust: Trust = False,
-    json: Json = False,
+    json: output.Json = False,
 ) -> None:
     """Run an experiment, or the recipe of a run, and say how it went."""
     from pftrack.core.model.recipe import LONGEST_RUN, Change
@@ -104,21 +85,21 @@ def run(
     recipe, folder = _recipe(experiment)
     found, recipe, tracker = chosen_tracker(recipe, tracker, trusted=trust)
     begin = find_preset(found, preset)
-    said_here = {"tracker": tracker, "seed": read_seed(seed)}
+    said_here = {"tracker": tracker, "seed": output.read_seed(seed)}
     changes: dict[str, Any] = {} if begin is None else {"tracker": begin.tracker, "seed": begin.seed}
     changes |= {name: value for name, value in said_here.items() if value is not None}
-    wanted = whole("--frames", frames, 1, LONGEST_RUN) if frames is not None else None
+    wanted = output.whole("--frames", frames, 1, LONGEST_RUN) if frames is not None else None
     _check_places(out, video_out)
     exports = wanted_exports(found, export or [])
     with ExitStack() as stack:
-        stack.enter_context(compiling())
+        stack.enter_context(output.compiling())
         setup, sequence = open_setup(stack, found, recipe, said, folder)
         if wanted is not None:
             changes["frames"] = wanted if sequence is None else min(wanted, frames_left(sequence, setup))
         values = {
             **(_preset_values(setup, begin) if begin is not None else {}),
-            **values_of(setup.parameters, assignments or []),
-            **_guidance_value(found, learned),
+            **output.values_of(setup.parameters, assignments or []),
+            **({guidance_of(found, "--learned").parameter: output.text_of(learned)} if learned is not None else {}),
         }
         if values:
             changes["timeline"] = (*recipe.timeline, Change(0, values))
@@ -130,7 +111,7 @@ def run(
         summary = {**compute_run(made, video_out, frames=made.frames), **suitability}
         write_exports(exports, made)
         if out is not None:
-            with writing(out):  # an error speaks of the file beside it, which nobody asked for
+            with output.writing(out):  # an error speaks of the file beside it, which nobody asked for
                 save(made, out, footage_path=path_from(said.video, out) if said.video else None)
     print_summary(summary, made, json=json)
 
@@ -141,7 +122,7 @@ def replay(
     video_out: VideoOut = None,
     export: ExportOut = None,
     trust: Trust = False,
-    json: Json = False,
+    json: output.Json = False,
 ) -> None:
     """Compute a saved run again and check that it gives the same numbers."""
     from pftrack.experiments.own.code import trust_filters
@@ -155,7 +136,7 @@ def replay(
         trust_filters(record.recipe)
     exports = wanted_exports(find_experiment(record.recipe.experiment), export or [])
     with ExitStack() as stack:
-        stack.enter_context(compiling())
+        stack.enter_context(output.compiling())
         again = make(record.recipe, open_sequence=footage_of(stack, file, video))
         summary = compute_run(again, video_out, frames=record.computed)
         write_exports(exports, again)
@@ -163,8 +144,8 @@ def replay(
     said = {"same_as_saved": apart is None, **({"differs": apart.as_dict()} if apart else {})}
     print_summary({**summary, **said}, again, json=json)
     if apart is not None:
-        note(f"pftrack: {apart.sentence}")
-        raise typer.Exit(FAILED)
+        output.note(f"pftrack: {apart.sentence}")
+        raise typer.Exit(output.FAILED)
 
 
 def show_recipe(
@@ -194,15 +175,10 @@ def _draw_mark(made: "Run") -> bytes:
 
     footage, image = made.setup.footage, made.current.frame.image_rgb
     if footage is None or image is None:
-        raise wrong_use("--mark-out needs --video: nothing is marked in a simulated scene")
+        raise output.wrong_use("--mark-out needs --video: nothing is marked in a simulated scene")
     height, width, _ = image.shape
     mark = made.experiment.video.mark(footage.mark).draw()
     return png(render(Drawing(width, height, {"picture": Picture(image), **mark})))
-
-
-def _guidance_value(experiment: "Experiment", learned: Path | None) -> "dict[str, Value]":
-    """Return the value of the parameter that takes a learned file."""
-    return {} if learned is None else {guidance_of(experiment, "--learned").parameter: text_of(learned)}
 
 
 def _preset_values(setup: "Setup", preset: "Preset") -> "Mapping[str, Value]":
@@ -212,23 +188,27 @@ def _preset_values(setup: "Setup", preset: "Preset") -> "Mapping[str, Value]":
     known = {declaration.name for declaration in declarations(type(setup.parameters))}
     foreign = [name for name in preset.parameters if name not in known]
     if foreign:
-        raise wrong_use(f"the preset {preset.name} is of the simulated scene: a recording has no {', '.join(foreign)}")
+        raise output.wrong_use(
+            f"the preset {preset.name} is of the simulated scene: a recording has no {', '.join(foreign)}"
+        )
     return preset.parameters
 
 
 def _note_unread(experiment: "Experiment", setup: "Setup", values: "Mapping[str, Value]", tracker: str) -> None:
     for declaration in experiment.declarations(type(setup.parameters)):
         if declaration.name in values and declaration.trackers and tracker not in declaration.trackers:
-            note(f"pftrack: {declaration.name} is not read by {tracker}, only by {', '.join(declaration.trackers)}")
+            output.note(
+                f"pftrack: {declaration.name} is not read by {tracker}, only by {', '.join(declaration.trackers)}"
+            )
 
 
 def _check_places(out: Path | None, film: Path | None) -> None:
     """Refuse places that cannot be written before anything is computed."""
     if film is not None and film.suffix.lower() != ".mp4":
-        raise wrong_use(f"--video-out must end in .mp4, got {film.name!r}")
+        raise output.wrong_use(f"--video-out must end in .mp4, got {film.name!r}")
     if out is not None and film is not None and out.absolute() == film.absolute():
-        raise wrong_use("--out and --video-out must be different files")
-    check_writable(*filter(None, (out, film)))
+        raise output.wrong_use("--out and --video-out must be different files")
+    output.check_writable(*filter(None, (out, film)))
 
 
 def _suitability(made: "Run", sequence: "FrameSequence | None") -> dict[str, Any]:
@@ -239,7 +219,7 @@ def _suitability(made: "Run", sequence: "FrameSequence | None") -> dict[str, Any
     found = suits(sequence, footage, made.parameters_at(0))
     remark = " ".join(found.sentences)
     if found.grade != "well":
-        note(f"pftrack: {remark}")
+        output.note(f"pftrack: {remark}")
     return {"suitability": found.value, "suitability_remark": remark}
 
 
@@ -253,7 +233,7 @@ def compute_run(run: "Run", video_out: Path | None, *, frames: int) -> dict[str,
 
     with ExitStack() as stack:
         film = stack.enter_context(FilmWriter(video_out, run.source.frame_rate_hz)) if video_out else None
-        tick = stack.enter_context(progress(f"{run.experiment.id}, {run.tracker}"))
+        tick = stack.enter_context(output.progress(f"{run.experiment.id}, {run.tracker}"))
         for step in islice(run, frames):
             if film is not None:
                 drawing = without_faults(run.experiment.draw(step, run.diagnostics))
@@ -271,14 +251,14 @@ def print_summary(summary: Mapping[str, object], run: "Run", *, json: bool) -> N
     from pftrack.core.model.parameters import flat
 
     if json:
-        emit(summary)
+        output.emit(summary)
     else:
         short = {name: value for name, value in summary.items() if value is not None and not _is_series(value)}
         defaults = flat(run.setup.parameters)
         changed = {name: value for name, value in flat(run.parameters_at(0)).items() if value != defaults[name]}
         short["parameters"] = changed or "the defaults"
         rows = [(name.replace("_", " "), _format_value(value)) for name, value in short.items()]
-        table("", ("", ""), rows)
+        output.table("", ("", ""), rows)
 
 
 def _is_series(value: object) -> bool:
@@ -293,7 +273,7 @@ def _format_value(value: object) -> str:
         return f"[{', '.join(map(_format_value, value))}]"
     if isinstance(value, str) and len(value) > LONGEST_SHOWN:  # the text of a file
         return f"{' '.join(value[:LONGEST_SHOWN].split())}..."
-    return cell(value)
+    return output.cell(value)
 
 
 def open_results(
@@ -315,9 +295,9 @@ def open_results(
         Path | None, typer.Option(help="Keep results, clip and truth as one recording, FILE.pft, for the page.")
     ] = None,
     export: ExportOut = None,
-    assignments: Assignments = None,
+    assignments: output.Assignments = None,
     show: Annotated[bool, typer.Option(help="Open the scene in a browser.")] = True,
-    json: Json = False,
+    json: output.Json = False,
 ) -> None:
     """Look at what a loop of your own or any other tracker has computed: errors, overlap, identity switches."""
     from pftrack.core.model.recipe import Change
@@ -327,7 +307,7 @@ def open_results(
     from pftrack.sources.results.table import FORMS
 
     if form is not None and form not in FORMS:
-        raise wrong_use(f"--form must be one of {', '.join(FORMS)}, got {form[:40]!r}")
+        raise output.wrong_use(f"--form must be one of {', '.join(FORMS)}, got {form[:40]!r}")
     experiment = find_for("beliefs")
     exports = wanted_exports(experiment, export or [])
     with ExitStack() as stack:
@@ -342,17 +322,17 @@ def open_results(
         else:
             sequence = open_footage(stack, file)
         if sequence.index.kind != "beliefs" or not experiment.accepts_video:
-            raise CommandError(f"{file.name} holds no results; `pftrack run` tracks a recording")
+            raise output.CommandError(f"{file.name} holds no results; `pftrack run` tracks a recording")
         for warning in sequence.index.warnings:
-            note(f"pftrack: {warning}")
+            output.note(f"pftrack: {warning}")
         setup = experiment.video.on_video(sequence, None)
-        values = values_of(setup.parameters, assignments or [])
+        values = output.values_of(setup.parameters, assignments or [])
         run = Run(experiment, setup, timeline=(Change(0, values),))
         print_summary(compute_run(run, None, frames=run.frames), run, json=json)
         write_exports(exports, run)
         if show and not json:
             shown = show_run(run)
-            note(f"pftrack: the scene is at {shown.address}; Ctrl-C ends")
+            output.note(f"pftrack: the scene is at {shown.address}; Ctrl-C ends")
             shown.wait()
 
 
@@ -381,10 +361,10 @@ def _record(
         known = None if truth is None else read_results_file(truth)
         results = read_results_file(file, form=form, first_frame=first_frame, first_pixel=first_pixel)
     except ValueError as error:
-        raise CommandError(str(error)) from None
-    with writing(to):
+        raise output.CommandError(str(error)) from None
+    with output.writing(to):
         record_results(results, to, clip=video, truth=known)
 
 
 def _bit(option: str, text: str | None) -> int | None:
-    return None if text is None else whole(option, text, 0, 1)
+    return None if text is None else output.whole(option, text, 0, 1)

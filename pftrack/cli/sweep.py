@@ -12,31 +12,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 from typer.core import TyperGroup
 
+from pftrack.cli import output
 from pftrack.cli.experiments import PresetName, TrackerName, find_experiment, find_preset, read_filters, with_filters
 from pftrack.cli.footage import FootageOptions, Swept, place_of, swept_recording
-from pftrack.cli.output import (
-    Cluster,
-    CommandError,
-    Jobs,
-    Json,
-    Tick,
-    assign,
-    check_writable,
-    compiling,
-    emit,
-    note,
-    picked,
-    progress,
-    read_jobs,
-    read_seed,
-    refusing,
-    table,
-    takes_options,
-    tell,
-    value_of,
-    whole,
-    wrong_use,
-)
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -96,7 +74,7 @@ def register(app: typer.Typer) -> None:
     app.add_typer(sweep, name="sweep")
 
 
-@takes_options
+@output.takes_options
 def run(
     experiment: Annotated[str | None, typer.Argument(help="An experiment's name, as `list` prints it.")] = None,
     *,
@@ -108,12 +86,12 @@ def run(
     loss_probability: Annotated[
         bool, typer.Option("--loss-probability", help="Measure how probable it is that the target is lost, too.")
     ] = False,
-    jobs: Jobs = None,
-    cluster: Cluster = None,
+    jobs: output.Jobs = None,
+    cluster: output.Cluster = None,
     out: Annotated[Path | None, typer.Option(help="The result, FILE.parquet; never overwritten.")] = None,
     resume: Annotated[Path | None, typer.Option(help="Go on with a sweep that was stopped; its --out.")] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say how many runs it is and how long it takes.")] = False,
-    json: Json = False,
+    json: output.Json = False,
 ) -> None:
     """Compute an experiment over a grid of conditions, one row a run; `pftrack sweep report FILE` shows the result.
 
@@ -122,20 +100,20 @@ def run(
     """
     from pftrack.sweep.axis import SweepError
 
-    processes = read_jobs(jobs)
+    processes = output.read_jobs(jobs)
     if cluster is not None and jobs is not None:
-        raise wrong_use("--cluster computes on its own workers and takes no --jobs")
+        raise output.wrong_use("--cluster computes on its own workers and takes no --jobs")
     planned = [experiment, trackers, out, *astuple(asked), *said.marks, said.start, said.truth]
     if resume is not None and (dry_run or loss_probability or any(it is not None for it in planned)):
-        raise wrong_use(
+        raise output.wrong_use(
             "--resume continues the plan of its file and cannot be combined with a plan, --out or --dry-run"
         )
     if resume is None and experiment is None:
-        raise wrong_use("name an experiment, `pftrack list` lists them, or --resume a sweep that was stopped")
+        raise output.wrong_use("name an experiment, `pftrack list` lists them, or --resume a sweep that was stopped")
     plan, swept = None, None
     if experiment is not None:
         found = find_experiment(experiment)
-        with refusing(SweepError):
+        with output.refusing(SweepError):
             swept = swept_recording(found, said, out)
             chosen, filters = read_filters([name.strip() for name in trackers.split(",")] if trackers else [])
             plan = plan_of(with_filters(found, filters), asked, chosen, swept)
@@ -159,7 +137,7 @@ def report(
     level: Annotated[str, typer.Option(metavar="P", help="Significance level.")] = "0.01",
     svg: Annotated[bool, typer.Option("--svg", help="Draw the maps as SVG rather than PNG.")] = False,
     pictures: Annotated[bool, typer.Option(help="Draw the figures, which takes longest.")] = True,
-    json: Json = False,
+    json: output.Json = False,
 ) -> None:
     """Show the result of a sweep: tables here, maps and a page that needs nothing else in a folder."""
     from pftrack.sweep import read_result
@@ -169,19 +147,19 @@ def report(
     result = read_result(file)
     folder = out or result.path.with_name(f"{file.name.split('.parquet')[0]}-report")
     if folder.exists() and not folder.is_dir():
-        raise wrong_use(f"--out must be a folder, {folder} is a file")
+        raise output.wrong_use(f"--out must be a folder, {folder} is a file")
     form: Literal["png", "svg"] = "svg" if svg else "png"
     made = write_report(result, folder, x=x, y=y, level=significant, form=form if pictures else None)
     if json:
-        emit(made.as_dict())
+        output.emit(made.as_dict())
         return
     for shown in made.tables:
         if not shown.folded:
-            table(shown.title, shown.columns, shown.rows)
+            output.table(shown.title, shown.columns, shown.rows)
             typer.echo("")
     folded = sum(shown.folded for shown in made.tables)
     rest = f"; {folded} more tables, a measure each, are on the page and in tables.csv" if folded else ""
-    note(f"pftrack: {len(made.files)} files written to {folder}; open {made.page}{rest}")
+    output.note(f"pftrack: {len(made.files)} files written to {folder}; open {made.page}{rest}")
 
 
 def plan_of(
@@ -213,15 +191,15 @@ def plan_of(
         values = {name: value for name, value in preset.parameters.items() if name not in said} | values
         if not named and "tracker" not in said:
             named = (preset.tracker,)
-    wanted = 0 if asked.frames is None else whole("--frames", asked.frames, 1, LONGEST_RUN)
+    wanted = 0 if asked.frames is None else output.whole("--frames", asked.frames, 1, LONGEST_RUN)
     if swept is not None:
         wanted = min(wanted or swept.frames, swept.frames)
     return Plan(
         experiment=experiment.id,
         axes=varied,
         trackers=named,
-        trials=trials if asked.trials is None else whole("--trials", asked.trials, 1, MOST_RUNS),
-        seed=read_seed(asked.seed) or 0,
+        trials=trials if asked.trials is None else output.whole("--trials", asked.trials, 1, MOST_RUNS),
+        seed=output.read_seed(asked.seed) or 0,
         frames=wanted,
         values=values,
         footage=swept.footage if swept else None,
@@ -236,13 +214,13 @@ def _values(experiment: "Experiment", assignments: list[str], kind: "Kind | None
 
     values: dict[str, Value] = {}
     model = type(experiment.parameters_on(kind))
-    for name, text in map(assign, assignments):
+    for name, text in map(output.assign, assignments):
         if name in values:
-            raise wrong_use(f"--set gives {name} twice")
+            raise output.wrong_use(f"--set gives {name} twice")
         if name != "tracker":
             find_declaration(experiment, name, kind)
         try:
-            values[name] = text if name == "tracker" else value_of(model, name, text)
+            values[name] = text if name == "tracker" else output.value_of(model, name, text)
         except ParameterError as error:
             raise SweepError(str(error)) from None
     return values
@@ -253,10 +231,10 @@ def _place(resume: Path | None, out: Path | None) -> Path:
     if resume is not None:
         return resume
     if out is None:
-        raise wrong_use("--out FILE.parquet says where the result goes; it is needed unless --dry-run is given")
+        raise output.wrong_use("--out FILE.parquet says where the result goes; it is needed unless --dry-run is given")
     if out.suffix != ".parquet":
-        raise wrong_use(f"--out must end in .parquet, got {out.name!r}")
-    check_writable(out)
+        raise output.wrong_use(f"--out must end in .parquet, got {out.name!r}")
+    output.check_writable(out)
     return out
 
 
@@ -268,7 +246,7 @@ def _recording_of(place: Path, video: Path | None) -> "Recording | None":
     footage = journal_of(place).plan.footage
     if footage is None:
         if video is not None:
-            raise wrong_use(f"{place} is a sweep of a simulated scene and takes no --video")
+            raise output.wrong_use(f"{place} is a sweep of a simulated scene and takes no --video")
         return None
     return Recording(str(place_of(footage, place, video, "the sweep is on")))
 
@@ -278,7 +256,7 @@ def _estimate(plan: "Plan", jobs: int, recording: "Recording | None", *, json: b
 
     found = estimate(plan, jobs, recording)
     if json:
-        emit({"runs": found.runs, "cells": found.conditions, "seconds": found.seconds})
+        output.emit({"runs": found.runs, "cells": found.conditions, "seconds": found.seconds})
     else:
         typer.echo(
             f"{found.runs:,} runs in {found.conditions:,} cells, about {_duration(found.seconds)} on {jobs} "
@@ -294,32 +272,32 @@ def _compute(
     from pftrack.sweep.report.study import Study, totals
 
     begun = perf_counter()
-    with _stoppable() as stop, progress(plan.experiment if plan else out.stem) as tick:
+    with _stoppable() as stop, output.progress(plan.experiment if plan else out.stem) as tick:
         show = _Shown(tick)
         try:
             result = carry_out(plan, out, jobs=jobs, cluster=cluster, recording=recording, progress=show, stop=stop)
         except SweepStopped:
             done, total = show.seen
-            raise CommandError(
+            raise output.CommandError(
                 f"stopped with {done:,} of {total:,} runs computed; go on with pftrack sweep --resume {out}",
                 details={"runs": done, "of": total, "resume": str(out)},
             ) from None
     figures = {**summary(result), "seconds": perf_counter() - begun, "path": str(result.path)}
     if json:
-        emit(figures)
+        output.emit(figures)
     else:
         for shown in totals(Study.of(result)):
-            table(shown.title, shown.columns, shown.rows)
+            output.table(shown.title, shown.columns, shown.rows)
             typer.echo("")
         typer.echo(f"{result.plan.runs:,} rows in {result.path}, {_duration(float(figures['seconds']))}")
     if figures["problems"]:
-        note(f"pftrack: {figures['problems']:,} runs could not be computed; the column problem says why")
+        output.note(f"pftrack: {figures['problems']:,} runs could not be computed; the column problem says why")
 
 
 class _Shown:
     """What the progress bar shows, and how many lost workers were reported."""
 
-    def __init__(self, tick: Tick) -> None:
+    def __init__(self, tick: output.Tick) -> None:
         self.seen, self._tick, self._lost = (0, 0), tick, 0
 
     def __call__(self, progress: "Progress") -> None:
@@ -327,7 +305,7 @@ class _Shown:
         self._tick(*self.seen)
         if progress.lost_workers > self._lost:
             self._lost = progress.lost_workers
-            note("pftrack: a worker was lost; its chunk is computed again")
+            output.note("pftrack: a worker was lost; its chunk is computed again")
 
 
 @contextmanager
@@ -356,7 +334,7 @@ def _level(text: str) -> float:
     except ValueError:
         level = 0.0
     if not 0 < level < 1:
-        raise wrong_use(f"--level must be a number between 0 and 1, got {text!r}")
+        raise output.wrong_use(f"--level must be a number between 0 and 1, got {text!r}")
     return level
 
 
@@ -368,7 +346,7 @@ def _duration(seconds: float) -> str:
     return f"{seconds / 3600:.1f} h"
 
 
-@takes_options
+@output.takes_options
 def learn(
     sources: Annotated[
         list[str],
@@ -378,7 +356,7 @@ def learn(
     tracker: TrackerName = None,
     *,
     asked: PlanOptions,
-    json: Json = False,
+    json: output.Json = False,
 ) -> None:
     """Learn how motion and shape change, for trackers that are guided by it (`run --learned FILE`).
 
@@ -389,30 +367,30 @@ def learn(
     from pftrack.core.files import write_whole
     from pftrack.sweep.axis import SweepError
 
-    check_writable(out)
+    output.check_writable(out)
     if any(source.lower().endswith(".pft") for source in sources):
         if tracker is not None or asked != PlanOptions():
-            raise wrong_use("saved runs are learned from as they are: leave out what only makes new ones")
+            raise output.wrong_use("saved runs are learned from as they are: leave out what only makes new ones")
         guidance, tracks = _read_states([Path(source) for source in sources])
     else:
         if len(sources) > 1:
-            raise wrong_use(f"name one experiment, or saved runs, got {', '.join(sources)}")
+            raise output.wrong_use(f"name one experiment, or saved runs, got {', '.join(sources)}")
         experiment = find_experiment(sources[0])
         guidance = guidance_of(experiment, "learn")
-        with refusing(SweepError):
+        with output.refusing(SweepError):
             plan = plan_of(experiment, asked, [tracker] if tracker else [], trials=1 if asked.axes else 10)
-        with compiling():
+        with output.compiling():
             tracks = [guidance.states(rows) for rows in _runs_of(plan)]
     learned = guidance.learn(tracks)
     write_whole(out, learned.text.encode())
     total = sum(map(len, tracks))
     left_out = total - sum(int(np.isfinite(track).all(axis=1).sum()) for track in tracks)
     columns = ("change", "mean", "standard deviation", "unit", "correlations")
-    tell(_about(learned, left_out), columns, _rows(learned), json=json)
+    output.tell(_about(learned, left_out), columns, _rows(learned), json=json)
     if json:
         return
     left = f"; {left_out} of {total} frames were left out" if left_out else ""
-    note(f"pftrack: learned from {learned.origin}{left}; written to {out}")
+    output.note(f"pftrack: learned from {learned.origin}{left}; written to {out}")
 
 
 def guidance_of(experiment: "Experiment", what: str) -> "Guidance":
@@ -421,7 +399,7 @@ def guidance_of(experiment: "Experiment", what: str) -> "Guidance":
         from pftrack.experiments import EXPERIMENTS
 
         able = ", ".join(it.id for it in EXPERIMENTS.values() if it.guidance) or "none"
-        raise wrong_use(f"{experiment.id} takes no {what}: motion is learned in {able}")
+        raise output.wrong_use(f"{experiment.id} takes no {what}: motion is learned in {able}")
     return experiment.guidance
 
 
@@ -431,14 +409,14 @@ def _read_states(paths: Sequence[Path]) -> "tuple[Guidance, list[NDArray[Any]]]"
 
     experiments = {read(path).recipe.experiment for path in paths}
     if len(experiments) > 1:
-        raise wrong_use(f"expected runs of one experiment, got those of {', '.join(sorted(experiments))}")
+        raise output.wrong_use(f"expected runs of one experiment, got those of {', '.join(sorted(experiments))}")
     guidance = guidance_of(find_experiment(experiments.pop()), "learn")
     return guidance, [guidance.saved_states(read_columns(path), path.name) for path in paths]
 
 
 def _runs_of(plan: "Plan") -> Iterator[Any]:
     """Yield the rows of one run after the other."""
-    with progress(f"{plan.experiment}, runs to learn from") as tick:
+    with output.progress(f"{plan.experiment}, runs to learn from") as tick:
         for number in range(plan.runs):
             run = plan.live(number)
             run.finish()
@@ -451,7 +429,7 @@ def _about(learned: "Learned", left_out: int) -> dict[str, Any]:
     diffusion = learned.diffusion(reading, drifting=True)
     found = {name: getattr(diffusion, name).tolist() for name in ("mean", "sd", "correlation", "eigenvalues")}
     return {
-        **picked(learned, "experiment", "tracks", "frames"),
+        **output.picked(learned, "experiment", "tracks", "frames"),
         "left_out": left_out,
         "reading": reading,
         "changes": learned.chart.change_names,

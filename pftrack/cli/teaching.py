@@ -7,30 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pftrack.cli.output import (
-    FAILED,
-    Assignments,
-    CommandError,
-    Jobs,
-    Json,
-    assign,
-    compiling,
-    emit,
-    note,
-    picked,
-    progress,
-    read_jobs,
-    read_seed,
-    reading,
-    refusing,
-    suffix_of,
-    table,
-    tell,
-    value_of,
-    whole,
-    writing,
-    wrong_use,
-)
+from pftrack.cli import output
 
 if TYPE_CHECKING:
     from pftrack.core.model.parameters import Parameters
@@ -63,11 +40,11 @@ def register(app: typer.Typer) -> None:
 
 
 @lesson_group.command("list")
-def list_lessons(folder: Lessons = None, json: Json = False) -> None:
+def list_lessons(folder: Lessons = None, json: output.Json = False) -> None:
     """List the lessons with the checks that they claim."""
     claims = [(it, [check.name for check in it.checks]) for it in _lessons(folder).values()]
     rows = [(it.number or "", it.id, it.title, ", ".join(names)) for it, names in claims]
-    tell(
+    output.tell(
         [{**_lesson_json(it), "checks": names} for it, names in claims],
         ("", "name", "title", "checks"),
         rows,
@@ -79,37 +56,37 @@ def list_lessons(folder: Lessons = None, json: Json = False) -> None:
 def check_lessons(
     ids: Annotated[list[str] | None, typer.Argument(metavar="[ID]...", help="Which lessons; all if none.")] = None,
     folder: Lessons = None,
-    json: Json = False,
+    json: output.Json = False,
 ) -> None:
     """Compute what lessons claim, and compare it with what is exact."""
     known = _lessons(folder)
     claims = [(lesson, claim) for lesson in [_lesson(name, known) for name in ids or known] for claim in lesson.checks]
     found: list[dict[str, Any]] = []
-    with compiling(), progress("checks") as tick:
+    with output.compiling(), output.progress("checks") as tick:
         tick(0, len(claims))
         for lesson, claim in claims:
             outcome = claim.run()
-            numbers = picked(outcome, "ours", "exact", "tolerance")
+            numbers = output.picked(outcome, "ours", "exact", "tolerance")
             status = "pass" if outcome.passed else "fail"
             found.append({"lesson": lesson.id, "check": claim.name, **numbers, "status": status})
             if outcome.words:
-                note(f"pftrack: {lesson.id}, {claim.name}: {outcome.words}")
+                output.note(f"pftrack: {lesson.id}, {claim.name}: {outcome.words}")
             tick(len(found), len(claims))
-    tell(found, tuple(found[0]) if found else (), [tuple(row.values()) for row in found], json=json)
+    output.tell(found, tuple(found[0]) if found else (), [tuple(row.values()) for row in found], json=json)
     failed = [row for row in found if row["status"] == "fail"]
     if failed:
-        note(f"pftrack: {len(failed)} of {len(found)} checks lie outside their tolerances")
-        raise typer.Exit(FAILED)
+        output.note(f"pftrack: {len(failed)} of {len(found)} checks lie outside their tolerances")
+        raise typer.Exit(output.FAILED)
 
 
 @lesson_group.command()
 def figure(
     lesson: Named,
     out: Annotated[Path, typer.Option(metavar="FILE", help="A picture, .png, .svg or .pdf, or the data, .json.")],
-    assignments: Assignments = None,
+    assignments: output.Assignments = None,
     seed: Seed = None,
     folder: Lessons = None,
-    json: Json = False,
+    json: output.Json = False,
 ) -> None:
     """Draw the figure of a lesson, and print its numbers."""
     from pftrack.core.files import write_whole
@@ -120,10 +97,10 @@ def figure(
     found = _lesson(lesson, _lessons(folder))
     body = _demonstration(found)
     parameters, number = _values(body, assignments, seed)
-    suffix = suffix_of(out, (*SUFFIXES, ".json"))
-    with compiling():
+    suffix = output.suffix_of(out, (*SUFFIXES, ".json"))
+    with output.compiling():
         shown = body.show(parameters, number)
-    numbers = [picked(number, "title", "value", "exact", "tolerance", "unit") for number in shown.numbers]
+    numbers = [output.picked(number, "title", "value", "exact", "tolerance", "unit") for number in shown.numbers]
     told = {**_lesson_json(found), "parameters": flat(parameters), "seed": number, "numbers": numbers}
     if suffix == ".json":
         data = {**told, "figure": shown.figure.model_dump(mode="json")}
@@ -132,16 +109,16 @@ def figure(
         content = encode(shown.figure, suffix)
     write_whole(out, content)
     rows = [(it.title, f"{it.value:.{it.digits}g}", it.exact, it.tolerance, it.unit) for it in shown.numbers]
-    tell({**told, "file": str(out)}, ("number", "value", "exact", "within", "unit"), rows, json=json)
+    output.tell({**told, "file": str(out)}, ("number", "value", "exact", "within", "unit"), rows, json=json)
     if not json:
-        note(f"pftrack: written to {out}")
+        output.note(f"pftrack: written to {out}")
 
 
 @lesson_group.command()
 def export(
     lesson: Named,
     notebook: Annotated[Path, typer.Option("--notebook", metavar="FILE", help="The notebook, FILE.ipynb.")],
-    assignments: Assignments = None,
+    assignments: output.Assignments = None,
     seed: Seed = None,
     folder: Lessons = None,
 ) -> None:
@@ -151,27 +128,27 @@ def export(
     from pftrack.teaching.lessons.notebook import lesson_notebook
 
     found = _lesson(lesson, _lessons(folder))
-    suffix_of(notebook, (".ipynb",))
+    output.suffix_of(notebook, (".ipynb",))
     if isinstance(found.body, Scenario):
         if assignments or seed is not None:
-            raise wrong_use(f"the lesson {found.id} shows a run; change the recipe in its notebook instead")
+            raise output.wrong_use(f"the lesson {found.id} shows a run; change the recipe in its notebook instead")
         content = lesson_notebook(found)
     else:
         content = lesson_notebook(found, *_values(found.body, assignments, seed))
     write_whole(notebook, content)
-    note(f"pftrack: written to {notebook}")
+    output.note(f"pftrack: written to {notebook}")
 
 
 def _folders(option: str, folder: Path | None) -> list[Path]:
     if folder is not None and not folder.is_dir():
-        raise wrong_use(f"{option} expected a folder, got {folder}")
+        raise output.wrong_use(f"{option} expected a folder, got {folder}")
     return [] if folder is None else [folder]
 
 
 def _note_problems(problems: "Iterable[Problem]") -> None:
     """Say what is wrong with files; the others stay."""
     for problem in problems:
-        note(f"pftrack: {problem.sentence}")
+        output.note(f"pftrack: {problem.sentence}")
 
 
 def _lessons(folder: Path | None) -> "Mapping[str, Lesson]":
@@ -185,7 +162,7 @@ def _lessons(folder: Path | None) -> "Mapping[str, Lesson]":
 def _lesson(name: str, known: "Mapping[str, Lesson]") -> "Lesson":
     from pftrack.teaching.lessons import find
 
-    with refusing():
+    with output.refusing():
         return find(name, known)
 
 
@@ -194,7 +171,7 @@ def _demonstration(lesson: "Lesson") -> "Demonstration":
 
     if isinstance(lesson.body, Scenario):
         experiment = lesson.body.experiment
-        raise wrong_use(
+        raise output.wrong_use(
             f"the lesson {lesson.id} shows a run of {experiment} and has no figure of its own; "
             f"draw one of the other lessons, or `pftrack run {experiment}`"
         )
@@ -206,14 +183,14 @@ def _values(body: "Demonstration", assignments: list[str] | None, seed: str | No
     from pftrack.core.model.parameters import revise
 
     model = type(body.parameters)
-    given = dict(assign(assignment) for assignment in assignments or ())
-    values = {name: value_of(model, name, text) for name, text in given.items()}
-    number = read_seed(seed)
+    given = dict(output.assign(assignment) for assignment in assignments or ())
+    values = {name: output.value_of(model, name, text) for name, text in given.items()}
+    number = output.read_seed(seed)
     return revise(body.parameters, values), body.seed if number is None else number
 
 
 def _lesson_json(lesson: "Lesson") -> dict[str, object]:
-    return picked(lesson, "id", "number", "title")
+    return output.picked(lesson, "id", "number", "title")
 
 
 Answered = Annotated[
@@ -222,12 +199,12 @@ Answered = Annotated[
 
 
 @exercise_group.command("list")
-def list_exercises(folder: Exercises = None, json: Json = False) -> None:
+def list_exercises(folder: Exercises = None, json: output.Json = False) -> None:
     """List the exercises with what is checked of each."""
     found = _exercises(folder).values()
     rows = [(each.id, each.title, each.experiment, ", ".join(each.functions), f"{each.points:g}") for each in found]
     columns = ("name", "title", "experiment", "to write", "points")
-    tell([_exercise_json(each) for each in found], columns, rows, json=json)
+    output.tell([_exercise_json(each) for each in found], columns, rows, json=json)
 
 
 @exercise_group.command()
@@ -250,11 +227,13 @@ def start(
         typer.echo("\n" + "\n".join(f"{number}. {hint}" for number, hint in enumerate(found.hints, 1)))
         return
     path = file or Path(f"{found.id.replace('-', '_')}.py")
-    with refusing(ValueError):
+    with output.refusing(ValueError):
         name_of(path)
-    with writing(path), path.open("x", encoding="utf-8") as opened:
+    with output.writing(path), path.open("x", encoding="utf-8") as opened:
         opened.write(found.skeleton)
-    note(f"pftrack: wrote {path}; check it with: pftrack exercise check {path}, watch it with: pftrack serve {path}")
+    output.note(
+        f"pftrack: wrote {path}; check it with: pftrack exercise check {path}, watch it with: pftrack serve {path}"
+    )
 
 
 @exercise_group.command()
@@ -263,7 +242,7 @@ def check(
     exercise: Answered = None,
     seed: FirstSeed = "0",
     folder: Exercises = None,
-    json: Json = False,
+    json: output.Json = False,
 ) -> None:
     """Say for each property whether it holds, with numbers and the seed that shows it; status 1 if one does not.
 
@@ -275,23 +254,25 @@ def check(
     from pftrack.teaching.exercises.grading import results
 
     first, exercises = _first_seed(seed), _exercises(folder)
-    with refusing(ValueError):
+    with output.refusing(ValueError):
         name_of(file)
-    with reading(file):
+    with output.reading(file):
         named = exercise or exercise_named_in(file.read_text(encoding="utf-8"))
     if named is None:
-        raise wrong_use(f"{file} has no line EXERCISE = ..., by which it says what it answers; name it with --exercise")
+        raise output.wrong_use(
+            f"{file} has no line EXERCISE = ..., by which it says what it answers; name it with --exercise"
+        )
     wanted = _exercise(named, exercises)
-    with compiling(), progress("checks") as tick:
+    with output.compiling(), output.progress("checks") as tick:
         report = check_file(wanted, file, seed=first, told=tick)
     if json:
-        emit(results(report))
+        output.emit(results(report))
     else:
         _tell(report)
     if not report.passed:
         failed = sum(not each.verdict.holds for each in report.findings)
-        note(f"pftrack: {failed} of {len(report.findings)} properties do not hold")
-        raise typer.Exit(FAILED)
+        output.note(f"pftrack: {failed} of {len(report.findings)} properties do not hold")
+        raise typer.Exit(output.FAILED)
 
 
 @exercise_group.command()
@@ -304,10 +285,10 @@ def grade(
     out: Annotated[Path | None, typer.Option(metavar="FILE.csv", help="Write the table there as well.")] = None,
     seconds: Annotated[str, typer.Option(metavar="SECONDS", help="Processor time that each may take.")] = "120",
     memory: Annotated[str, typer.Option(metavar="MIB", help="Memory that each may take, MiB.")] = "1024",
-    jobs: Jobs = None,
+    jobs: output.Jobs = None,
     seed: FirstSeed = "0",
     folder: Exercises = None,
-    json: Json = False,
+    json: output.Json = False,
 ) -> None:
     """Check all submissions in a folder, each in a confined process without a network, and print a table of points."""
     from dataclasses import replace
@@ -317,22 +298,22 @@ def grade(
     from pftrack.teaching.exercises.grading import BUDGET, submissions_in, table_of
     from pftrack.teaching.exercises.grading import grade as grade_files
 
-    first, allowed = _first_seed(seed), float(whole("--seconds", seconds, 1, 86_400))
-    processes = read_jobs(jobs)
-    most = whole("--memory", memory, 64, 1_048_576) * MEBIBYTE
+    first, allowed = _first_seed(seed), float(output.whole("--seconds", seconds, 1, 86_400))
+    processes = output.read_jobs(jobs)
+    most = output.whole("--memory", memory, 64, 1_048_576) * MEBIBYTE
     budget = replace(BUDGET, cpu_seconds=allowed, silence_s=allowed, memory_bytes=most)
     exercises = _exercises(folder)
     if exercise is not None:
         _exercise(exercise, exercises)
     if out is not None:
-        suffix_of(out, (".csv",))
+        output.suffix_of(out, (".csv",))
     if not submissions.is_dir():
-        raise wrong_use(f"expected a folder of submissions, got {submissions}")
+        raise output.wrong_use(f"expected a folder of submissions, got {submissions}")
     files = submissions_in(submissions)
     if not files:
-        raise CommandError(f"there is no file FILE.py in {submissions}")
+        raise output.CommandError(f"there is no file FILE.py in {submissions}")
     graded: dict[str, dict[str, Any]] = {}
-    with compiling(), progress("submissions") as tick:
+    with output.compiling(), output.progress("submissions") as tick:
         tick(0, len(files))
         for name, found in grade_files(files, exercises, exercise=exercise, seed=first, budget=budget, jobs=processes):
             graded[name] = found
@@ -341,9 +322,9 @@ def grade(
     columns, rows = table_of(graded)
     if out is not None:
         write_whole(out, csv_text((columns, *rows)).encode())
-    tell(graded, columns, rows, json=json)
+    output.tell(graded, columns, rows, json=json)
     if any(found["extra_data"].get("network") for found in graded.values()):
-        note("pftrack: this system lets no process give up the network, so the submissions had it")
+        output.note("pftrack: this system lets no process give up the network, so the submissions had it")
 
 
 def _tell(report: "Report") -> None:
@@ -351,7 +332,7 @@ def _tell(report: "Report") -> None:
         ("holds" if each.verdict.holds else "FAILS", each.title, f"{each.points:g} of {each.check.points:g}")
         for each in report.findings
     ]
-    table(f"{report.exercise.title}, {report.file}", ("", "property", "points"), rows)
+    output.table(f"{report.exercise.title}, {report.file}", ("", "property", "points"), rows)
     typer.echo("")
     for each in report.findings:
         seed = "" if each.verdict.seed is None else f" (seed {each.verdict.seed})"
@@ -363,7 +344,7 @@ def _first_seed(seed: str) -> int:
     """Read the first of many seeds, which leaves room for the others."""
     from pftrack.core.numerics.random import LARGEST_SEED
 
-    return whole("--seed", seed, 0, LARGEST_SEED - 10_000)
+    return output.whole("--seed", seed, 0, LARGEST_SEED - 10_000)
 
 
 def _exercises(folder: Path | None) -> "Mapping[str, Exercise]":
@@ -376,10 +357,10 @@ def _exercises(folder: Path | None) -> "Mapping[str, Exercise]":
 
 def _exercise(name: str, known: "Mapping[str, Exercise]") -> "Exercise":
     if name not in known:
-        raise wrong_use(f"an exercise must be one of {', '.join(known)}, got {name!r}")
+        raise output.wrong_use(f"an exercise must be one of {', '.join(known)}, got {name!r}")
     return known[name]
 
 
 def _exercise_json(exercise: "Exercise") -> dict[str, object]:
-    checks = [picked(each, "property", "points") for each in exercise.checks]
-    return {**picked(exercise, "id", "title", "experiment", "functions", "points", "origin"), "checks": checks}
+    checks = [output.picked(each, "property", "points") for each in exercise.checks]
+    return {**output.picked(exercise, "id", "title", "experiment", "functions", "points", "origin"), "checks": checks}
