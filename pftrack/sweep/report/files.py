@@ -24,29 +24,7 @@ from pftrack.core.model.drawing import VERDICTS, hexadecimal
 from pftrack.core.model.parameters import with_role
 from pftrack.core.refusal import ConflictError
 from pftrack.core.version import __version__
-from pftrack.output.figures.layout import (
-    Part,
-    Values,
-    draw_boxes,
-    draw_curve,
-    draw_differences,
-    draw_map,
-    draw_scale,
-    finish,
-    key_line,
-    lay_out,
-    write_across,
-    write_up,
-)
-from pftrack.output.figures.style import (
-    CURVE_COLOURS,
-    INK,
-    SCREEN_DOTS_PER_INCH,
-    PictureForm,
-    diverging,
-    encode,
-    viridis,
-)
+from pftrack.output.figures import layout, style
 from pftrack.runs.manifest import FORMAT
 from pftrack.sweep.axis import Axis, SweepError, find_declaration
 from pftrack.sweep.cells import (
@@ -121,13 +99,13 @@ def curves(study: Study, axes: Sequence[Axis]) -> Figure:
     wide = max(WIDE_IN, NARROWEST_IN / len(axes))
     size = wide + EDGE_IN, HIGH_IN + BELOW_IN + max(_values(study, axis).below(wide) for axis in axes)
     heading = "Success and its 95 % interval" if study.judged else "Mean error"
-    figure, (panels,) = lay_out([Part(heading, len(axes), size, _key(study), shared=False)])
+    figure, (panels,) = layout.lay_out([layout.Part(heading, len(axes), size, _key(study), shared=False)])
     for panel, axis in zip(panels, axes, strict=True):
         positions = np.array(axis.values, dtype=float) if axis.numerical else np.arange(len(axis.values))
         _curves(panel, study, positions, study.by_axis[axis.name])
-        finish(panel, label(study, axis), "Success rate" if study.judged else "Mean error")
+        layout.finish(panel, label(study, axis), "Success rate" if study.judged else "Mean error")
         if not axis.numerical:
-            write_across(panel, _values(study, axis), wide)
+            layout.write_across(panel, _values(study, axis), wide)
     return figure
 
 
@@ -150,7 +128,7 @@ def along(study: Study, axis: Axis, quantity: Quantity) -> Figure:
     figure, panels = _over(study, axis, parts)
     if is_success:
         _curves(panels[0], study, np.arange(len(axis.values)), study.maps)
-        finish(panels[0], label(study, axis), quantity.label)
+        layout.finish(panels[0], label(study, axis), quantity.label)
     else:
         _boxes(panels[0], study, axis, quantity)
     if study.pairs:
@@ -168,25 +146,27 @@ def _over(study: Study, axis: Axis, parts: Sequence[tuple[str, Key]]) -> tuple[F
     values = _values(study, axis)
     wide = min(max(BOX_IN * len(axis.values) * len(study.trackers), NARROWEST_IN), WIDEST_IN)
     size = wide + EDGE_IN, HIGH_IN + BELOW_IN + values.below(wide)
-    figure, rows = lay_out([Part(heading, 1, size, key) for heading, key in parts])
+    figure, rows = layout.lay_out([layout.Part(heading, 1, size, key) for heading, key in parts])
     panels = [panel for (panel,) in rows]
     for panel in panels:
         panel.set_xlim(-0.6, len(axis.values) - 0.4)
-        write_across(panel, values, wide)
+        layout.write_across(panel, values, wide)
     return figure, panels
 
 
-def _values(study: Study, axis: Axis | None) -> Values:
+def _values(study: Study, axis: Axis | None) -> layout.Values:
     if axis is None:
-        return Values()
-    return Values(label(study, axis), tuple(format_value(value) for value in axis.values), is_named=not axis.numerical)
+        return layout.Values()
+    return layout.Values(
+        label(study, axis), tuple(format_value(value) for value in axis.values), is_named=not axis.numerical
+    )
 
 
 def _curves(panel: Axes, study: Study, positions: NDArray[Any], found: Mapping[str, CellMap]) -> None:
     for name, colour in zip(study.trackers, _colours(study), strict=True):
         cells = found[name]
         values = cells.rate[0] if study.judged else cells.mean_error[0]
-        draw_curve(panel, positions, values, colour, (cells.low[0], cells.high[0]) if study.judged else None)
+        layout.draw_curve(panel, positions, values, colour, (cells.low[0], cells.high[0]) if study.judged else None)
     panel.set_ylim(*((-0.02, 1.02) if study.judged else (0, None)))
 
 
@@ -198,10 +178,12 @@ def _boxes(panel: Axes, study: Study, axis: Axis, quantity: Quantity) -> None:
         known = [index for index, values in enumerate(found[name]) if len(values)]
         if known:
             ends = np.array([np.percentile(found[name][index], PERCENTILES) for index in known]).T
-            draw_boxes(panel, ends, np.array(known) + (place - (len(study.trackers) - 1) / 2) * width, width, colour)
+            layout.draw_boxes(
+                panel, ends, np.array(known) + (place - (len(study.trackers) - 1) / 2) * width, width, colour
+            )
     if all(values.min(initial=0.0) >= 0.0 for cells in found.values() for values in cells):
         panel.set_ylim(bottom=0)
-    finish(panel, label(study, axis), quantity.label)
+    layout.finish(panel, label(study, axis), quantity.label)
 
 
 def _differences(panel: Axes, study: Study, axis: Axis, quantity: Quantity) -> None:
@@ -213,27 +195,32 @@ def _differences(panel: Axes, study: Study, axis: Axis, quantity: Quantity) -> N
         codes = pair.significance(study.level).codes[0]
         better = (codes == Code.FIRST_BETTER) | (codes == Code.SECOND_BETTER)
         found = [it[0] for it in (pair.paired.mean, pair.paired.low, pair.paired.high)]
-        draw_differences(panel, positions, found, better, colour)
+        layout.draw_differences(panel, positions, found, better, colour)
     unit = f", {quantity.unit}" if quantity.unit else ""
-    finish(panel, label(study, axis), f"Difference{unit}, + if 1 is better")
+    layout.finish(panel, label(study, axis), f"Difference{unit}, + if 1 is better")
 
 
 def _key(study: Study, *, of_boxes: bool = False) -> Key:
     lines = zip(study.trackers, _colours(study), strict=True)
-    return [key_line(study.title(name), colour, is_box=of_boxes) for name, colour in lines]
+    return [layout.key_line(study.title(name), colour, is_box=of_boxes) for name, colour in lines]
 
 
 def _key_of_pairs(study: Study) -> Key:
     titles = (f"1: {study.title(first)}, 2: {study.title(second)}" for first, second in study.pairs)
-    return [key_line(title, colour, size=5) for title, colour in zip(titles, _colours_of_pairs(study), strict=True)]
+    return [
+        layout.key_line(title, colour, size=5) for title, colour in zip(titles, _colours_of_pairs(study), strict=True)
+    ]
 
 
 def _colours(study: Study) -> list[str]:
-    return [CURVE_COLOURS[place % len(CURVE_COLOURS)] for place in range(len(study.trackers))]
+    return [style.CURVE_COLOURS[place % len(style.CURVE_COLOURS)] for place in range(len(study.trackers))]
 
 
 def _colours_of_pairs(study: Study) -> list[str]:
-    return [CURVE_COLOURS[(len(study.trackers) + place) % len(CURVE_COLOURS)] for place in range(len(study.pairs))]
+    return [
+        style.CURVE_COLOURS[(len(study.trackers) + place) % len(style.CURVE_COLOURS)]
+        for place in range(len(study.pairs))
+    ]
 
 
 # Colours can be distinguished without red and green, and mean the same in every figure. Amounts are shown in viridis.
@@ -251,7 +238,7 @@ CODES = {
 
 def amounts(quantity: Quantity) -> Colormap:
     """Return the map of a quantity's values, on which what is better is bright."""
-    return viridis(is_reversed=quantity.better != "higher")
+    return style.viridis(is_reversed=quantity.better != "higher")
 
 
 def scale_of(quantity: Quantity, means: Iterable[Floats]) -> tuple[float, float]:
@@ -316,17 +303,17 @@ def _map_stack(study: Study, blocks: Sequence[Block]) -> Figure:
     across, up = _values(study, study.x), _values(study, study.y)
     high = WIDE_IN * study.proportion
     size = WIDE_IN + EDGE_IN, high + BELOW_IN + across.below(WIDE_IN) + 0.4
-    parts = [Part(block.heading, len(block.maps), size, block.key) for block in blocks]
-    figure, rows = lay_out(parts)
+    parts = [layout.Part(block.heading, len(block.maps), size, block.key) for block in blocks]
+    figure, rows = layout.lay_out(parts)
     for part, block, panels in zip(parts, blocks, rows, strict=True):
         for place, (panel, (title, values)) in enumerate(zip(panels, block.maps.items(), strict=True)):
-            image = draw_map(panel, title, values, block.colours, block.scale)
+            image = layout.draw_map(panel, title, values, block.colours, block.scale)
             panel.set_ylabel(up.title if place % part.columns == 0 else "")
             panel.set_xlabel(across.title if place + part.columns >= part.count else "")
-        write_across(panels[0], across, WIDE_IN)
-        write_up(panels[0], up, high)
+        layout.write_across(panels[0], across, WIDE_IN)
+        layout.write_up(panels[0], up, high)
         if not block.key:
-            draw_scale(panels, image)
+            layout.draw_scale(panels, image)
     return figure
 
 
@@ -345,7 +332,7 @@ def _difference_block(study: Study, quantity: Quantity) -> Block:
     maps = {_pair_title(study, pair): pair.difference for pair in pairs}
     most = largest_difference(pairs)
     unit = f", {quantity.unit}" if quantity.unit else ""
-    return Block(f"Difference{unit}; positive where 1 is better", maps, diverging(), Normalize(-most, most))
+    return Block(f"Difference{unit}; positive where 1 is better", maps, style.diverging(), Normalize(-most, most))
 
 
 def _significance_block(study: Study, pairs: Sequence[Comparison], correction: Correction = "none") -> Block:
@@ -354,7 +341,7 @@ def _significance_block(study: Study, pairs: Sequence[Comparison], correction: C
     heading = f"{pairs[0].quantity.title}, {TEST_TITLES[pairs[0].test]} test at {study.level:g}, {cells}"
     colours = [hexadecimal(VERDICTS[name].light) for name, _ in CODES.values()]
     named = zip(colours, CODES.values(), strict=True)
-    key = tuple(Patch(facecolor=colour, edgecolor=INK["outline"], label=words) for colour, (_, words) in named)
+    key = tuple(Patch(facecolor=colour, edgecolor=style.INK["outline"], label=words) for colour, (_, words) in named)
     return Block(heading, maps, ListedColormap(colours), BoundaryNorm(np.arange(-0.5, len(Code)), len(Code)), key)
 
 
@@ -425,7 +412,7 @@ def write_report(
     manifest = manifest_of_result(result)
     if form is not None:
         for name, draw in figures(study).items():
-            drawn = encode(draw(), form, f"{manifest['title']}: {name}", manifest, SCREEN_DOTS_PER_INCH)
+            drawn = style.encode(draw(), form, f"{manifest['title']}: {name}", manifest, style.SCREEN_DOTS_PER_INCH)
             files.append(folder / f"{name}.{form}")
             files[-1].write_bytes(drawn)
             pictures[name] = f"data:{MEDIA[form]};base64,{b64encode(drawn).decode()}"
@@ -536,13 +523,13 @@ def export_result(result: Result, path: Path, *, plot: str | None = None) -> tup
     return path, beside
 
 
-def _picture(result: Result, form: PictureForm, name: str | None) -> bytes:
+def _picture(result: Result, form: style.PictureForm, name: str | None) -> bytes:
     known = figures(Study.of(result))
     if name not in known:
         wanted = "say which one is wanted" if name is None else f"there is none called {name!r}"
         raise ConflictError(f"the plots of this sweep are {', '.join(known) or 'none'}; {wanted}")
     manifest = manifest_of_result(result)
-    return encode(known[name](), form, f"{manifest['title']}: {name}", manifest)
+    return style.encode(known[name](), form, f"{manifest['title']}: {name}", manifest)
 
 
 def manifest_of_result(result: Result) -> dict[str, Any]:
