@@ -11,14 +11,24 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack_server.core.body_limit import BodyLimit
 from pftrack_server.core.errors import ErrorBody
 from pftrack_server.core.settings import Settings
+from pftrack_server.sessions import routes as sessions
+from pftrack_server.sweeps import routes as sweeps
 from pftrack_server.teaching import routes as teaching
-from pftrack_server.web import health, pages, scene
+from pftrack_server.uploads import routes as uploads
+from pftrack_server.web import experiments, failures, health, pages, scene
 from pftrack_server.web.errors import install
 from pftrack_server.web.health import Metrics, Stopwatch
 from pftrack_server.web.middleware import BasePath, HeadAsGet
-from pftrack_server.web.routes import router
 from pftrack_server.web.security import Guard
 from pftrack_server.web.services import Services
+from pftrack_server.work import jobs
+from pftrack_server.work import routes as work
+
+REST = (
+    *(experiments.router, experiments.plugins, experiments.glossary, experiments.own_filters, health.compiling),
+    *(jobs.source_code, uploads.router, sessions.router, jobs.router, work.router, failures.router, sweeps.router),
+)
+"""The REST interface and the streams: handlers of a few lines over typed dependencies, each beside its subject."""
 
 PARTS = (teaching,)
 """What the server does beside its core: each part installs its addresses, and opens what they work with."""
@@ -42,8 +52,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         # Imported now rather than in somebody's first request.
         await asyncio.to_thread(dict, EXPERIMENTS)
-        services = await Services.open(settings, metrics)
-        app.state.services = services
+        app.state.services = services = Services(settings, metrics)
+        await services.open()
         async with AsyncExitStack() as opened:
             opened.push_async_callback(services.close)
             for part in PARTS:
@@ -64,7 +74,9 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         responses={"4XX": {"model": ErrorBody}, "5XX": {"model": ErrorBody}},
     )
     install(app)
-    for each in (router, health.router, scene.router):
+    for each in REST:
+        app.include_router(each, prefix="/api/v1")
+    for each in (health.router, scene.router):
         app.include_router(each)
     for part in (pages, *PARTS):
         part.install(app)

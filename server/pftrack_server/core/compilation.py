@@ -10,6 +10,7 @@ import asyncio
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Self
 
 import structlog
@@ -60,19 +61,10 @@ class Compilation:
 
     @property
     def progress(self) -> Progress:
-        """How far it is."""
-        return self._warming.progress if self._warming is not None else self._progress
-
-    @property
-    def ready(self) -> frozenset[str]:
-        """The experiments of which everything is compiled; one that does not run says itself what is wrong."""
-        progress = self.progress
-        return self._known | progress.ready | progress.failed.keys()
-
-    @property
-    def usable(self) -> frozenset[str]:
-        """The experiments of which sessions can be started."""
-        return self.ready | self.progress.usable
+        """How far it is; an experiment that does not run counts as ready, since it says itself what is wrong."""
+        found = self._warming.progress if self._warming is not None else self._progress
+        ready = self._known | found.ready | found.failed.keys()
+        return replace(found, ready=ready, usable=ready | found.usable)
 
     async def open_experiment(self, name: str) -> None:
         """Wait a moment for an experiment that somebody opens to be usable; it is compiled next.
@@ -80,9 +72,9 @@ class Compilation:
         Raises:
             UnavailableError: It takes longer.
         """
-        if self._warming is not None and name not in self.ready:
+        if self._warming is not None and name not in self.progress.ready:
             self._warming.prefer(name)
-        await self._wait_until(lambda: name in self.usable)
+        await self._wait_until(lambda: name in self.progress.usable)
 
     async def wait_for(self, name: str) -> None:
         """Wait a moment for an experiment to be ready.
@@ -90,7 +82,7 @@ class Compilation:
         Raises:
             UnavailableError: It takes longer.
         """
-        await self._wait_until(lambda: name in self.ready)
+        await self._wait_until(lambda: name in self.progress.ready)
 
     async def _wait_until(self, condition: Callable[[], bool]) -> None:
         """Wait in no thread: a class that waits would hold all of them."""

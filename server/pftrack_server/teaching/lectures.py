@@ -43,7 +43,7 @@ from pftrack_server.teaching.messages import (
     LectureUpdate,
     PollCreate,
 )
-from pftrack_server.work.failures import failure_named
+from pftrack_server.web.failures import failure_named
 from pftrack_server.work.sources import ComparedRun, House, find_run
 
 MOST = 200

@@ -80,7 +80,7 @@ plugins = APIRouter(prefix="/plugins", tags=["experiments"])
 @router.get("")
 def list_experiments(filters: TheFilters) -> list[ExperimentPublic]:
     """List all experiments."""
-    return [ExperimentPublic(**_public_fields(experiment, filters)) for experiment in EXPERIMENTS.values()]
+    return [ExperimentPublic(**_fields(ExperimentPublic, experiment, filters)) for experiment in EXPERIMENTS.values()]
 
 
 @plugins.get("")
@@ -100,12 +100,12 @@ def show_experiment(
     """Tell everything about an experiment, its parameters included."""
     model = type(experiment.parameters_on(recording))
     return ExperimentDetail(
-        **_public_fields(experiment, filters),
-        declarations=list(experiment.declarations(model)),
-        layers=list(experiment.layers),
-        worlds=list(experiment.worlds),
-        parameter_schema=model.model_json_schema(),
-        loss_trackers=list(experiment.quality.loss_probability.models_on(recording)),
+        **_fields(ExperimentDetail, experiment, filters)
+        | {
+            "declarations": experiment.declarations(model),
+            "parameter_schema": model.model_json_schema(),
+            "loss_trackers": list(experiment.quality.loss_probability.models_on(recording)),
+        }
     )
 
 
@@ -126,37 +126,25 @@ async def draw_thumbnail(request: Request, experiment: AnExperiment, results: Th
     return Response(picture, media_type="image/png", headers=headers)
 
 
-def _public_fields(experiment: Experiment, filters: FilterFiles) -> dict[str, Any]:
-    return {
-        "id": experiment.id,
-        "title": experiment.title,
-        "clip_title": experiment.video.clip_title or experiment.title,
-        "family": experiment.family,
-        "question": experiment.question,
+def _fields(model: type[ExperimentPublic], experiment: Experiment, filters: FilterFiles) -> dict[str, Any]:
+    """Return the fields of a model: what an experiment declares by their names, and what follows from it."""
+    video, finder = experiment.video, experiment.video.finder
+    own = {name: getattr(it, name) for it in (video, experiment) for name in model.model_fields if hasattr(it, name)}
+    trackers = [(name, tracker.title, tracker.description) for name, tracker in experiment.trackers.items()]
+    trackers += [
+        (each.name, each.title, f"The filter in {each.path.name}.")
+        for each in filters.served
+        if each.experiment == experiment.id
+    ]
+    return own | {
+        "clip_title": video.clip_title or experiment.title,
         "references": [citation.as_dict() for citation in experiment.references],
-        "description": experiment.description,
-        "accepts_video": experiment.accepts_video,
-        "footage": list(experiment.video.footage),
-        "default_tracker": experiment.default_tracker,
-        "frames": experiment.frames,
-        "trackers": [
-            {"id": name, "title": tracker.title, "description": tracker.description}
-            for name, tracker in experiment.trackers.items()
-        ]
-        + [
-            {"id": each.name, "title": each.title, "description": f"The filter in {each.path.name}."}
-            for each in filters.served
-            if each.experiment == experiment.id
-        ],
-        "target": experiment.target,
-        "marks": [kind.editor() for kind in experiment.video.marks],
-        "unmarked": list(experiment.video.unmarked),
-        "finds": experiment.video.finder.kind.name() if experiment.video.finder else None,
-        "hints": [kind.name() for kind in experiment.video.finder.hints] if experiment.video.finder else [],
-        "suits": experiment.video.suits is not None,
-        "advice": experiment.video.advice,
-        "truth_columns": list(experiment.video.truth.form.columns) if experiment.video.truth else [],
-        "presets": experiment.presets,
+        "trackers": [dict(zip(("id", "title", "description"), each, strict=True)) for each in trackers],
+        "marks": [kind.editor() for kind in video.marks],
+        "finds": finder.kind.name() if finder else None,
+        "hints": [kind.name() for kind in finder.hints] if finder else [],
+        "suits": video.suits is not None,
+        "truth_columns": video.truth.form.columns if video.truth else [],
         "thumbnail": f"api/v1/experiments/{experiment.id}/thumbnail.png",
     }
 

@@ -3,32 +3,88 @@
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, Path
+from pydantic import BaseModel, Field
 
-from pftrack.analysis.failures import Entry
+from pftrack.analysis.failures import Entry, entry, gallery
+from pftrack.core.model.parameters import Value, declarations, flat, revise
+from pftrack.core.model.preset import KINDS, CauseId
+from pftrack.core.model.recipe import Recipe, parameter_values
+from pftrack.core.refusal import RefusedError
+from pftrack.experiments import EXPERIMENTS
+from pftrack_server.core.errors import NotFoundError
 from pftrack_server.jobs.functions import FailureResult, run_with_and_without_cure
 from pftrack_server.jobs.results import TheResults
-from pftrack_server.work.failures import FailurePublic, failure_named, failures, public
+
+
+class DifferencePublic(BaseModel):
+    """What the cure changes."""
+
+    title: str
+    unit: str
+    failing: Value
+    cured: Value
+
+
+class FailureNeighbour(BaseModel):
+    """The failure before another in the gallery, or the one after it."""
+
+    id: str
+    title: str
+
+
+class FailurePublic(BaseModel):
+    """A named failure of an experiment's trackers, and its cure."""
+
+    id: str
+    number: int = Field(description="Its place in the gallery, which stands for its id in addresses")
+    title: str
+    kind: str
+    kind_title: str
+    cause: CauseId = Field(description="What the diagnosis of its run comes to first")
+    experiment: str
+    experiment_title: str
+    diagnosis: str = Field(description="What goes wrong and why")
+    cure: str = Field(description="What helps, and why")
+    frame: int = Field(description="The one before it happens")
+    differences: list[DifferencePublic] = Field(description="What the cure changes at frame 0")
+    failing: Recipe
+    cured: Recipe
+    page: str
+    previous: FailureNeighbour | None
+    next: FailureNeighbour | None
+
+
+def failure_named(failure: Annotated[str, Path(max_length=64)]) -> Entry:
+    """Return a failure by its id or its number.
+
+    Raises:
+        NotFoundError: There is none, or its experiment is not installed here.
+    """
+    try:
+        return entry(EXPERIMENTS, failure)
+    except RefusedError:
+        raise NotFoundError(
+            f"There is no failure {failure[:64]!r} here. It may belong to an experiment that is not installed; "
+            f"there are {len(gallery(EXPERIMENTS))}, by number or by name."
+        ) from None
+
 
 router = APIRouter(prefix="/failures", tags=["failures"])
 
 
-def _failure(failure: Annotated[str, Path(max_length=64)]) -> Entry:
-    return failure_named(failure)
-
-
-AFailure = Annotated[Entry, Depends(_failure)]
+AFailure = Annotated[Entry, Depends(failure_named)]
 
 
 @router.get("")
 def list_failures() -> list[FailurePublic]:
     """List the failures, by their numbers."""
-    return failures()
+    return [_public(each) for each in gallery(EXPERIMENTS)]
 
 
 @router.get("/{failure}")
 def show_failure(failure: AFailure) -> FailurePublic:
     """Tell what is declared of a failure, by its id or its number."""
-    return public(failure)
+    return _public(failure)
 
 
 @router.get("/{failure}/course")
@@ -36,3 +92,53 @@ async def course_of_failure(failure: AFailure, results: TheResults) -> FailureRe
     """Tell how its run and the cured one went: their errors, and what shows the failure in their numbers."""
     course = await results.get(failure.experiment.id, run_with_and_without_cure, failure.failure.id)
     return FailureResult.model_validate(course)
+
+
+def _public(shown: Entry) -> FailurePublic:
+    """Return what is declared of a failure."""
+    failure, experiment = shown.failure, shown.experiment
+    return FailurePublic(
+        id=failure.id,
+        number=shown.number,
+        title=failure.title,
+        kind=failure.kind,
+        kind_title=KINDS[failure.kind],
+        cause=failure.cause,
+        experiment=experiment.id,
+        experiment_title=experiment.title,
+        diagnosis=failure.diagnosis,
+        cure=failure.cure.text,
+        frame=failure.frame,
+        differences=_differences(shown),
+        failing=shown.recipe(),
+        cured=shown.recipe(cured=True),
+        page=f"failures/{failure.id}",
+        previous=_neighbour(shown.number - 1),
+        next=_neighbour(shown.number + 1),
+    )
+
+
+def _neighbour(number: int) -> FailureNeighbour | None:
+    found = [each.failure for each in gallery(EXPERIMENTS) if each.number == number]
+    return FailureNeighbour(id=found[0].id, title=found[0].title) if found else None
+
+
+def _differences(shown: Entry) -> list[DifferencePublic]:
+    """Return what differs between the two runs, in the words of the experiment."""
+    failure, experiment = shown.failure, shown.experiment
+    parameters = experiment.simulate().parameters
+    before, after = (
+        flat(revise(parameters, parameter_values(values)))
+        for values in (failure.parameters, {**failure.parameters, **failure.cure.values})
+    )
+    found = [
+        DifferencePublic(title=it.title, unit=it.unit, failing=before[it.name], cured=after[it.name])
+        for it in declarations(type(parameters))
+        if before[it.name] != after[it.name]
+    ]
+    trackers: list[Value] = [
+        experiment.trackers[str(name)].title for name in (failure.tracker, failure.cure.values.get("tracker")) if name
+    ]
+    if len(set(trackers)) > 1:
+        found.insert(0, DifferencePublic(title="Tracker", unit="", failing=trackers[0], cured=trackers[1]))
+    return found

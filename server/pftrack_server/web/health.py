@@ -2,14 +2,13 @@
 
 import asyncio
 import time
+from functools import partial
 from http import HTTPStatus
 from typing import Annotated, get_args
 
 from fastapi import APIRouter
-from prometheus_client import CONTENT_TYPE_LATEST, CollectorRegistry, Counter, Histogram, generate_latest
-from prometheus_client.core import GaugeMetricFamily
-from prometheus_client.registry import Collector
-from pydantic import BaseModel, Field
+from prometheus_client import CONTENT_TYPE_LATEST, CollectorRegistry, Counter, Gauge, Histogram, generate_latest
+from pydantic import AfterValidator, BaseModel, Field
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -35,47 +34,33 @@ class Metrics:
         self.seconds = Histogram("pftrack_request_seconds", "Time to answer a request", registry=self.registry)
 
     def watch(self, manager: Manager, sweeps: Sweeps) -> None:
-        """Report a server's sessions and sweeps from now on."""
-        self.registry.register(_Sessions(manager))
-        self.registry.register(_Sweeps(sweeps))
+        """Report a server's sessions and sweeps from now on, as they are at the moment of asking."""
+
+        def count_sessions(phase: Phase) -> int:
+            return sum(it.phase == phase for it in manager.all)
+
+        def count_sweeps(state: str) -> int:
+            return sum(it.row.state == state for it in sweeps.all)
+
+        gauge = partial(Gauge, registry=self.registry)
+        sessions = gauge("pftrack_sessions", "Sessions by state", ["state"])
+        for phase in Phase:
+            sessions.labels(phase).set_function(partial(count_sessions, phase))
+        visitors = gauge("pftrack_visitors", "Connections that look on or listen")
+        visitors.set_function(lambda: sum(it.visitors for it in manager.all))
+        frames = gauge("pftrack_frames", "Frames computed by all workers since the server started")
+        frames.set_function(lambda: sum(it.frames_computed for it in manager.all))
+        kept = gauge("pftrack_sweeps", "Sweeps by state", ["state"])
+        for state in get_args(State):
+            kept.labels(state).set_function(partial(count_sweeps, state))
+        runs = gauge("pftrack_sweep_runs", "Runs that are there of all sweeps kept")
+        runs.set_function(lambda: sum(it.row.done for it in sweeps.all))
+        visitors = gauge("pftrack_sweep_visitors", "Connections that watch a sweep")
+        visitors.set_function(lambda: sum(it.listeners for it in sweeps.all))
 
     def text(self) -> bytes:
         """Return everything in Prometheus's own format."""
         return generate_latest(self.registry)
-
-
-class _Sessions(Collector):
-    def __init__(self, manager: Manager) -> None:
-        self._manager = manager
-
-    def collect(self) -> list[GaugeMetricFamily]:
-        """Count sessions and visitors at the moment of asking."""
-        states = GaugeMetricFamily("pftrack_sessions", "Sessions by state", labels=["state"])
-        found = [session.phase for session in self._manager.all]
-        for state in Phase:
-            states.add_metric([state], found.count(state))
-        visitors = GaugeMetricFamily("pftrack_visitors", "Connections that look on or listen")
-        visitors.add_metric([], sum(session.visitors for session in self._manager.all))
-        frames = GaugeMetricFamily("pftrack_frames", "Frames computed by all workers since the server started")
-        frames.add_metric([], sum(session.frames_computed for session in self._manager.all))
-        return [states, visitors, frames]
-
-
-class _Sweeps(Collector):
-    def __init__(self, sweeps: Sweeps) -> None:
-        self._sweeps = sweeps
-
-    def collect(self) -> list[GaugeMetricFamily]:
-        """Count sweeps, runs and visitors at the moment of asking."""
-        states = GaugeMetricFamily("pftrack_sweeps", "Sweeps by state", labels=["state"])
-        found = [sweep.row.state for sweep in self._sweeps.all]
-        for state in get_args(State):
-            states.add_metric([state], found.count(state))
-        runs = GaugeMetricFamily("pftrack_sweep_runs", "Runs that are there of all sweeps kept")
-        runs.add_metric([], sum(sweep.row.done for sweep in self._sweeps.all))
-        visitors = GaugeMetricFamily("pftrack_sweep_visitors", "Connections that watch a sweep")
-        visitors.add_metric([], sum(sweep.listeners for sweep in self._sweeps.all))
-        return [states, runs, visitors]
 
 
 class Stopwatch:
@@ -145,6 +130,8 @@ async def show_metrics(metrics: Annotated[Metrics, service(Metrics)]) -> Respons
 
 compiling = APIRouter(prefix="/compilation", tags=["health"])
 
+Names = Annotated[list[str], AfterValidator(sorted)]
+
 
 class CompilationPublic(BaseModel):
     """How far compiling is, which is needed once after an installation or an update."""
@@ -153,21 +140,14 @@ class CompilationPublic(BaseModel):
     sentence: str = Field(description='In words: "compiling, 14 of 41 functions, about 40 s, only once"')
     done: int = Field(description="Functions that are compiled")
     total: int = Field(description="Functions that there are; 0 while that is not known")
-    seconds_left: float | None = Field(description="About how long it will go on; null while that is not known")
-    usable: list[str] = Field(description="Experiments of which sessions can be started")
-    ready: list[str] = Field(description="Experiments of which everything is compiled")
+    seconds_left: float | None = Field(
+        validation_alias="left_s", description="About how long it will go on; null while that is not known"
+    )
+    usable: Names = Field(description="Experiments of which sessions can be started")
+    ready: Names = Field(description="Experiments of which everything is compiled")
 
 
 @compiling.get("")
 def show_compilation(compilation: Annotated[Compilation, service(Compilation)]) -> CompilationPublic:
     """Tell how far compiling is, which is needed once after an installation or an update."""
-    progress = compilation.progress
-    return CompilationPublic(
-        finished=progress.finished,
-        sentence=progress.sentence,
-        done=progress.done,
-        total=progress.total,
-        seconds_left=progress.left_s,
-        usable=sorted(compilation.usable),
-        ready=sorted(compilation.ready),
-    )
+    return CompilationPublic.model_validate(compilation.progress, from_attributes=True)

@@ -3,8 +3,6 @@
 import asyncio
 import threading
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
-from typing import Self
 
 from pftrack_server.core.compilation import Compilation
 from pftrack_server.core.processes import FORK_SERVER
@@ -24,68 +22,43 @@ from pftrack_server.work.sources import House
 THREADS = 32
 
 
-@dataclass(frozen=True)
 class Services:
-    """The services that handlers use.
+    """The services that handlers use; most are made by `open`.
 
     Attributes:
         added: Those of the parts beside the core, while they are open.
     """
 
-    settings: Settings
-    store: Store
-    manager: Manager
-    sweeps: Sweeps
-    tasks: ChildTasks
-    house: House
-    explorations: Explorations
-    metrics: Metrics
-    suitabilities: Suitabilities
-    queues: Queues
-    compilation: Compilation
-    results: ExperimentResults
-    filters: FilterFiles
-    stopping: threading.Event
-    added: list[object] = field(default_factory=list)
+    def __init__(self, settings: Settings, metrics: Metrics) -> None:
+        self.settings, self.metrics = settings, metrics
+        self.added: list[object] = []
+        self.stopping = threading.Event()
+        self.queues = Queues()
+        self.tasks = ChildTasks(self.queues)
 
-    @classmethod
-    async def open(cls, settings: Settings, metrics: Metrics) -> Self:
+    async def open(self) -> None:
         """Open the store, take over sessions and sweeps, and start the fork server, which imports meanwhile."""
+        settings, tasks = self.settings, self.tasks
         # Threads here mostly wait, for disks and processes; asyncio's own number of them follows the processors.
         asyncio.get_running_loop().set_default_executor(ThreadPoolExecutor(THREADS, "pftrack"))
         await asyncio.to_thread(FORK_SERVER.start)
-        store = await asyncio.to_thread(Store, settings)
-        stopping = threading.Event()
-        compilation = await asyncio.to_thread(Compilation.open, stopping)
-        queues = Queues()
-        tasks = ChildTasks(queues)
-        manager = Manager(settings, store, tasks, compilation.open_experiment)
-        await manager.open()
-        filters = await asyncio.to_thread(FilterFiles, settings.filters, store.files, editable=settings.edits_filters)
-        sweeps = Sweeps(settings, store, tasks, filters)
-        await sweeps.open()
-        metrics.watch(manager, sweeps)
-        house = House(settings, store, manager, sweeps, tasks, Jobs(), compilation.wait_for)
-        kept = Suitabilities(store, settings)
-        results = ExperimentResults(settings.data_dir / "experiments-computed", tasks, compilation.wait_for)
-        await asyncio.to_thread(results.open)
-        filters.open(manager.revise_filter)
-        return cls(
-            settings,
-            store,
-            manager,
-            sweeps,
-            tasks,
-            house,
-            Explorations(house),
-            metrics,
-            kept,
-            queues,
-            compilation,
-            results,
-            filters,
-            stopping,
+        self.store = store = await asyncio.to_thread(Store, settings)
+        self.compilation = await asyncio.to_thread(Compilation.open, self.stopping)
+        wait_for = self.compilation.wait_for
+        self.manager = Manager(settings, store, tasks, self.compilation.open_experiment)
+        await self.manager.open()
+        self.filters = await asyncio.to_thread(
+            FilterFiles, settings.filters, store.files, editable=settings.edits_filters
         )
+        self.sweeps = Sweeps(settings, store, tasks, self.filters)
+        await self.sweeps.open()
+        self.metrics.watch(self.manager, self.sweeps)
+        self.house = House(settings, store, self.manager, self.sweeps, tasks, Jobs(), wait_for)
+        self.explorations = Explorations(self.house)
+        self.suitabilities = Suitabilities(store, settings)
+        self.results = ExperimentResults(settings.data_dir / "experiments-computed", tasks, wait_for)
+        await asyncio.to_thread(self.results.open)
+        self.filters.open(self.manager.revise_filter)
 
     def __getitem__(self, kind: type) -> object:
         """Return the service of a kind."""
