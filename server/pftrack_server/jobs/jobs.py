@@ -17,7 +17,7 @@ from pydantic import BaseModel, Field
 
 from pftrack.core.refusal import RefusedError
 from pftrack_server.core.errors import ApiError, ClientGoneError, NotFoundError, UnavailableError
-from pftrack_server.store.system_errors import failure_message
+from pftrack_server.store.disk_budget import failure_message
 
 Result = TypeVar("Result")
 

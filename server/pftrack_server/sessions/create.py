@@ -13,8 +13,8 @@ from pftrack.experiments.own.code import with_digests
 from pftrack_server.core.bodies import FrameNumber, RequestBody
 from pftrack_server.sessions.spec import FIRST, Bookmark, BranchSpec, RunSnapshot, SessionSpec
 from pftrack_server.store import Store
+from pftrack_server.store.database import UploadRow
 from pftrack_server.store.files import new_name, now
-from pftrack_server.store.tables import UploadRow
 from pftrack_server.uploads.truth import rows_of
 
 

@@ -22,11 +22,9 @@ from pftrack_server.sessions.session import Session
 from pftrack_server.sessions.spec import Phase, SessionSpec
 from pftrack_server.sessions.worker.protocol import Play, ReviseFilter, WorkerConfig
 from pftrack_server.store import Store
-from pftrack_server.store.database import is_busy
-from pftrack_server.store.disk_budget import is_full
+from pftrack_server.store.database import SessionRow
+from pftrack_server.store.disk_budget import failure_message, is_busy, is_full
 from pftrack_server.store.files import is_name
-from pftrack_server.store.system_errors import failure_message
-from pftrack_server.store.tables import SessionRow
 from pftrack_server.uploads.intake import index_of, limits_of
 
 Prepare: TypeAlias = Callable[[Session], Awaitable[None]]

@@ -26,10 +26,10 @@ from pftrack_server.sessions.spec import Bookmark, Phase, SessionSpec
 from pftrack_server.sessions.state import Columns
 from pftrack_server.sessions.stream import SessionPublic
 from pftrack_server.sessions.worker.protocol import Command, Explain, MakeBranch, Picture
+from pftrack_server.store.database import UploadRow
 from pftrack_server.store.files import new_name
 from pftrack_server.store.filters import TheFilters
 from pftrack_server.store.store import AStore
-from pftrack_server.store.tables import UploadRow
 from pftrack_server.uploads.multipart import receive
 from pftrack_server.uploads.truth import TruthPublic, rows_of, store_truth
 

@@ -22,7 +22,7 @@ from pftrack_server.core.panel import PanelDescription, PanelValues
 from pftrack_server.core.pictures import SceneDrawing
 from pftrack_server.sessions.spec import SessionDescription
 from pftrack_server.sessions.worker.protocol import COMMAND, ChangeValues, Command
-from pftrack_server.store.system_errors import failure_message
+from pftrack_server.store.disk_budget import failure_message
 
 if TYPE_CHECKING:
     from pftrack_server.viewer import Endpoint, Viewer

@@ -3,8 +3,7 @@
 Rows live in a database (SQLite with a write-ahead log, or any other by URL), long things as files beside it, written
 whole and renamed, under names that the server made up.
 
-- `tables`: the rows
-- `database`: the connection, and the tables that are made at the first start
+- `database`: the rows, the connection, and the tables that are made at the first start
 - `files`: the data directory
 - `store`: everything that is asked of the store, in one class
 """

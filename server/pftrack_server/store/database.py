@@ -1,4 +1,4 @@
-"""The database: one engine, whose tables are made at the first start.
+"""The database: its rows, and one engine, whose tables are made at the first start.
 
 A database that cannot be used, for whatever reason, is told in one sentence that says what to do.
 """
@@ -6,11 +6,14 @@ A database that cannot be used, for whatever reason, is told in one sentence tha
 import sqlite3
 from typing import Any
 
-from sqlalchemy import Connection, Engine, create_engine, event, inspect, text
+from sqlalchemy import JSON, Connection, Engine, create_engine, event, inspect, text
 from sqlalchemy.exc import DBAPIError
+from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
-from pftrack_server.store.disk_budget import DISK_FULL, is_full
-from pftrack_server.store.tables import Base
+from pftrack_server.store.disk_budget import DISK_FULL, is_busy, is_full
+
+FORM = "form"
+"""Key of a JSON column's `info` under which it says which JSON values it holds."""
 
 BUSY_S = 2
 """How long to wait for another writer, s; one of ours takes milliseconds."""
@@ -23,6 +26,104 @@ UNRELEASED = "alembic_version"
 """A table that databases had before the first release."""
 
 AWAY = "move it away to begin with an empty one, or choose another --data-dir"
+
+
+class Base(DeclarativeBase):
+    """Base of all rows, which are listed by when they were created."""
+
+    id: Mapped[str] = mapped_column(primary_key=True)
+    created: Mapped[str] = mapped_column(index=True)
+
+
+class UploadRow(Base):
+    """A video, GIF or set of pictures that somebody sent and that was decoded once from end to end."""
+
+    __tablename__ = "uploads"
+
+    name: Mapped[str]
+    kind: Mapped[str]
+    frames: Mapped[int]
+    width: Mapped[int]
+    height: Mapped[int]
+    frame_rate_hz: Mapped[float]
+    duration_s: Mapped[float]
+    sha256: Mapped[str] = mapped_column(index=True)
+    warnings: Mapped[list[str]] = mapped_column(JSON, info={FORM: list})
+    size_bytes: Mapped[int]
+
+
+class RunRow(Base):
+    """A saved run; its record is a file."""
+
+    __tablename__ = "runs"
+
+    title: Mapped[str]
+    experiment: Mapped[str]
+    tracker: Mapped[str]
+    seed: Mapped[int]
+    frames: Mapped[int]
+    position: Mapped[int]
+    computed: Mapped[int]
+    outcome: Mapped[str]
+    summary: Mapped[dict[str, Any]] = mapped_column(JSON, info={FORM: dict})
+    bookmarks: Mapped[list[dict[str, Any]]] = mapped_column(JSON, info={FORM: list})
+
+
+class ComparisonRow(Base):
+    """A saved comparison: the recipes of its runs, and how they were looked at."""
+
+    __tablename__ = "comparisons"
+
+    title: Mapped[str]
+    content: Mapped[dict[str, Any]] = mapped_column(JSON, info={FORM: dict})
+
+
+class SessionRow(Base):
+    """A session's spec, kept for as long as the session is not ended."""
+
+    __tablename__ = "sessions"
+
+    spec: Mapped[str]
+
+
+class SweepRow(Base):
+    """A sweep; its rows are files, complete or not."""
+
+    __tablename__ = "sweeps"
+
+    title: Mapped[str]
+    experiment: Mapped[str]
+    plan: Mapped[str]
+    state: Mapped[str]
+    message: Mapped[str | None]
+    runs: Mapped[int]
+    done: Mapped[int]
+    successes: Mapped[int | None]
+    problems: Mapped[int]
+    seconds: Mapped[float]
+
+
+class LectureRow(Base):
+    """A lecture, as the text of its file."""
+
+    __tablename__ = "lectures"
+
+    title: Mapped[str]
+    text: Mapped[str]
+    updated: Mapped[str]
+
+
+class PollRow(Base):
+    """What a class was asked, when that was created, and how many gave which answer; who gave it is kept nowhere."""
+
+    __tablename__ = "polls"
+
+    lecture: Mapped[str | None] = mapped_column(index=True)
+    title: Mapped[str]
+    question: Mapped[str]
+    answers: Mapped[list[str]] = mapped_column(JSON, info={FORM: list})
+    counts: Mapped[list[int]] = mapped_column(JSON, info={FORM: list})
+    followers: Mapped[int]
 
 
 class DatabaseError(RuntimeError):
@@ -48,12 +149,6 @@ def connect(url: str) -> Engine:
     return engine
 
 
-def is_busy(error: BaseException) -> bool:
-    """Tell whether an error is that of a database that another program keeps locked."""
-    code = getattr(error.orig, "sqlite_errorcode", 0) if isinstance(error, DBAPIError) else 0
-    return code & 0xFF in {sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED}
-
-
 def _prepare(engine: Engine, name: str) -> None:
     event.listen(engine, "connect", _pragmas)
     with engine.begin() as connection:
@@ -65,8 +160,6 @@ def _prepare(engine: Engine, name: str) -> None:
                 f"{name} was written by a newer version of pftrack (its tables are {found}, and this version knows "
                 f"{VERSION}): update pftrack, or {AWAY}."
             )
-        if found < 0:
-            raise DatabaseError(f"{name} was written by a version of pftrack before the first release: {AWAY}.")
         connection.execute(text(f"PRAGMA application_id={APPLICATION}"))
         Base.metadata.create_all(connection)
         connection.execute(text(f"PRAGMA user_version={VERSION}"))
@@ -81,7 +174,7 @@ def _find_version(connection: Connection, name: str) -> int:
         return int(connection.execute(text("PRAGMA user_version")).scalar_one())
     tables = set(inspect(connection).get_table_names())
     if UNRELEASED in tables and tables & set(Base.metadata.tables):
-        return -1
+        raise DatabaseError(f"{name} was written by a version of pftrack before the first release: {AWAY}.")
     if tables:
         some = ", ".join(sorted(tables)[:3])
         raise DatabaseError(f"{name} belongs to another program, since it has tables {some}: choose another one.")

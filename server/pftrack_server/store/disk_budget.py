@@ -3,13 +3,17 @@
 A reserve of free space is left to others and looked at before anything large is written. On a disk that is full all the
 same, deleting must work, and deleting from a database writes to it. So a file of nothing, the ballast, holds a few
 mebibytes, and is let go of for as long as such a write takes.
+
+Errors of disk, database and system are also put here into words for somebody who has only a browser.
 """
 
 import errno
 import os
+import resource
 import sqlite3
 import threading
 from collections.abc import Callable
+from http import HTTPStatus
 from pathlib import Path
 from typing import TypeVar
 
@@ -17,7 +21,8 @@ import structlog
 from sqlalchemy.exc import DBAPIError, OperationalError
 
 from pftrack.core.files import free_bytes
-from pftrack_server.core.errors import DiskFullError
+from pftrack.core.refusal import RefusedError
+from pftrack_server.core.errors import ApiError, DiskFullError
 from pftrack_server.core.resource_limits import MEBIBYTE, mebibytes
 
 log = structlog.get_logger(__name__)
@@ -37,6 +42,21 @@ SQLITE_FULL = {
 """What SQLite says of a disk that takes nothing, depending on the file and the moment."""
 DISK_FULL = "The server's disk is full; delete uploads, saved runs, sweeps or sessions, and try again."
 FOLDER_GONE = "The server's data directory was deleted or is read-only; restore it, then restart the server."
+MEANINGS = {
+    errno.EFBIG: (
+        HTTPStatus.INSUFFICIENT_STORAGE,
+        "The server may not write a file of this length (the limit `ulimit -f` of the shell that started it).",
+    ),
+    errno.EMFILE: (
+        HTTPStatus.SERVICE_UNAVAILABLE,
+        "The server holds as many files and connections as it may (`ulimit -n`); close some pages, or end sessions.",
+    ),
+    errno.ENFILE: (
+        HTTPStatus.SERVICE_UNAVAILABLE,
+        "The server's machine holds as many files open as it may; try again later.",
+    ),
+    errno.EROFS: (HTTPStatus.INSUFFICIENT_STORAGE, "The server's disk is read-only."),
+}
 
 
 def is_full(error: BaseException) -> bool:
@@ -48,6 +68,36 @@ def is_full(error: BaseException) -> bool:
     if isinstance(error, DBAPIError):
         return getattr(error.orig, "sqlite_errorcode", 0) in SQLITE_FULL or "No space left" in str(error.orig)
     return False
+
+
+def is_busy(error: BaseException) -> bool:
+    """Tell whether an error is that of a database that another program keeps locked."""
+    code = getattr(error.orig, "sqlite_errorcode", 0) if isinstance(error, DBAPIError) else 0
+    return code & 0xFF in {sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED}
+
+
+def failure_message(error: BaseException) -> str:
+    """Return the sentence for something that failed after the request for it was answered."""
+    if isinstance(error, ApiError | RefusedError):
+        return str(error)
+    if isinstance(error, OSError | DBAPIError):
+        return describe(error)[1]
+    return "The server failed unexpectedly; details are in its log."
+
+
+def describe(error: Exception) -> tuple[HTTPStatus, str]:
+    """Return the status and the sentence with which a request is answered that met an error of the system."""
+    if is_full(error):
+        # A database tells the one from the other no more than it tells paths.
+        limited = isinstance(error, DBAPIError) and resource.getrlimit(resource.RLIMIT_FSIZE)[0] >= 0
+        return MEANINGS[errno.EFBIG] if limited else (HTTPStatus.INSUFFICIENT_STORAGE, DISK_FULL)
+    if is_busy(error):
+        return HTTPStatus.SERVICE_UNAVAILABLE, "The server's database is busy with another program; try again."
+    if isinstance(error, ChildProcessError):
+        return HTTPStatus.SERVICE_UNAVAILABLE, "The server could not start a process; try again."
+    number = error.errno if isinstance(error, OSError) else None
+    unknown = "The server could not read or write a file or its database; its log says which."
+    return MEANINGS.get(number or 0, (HTTPStatus.INTERNAL_SERVER_ERROR, unknown))
 
 
 class DiskBudget:

@@ -84,7 +84,7 @@ def look_at(path: Path) -> tuple[str, str, str]:
         tree = ast.parse(text)
     except SyntaxError as error:
         raise ValueError(f"{path.name}, line {error.lineno}: {error.msg}") from None
-    experiment = next((_constant(node) for node in tree.body if _assigns(node)), None)
+    experiment = next((value for node in tree.body if (value := _declared(node)) is not None), None)
     if experiment is None:
         raise ValueError(f"{path.name} does not say whose target it follows: write {TARGET} as pftrack new filter does")
     try:
@@ -239,14 +239,14 @@ class FilterFiles:
         return found.st_mtime_ns, found.st_size
 
 
-def _assigns(node: ast.stmt) -> bool:
-    targets = node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AnnAssign) else []
-    return any(isinstance(target, ast.Name) and target.id == TARGET for target in targets)
-
-
-def _constant(node: ast.stmt) -> str | None:
-    value = getattr(node, "value", None)
-    return value.value if isinstance(value, ast.Constant) and isinstance(value.value, str) else None
+def _declared(node: ast.stmt) -> str | None:
+    """Return the text that a statement gives to the name of the target."""
+    match node:
+        case ast.Assign([ast.Name(name)], ast.Constant(str(value))) if name == TARGET:
+            return value
+        case ast.AnnAssign(ast.Name(name), _, ast.Constant(str(value))) if name == TARGET:
+            return value
+    return None
 
 
 TheFilters = Annotated[FilterFiles, service(FilterFiles)]

@@ -15,24 +15,13 @@ from pftrack.core.files import write_whole
 from pftrack_server.core.errors import DamagedError
 from pftrack_server.core.requests import service
 from pftrack_server.core.settings import Settings
-from pftrack_server.store.database import connect
+from pftrack_server.store.database import FORM, Base, ComparisonRow, RunRow, UploadRow, connect
 from pftrack_server.store.disk_budget import DiskBudget
 from pftrack_server.store.files import DataDirectory
-from pftrack_server.store.tables import (
-    FORM,
-    Base,
-    ComparisonRow,
-    LectureRow,
-    PollRow,
-    RunRow,
-    SessionRow,
-    SweepRow,
-    UploadRow,
-)
 
 log = structlog.get_logger(__name__)
 
-Row = TypeVar("Row", UploadRow, RunRow, ComparisonRow, SessionRow, SweepRow, LectureRow, PollRow)
+Row = TypeVar("Row", bound=Base)
 # What reading a row may raise whose content is not of its column's type; see `_is_damage`.
 DAMAGED = (ValueError, TypeError, DBAPIError)
 

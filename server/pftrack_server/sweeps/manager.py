@@ -18,9 +18,9 @@ from pftrack_server.core.errors import REFUSALS, NotFoundError, UnavailableError
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.store import Store
+from pftrack_server.store.database import SweepRow, UploadRow
 from pftrack_server.store.files import is_name, new_name, now
 from pftrack_server.store.filters import FilterFiles
-from pftrack_server.store.tables import SweepRow, UploadRow
 from pftrack_server.sweeps import functions
 from pftrack_server.sweeps.planning import BYTES_A_RUN, EstimateRequest, SweepCreate, as_plan, cells_of, within_limits
 from pftrack_server.sweeps.results import upload_of

@@ -26,7 +26,7 @@ from pftrack_server.core.errors import NotFoundError
 from pftrack_server.sessions.create import new_spec
 from pftrack_server.sessions.spec import SessionSpec
 from pftrack_server.store import Store
-from pftrack_server.store.tables import UploadRow
+from pftrack_server.store.database import UploadRow
 
 Test = Literal["chi-square", "fisher", "rank-sum"]
 

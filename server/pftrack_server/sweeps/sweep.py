@@ -32,7 +32,7 @@ from pftrack_server.core.processes import FORK_SERVER
 from pftrack_server.core.settings import Settings
 from pftrack_server.sessions.duplex import Listener, Listeners, Message, encode
 from pftrack_server.sessions.spec import MeasurePublic, TrackerPublic
-from pftrack_server.store.tables import SweepRow
+from pftrack_server.store.database import SweepRow
 from pftrack_server.sweeps import functions
 from pftrack_server.sweeps.results import AxisPublic, CellsPublic, MapPublic, Results, axis_view, fixed_views
 

@@ -30,8 +30,8 @@ from pftrack.teaching.lessons.document import EXPONENT, DocumentError, ask, deco
 from pftrack.teaching.lessons.lesson import Lesson
 from pftrack_server.core.bodies import printable
 from pftrack_server.core.errors import DamagedError, NotFoundError
+from pftrack_server.store.database import LectureRow
 from pftrack_server.store.files import new_name, now
-from pftrack_server.store.tables import LectureRow
 from pftrack_server.teaching.lessons import Lessons
 from pftrack_server.teaching.messages import (
     Kind,

@@ -37,7 +37,7 @@ from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.core.processes import FORK_SERVER
 from pftrack_server.jobs.child_tasks import ChildTasks, Queues
 from pftrack_server.jobs.results import DiskCache, digest
-from pftrack_server.store.system_errors import failure_message
+from pftrack_server.store.disk_budget import failure_message
 from pftrack_server.teaching import functions
 from pftrack_server.teaching.messages import ComputingPublic, FigureRequest, missing
 

@@ -16,8 +16,8 @@ from pftrack.core.refusal import ConflictError, RefusedError
 from pftrack_server.core.errors import NotFoundError
 from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.store import Store
+from pftrack_server.store.database import LectureRow, PollRow
 from pftrack_server.store.files import new_name, now
-from pftrack_server.store.tables import LectureRow, PollRow
 from pftrack_server.teaching.messages import PollKept, PollPublic
 
 if TYPE_CHECKING:

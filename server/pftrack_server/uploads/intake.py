@@ -28,9 +28,9 @@ from pftrack_server.core.resource_limits import mebibytes
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.jobs.functions import index_frames
+from pftrack_server.store.database import UploadRow
 from pftrack_server.store.files import new_name, now
 from pftrack_server.store.store import Store
-from pftrack_server.store.tables import UploadRow
 from pftrack_server.uploads.multipart import Received
 
 BUDGET = Budget(cpu_seconds=120, silence_s=240, file_bytes=0, answer_bytes=8 * MEBIBYTE)

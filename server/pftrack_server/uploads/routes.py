@@ -36,8 +36,8 @@ from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks, TheTasks
 from pftrack_server.jobs.functions import TargetSearch, find_mark, frame_jpeg, weigh_target
 from pftrack_server.store import Store
+from pftrack_server.store.database import UploadRow
 from pftrack_server.store.store import AStore
-from pftrack_server.store.tables import UploadRow
 from pftrack_server.uploads.intake import check_room, index_of, limits_of, take_in
 from pftrack_server.uploads.multipart import receive
 from pftrack_server.uploads.truth import TruthPublic, discard_truth, load_truth, store_truth, table_of

@@ -18,7 +18,7 @@ from pftrack.sources.truth import write_table
 from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.jobs.functions import read_truth
 from pftrack_server.store import Store
-from pftrack_server.store.tables import UploadRow
+from pftrack_server.store.database import UploadRow
 from pftrack_server.uploads.multipart import Received
 
 

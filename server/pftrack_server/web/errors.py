@@ -19,7 +19,7 @@ from pftrack.core.refusal import RefusedError, first_problem
 from pftrack.sweep.axis import SweepError
 from pftrack_server.core.base_path import route_path
 from pftrack_server.core.errors import ApiError, detail_of, response, shape, status_of
-from pftrack_server.store.system_errors import describe
+from pftrack_server.store.disk_budget import describe
 
 log = structlog.get_logger(__name__)
 

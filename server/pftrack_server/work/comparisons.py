@@ -20,8 +20,8 @@ from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.jobs import Job, OnStep
 from pftrack_server.sessions.worker.protocol import WorkerConfig
 from pftrack_server.store import Store
+from pftrack_server.store.database import ComparisonRow
 from pftrack_server.store.files import new_name, now
-from pftrack_server.store.tables import ComparisonRow
 from pftrack_server.work.run_functions import compare_runs, outline_comparison
 from pftrack_server.work.sources import ComparedRun, House, NamedRun, find_run
 

@@ -24,9 +24,9 @@ from pftrack_server.core.requests import MULTIPART, SettingsNow, TakesFiles, kep
 from pftrack_server.jobs.child_tasks import TheTasks
 from pftrack_server.sessions.routes import AManager, Begin
 from pftrack_server.sessions.stream import SessionPublic
+from pftrack_server.store.database import ComparisonRow, RunRow, UploadRow
 from pftrack_server.store.files import is_name
 from pftrack_server.store.store import AStore
-from pftrack_server.store.tables import ComparisonRow, RunRow, UploadRow
 from pftrack_server.sweeps.routes import ASweeps
 from pftrack_server.sweeps.sweep import SweepPublic
 from pftrack_server.uploads.multipart import receive

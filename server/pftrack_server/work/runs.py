@@ -23,8 +23,8 @@ from pftrack_server.jobs.jobs import Job, OnStep
 from pftrack_server.sessions.session import Session
 from pftrack_server.sessions.worker.protocol import Save
 from pftrack_server.store import Store
+from pftrack_server.store.database import RunRow
 from pftrack_server.store.files import new_name, now
-from pftrack_server.store.tables import RunRow
 from pftrack_server.uploads.intake import index_of, limits_of
 from pftrack_server.uploads.multipart import Received
 from pftrack_server.work.run_functions import compare_record, fit_run, read_record, weigh_record

@@ -29,7 +29,7 @@ from pftrack_server.sessions.manager import Manager
 from pftrack_server.sessions.spec import FIRST, Bookmark, SessionSpec
 from pftrack_server.sessions.worker.protocol import WorkerConfig
 from pftrack_server.store import Store
-from pftrack_server.store.tables import RunRow
+from pftrack_server.store.database import RunRow
 from pftrack_server.sweeps.manager import Sweeps
 from pftrack_server.sweeps.results import session_spec
 from pftrack_server.work.run_functions import read_record

@@ -12,7 +12,7 @@ from websockets.sync.client import connect
 from pftrack_server.sessions.session import Session
 from pftrack_server.sessions.spec import Phase
 from pftrack_server.sessions.worker_handle import WorkerLostError
-from pftrack_server.store.tables import SessionRow
+from pftrack_server.store.database import SessionRow
 from tests.server.asking import columns, get
 from tests.server.host import Server, begin, error_of, steer
 from tests.session_requests import session_request

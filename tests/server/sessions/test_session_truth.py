@@ -4,7 +4,7 @@ import json
 
 import httpx
 
-from pftrack_server.store.tables import SessionRow
+from pftrack_server.store.database import SessionRow
 from tests.server.host import Server, error_of, steer
 from tests.server.uploads.test_suitability import box
 from tests.server.uploads.test_suitability import clip as clip  # noqa: PLC0414 - a fixture

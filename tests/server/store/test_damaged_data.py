@@ -13,8 +13,7 @@ from sqlalchemy.exc import OperationalError
 
 from pftrack_server.core.settings import Settings
 from pftrack_server.store import Store
-from pftrack_server.store.database import BUSY_S
-from pftrack_server.store.tables import RunRow
+from pftrack_server.store.database import BUSY_S, RunRow
 from tests.server.host import begin, error_of, steer
 from tests.server.store.test_full_disk import save
 from tests.server.uploads.test_uploads import png, send, video

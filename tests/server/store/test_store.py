@@ -13,9 +13,8 @@ from pftrack.experiments.own.code import digest_of
 from pftrack_server.core.errors import NotFoundError
 from pftrack_server.core.settings import Settings
 from pftrack_server.store import Store
-from pftrack_server.store.database import VERSION, DatabaseError, connect
+from pftrack_server.store.database import VERSION, Base, DatabaseError, UploadRow, connect
 from pftrack_server.store.files import DataDirectory, is_name, new_name
-from pftrack_server.store.tables import Base, UploadRow
 
 
 def test_the_tables_are_made_once(tmp_path: Path) -> None:

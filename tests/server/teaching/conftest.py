@@ -10,7 +10,7 @@ from pftrack.core.model.recipe import Recipe
 from pftrack_server.core.settings import Settings
 from pftrack_server.sessions.create import new_spec
 from pftrack_server.store import Store
-from pftrack_server.store.tables import SessionRow
+from pftrack_server.store.database import SessionRow
 from tests.server.host import Server, begin, running
 from tests.server.teaching.class_room import Follower, follower, lead
 

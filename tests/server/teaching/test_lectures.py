@@ -9,7 +9,7 @@ import httpx
 import pytest
 
 from pftrack_server.core.settings import Settings
-from pftrack_server.store.tables import LectureRow
+from pftrack_server.store.database import LectureRow
 from pftrack_server.teaching.lectures import LARGEST_BYTES, read_lecture, write_lecture
 from pftrack_server.teaching.messages import KINDS
 from tests.server.host import begin, error_of, running

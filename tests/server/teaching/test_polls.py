@@ -9,7 +9,7 @@ from typing import Any
 import httpx
 
 from pftrack_server.core.settings import Settings
-from pftrack_server.store.tables import PollRow
+from pftrack_server.store.database import PollRow
 from tests.server.host import Server, error_of, running
 from tests.server.teaching.class_room import Follower, follower, lead
 from tests.waiting import wait_for
