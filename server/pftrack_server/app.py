@@ -8,8 +8,8 @@ from fastapi import FastAPI
 
 import pftrack
 from pftrack.experiments import EXPERIMENTS
-from pftrack_server.core.body_limit import BodyLimit
 from pftrack_server.core.errors import ErrorBody
+from pftrack_server.core.requests import BodyLimit
 from pftrack_server.core.settings import Settings
 from pftrack_server.sessions import routes as sessions
 from pftrack_server.sweeps import routes as sweeps
@@ -25,8 +25,8 @@ from pftrack_server.work import jobs
 from pftrack_server.work import routes as work
 
 REST = (
-    *(experiments.router, experiments.plugins, experiments.glossary, experiments.own_filters, health.compiling),
-    *(jobs.source_code, uploads.router, sessions.router, jobs.router, work.router, failures.router, sweeps.router),
+    *(experiments.router, experiments.own_filters, health.compiling, jobs.source_code, uploads.router),
+    *(sessions.router, jobs.router, work.router, failures.router, sweeps.router),
 )
 """The REST interface and the streams: handlers of a few lines over typed dependencies, each beside its subject."""
 

@@ -25,7 +25,7 @@ log = structlog.get_logger(__name__)
 PATIENCE_S = 10.0
 """So long whoever starts a session waits: an experiment that only has to be looked at is ready by then."""
 
-LOOK_EVERY_S, LOG_EVERY_S = 0.1, 10.0
+LOOK_EVERY_S = 0.1
 
 
 class Compilation:
@@ -41,7 +41,6 @@ class Compilation:
         """
         self._known = known
         self._stopping = stopping
-        self._logged = 0.0
         self._seen: frozenset[str] = frozenset()
         missing = [name for name in names if name not in known]
         self._progress = Progress(finished=not missing)
@@ -96,11 +95,9 @@ class Compilation:
             await asyncio.sleep(LOOK_EVERY_S)
 
     def _take(self, progress: Progress) -> None:
-        """Log what is new."""
-        now = time.monotonic()
-        fresh = progress.ready - self._seen
-        if fresh or progress.finished or now - self._logged >= LOG_EVERY_S:
-            self._logged, self._seen = now, progress.ready
+        """Log that an experiment has become ready, or all have."""
+        if progress.finished or progress.ready != self._seen:
+            self._seen = progress.ready
             log.info(
                 progress.sentence,
                 ready=sorted(progress.ready | self._known),

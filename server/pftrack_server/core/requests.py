@@ -1,43 +1,88 @@
-"""Requests: what a handler may ask for, and how long its client waits for the answer."""
+"""Requests: what a handler may ask for, how large a body may be, and how long the client waits for the answer.
+
+A request that takes no files is small, and every body comes without long pauses; otherwise it is cut off.
+"""
 
 import asyncio
 from collections.abc import Awaitable, Callable, Coroutine
 from contextlib import suppress
+from http import HTTPStatus
 from typing import Annotated, Any, TypeVar
 
 from fastapi import Depends, Path, Query, Request
+from starlette.datastructures import Headers
+from starlette.exceptions import HTTPException
 from starlette.requests import HTTPConnection
 from starlette.responses import Response
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from pftrack.core.refusal import RefusedError
 from pftrack.experiments import find as find_experiment
 from pftrack.experiments.experiment import Experiment
-from pftrack_server.core.body_limit import lift_limit
 from pftrack_server.core.errors import ClientGoneError, NotFoundError
 from pftrack_server.core.settings import Settings
 
 Result = TypeVar("Result")
 
 DAY_S = 24 * 3600
-MULTIPART = {
-    "requestBody": {
-        "required": True,
-        "content": {
-            "multipart/form-data": {
-                "schema": {
-                    "type": "object",
-                    "required": ["file"],
-                    "properties": {"file": {"type": "array", "items": {"type": "string", "format": "binary"}}},
-                }
-            }
-        },
-    }
-}
+LIMIT = "pftrack.body_limit"
+CLOSING = {"Connection": "close"}
+SILENCE_S = 30.0
+"""Time without a byte of an unfinished body after which its connection is given up."""
+FILES = {"type": "array", "items": {"type": "string", "format": "binary"}}
+FORM = {"type": "object", "required": ["file"], "properties": {"file": FILES}}
+MULTIPART = {"requestBody": {"required": True, "content": {"multipart/form-data": {"schema": FORM}}}}
 """What the description of the interface says of a route that takes files."""
 TICKET = r"^[0-9A-Za-z-]{8,64}$"
 Ticket = Annotated[
     str | None, Query(pattern=TICKET, description="A name chosen by the client, to ask for the place in the queue")
 ]
+
+
+class BodyLimit:
+    """ASGI middleware that limits bodies; routes that take files lift the limit and have one of their own.
+
+    Args:
+        app: What comes behind it; it answers an `HTTPException`, which FastAPI lets through while it reads a body.
+        most_bytes: Of a body.
+        silence_s: Time without a byte after which an unfinished one is given up.
+    """
+
+    def __init__(self, app: ASGIApp, most_bytes: int, silence_s: float = SILENCE_S) -> None:
+        self._app = app
+        self._most_bytes = most_bytes
+        self._silence_s = silence_s
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Count a request's bytes while they come."""
+        if scope["type"] == "http":
+            scope[LIMIT] = self._most_bytes
+            receive = self._counting(scope, receive)
+        await self._app(scope, receive, send)
+
+    def _counting(self, scope: Scope, receive: Receive) -> Receive:
+        announced = Headers(scope=scope).get("content-length", "")
+        come, ended = 0, False
+
+        def check(total: int) -> None:
+            if scope[LIMIT] is not None and total > scope[LIMIT]:
+                message = f"The body of a request may have at most {scope[LIMIT]} bytes"
+                raise HTTPException(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, message, CLOSING)
+
+        async def receive_counted() -> Message:
+            nonlocal come, ended
+            check(int(announced) if announced.isdecimal() else 0)
+            try:
+                message = await (receive() if ended else asyncio.wait_for(receive(), self._silence_s))
+            except TimeoutError:
+                told = f"The body of a request may not pause for {self._silence_s:g} s"
+                raise HTTPException(HTTPStatus.REQUEST_TIMEOUT, told, CLOSING) from None
+            come += len(message.get("body", b""))
+            ended = not message.get("more_body", False)
+            check(come)
+            return message
+
+        return receive_counted
 
 
 def service(kind: type) -> Any:  # noqa: ANN401 - as FastAPI's own `Depends`
@@ -53,7 +98,7 @@ SettingsNow = Annotated[Settings, service(Settings)]
 
 
 def _takes_files(request: Request) -> None:
-    lift_limit(request.scope)
+    request.scope[LIMIT] = None
 
 
 TakesFiles = Depends(_takes_files)

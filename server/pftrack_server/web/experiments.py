@@ -73,23 +73,22 @@ class ExperimentDetail(ExperimentPublic):
     loss_trackers: list[str] = Field(description="Trackers that can tell how probable it is that the target is lost")
 
 
-router = APIRouter(prefix="/experiments", tags=["experiments"])
-plugins = APIRouter(prefix="/plugins", tags=["experiments"])
+router = APIRouter(tags=["experiments"])
 
 
-@router.get("")
+@router.get("/experiments")
 def list_experiments(filters: TheFilters) -> list[ExperimentPublic]:
     """List all experiments."""
     return [ExperimentPublic(**_fields(ExperimentPublic, experiment, filters)) for experiment in EXPERIMENTS.values()]
 
 
-@plugins.get("")
+@router.get("/plugins")
 def list_plugins() -> tuple[Plugin, ...]:
     """List the experiments that other packages add, and why some of them cannot be used."""
     return EXPERIMENTS.plugins
 
 
-@router.get("/{experiment}")
+@router.get("/experiments/{experiment}")
 def show_experiment(
     experiment: AnExperiment,
     filters: TheFilters,
@@ -110,7 +109,7 @@ def show_experiment(
 
 
 @router.get(
-    "/{experiment}/thumbnail.png",
+    "/experiments/{experiment}/thumbnail.png",
     response_class=Response,
     responses={200: {"content": {"image/png": {}}}, 304: {"description": "It is the one that the client has"}},
 )
@@ -149,10 +148,7 @@ def _fields(model: type[ExperimentPublic], experiment: Experiment, filters: Filt
     }
 
 
-glossary = APIRouter(prefix="/glossary", tags=["experiments"])
-
-
-@glossary.get("")
+@router.get("/glossary")
 def show_glossary() -> list[Section]:
     """List all words with their meaning: those that all experiments share, then those of each."""
     return [*GLOSSARY, *(each.glossary for each in EXPERIMENTS.values())]

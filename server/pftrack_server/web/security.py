@@ -19,10 +19,10 @@ Scheme, host and path are by then those that the browser has used (`pftrack_serv
 import hashlib
 import hmac
 import html
-from http.cookies import CookieError, SimpleCookie
 from urllib.parse import parse_qsl, quote, unquote, urlencode, urlsplit
 
 from starlette.datastructures import Headers, MutableHeaders
+from starlette.requests import HTTPConnection
 from starlette.responses import HTMLResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -122,19 +122,13 @@ class Guard:
         if not self._token or is_open or self._knows(scope, headers):
             return None
         if _tokens_in_address(scope):
-            return (
-                401,
-                "The token of this link is not this server's; it may have been restarted with a new one.",
-            )
+            return 401, "The token of this link is not this server's; it may have been restarted with a new one."
         return 401, "This server requires a token; open the link that it printed when it started."
 
     def _knows(self, scope: Scope, headers: Headers) -> bool:
         """Tell whether a request carries the token: in its cookie, its bearer header or its link."""
-        try:
-            cookies = SimpleCookie(headers.get("cookie", ""))
-        except CookieError:
-            cookies = SimpleCookie()
-        offered = [unquote(cookies[self._cookie].value)] if self._cookie in cookies else []
+        cookies = HTTPConnection(scope).cookies
+        offered = [unquote(cookies[self._cookie])] if self._cookie in cookies else []
         scheme, _, credentials = headers.get("authorization", "").partition(" ")
         if scheme.lower() == "bearer":
             offered.append(credentials)

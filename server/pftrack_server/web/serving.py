@@ -3,7 +3,7 @@
 A connection that says nothing keeps nobody out. A client has some seconds to send the head of a request, which has a
 longest length, and some to send the next one after an answer. When the process has nearly as many connections as it may
 have files, those that have been silent for longest make room. Bodies have a limit of their own
-(`pftrack_server.core.body_limit`); a proxy watches over slow clients.
+(`pftrack_server.core.requests`); a proxy watches over slow clients.
 """
 
 import asyncio
@@ -104,16 +104,13 @@ class Connection(HttpToolsProtocol):
     def _wait(self) -> None:
         self._on_activity()
         self.silent_since = time.monotonic()
-        self._deadline = self.loop.call_later(HEAD_S, self._give_up)
+        self._deadline = self.loop.call_later(HEAD_S, self.transport.abort)
 
     def _on_activity(self) -> None:
         self.silent_since = None
         if self._deadline is not None:
             self._deadline.cancel()
             self._deadline = None
-
-    def _give_up(self) -> None:
-        self.transport.abort()
 
 
 def configuration(app: ASGIApp, **more: Any) -> uvicorn.Config:  # noqa: ANN401 - uvicorn's own options
@@ -177,13 +174,8 @@ def run(create_app: Callable[[Settings], FastAPI], given: Mapping[str, object]) 
         settings = Settings(**given)  # type: ignore[arg-type]  # validated within
     except ValidationError as error:
         first = error.errors()[0]
-        name = "_".join(str(part) for part in first["loc"])
-        _fail(
-            f"{name}: {first['msg'].removeprefix('Value error, ')}"
-            if name
-            else first["msg"].removeprefix("Value error, "),
-            WRONG_USE,
-        )
+        name, said = "_".join(map(str, first["loc"])), first["msg"].removeprefix("Value error, ")
+        _fail(f"{name}: {said}" if name else said, WRONG_USE)
     _log_to_stderr()
     # Before the server takes over, an orderly end as well.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
@@ -232,12 +224,9 @@ def _listen(settings: Settings) -> socket.socket:
             "EACCES": f"Port {settings.port} may not be used by this user; choose one above 1023 with --port.",
             "EADDRNOTAVAIL": f"{settings.host} is not an address of this machine; give --host one that is.",
         }
-        _fail(reasons.get(_name(error), f"The server cannot listen at {where} ({error.strerror})."))
+        name = errno.errorcode.get(error.errno or 0, "")
+        _fail(reasons.get(name, f"The server cannot listen at {where} ({error.strerror})."))
     return listening
-
-
-def _name(error: OSError) -> str:
-    return errno.errorcode.get(error.errno or 0, "")
 
 
 def _fail(message: str, status: int = FAILED) -> NoReturn:

@@ -13,7 +13,7 @@ import httpx
 import pytest
 from starlette.exceptions import HTTPException
 
-from pftrack_server.core.body_limit import BodyLimit
+from pftrack_server.core.requests import BodyLimit
 from pftrack_server.web import serving
 from tests.apart import run
 from tests.conftest import BASE
