@@ -106,11 +106,12 @@ def status_of(error: ApiError | RefusedError) -> int:
 def detail_of(error: ApiError | RefusedError) -> dict[str, Any]:
     """Return the inside of the error shape; a sentence that begins with no name of a field begins large."""
     message = str(error)
-    named = error.field if isinstance(error, RefusedError) else ""
-    if not (named and message.startswith(named)):
+    # A parameter's name may be empty, where somebody sends one; other refusals have no field then.
+    if not isinstance(error, RefusedError) or not (error.field or isinstance(error, ParameterError)):
+        return shape(message[:1].upper() + message[1:])
+    if not message.startswith(error.field):
         message = message[:1].upper() + message[1:]
-    known = {name: getattr(error, name) for name in ("field", "bound", "value")} if named else {}
-    return shape(message, **known)
+    return shape(message, field=error.field, bound=error.bound, value=error.value)
 
 
 def shape(message: str, **detail: object) -> dict[str, Any]:
