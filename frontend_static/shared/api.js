@@ -202,7 +202,7 @@ const truthPath = (id, of, form = "truth") => upload(id, `${form}?${query({ expe
  * @property {(id: string, frame?: number) => Promise<Messages.Explanation>} explanation Of the first lasting loss, or at a frame.
  * @property {(id: string) => string} frameAddress
  * @property {(files: File[], onProgress: OnProgress, columns?: Record<string, number>) => Transfer<Messages.UploadPublic>} sendUpload
- * @property {(text: string) => Promise<Messages.TablePublic>} table
+ * @property {(text: string) => Promise<Messages.Preview>} table
  * @property {(id: string) => Promise<Messages.UploadPublic>} upload
  * @property {(id: string, question: Query) => Promise<Messages.SightingPublic>} mark
  * @property {(id: string, question: Query, signal: AbortSignal) => Promise<Messages.SuitabilityPublic>} suitability

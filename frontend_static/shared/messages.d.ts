@@ -162,7 +162,7 @@ export interface CitationPublic {
   bibtex: string;
 }
 
-/** What a column of a table of boxes may be. */
+/** What a column of a table of boxes may be; a person is asked by the title. */
 export interface ColumnMeaning {
   name: string;
   title: string;
@@ -1433,18 +1433,19 @@ export interface Preset {
   about: string[];
 }
 
-/** Progress and state of the sweep. Rates are in runs a second, times in seconds. */
+/** What a person has to see of a table to say what its columns are. */
+export interface Preview {
+  header: string[];
+  rows: string[][];
+  guess: Record<string, number>;
+  meanings: ColumnMeaning[];
+}
+
+/** The sweep, once it is further or in another state. */
 export interface Progress {
   version: 1;
   type: "progress";
-  state: "running" | "stopped" | "done";
-  message: string | null;
-  done: number;
-  successes: number | null;
-  rate: number | null;
-  seconds: number;
-  seconds_left: number | null;
-  outcome: string;
+  sweep: SweepPublic;
 }
 
 /** What is asked, without its answer. */
@@ -2067,17 +2068,6 @@ export interface SweepPublic {
 export interface TableHead {
   /** Its first lines */
   text: string;
-}
-
-/** What a person has to see of a table to say what its columns are. */
-export interface TablePublic {
-  /** Names of its columns */
-  header: string[];
-  /** Its first lines */
-  rows: string[][];
-  /** Place of the column of each meaning, as far as its name tells */
-  guess: Record<string, number>;
-  meanings: ColumnMeaning[];
 }
 
 /** A word and what it means. */

@@ -14,7 +14,7 @@ const COMPARE_EVERY_MS = 1000;
 const COLUMNS = ["runs", "problems", "successes", "rate", "low", "high", "error", "lost_frames"];
 export const NO_AXIS = "none";
 
-/** @import { Cells, CellsPublic, ComparisonPublic, MapPublic, Progress, SweepMessage, SweepPublic } from "../shared/messages.js" */
+/** @import { Cells, CellsPublic, ComparisonPublic, MapPublic, SweepMessage, SweepPublic } from "../shared/messages.js" */
 /** @import { View } from "./view.js" */
 
 /** @typedef {"sweep"|"cells"|"view"|"comparison"|"chosen"|"connection"} Topic */
@@ -61,10 +61,10 @@ export class SweepStore extends Topics {
   /**
    * Take over how far it is.
    *
-   * @param {SweepPublic|Progress} progress
+   * @param {SweepPublic} sweep
    */
-  take({ state, message, done, successes, rate, seconds, seconds_left, outcome }) {
-    Object.assign(this.known, { state, message, done, successes, rate, seconds, seconds_left, outcome });
+  take(sweep) {
+    this.sweep = sweep;
     this.tell("sweep", "cells");
   }
 
@@ -81,7 +81,7 @@ export class SweepStore extends Topics {
       this.tell("connection", "sweep", "cells");
       this.compare();
     } else if (message.type === "progress") {
-      this.take(message);
+      this.take(message.sweep);
     } else if (message.type === "cells" && this.cells !== null) {
       this.#merge(message);
       this.tell("cells");

@@ -12,7 +12,7 @@ import { h } from "../shared/dom.js";
  * The form that asks, with the first lines of the table above it.
  *
  * @param {string} name Of the file.
- * @param {import("../shared/messages.js").TablePublic} table
+ * @param {import("../shared/messages.js").Preview} table
  * @param {string} refusal Why it was not understood.
  * @param {Answer} on
  */

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pftrack.core.model.source import FrameSequence, Kind
     from pftrack.experiments.experiment import Experiment
     from pftrack.runs.reproduction import OpenSequence
-    from pftrack.sweep.work import Recording
+    from pftrack.sources.sequence import Recording
 
 
 Video = Annotated[
@@ -159,7 +159,7 @@ def swept_recording(experiment: "Experiment", said: FootageOptions, out: Path | 
         out: Where the result goes, from which the recording is found again.
     """
     from pftrack.core.model.recipe import Recipe
-    from pftrack.sweep.work import Recording
+    from pftrack.sources.sequence import Recording
 
     with ExitStack() as stack:
         setup, sequence = open_setup(stack, experiment, Recipe(experiment=experiment.id), said, Path())

@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from pftrack.core.model.source import Kind
     from pftrack.experiments.experiment import Experiment
     from pftrack.filters.learning.diffusion import Guidance, Learned
+    from pftrack.sources.sequence import Recording
     from pftrack.sweep import Plan
     from pftrack.sweep.driver import Progress
-    from pftrack.sweep.work import Recording
 
 
 SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
@@ -240,8 +240,8 @@ def _place(resume: Path | None, out: Path | None) -> Path:
 
 def _recording_of(place: Path, video: Path | None) -> "Recording | None":
     """Return where the recording of a sweep that was begun is: where it is said to be now, else where its plan says."""
+    from pftrack.sources.sequence import Recording
     from pftrack.sweep import resume as journal_of
-    from pftrack.sweep.work import Recording
 
     footage = journal_of(place).plan.footage
     if footage is None:

@@ -11,6 +11,7 @@ import hashlib
 import io
 import os
 from collections import OrderedDict
+from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO, Generic, TypeVar
 
@@ -18,6 +19,30 @@ from pftrack.core.model.source import FrameIndex, FrameSequence
 from pftrack.core.refusal import RefusedError
 from pftrack.sources.formats import ALLOWED, Format, sniff
 from pftrack.sources.limits import DEFAULT_LIMITS, HEAD_BYTES, Limits, check_bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """A recording on this machine.
+
+    Attributes:
+        path: The file, or the folder of pictures.
+        index: What is known of its frames, as JSON; None to look.
+        limits: How large it may be.
+    """
+
+    path: str
+    index: str | None = None
+    limits: Limits = DEFAULT_LIMITS
+
+    def open(self, *, square: bool | None = None) -> FrameSequence:
+        """Open it; see `open_sequence`.
+
+        Raises:
+            RefusedError: It is not a sequence of pictures, is broken, or exceeds the limits.
+        """
+        index = None if self.index is None else FrameIndex.from_json(self.index)
+        return open_sequence(Path(self.path), self.limits, index=index, square=square)
 
 
 def open_sequence(

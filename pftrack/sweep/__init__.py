@@ -15,12 +15,12 @@ In order of use: `parse_axis`, `Plan`, `begin` or `carry_out`, `resume`, `read_r
 `pftrack.sweep.cells` has what is compared, `pftrack.sweep.journal` the files.
 """
 
+from pftrack.sources.sequence import Recording
 from pftrack.sweep.axis import MOST_RUNS, Axis, SweepError, SweepStopped, parse_axis
 from pftrack.sweep.cells import Comparison, cells, compare, summary
 from pftrack.sweep.driver import carry_out, estimate
 from pftrack.sweep.journal import Result, begin, partial_of, read_chunk, read_result, resume, rows_of
 from pftrack.sweep.plan import Plan
-from pftrack.sweep.work import Recording
 
 __all__ = [
     "MOST_RUNS",

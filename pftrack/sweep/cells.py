@@ -91,6 +91,14 @@ def count(plan: Plan, table: arrow.Table | None, x: str | None, y: str | None = 
     return Counts(plan, across, down, {name: it.reshape(shape) for name, it in sums.items()})
 
 
+def count_result(result: Result, x: str | None, y: str | None = None) -> Counts:
+    """Add up all runs of a result by tracker and cell; see `count`."""
+    total = count(result.plan, None, x, y)
+    for piece in result.pieces(columns(result.plan, x, y)):
+        total += count(result.plan, piece, x, y)
+    return total
+
+
 def columns(plan: Plan, x: str | None, y: str | None) -> list[str]:
     """Return the columns that `count` reads; a result of an earlier version lacks some of the measures'."""
     measures = (measure.name for measure in plan.measures)
@@ -202,7 +210,7 @@ def cells(source: Result | Counts, x: str | None = None, y: str | None = None) -
     Raises:
         SweepError: The sweep has no such axis, or both are the same.
     """
-    counts = source if isinstance(source, Counts) else _count(source, x, y)
+    counts = source if isinstance(source, Counts) else count_result(source, x, y)
     return {name: _map(counts, place) for place, name in enumerate(counts.plan.trackers)}
 
 
@@ -257,13 +265,6 @@ def code_significance(
     codes[significant & (effect > 0)] = Code.FIRST_BETTER
     codes[significant & (effect < 0)] = Code.SECOND_BETTER
     return Significance(codes, p_values, effect)
-
-
-def _count(result: Result, x: str | None, y: str | None) -> Counts:
-    total = count(result.plan, None, x, y)
-    for piece in result.pieces(columns(result.plan, x, y)):
-        total += count(result.plan, piece, x, y)
-    return total
 
 
 def _map(counts: Counts, tracker: int) -> CellMap:

@@ -13,8 +13,9 @@ from time import monotonic
 from typing import Any
 
 from pftrack.core.version import __version__
+from pftrack.sources.sequence import Recording
 from pftrack.sweep.axis import SweepError
-from pftrack.sweep.work import Done, Recording, one_thread, pack, version
+from pftrack.sweep.work import Done, one_thread, pack, version
 
 try:
     import dask

@@ -15,11 +15,12 @@ from pathlib import Path
 from time import monotonic
 from typing import Any
 
+from pftrack.sources.sequence import Recording
 from pftrack.sweep.axis import SweepError, SweepStopped
 from pftrack.sweep.journal import Journal, Result, begin, read_result, resume
 from pftrack.sweep.plan import Plan
 from pftrack.sweep.table import Chunks
-from pftrack.sweep.work import LocalWorkers, Recording, Workers, as_text, compute_chunk, measure
+from pftrack.sweep.work import LocalWorkers, Workers, as_text, compute_chunk, measure
 
 CHUNK_S = 1.0
 """How long a chunk is meant to take: what is lost with a worker, and long beside what handing it out costs."""

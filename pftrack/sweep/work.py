@@ -13,7 +13,7 @@ import zipfile
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import lru_cache
 from itertools import islice
 from pathlib import Path
 from time import perf_counter
@@ -23,13 +23,11 @@ import cv2
 
 from pftrack.core.model.recipe import Footage
 from pftrack.core.model.setup import Setup
-from pftrack.core.model.source import FrameIndex, FrameSequence
 from pftrack.core.version import __version__
 from pftrack.experiments.own.code import trust
 from pftrack.process import UNLIMITED, BlockingPool, CallError, ForkServer, WorkerLostError
 from pftrack.runs.reproduction import SourceCode
-from pftrack.sources.limits import DEFAULT_LIMITS, Limits
-from pftrack.sources.sequence import open_sequence
+from pftrack.sources.sequence import Recording
 from pftrack.sweep import arrow
 from pftrack.sweep.axis import SweepError
 from pftrack.sweep.journal import metadata
@@ -40,21 +38,6 @@ from pftrack.sweep.table import Chunks, carry_out_trials, compute
 #
 # A process of this machine opens the file where it is. A worker elsewhere gets the file's content once, keeps it in a
 # folder of its own for as long as it lives, and knows it by its hash. Either way it is refused if it is another one.
-
-
-@dataclass(frozen=True, slots=True)
-class Recording:
-    """A recording on this machine.
-
-    Attributes:
-        path: The file, or the folder of pictures.
-        index: What is known of its frames, as JSON; None to look.
-        limits: How large it may be.
-    """
-
-    path: str
-    index: str | None = None
-    limits: Limits = DEFAULT_LIMITS
 
 
 @dataclass(frozen=True)
@@ -96,12 +79,7 @@ def setup_of(plan: Plan, given: "Recording | Packed | None") -> Setup:
     if plan.footage is None or given is None:
         return plan.setup()
     place = given if isinstance(given, Recording) else _unpack(plan.footage.sha256 or "", given)
-    return plan.setup(partial(_open, place))
-
-
-def _open(place: Recording, footage: Footage) -> FrameSequence:
-    index = None if place.index is None else FrameIndex.from_json(place.index)
-    return open_sequence(Path(place.path), place.limits, index=index, square=footage.square)
+    return plan.setup(lambda footage: place.open(square=footage.square))
 
 
 _UNPACKED: dict[str, tuple[tempfile.TemporaryDirectory[str], Recording]] = {}

@@ -21,12 +21,11 @@ from pftrack_server.web.health import Metrics, Stopwatch
 from pftrack_server.web.middleware import BasePath, HeadAsGet
 from pftrack_server.web.security import Guard
 from pftrack_server.web.services import Services
-from pftrack_server.work import jobs
 from pftrack_server.work import routes as work
 
 REST = (
-    *(experiments.router, experiments.own_filters, health.compiling, jobs.source_code, uploads.router),
-    *(sessions.router, jobs.router, work.router, failures.router, sweeps.router),
+    *(experiments.router, experiments.own_filters, health.compiling, work.source_code, uploads.router),
+    *(sessions.router, work.jobs, work.router, failures.router, sweeps.router),
 )
 """The REST interface and the streams: handlers of a few lines over typed dependencies, each beside its subject."""
 

@@ -15,12 +15,11 @@ import pytest
 
 from pftrack.core.model.recipe import Footage
 from pftrack.reproduce.pool import Pool
-from pftrack.sources.sequence import open_sequence
+from pftrack.sources.sequence import Recording, open_sequence
 from pftrack.sweep import Plan, Result, begin, carry_out, resume
 from pftrack.sweep.axis import SweepError
 from pftrack.sweep.driver import Progress
 from pftrack.sweep.table import Chunks
-from pftrack.sweep.work import Recording
 from tests.server.uploads.test_uploads import video
 
 # Looked for and not imported, which takes a second: each worker of pytest would do so to collect these tests.

@@ -4,19 +4,18 @@ import os
 from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import pytest
 
 from pftrack.core.model.recipe import Footage
 from pftrack.experiments import find
-from pftrack.sources.sequence import open_sequence
+from pftrack.sources.sequence import Recording, open_sequence
 from pftrack.sweep import Plan, carry_out, compare, read_result
 from pftrack.sweep.axis import Axis, SweepError, SweepStopped
 from pftrack.sweep.cells import cells, quantity_named, samples
 from pftrack.sweep.report.files import write_report
-from pftrack.sweep.work import Recording, _open, pack, setup_of
+from pftrack.sweep.work import pack, setup_of
 from tests.server.uploads.test_uploads import video
 
 FRAMES = 12
@@ -68,7 +67,7 @@ def test_rows_are_the_runs_that_open(plan: Plan, clip: Path, tmp_path: Path, *, 
     assert len(rows) == 8
     assert len({row["estimates_sha256"] for row in rows}) == 8
     for number in (0, 3, 7):
-        run = plan.live(number, partial(_open, Recording(str(clip))))
+        run = plan.live(number, lambda footage: Recording(str(clip)).open(square=footage.square))
         run.finish()
         assert bytes.fromhex(run.estimates_sha256) == rows[number]["estimates_sha256"]
         assert plan.single(number).recipe.footage == plan.footage

@@ -136,8 +136,15 @@ def table_of(
     return ResultTable(form, ordered, max(frames, ordered[-1].frame + 1), names or {}, tuple(told))
 
 
-COLUMNS = {what: column.asks for what, column in COLUMN_NAMES.boxes.items()}
-"""What a person is asked, one column each."""
+@dataclass(frozen=True)
+class ColumnMeaning:
+    """What a column of a table of boxes may be; a person is asked by the title."""
+
+    name: str
+    title: str
+
+
+MEANINGS = tuple(ColumnMeaning(what, column.asks) for what, column in COLUMN_NAMES.boxes.items())
 
 WAYS = (("x", "y", "w", "h"), ("x", "y", "right", "bottom"), ("centre_x", "centre_y", "w", "h"))
 MOST_NAMES = 10_000
@@ -146,18 +153,21 @@ FEWEST_COLUMNS = 5
 ROWS_SHOWN = 4
 
 
-class Preview(NamedTuple):
-    """The beginning of a table.
+@dataclass(frozen=True)
+class Preview:
+    """What a person has to see of a table to say what its columns are.
 
     Attributes:
         header: Names of its columns.
         rows: The first lines after it.
-        guess: Which column is what, as far as its name tells.
+        guess: Place of the column of each meaning, as far as its name tells.
+        meanings: All that columns may mean.
     """
 
     header: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     guess: Mapping[str, int]
+    meanings: tuple[ColumnMeaning, ...]
 
 
 def columns_in(header: Sequence[str]) -> dict[str, int] | None:
@@ -234,9 +244,9 @@ def preview(text: str) -> Preview:
     table = read_table(text)
     header = table.header
     if len(header) < FEWEST_COLUMNS or not any(header):
-        raise RefusedError(f"expected a table with {FEWEST_COLUMNS} columns or more, got {len(header)}")
+        raise RefusedError(f"expected a table with {FEWEST_COLUMNS} columns or more, got {len(header)}", "text")
     rows = [tuple(row) for _, row in itertools.islice(table.rows, ROWS_SHOWN)]
-    return Preview(tuple(header), tuple(rows), find_columns(places_of(header), BOX_NAMES))
+    return Preview(tuple(header), tuple(rows), find_columns(places_of(header), BOX_NAMES), MEANINGS)
 
 
 def rename(data: bytes, columns: Mapping[str, int]) -> bytes:

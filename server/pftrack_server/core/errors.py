@@ -12,7 +12,7 @@ from typing import Any
 from pydantic import BaseModel
 from starlette.responses import Response
 
-from pftrack.core.refusal import ConflictError, RefusedError
+from pftrack.core.refusal import ConflictError, ParameterError, RefusedError
 
 LONGEST_VALUE = 200
 

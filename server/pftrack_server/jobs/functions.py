@@ -22,14 +22,14 @@ from pftrack.core.model.marks import read_mark
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.series import Known
 from pftrack.core.model.setup import Sighting
-from pftrack.core.model.source import FrameIndex, FrameSequence
+from pftrack.core.model.source import FrameSequence
 from pftrack.core.refusal import ParameterError, RefusedError
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.runs.run import Run
 from pftrack.sources.limits import Limits
 from pftrack.sources.results.table import rename
 from pftrack.sources.results.writing import LARGEST_FILE_BYTES
-from pftrack.sources.sequence import open_sequence
+from pftrack.sources.sequence import Recording, open_sequence
 from pftrack.vision.rendering import over, png, render
 
 # So long one answer looks through a recording; whoever asked asks again, or does not want to know any more.
@@ -138,10 +138,9 @@ def _side(done: FailureRun) -> FailureSide:
     )
 
 
-def frame_jpeg(path: str, index: str | None, number: int, limits: Limits) -> bytes:
+def frame_jpeg(recording: Recording, number: int) -> bytes:
     """Return a frame of an upload as JPEG."""
-    sequence = _open_upload(path, index, number, limits)
-    return _jpeg(sequence.picture(number))
+    return _jpeg(_open_at(recording, number).picture(number))
 
 
 def _jpeg(picture_rgb: NDArray[np.uint8]) -> bytes:
@@ -170,12 +169,12 @@ class TargetSearch:
     hint: Mapping[str, Any] | None = None
 
 
-def find_mark(path: str, index: str | None, question: TargetSearch, limits: Limits) -> dict[str, Any]:
+def find_mark(recording: Recording, question: TargetSearch) -> dict[str, Any]:
     """Look for a target in an upload for a while, and return what came of it."""
     finder = find(question.experiment).video.finder
     if finder is None:
         raise RefusedError(f"the experiment {question.experiment} cannot find its target automatically; mark it")
-    sequence = _open_upload(path, index, question.frame, limits)
+    sequence = _open_at(recording, question.frame)
     if question.hint is not None:
         hint = read_mark(finder.hints, question.hint)
         if finder.within is None:
@@ -204,12 +203,10 @@ def find_mark(path: str, index: str | None, question: TargetSearch, limits: Limi
     return _sighting_json(Sighting(seen.frame) if guessed else seen, looked, len(frames))
 
 
-def weigh_target(
-    path: str, index: str | None, experiment_id: str, frame: int, raw: Mapping[str, Any], limits: Limits
-) -> dict[str, Any]:
+def weigh_target(recording: Recording, experiment_id: str, frame: int, raw: Mapping[str, Any]) -> dict[str, Any]:
     """Look whether the trackers of an experiment can follow a target that is marked in a frame of an upload."""
     experiment = find(experiment_id)
-    sequence = _open_upload(path, index, frame, limits)
+    sequence = _open_at(recording, frame)
     experiment.check_footage(sequence.index.kind)
     if experiment.video.suits is None:
         raise RefusedError(f"the experiment {experiment_id} cannot judge beforehand whether it can track a target")
@@ -275,10 +272,9 @@ def read_truth(path: str, experiment_id: str, frames: int, size: tuple[int, int]
     return {**view, "warnings": warnings, "rows": rows}
 
 
-def _open_upload(path: str, index: str | None, number: int, limits: Limits) -> FrameSequence:
+def _open_at(recording: Recording, number: int) -> FrameSequence:
     """Open an upload that has a frame."""
-    known = FrameIndex.from_json(index) if index else None
-    sequence = open_sequence(Path(path), limits, index=known)
+    sequence = recording.open()
     if not 0 <= number < sequence.frame_count:
         raise ParameterError("frame", number, f"a frame of the upload, 0 to {sequence.frame_count - 1}")
     return sequence

@@ -25,7 +25,7 @@ from pftrack_server.store import Store
 from pftrack_server.store.database import SessionRow
 from pftrack_server.store.disk_budget import failure_message, is_busy, is_full
 from pftrack_server.store.files import is_name
-from pftrack_server.uploads.intake import index_of, limits_of
+from pftrack_server.uploads.intake import limits_of, recording_of
 
 Prepare: TypeAlias = Callable[[Session], Awaitable[None]]
 """What is done with a session that has started before anybody is told of it."""
@@ -223,7 +223,7 @@ class Manager:
         await self._wait_for(session.spec.recipe.experiment)
         began = time.perf_counter()
         if session.spec.upload:
-            await index_of(self._store, self._settings, self._tasks, session.spec.upload)
+            await recording_of(self._store, self._settings, self._tasks, session.spec.upload)
         # Last, since others may come meanwhile: once there is room, nothing is awaited before the place is taken.
         if not session.live:
             await self._make_room()

@@ -12,12 +12,12 @@ from sqlalchemy.exc import DataError, DBAPIError
 from sqlalchemy.orm import sessionmaker
 
 from pftrack.core.files import write_whole
-from pftrack_server.core.errors import DamagedError
+from pftrack_server.core.errors import DamagedError, NotFoundError
 from pftrack_server.core.requests import service
 from pftrack_server.core.settings import Settings
 from pftrack_server.store.database import FORM, Base, ComparisonRow, RunRow, UploadRow, connect
 from pftrack_server.store.disk_budget import DiskBudget
-from pftrack_server.store.files import DataDirectory
+from pftrack_server.store.files import DataDirectory, is_name
 
 log = structlog.get_logger(__name__)
 
@@ -86,6 +86,18 @@ class Store:
             self._complain(kind, name, error)
             raise DamagedError("The stored data of this item is damaged; it can only be deleted.") from None
 
+    def find(self, kind: type[Row], name: str) -> Row:
+        """Return a row of a kind.
+
+        Raises:
+            NotFoundError: There is none.
+            DamagedError: It cannot be read.
+        """
+        found = self.get(kind, name)
+        if found is None:
+            raise _no_such(kind)
+        return found
+
     def count(self, kind: type[Base]) -> int:
         """Return how many rows of a kind there are."""
         with self._begin() as database:
@@ -129,6 +141,15 @@ class Store:
             self.files.remove(kind.__tablename__, name)
         return found
 
+    def discard(self, kind: type[Row], name: str) -> None:
+        """Forget a row and its files, also one that cannot be read.
+
+        Raises:
+            NotFoundError: There is none.
+        """
+        if not is_name(name) or not self.remove(kind, name):
+            raise _no_such(kind)
+
     def add_run(self, row: RunRow, thumbnail: bytes) -> None:
         """Keep a run whose record is in place and on the disk."""
         try:
@@ -160,6 +181,10 @@ class Store:
         if name not in self._complained:
             self._complained.add(name)
             log.warning("a stored row is damaged and left out", table=kind.__tablename__, id=name, error=str(error))
+
+
+def _no_such(kind: type[Base]) -> NotFoundError:
+    return NotFoundError(f"There is no such {kind.__tablename__.removesuffix('s')}; it may have been deleted.")
 
 
 def _is_damage(error: Exception) -> bool:

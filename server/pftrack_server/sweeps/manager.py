@@ -11,21 +11,21 @@ from pydantic import BaseModel
 from pftrack.core.model.parameters import Value
 from pftrack.core.refusal import ConflictError
 from pftrack.process import UNLIMITED
+from pftrack.sources.sequence import Recording
 from pftrack.sweep import Plan
 from pftrack.sweep.axis import SweepError
-from pftrack.sweep.work import Recording
 from pftrack_server.core.errors import REFUSALS, NotFoundError, UnavailableError
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.store import Store
 from pftrack_server.store.database import SweepRow, UploadRow
-from pftrack_server.store.files import is_name, new_name, now
+from pftrack_server.store.files import new_name, now
 from pftrack_server.store.filters import FilterFiles
 from pftrack_server.sweeps import functions
 from pftrack_server.sweeps.planning import BYTES_A_RUN, EstimateRequest, SweepCreate, as_plan, cells_of, within_limits
 from pftrack_server.sweeps.results import upload_of
 from pftrack_server.sweeps.sweep import CANCELLED, DELETED, RESTARTED, STOPPED, Sweep, check_idle, default_title
-from pftrack_server.uploads.intake import index_of, limits_of
+from pftrack_server.uploads.intake import recording_of
 
 
 class ValuesPublic(BaseModel):
@@ -213,8 +213,7 @@ class Sweeps:
         if sweep is not None:
             await sweep.stop(DELETED)
             await sweep.close()
-        if not is_name(name) or not await asyncio.to_thread(self._store.remove, SweepRow, name):
-            self.get(name)
+        await asyncio.to_thread(self._store.discard, SweepRow, name)
 
     def uses(self, upload: UploadRow) -> bool:
         """Tell whether a sweep that is computed needs an upload."""
@@ -230,8 +229,7 @@ class Sweeps:
         if plan.footage is None:
             return None
         upload = await asyncio.to_thread(upload_of, self._store, plan)
-        index = await index_of(self._store, self._settings, self._tasks, upload.id)
-        return Recording(str(self._store.files.upload(upload.id)), index, limits_of(self._settings))
+        return await recording_of(self._store, self._settings, self._tasks, upload.id)
 
     # ------------------------------------------------------------ room
 
@@ -277,10 +275,10 @@ class Sweeps:
                     filters = await asyncio.to_thread(self._trusted, plan)
                     told = plan.as_dict(), jobs, recording, filters
                     budget = replace(UNLIMITED, silence_s=MEASURE_S, file_bytes=0)
-                    answer = await self._tasks.run_beside(functions.measure, *told, budget=budget)
+                    seconds = await self._tasks.run_beside(functions.measure, *told, budget=budget)
                     while len(self._measured) >= MOST_REMEMBERED:
                         del self._measured[next(iter(self._measured))]
-                    self._measured[key] = float(answer["seconds"])
+                    self._measured[key] = seconds
         return self._measured[key]
 
     # ------------------------------------------------------------ store

@@ -8,34 +8,50 @@ session computes the same numbers as its row, and is paused shortly before the l
 
 import math
 import threading
+from collections.abc import Collection, Sequence
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Annotated, Any, Literal, TypeAlias
 
-import numpy as np
-from numpy.typing import NDArray
-from pydantic import BaseModel
+from pydantic import BaseModel, BeforeValidator, Field
 
-from pftrack.core.model.parameters import Value, declarations
+from pftrack.core.arrays import Floats
+from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Footage
-from pftrack.core.refusal import ConflictError, RefusedError
+from pftrack.core.refusal import ConflictError, ParameterError, RefusedError
 from pftrack.runs.loss import APPROACH_FRAMES, approach
-from pftrack.sweep import Comparison, Plan, Result, compare, partial_of, read_chunk, read_result, rows_of
-from pftrack.sweep.axis import SweepError
-from pftrack.sweep.cells import CellMap, Code, Counts, Quantity, cells, columns, count, quantities, samples
+from pftrack.sweep import Comparison, Plan, Result, compare, partial_of, read_chunk, rows_of
+from pftrack.sweep.axis import SweepError, find_declaration
+from pftrack.sweep.cells import (
+    CellMap,
+    Code,
+    Correction,
+    Counts,
+    UsedTest,
+    cells,
+    count,
+    count_result,
+    quantities,
+    samples,
+)
 from pftrack_server.core.errors import NotFoundError
 from pftrack_server.sessions.create import new_spec
 from pftrack_server.sessions.spec import SessionSpec
 from pftrack_server.store import Store
 from pftrack_server.store.database import UploadRow
 
-Test = Literal["chi-square", "fisher", "rank-sum"]
-
-Correction = Literal["none", "holm"]
-
 Verdict = Literal["first", "second", "none", "untested"]
 
 Pair: TypeAlias = tuple[str | None, str | None]
 """Names of the axes of a map, across and up; None pools all values."""
+
+
+def _numbers(values: Floats) -> list[float | None]:
+    """Return numbers as JSON can say them: six digits, null for none."""
+    return [float(f"{value:.6g}") if math.isfinite(value) else None for value in values.ravel().tolist()]
+
+
+Numbers: TypeAlias = Annotated[list[float | None], BeforeValidator(_numbers)]
+Whole: TypeAlias = Annotated[list[int], BeforeValidator(lambda values: values.ravel().tolist())]
 
 
 class AxisPublic(BaseModel):
@@ -56,15 +72,15 @@ class MapPublic(BaseModel):
     """
 
     tracker: str
-    runs: list[int]
-    problems: list[int]
+    runs: Whole
+    problems: Whole
     successes: list[int | None]
-    rate: list[float | None]
-    low: list[float | None]
-    high: list[float | None]
-    error: list[float | None]
-    lost_frames: list[float | None]
-    measures: dict[str, list[float | None]] = {}
+    rate: Numbers
+    low: Numbers
+    high: Numbers
+    error: Annotated[Numbers, Field(validation_alias="mean_error")]
+    lost_frames: Annotated[Numbers, Field(validation_alias="mean_lost_frames")]
+    measures: dict[str, Numbers] = {}
 
 
 class ComparisonPublic(BaseModel):
@@ -79,7 +95,7 @@ class ComparisonPublic(BaseModel):
     first: str
     second: str
     measure: str
-    test: Test
+    test: UsedTest
     level: float
     correction: Correction
     difference: list[float | None]
@@ -129,8 +145,8 @@ class RowsPublic(BaseModel):
 TOTAL: Pair = (None, None)
 
 
-class Tally:
-    """Sums over the files of one sweep, for every pair of axes that somebody has asked for.
+class Results:
+    """The files of one sweep, and sums over them for every pair of axes that somebody has asked for.
 
     Attributes:
         done: Runs that are there.
@@ -141,9 +157,11 @@ class Tally:
     def __init__(self, plan: Plan, out: Path) -> None:
         self._plan = plan
         self._out = out
+        self._lock = threading.RLock()
         self._files: set[Path] = set()
         self._complete = False
         self._counts: dict[Pair, Counts] = {TOTAL: count(plan, None, *TOTAL)}
+        self._views: dict[Pair, CellsPublic] = {}
         self.done = self.successes = self.problems = 0
 
     def look(self) -> bool:
@@ -152,6 +170,13 @@ class Tally:
         Raises:
             SweepError: The result is damaged.
         """
+        with self._lock:
+            news = self._look()
+            if news:
+                self._views.clear()
+            return news
+
+    def _look(self) -> bool:
         if self._complete:
             return False
         if self._out.exists():
@@ -167,26 +192,23 @@ class Tally:
             self._counts = {pair: count(self._plan, None, *pair) for pair in self._counts}
         return self._add(sorted(there - self._files))
 
-    def counts(self, pair: Pair) -> Counts:
-        """Return the sums for a pair of axes.
-
-        Raises:
-            SweepError: The result is damaged.
-        """
+    def _maps(self, pair: Pair) -> dict[str, CellMap]:
+        """Return the cells over a pair of axes."""
         if pair not in self._counts:
-            found = self._sum(self.result(), pair)
+            found = count_result(self.result(), *pair)
             if _runs(found) < self.done and self._out.exists():
                 # The chunks went into the result while they were counted.
                 self._close()
-                found = self._sum(self.result(), pair)
+                found = count_result(self.result(), *pair)
             self._counts[pair] = found
-        return self._counts[pair]
+        return cells(self._counts[pair])
 
     def result(self) -> Result:
         """Return exactly what has been counted."""
-        if self._complete:
-            return Result(self._plan, (self._out,), complete=True)
-        return Result(self._plan, tuple(sorted(self._files)), complete=False, place=partial_of(self._out))
+        with self._lock:
+            if self._complete:
+                return Result(self._plan, (self._out,), complete=True)
+            return Result(self._plan, tuple(sorted(self._files)), complete=False, place=partial_of(self._out))
 
     def _there(self) -> set[Path]:
         try:
@@ -214,7 +236,7 @@ class Tally:
         """Go over from the chunks, which are gone, to the one file that was made of them."""
         if self.done < self._plan.runs:
             result = Result(self._plan, (self._out,), complete=True)
-            self._counts = {pair: self._sum(result, pair) for pair in self._counts}
+            self._counts = {pair: count_result(result, *pair) for pair in self._counts}
             self._total()
         self._complete = True
 
@@ -223,40 +245,6 @@ class Tally:
         self.done = _runs(self._counts[TOTAL])
         self.successes = sum(int(one.successes.sum()) for one in every)
         self.problems = sum(int(one.problems.sum()) for one in every)
-
-    def _sum(self, result: Result, pair: Pair) -> Counts:
-        total = count(self._plan, None, *pair)
-        for piece in result.pieces(columns(self._plan, *pair)):
-            total += count(self._plan, piece, *pair)
-        return total
-
-
-def _runs(counts: Counts) -> int:
-    return sum(int(one.runs.sum()) for one in cells(counts).values())
-
-
-class Results:
-    """The files of one sweep."""
-
-    def __init__(self, plan: Plan, out: Path) -> None:
-        self._plan = plan
-        self._out = out
-        self._lock = threading.Lock()
-        self._tally = Tally(plan, out)
-        self._views: dict[Pair, CellsPublic] = {}
-
-    @property
-    def totals(self) -> tuple[int, int, int]:
-        """Numbers of runs computed, of successes, and of runs that could not be computed."""
-        return self._tally.done, self._tally.successes, self._tally.problems
-
-    def refresh(self) -> bool:
-        """Count what has appeared since the last time; return whether there was anything."""
-        with self._lock:
-            news = self._tally.look()
-            if news:
-                self._views.clear()
-            return news
 
     def cells(self, x: str | None, y: str | None) -> CellsPublic:
         """Return a map over one or two axes, over the first two if none is named.
@@ -267,12 +255,19 @@ class Results:
         pair = self._pair(x, y)
         with self._lock:
             if pair not in self._views:
-                maps = cells(self._tally.counts(pair))
-                self._views[pair] = cells_view(self._plan, pair, maps, self._tally.done)
+                across, down = pair
+                shown = math.prod(len(self._plan.axis(name).values) for name in pair if name is not None)
+                self._views[pair] = CellsPublic(
+                    x=axis_view(self._plan, across) if across else ALL_RUNS,
+                    y=axis_view(self._plan, down) if down else None,
+                    planned=self._plan.conditions * self._plan.trials // shown,
+                    done=self.done,
+                    maps=[_map(name, one) for name, one in self._maps(pair).items()],
+                )
             return self._views[pair]
 
     def compare(
-        self, x: str | None, y: str | None, first: str, second: str, measure: str, test: Test, level: float,
+        self, x: str | None, y: str | None, first: str, second: str, measure: str, test: UsedTest, level: float,
         correction: Correction,
     ) -> ComparisonPublic:  # fmt: skip
         """Return two methods against each other, cell by cell.
@@ -281,12 +276,12 @@ class Results:
             RefusedError: There is no such axis, method or measure.
         """
         pair = self._pair(x, y)
-        quantity = self._quantity(measure)
+        known = {quantity.name: quantity for quantity in quantities(self._plan)}
+        quantity = known[_one_of(known, measure, "measure")]
         for field, name in (("first", first), ("second", second)):
-            self._check_tracker(name, field)
+            _one_of(self._plan.trackers, name, field)
         with self._lock:
-            maps = cells(self._tally.counts(pair))
-            result = self._tally.result()
+            maps, result = self._maps(pair), self.result()
         values = samples(result, quantity, *pair)
         found = compare(quantity, maps, values, first, second, test="fisher" if test == "fisher" else "chi-square")
         return comparison_view(found, level, correction)
@@ -312,19 +307,14 @@ class Results:
         for field, name, index in zip(("i", "j"), pair, place, strict=True):
             values = self._plan.axis(name).values if name else (None,)
             if index >= len(values):
-                raise RefusedError(
-                    f"{field} must be between 0 and {len(values) - 1}, got {index}.",
-                    field=field, bound=f"between 0 and {len(values) - 1}", value=index,
-                )  # fmt: skip
+                raise ParameterError(field, index, f"between 0 and {len(values) - 1}")
             if name:
                 where[name] = values[index]
         if tracker is not None:
-            self._check_tracker(tracker, "tracker")
-            where["tracker"] = tracker
-        self.refresh()
+            where["tracker"] = _one_of(self._plan.trackers, tracker, "tracker")
+        self.look()
         with self._lock:
-            maps = cells(self._tally.counts(pair))
-            result = self._tally.result()
+            maps, result = self._maps(pair), self.result()
         chosen = [maps[name] for name in self._plan.trackers if tracker in {None, name}]
         at = (place[1], place[0])
         found = rows_of(result, where, limit=offset + limit)
@@ -340,34 +330,20 @@ class Results:
         Raises:
             NotFoundError: The sweep has no such run, or has not come to it yet.
         """
-        self.refresh()
-        with self._lock:
-            result = self._tally.result()
-        for found in rows_of(result, {"run": run}, limit=1):
+        self.look()
+        for found in rows_of(self.result(), {"run": run}, limit=1):
             return self._row(found)
         if run < self._plan.runs:
             raise NotFoundError("This run has not been computed yet.")
         raise NotFoundError(f"There is no such run; the sweep has runs 0 to {self._plan.runs - 1}.")
-
-    def result(self) -> Result:
-        """Return what there is as the library has it.
-
-        Raises:
-            SweepError: The files cannot be read.
-        """
-        return read_result(self._out, self._plan)
 
     # ------------------------------------------------------------ names
 
     def _pair(self, x: str | None, y: str | None) -> Pair:
         names = [axis.name for axis in self._plan.axes]
         for field, name in (("x", x), ("y", y)):
-            if name is not None and name != NO_AXIS and name not in names:
-                known = ", ".join(names)
-                raise RefusedError(
-                    f"{field} must be an axis of the sweep ({known}), got {name}.",
-                    field=field, bound=f"one of {known}", value=name,
-                )  # fmt: skip
+            if name not in {None, NO_AXIS}:
+                _one_of(names, name, field)
         across = x if x not in {None, NO_AXIS} else next((name for name in names if name != y), None)
         rest = [name for name in names if name != across]
         down = None if y == NO_AXIS else y or next(iter(rest), None)
@@ -375,29 +351,15 @@ class Results:
             raise RefusedError(f"A map needs two different axes, got {across} twice.", field="y", value=down)
         return across, down
 
-    def _quantity(self, name: str) -> Quantity:
-        known = {quantity.name: quantity for quantity in quantities(self._plan)}
-        if name not in known:
-            names = ", ".join(known)
-            raise RefusedError(
-                f"measure must be one that the sweep has ({names}), got {name}.",
-                field="measure", bound=f"one of {names}", value=name,
-            )  # fmt: skip
-        return known[name]
-
-    def _check_tracker(self, name: str, field: str) -> None:
-        if name not in self._plan.trackers:
-            known = ", ".join(self._plan.trackers)
-            raise RefusedError(
-                f"{field} must be a method of the sweep ({known}), got {name}.",
-                field=field, bound=f"one of {known}", value=name,
-            )  # fmt: skip
-
     def _row(self, row: dict[str, Any]) -> RowPublic:
         known = {name: row[name] for name in RowPublic.model_fields if name in row}
         measures = {measure.name: row[measure.name] for measure in self._plan.measures}
         conditions = {axis.name: row[axis.name] for axis in self._plan.axes}
         return RowPublic(**known, conditions=conditions, measures=measures)
+
+
+def _runs(counts: Counts) -> int:
+    return sum(int(one.runs.sum()) for one in cells(counts).values())
 
 
 NO_AXIS = "none"
@@ -413,27 +375,30 @@ VERDICTS: dict[int, Verdict] = {
 }
 
 
+def _one_of(known: Collection[str], name: str, field: str) -> str:
+    """Return a name that is known.
+
+    Raises:
+        ParameterError: It is not; the sentence lists those that are.
+    """
+    if name not in known:
+        raise ParameterError(field, name, f"one of {', '.join(known)}")
+    return name
+
+
+def _described(plan: Plan, name: str, values: Sequence[Value]) -> AxisPublic:
+    it = find_declaration(plan.wiring, name, plan.kind)
+    return AxisPublic(name=name, title=it.title, unit=it.unit, kind=it.kind, values=list(values))
+
+
 def axis_view(plan: Plan, name: str) -> AxisPublic:
     """Return an axis with what is to be written beside it."""
-    return _describe(plan, name, plan.axis(name).values)
+    return _described(plan, name, plan.axis(name).values)
 
 
 def fixed_views(plan: Plan) -> list[AxisPublic]:
     """Return the parameters that have the same value in all runs, each like an axis of one value."""
-    return [_describe(plan, name, (value,)) for name, value in plan.values.items()]
-
-
-def cells_view(plan: Plan, pair: Pair, maps: dict[str, CellMap], done: int) -> CellsPublic:
-    """Return the maps of all methods over a pair of axes."""
-    x, y = pair
-    cells = math.prod(len(plan.axis(name).values) for name in pair if name is not None)
-    return CellsPublic(
-        x=axis_view(plan, x) if x else ALL_RUNS,
-        y=axis_view(plan, y) if y else None,
-        planned=plan.conditions * plan.trials // cells,
-        done=done,
-        maps=[_map(name, one) for name, one in maps.items()],
-    )
+    return [_described(plan, name, (value,)) for name, value in plan.values.items()]
 
 
 def comparison_view(found: Comparison, level: float, correction: Correction) -> ComparisonPublic:
@@ -456,31 +421,10 @@ def comparison_view(found: Comparison, level: float, correction: Correction) -> 
     )
 
 
-def _describe(plan: Plan, name: str, values: tuple[Value, ...]) -> AxisPublic:
-    known = {it.name: it for it in declarations(type(plan.parameters))}
-    it = known[name]
-    return AxisPublic(name=name, title=it.title, unit=it.unit, kind=it.kind, values=list(values))
-
-
 def _map(tracker: str, one: CellMap) -> MapPublic:
-    judged = one.judged.ravel()
-    return MapPublic(
-        tracker=tracker,
-        runs=one.runs.ravel().tolist(),
-        problems=one.problems.ravel().tolist(),
-        successes=[int(value) if known else None for value, known in zip(one.successes.ravel(), judged, strict=True)],
-        rate=_numbers(one.rate),
-        low=_numbers(one.low),
-        high=_numbers(one.high),
-        error=_numbers(one.mean_error),
-        lost_frames=_numbers(one.mean_lost_frames),
-        measures={name: _numbers(means) for name, means in one.measures.items()},
-    )
-
-
-def _numbers(values: NDArray[np.float64]) -> list[float | None]:
-    """Return numbers as JSON can say them: six digits, null for none."""
-    return [float(f"{value:.6g}") if math.isfinite(value) else None for value in values.ravel().tolist()]
+    judged = zip(one.successes.ravel().tolist(), one.judged.ravel(), strict=True)
+    successes = [value if known else None for value, known in judged]
+    return MapPublic.model_validate({**vars(one), "tracker": tracker, "successes": successes})
 
 
 def session_spec(store: Store, sweep: str, plan: Plan, results: Results, run: int, tracker: str | None) -> SessionSpec:
@@ -498,11 +442,7 @@ def session_spec(store: Store, sweep: str, plan: Plan, results: Results, run: in
     if row.problem is not None:
         raise ConflictError(f"This run could not be computed: {row.problem}.")
     method = tracker or row.tracker
-    if method not in plan.wiring.trackers:
-        known = ", ".join(plan.wiring.trackers)
-        raise RefusedError(
-            f"tracker must be one of {known}, got {method}.", field="tracker", bound=f"one of {known}", value=method
-        )
+    _one_of(plan.wiring.trackers, method, "tracker")
     single = plan.single(run)
     loss, last = _loss(plan, results, row, method), plan.frames - 1
     position, computed = (0, 0) if loss is None else (min(approach(loss), last), min(loss + APPROACH_FRAMES, last))

@@ -1,13 +1,11 @@
 """Sweeps: plan, begin, watch, ask, open a run, and take the result away, finished or as far as it came."""
 
 import asyncio
-import pathlib
 import shutil
-import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from http import HTTPStatus
-from typing import Annotated, Literal
+from typing import Annotated
 
 from fastapi import APIRouter, Depends, Path, Query, WebSocket
 from starlette.background import BackgroundTask
@@ -16,21 +14,21 @@ from starlette.responses import FileResponse, Response, StreamingResponse
 from pftrack.core.refusal import ConflictError
 from pftrack.process import UNLIMITED
 from pftrack.sweep.axis import MOST_RUNS, SweepError
+from pftrack.sweep.cells import Correction, UsedTest
 from pftrack.sweep.journal import csv_pieces
 from pftrack_server.core.bodies import Name, RequestBody
 from pftrack_server.core.errors import REFUSALS, NotFoundError
 from pftrack_server.core.requests import AnExperiment, SettingsNow, service
-from pftrack_server.jobs.child_tasks import ChildTasks, TheTasks
+from pftrack_server.jobs.child_tasks import TheTasks
 from pftrack_server.sessions.duplex import GONE, converse
 from pftrack_server.sessions.routes import Begin
 from pftrack_server.sessions.stream import SessionPublic
-from pftrack_server.store import Store
 from pftrack_server.store.store import AStore
 from pftrack_server.sweeps import functions
-from pftrack_server.sweeps.functions import Pictures
+from pftrack_server.sweeps.functions import Form
 from pftrack_server.sweeps.manager import EstimatePublic, Sweeps
 from pftrack_server.sweeps.planning import EstimateRequest, SweepCreate, example
-from pftrack_server.sweeps.results import CellsPublic, Correction, RowsPublic, Test, session_spec
+from pftrack_server.sweeps.results import CellsPublic, RowsPublic, session_spec
 from pftrack_server.sweeps.sweep import Sweep, SweepPublic
 
 
@@ -118,7 +116,7 @@ async def show_cells(
     first: Method = None,
     second: Method = None,
     measure: Compared = "success",
-    test: Test = "chi-square",
+    test: UsedTest = "chi-square",
     level: Annotated[float, Query(gt=0, lt=1)] = 0.01,
     correction: Correction = "none",
 ) -> CellsPublic:
@@ -161,92 +159,55 @@ async def open_row(
     return (await begin(spec)).view()
 
 
-PARQUET = "application/vnd.apache.parquet"
-REPORT_S = 120.0
+WRITING_S = 120.0
 
-Format = Literal["parquet", "csv", "html", "png", "svg"]
-PICTURES: Mapping[Format, Pictures] = {"html": "png", "png": "png", "svg": "svg"}
+FORMS: Mapping[Form, tuple[str, str]] = {
+    "parquet": ("parquet", "application/vnd.apache.parquet"),
+    "csv": ("csv", "text/csv"),
+    "html": ("html", "text/html"),
+    "png": ("zip", "application/zip"),
+    "svg": ("zip", "application/zip"),
+}
+"""Suffix and type of the file."""
 
 
 @router.get(
     "/sweeps/{sweep}/download",
     response_class=Response,
-    responses={200: {"content": {PARQUET: {}, "text/csv": {}, "text/html": {}, "application/zip": {}}}},
+    responses={200: {"content": {media_type: {} for _, media_type in FORMS.values()}}},
 )
 async def download(
     sweep: ASweep,
     store: AStore,
     settings: SettingsNow,
     tasks: TheTasks,
-    form: Annotated[Format, Query(alias="format", description="png and svg are archives of all maps.")] = "parquet",
+    form: Annotated[Form, Query(alias="format", description="png and svg are archives of all maps.")] = "parquet",
 ) -> Response:
     """Return what there is of a sweep as a file: all runs as Parquet or CSV, or a report as one page or as pictures."""
     await sweep.look()
     if sweep.row.done == 0:
         raise ConflictError("No run of this sweep has been computed yet.")
     name = f"{sweep.plan.experiment}-sweep-{sweep.row.id[:6]}"
+    suffix, media_type = FORMS[form]
     if form == "csv":
-        result = await asyncio.to_thread(sweep.results.result)
-        return StreamingResponse(csv_pieces(result), media_type="text/csv", headers=_attach(f"{name}.csv"))
-    whole = store.files.sweep(sweep.row.id)
-    if form == "parquet" and whole.exists():
-        return FileResponse(whole, media_type=PARQUET, filename=f"{name}.parquet")
+        headers = {"Content-Disposition": f'attachment; filename="{name}.csv"'}
+        return StreamingResponse(csv_pieces(sweep.results.result()), media_type=media_type, headers=headers)
+    result = store.files.sweep(sweep.row.id)
+    if form == "parquet" and result.exists():
+        return FileResponse(result, media_type=media_type, filename=f"{name}.{suffix}")
     store.disk_budget.check()
     folder = store.files.new_outgoing()
     folder.mkdir(mode=0o700)
     after = BackgroundTask(shutil.rmtree, folder, ignore_errors=True)
     try:
-        if form == "parquet":
-            path = await asyncio.to_thread(_gather, sweep, folder / "sweep.parquet")
-            return FileResponse(path, media_type=PARQUET, filename=f"{name}.parquet", background=after)
-        await _report(sweep, store, tasks, folder, settings.max_sweeps_bytes, pictures=PICTURES[form])
-        if form == "html":
-            page = next(folder.glob("*.html"))
-            return FileResponse(page, media_type="text/html", filename=f"{name}.html", background=after)
-        path = await asyncio.to_thread(_zip, folder, f"{name}.zip")
-        return FileResponse(path, media_type="application/zip", filename=f"{name}.zip", background=after)
+        path = folder / f"sweep.{suffix}"
+        filters = await asyncio.to_thread(store.files.filters_of, sweep.plan.single(0).recipe)
+        budget = replace(UNLIMITED, silence_s=WRITING_S, file_bytes=settings.max_sweeps_bytes)
+        await tasks.run_beside(functions.write, result, path, form, filters, budget=budget)
+        return FileResponse(path, media_type=media_type, filename=f"{name}.{suffix}", background=after)
     except BaseException:
         shutil.rmtree(folder, ignore_errors=True)
         raise
-
-
-def _attach(name: str) -> dict[str, str]:
-    return {"Content-Disposition": f'attachment; filename="{name}"'}
-
-
-async def _report(
-    sweep: Sweep, store: Store, tasks: ChildTasks, folder: pathlib.Path, largest_file: int, *, pictures: Pictures
-) -> None:
-    """Have a child write the report of a sweep into a folder."""
-    result = store.files.sweep(sweep.row.id)
-    filters = await asyncio.to_thread(store.files.filters_of, sweep.plan.single(0).recipe)
-    budget = replace(UNLIMITED, silence_s=REPORT_S, file_bytes=largest_file)
-    await tasks.run_beside(functions.report, result, folder, pictures, filters, budget=budget)
-
-
-def _gather(sweep: Sweep, path: pathlib.Path) -> pathlib.Path:
-    """Write the runs that are there into one file."""
-    import pyarrow.parquet as pq  # noqa: PLC0415 - seldom needed
-
-    from pftrack.sweep.journal import metadata  # noqa: PLC0415
-    from pftrack.sweep.table import schema  # noqa: PLC0415
-
-    with pq.ParquetWriter(path, schema(sweep.plan).with_metadata(metadata(sweep.plan)), compression="zstd") as writer:
-        for piece in sweep.results.result().pieces():
-            writer.write_table(piece)
-    return path
-
-
-def _zip(folder: pathlib.Path, name: str) -> pathlib.Path:
-    path = folder / name
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED, strict_timestamps=False) as archive:
-        for picture in _pictures(folder):
-            archive.write(picture, picture.name)
-    return path
-
-
-def _pictures(folder: pathlib.Path) -> Iterator[pathlib.Path]:
-    yield from sorted([*folder.rglob("*.png"), *folder.rglob("*.svg")])
 
 
 REFUSED = 4422

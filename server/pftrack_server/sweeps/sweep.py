@@ -24,9 +24,10 @@ from pftrack.core.model.parameters import Value
 from pftrack.core.refusal import ConflictError
 from pftrack.experiments import EXPERIMENTS
 from pftrack.process import UNLIMITED, Ending, Fault, Outcome, Refusal, Reply, Worker
+from pftrack.sources.sequence import Recording
 from pftrack.sweep import Plan, begin, partial_of
 from pftrack.sweep.axis import SweepError
-from pftrack.sweep.work import Recording, prepare
+from pftrack.sweep.work import prepare
 from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.core.processes import FORK_SERVER
 from pftrack_server.core.settings import Settings
@@ -42,10 +43,10 @@ State = Literal["running", "stopped", "done"]
 class SweepPublic(BaseModel):
     """A sweep.
 
-    `fixed` is `parameters` with titles and units; `successes` counts over all runs so far, where the experiment knows
-    success; `problems` counts runs whose values are at odds with each other; `recording` is the name of the recording
-    on which all runs are, if there is one; without `has_truth` there is no error, and `measures` are what the methods
-    say of themselves.
+    Rates are in runs a second, times in seconds. `fixed` is `parameters` with titles and units; `successes` counts over
+    all runs so far, where the experiment knows success; `problems` counts runs whose values are at odds with each
+    other; `recording` is the name of the recording on which all runs are, if there is one; without `has_truth` there is
+    no error, and `measures` are what the methods say of themselves.
     """
 
     id: str
@@ -88,17 +89,10 @@ class Hello(Message):
 
 
 class Progress(Message):
-    """Progress and state of the sweep. Rates are in runs a second, times in seconds."""
+    """The sweep, once it is further or in another state."""
 
     type: Literal["progress"] = "progress"
-    state: State
-    message: str | None
-    done: int
-    successes: int | None
-    rate: float | None
-    seconds: float
-    seconds_left: float | None
-    outcome: str
+    sweep: SweepPublic
 
 
 class Cells(Message):
@@ -162,8 +156,8 @@ class SweepListener(Listener):
     async def __aiter__(self) -> AsyncIterator[str]:
         """Yield messages, the greeting first, not more often than anybody can see."""
         known = await self._sweep.cells(*self._axes)
-        progress = self._progress()
-        yield encode(Hello(sweep=self._sweep.view(), cells=known))
+        shown = self._sweep.view()
+        yield encode(Hello(sweep=shown, cells=known))
         told = time.monotonic()
         while not self.closed:
             await self.news.wait()
@@ -176,13 +170,9 @@ class SweepListener(Listener):
             known = now
             if changed is not None:
                 yield encode(changed)
-            if self._progress() != progress:
-                progress = self._progress()
-                yield encode(progress)
-
-    def _progress(self) -> Progress:
-        view = self._sweep.view()
-        return Progress(**{name: getattr(view, name) for name in Progress.model_fields if hasattr(view, name)})
+            if (view := self._sweep.view()) != shown:
+                shown = view
+                yield encode(Progress(sweep=shown))
 
 
 def _changed_cells(before: CellsPublic, now: CellsPublic) -> Cells | None:
@@ -201,7 +191,7 @@ def _runs(view: CellsPublic, index: int) -> list[tuple[int, int]]:
 def _only(one: MapPublic, at: list[int]) -> MapPublic:
     columns = {name: [column[index] for index in at] for name, column in one if isinstance(column, list)}
     measures = {name: [column[index] for index in at] for name, column in one.measures.items()}
-    return MapPublic(tracker=one.tracker, measures=measures, **columns)
+    return one.model_copy(update={**columns, "measures": measures})
 
 
 NICENESS = 10
@@ -280,11 +270,6 @@ class Sweep:
         """Number of pages that watch it."""
         return len(self._listeners)
 
-    @property
-    def judged(self) -> bool:
-        """Whether its runs may succeed or fail."""
-        return self.plan.judged
-
     def view(self) -> SweepPublic:
         """Return it as everybody outside sees it."""
         row, plan, experiment = self.row, self.plan, self.plan.wiring
@@ -294,7 +279,7 @@ class Sweep:
             title=row.title,
             experiment=plan.experiment,
             unit=experiment.unit,
-            judged=self.judged,
+            judged=plan.judged,
             has_truth=plan.has_truth,
             axes=self._axes,
             trackers=[{"id": name, "title": experiment.trackers[name].title} for name in plan.trackers],
@@ -309,7 +294,7 @@ class Sweep:
             runs=plan.runs,
             conditions=plan.conditions,
             done=row.done,
-            successes=row.successes if self.judged else None,
+            successes=row.successes if plan.judged else None,
             problems=row.problems,
             state=row.state,
             message=row.message,
@@ -375,7 +360,7 @@ class Sweep:
 
     async def look(self) -> None:
         """Look at what lies on the disk."""
-        await asyncio.to_thread(self.results.refresh)
+        await asyncio.to_thread(self.results.look)
         self._take()
 
     async def _follow(self, worker: Worker, jobs: int, recording: Recording | None) -> None:
@@ -405,13 +390,14 @@ class Sweep:
     async def _glance(self) -> None:
         """Look at the disk; if that fails, the next time may do better."""
         try:
-            if await asyncio.to_thread(self.results.refresh):
+            if await asyncio.to_thread(self.results.look):
                 self._take()
         except Exception:
             log.exception("a sweep's files cannot be read", sweep=self.row.id)
 
     def _take(self) -> None:
-        self.row.done, self.row.successes, self.row.problems = self.results.totals
+        found = self.results
+        self.row.done, self.row.successes, self.row.problems = found.done, found.successes, found.problems
         self._past.append((time.monotonic(), self.row.done))
         while len(self._past) > 2 and self._past[-1][0] - self._past[0][0] > RATE_OVER_S:
             self._past.popleft()
@@ -460,7 +446,7 @@ class Sweep:
             parts.append(f"{self.row.done:,} of {self.plan.runs:,} runs")
         else:
             parts.append(f"{self.plan.runs:,} runs")
-        if self.judged and self.row.successes is not None and self.row.done > self.row.problems:
+        if self.plan.judged and self.row.successes is not None and self.row.done > self.row.problems:
             parts.append(f"{100 * self.row.successes / (self.row.done - self.row.problems):.0f} % succeeded")
         return ", ".join(parts)
 

@@ -19,14 +19,15 @@ import structlog
 
 from pftrack.core.model.source import FrameIndex
 from pftrack.core.refusal import ConflictError, RefusedError
-from pftrack.process import MEBIBYTE, Budget, Ending, Fault, Refusal, Reply
+from pftrack.process import MEBIBYTE, Budget, Ending
 from pftrack.sources.limits import DEFAULT_LIMITS, HEAD_BYTES, Limits, natural_order
 from pftrack.sources.results.parts import part_names
 from pftrack.sources.results.writing import LARGEST_FILE_BYTES
+from pftrack.sources.sequence import Recording
 from pftrack_server.core.errors import DiskFullError
 from pftrack_server.core.resource_limits import mebibytes
 from pftrack_server.core.settings import Settings
-from pftrack_server.jobs.child_tasks import ChildTasks
+from pftrack_server.jobs.child_tasks import ChildTasks, ending_message
 from pftrack_server.jobs.functions import index_frames
 from pftrack_server.store.database import UploadRow
 from pftrack_server.store.files import new_name, now
@@ -56,41 +57,18 @@ async def probe(
         stopped: Asked ten times a second whether to give up.
 
     Raises:
-        RefusedError: It is not a sequence of pictures, is broken, exceeds the limits, or the decoder came to grief.
+        RefusedError: It is not a sequence of pictures, is broken, exceeds the limits, or its decoder crashes.
+        UnavailableError: Decoding took too long, or was stopped.
     """
     if columns is not None:
         budget = replace(budget, file_bytes=LARGEST_FILE_BYTES)
     question = str(path), limits, budget.memory_bytes, columns
-    answer = await tasks.answer(index_frames, *question, budget=budget, stopped=stopped)
-    match answer:
-        case Reply(value=str(text)):
-            try:
-                return FrameIndex.from_json(text)
-            except ValueError:
-                how = Ending.CRASHED
-        case Refusal(message=message):
-            raise RefusedError(message)
-        case Fault():
-            raise RefusedError("the file cannot be read; the server's log says where reading failed")
-        case Ending():
-            how = answer
-        case _:
-            how = Ending.CRASHED
-    if stopped is not None and stopped():
-        raise RefusedError("decoding was stopped before it finished; send the file again")
-    raise RefusedError(_fate(how, budget))
-
-
-def _fate(how: Ending, budget: Budget) -> str:
-    """Return why a process gave no answer."""
-    match how:
-        case Ending.OUT_OF_TIME:
-            return f"decoding takes longer than the {budget.silence_s:,g} s that are allowed"
-        case Ending.OUT_OF_CPU_TIME:
-            return f"decoding takes more than the {budget.cpu_seconds:,g} s of processor time that are allowed"
-        case Ending.KILLED:
-            return "decoding was ended by the system, which may be short of memory; expected a smaller file"
-    return "the decoder crashes on this file; expected a file that is not damaged"
+    answer = await tasks.run_beside(index_frames, *question, budget=budget, stopped=stopped)
+    try:
+        return FrameIndex.from_json(str(answer))
+    except ValueError:
+        # A decoder that a file has taken over may answer anything.
+        raise RefusedError(ending_message(Ending.CRASHED, budget)) from None
 
 
 LIGHT_BYTES: Final = 16 * MEBIBYTE
@@ -131,19 +109,21 @@ def check_room(store: Store, settings: Settings, wanted_bytes: int) -> None:
         )
 
 
-async def index_of(store: Store, settings: Settings, tasks: ChildTasks, upload: str) -> str:
-    """Return what was found when an upload was decoded first, as JSON; if that is damaged or missing, decode it again.
+async def recording_of(store: Store, settings: Settings, tasks: ChildTasks, upload: str) -> Recording:
+    """Return an upload with what was found when it was decoded first; if that is damaged or missing, decode it again.
 
     Raises:
         RefusedError: The upload itself is damaged.
+        UnavailableError: It is decoded again, and that takes too long.
     """
+    path, limits = store.files.upload(upload), limits_of(settings)
     text = await asyncio.to_thread(_read_index, store, upload)
     if text is None:
         log.warning("what was found in an upload is damaged or missing; it is decoded again", upload=upload)
-        text = (await probe(tasks, store.files.upload(upload), limits_of(settings))).to_json()
+        text = (await probe(tasks, path, limits)).to_json()
         with contextlib.suppress(OSError):
             await asyncio.to_thread(store.files.keep_index, upload, text)
-    return text
+    return Recording(str(path), text, limits)
 
 
 def _read_index(store: Store, upload: str) -> str | None:

@@ -1,25 +1,22 @@
 """Uploads: videos, GIFs, sets of pictures and tables of tracks, taken in only after every frame was decoded once."""
 
 import asyncio
-import json
 import re
 import shutil
 import threading
-from collections import OrderedDict
-from collections.abc import Mapping
 from http import HTTPStatus
 from pathlib import PurePath
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 from fastapi import APIRouter, Depends, Path, Query, Request
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 from starlette.responses import Response
 
 from pftrack.core.model.setup import Grade
 from pftrack.core.refusal import RefusedError
 from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.experiment import Experiment
-from pftrack.sources.results.table import COLUMNS, preview
+from pftrack.sources.results.table import Preview, preview
 from pftrack.sources.truth import LARGEST_FILE_BYTES
 from pftrack_server.core.bodies import RequestBody
 from pftrack_server.core.errors import NotFoundError
@@ -32,15 +29,15 @@ from pftrack_server.core.requests import (
     service,
     unless_client_gone,
 )
-from pftrack_server.core.settings import Settings
-from pftrack_server.jobs.child_tasks import ChildTasks, TheTasks
+from pftrack_server.jobs.child_tasks import TheTasks
 from pftrack_server.jobs.functions import TargetSearch, find_mark, frame_jpeg, weigh_target
-from pftrack_server.store import Store
 from pftrack_server.store.database import UploadRow
 from pftrack_server.store.store import AStore
-from pftrack_server.uploads.intake import check_room, index_of, limits_of, take_in
+from pftrack_server.uploads.intake import check_room, recording_of, take_in
 from pftrack_server.uploads.multipart import receive
 from pftrack_server.uploads.truth import TruthPublic, discard_truth, load_truth, store_truth, table_of
+
+Read = TypeVar("Read")
 
 
 class SuitabilityPublic(BaseModel):
@@ -57,47 +54,6 @@ class SuitabilityPublic(BaseModel):
         description="The likelihood over the picture as a data address, from purple for 0 to yellow for its peak; null "
         "for a likelihood that is not one of places"
     )
-
-
-MOST_KEPT = 64
-
-
-class Suitabilities:
-    """What was found of targets, the newest last."""
-
-    def __init__(self, store: Store, settings: Settings) -> None:
-        self._store = store
-        self._settings = settings
-        self._found: OrderedDict[str, SuitabilityPublic] = OrderedDict()
-
-    async def of(
-        self, tasks: ChildTasks, upload: str, experiment: Experiment, frame: int, mark: Mapping[str, Any]
-    ) -> SuitabilityPublic:
-        """Return how suitable a target is.
-
-        Args:
-            tasks: Those of the client that asks.
-            upload: Name of the upload.
-            experiment: Whose trackers are to follow it.
-            frame: Number of the picture in which it is marked.
-            mark: The target, as JSON values.
-
-        Raises:
-            RefusedError: The mark is none that the experiment takes, or is not within the picture.
-            UnavailableError: It took too long.
-        """
-        key = json.dumps([upload, experiment.id, frame, mark], sort_keys=True)
-        if key not in self._found:
-            where = str(self._store.files.upload(upload))
-            index = await index_of(self._store, self._settings, tasks, upload)
-            limits = limits_of(self._settings)
-            self._found[key] = SuitabilityPublic(
-                **await tasks.run(weigh_target, where, index, experiment.id, frame, mark, limits)
-            )
-            while len(self._found) > MOST_KEPT:
-                self._found.popitem(last=False)
-        self._found.move_to_end(key)
-        return self._found[key]
 
 
 class UploadPublic(BaseModel):
@@ -125,22 +81,6 @@ class TableHead(RequestBody):
     text: Annotated[str, Field(max_length=65_536, description="Its first lines")]
 
 
-class ColumnMeaning(BaseModel):
-    """What a column of a table of boxes may be."""
-
-    name: str
-    title: str
-
-
-class TablePublic(BaseModel):
-    """What a person has to see of a table to say what its columns are."""
-
-    header: list[str] = Field(description="Names of its columns")
-    rows: list[list[str]] = Field(description="Its first lines")
-    guess: dict[str, int] = Field(description="Place of the column of each meaning, as far as its name tells")
-    meanings: list[ColumnMeaning]
-
-
 class SightingPublic(BaseModel):
     """The result of a search for a target in an upload.
 
@@ -157,14 +97,14 @@ class SightingPublic(BaseModel):
 
 router = APIRouter(prefix="/uploads", tags=["uploads"])
 
+KEPT_S = 600
+"""So long a browser keeps what was found of a target."""
+
 Number = Annotated[int, Query(ge=0, le=10_000_000)]
 
 
 def _upload(upload: Annotated[str, Path(max_length=64)], store: AStore) -> UploadRow:
-    row = store.get(UploadRow, upload)
-    if row is None:
-        raise NotFoundError("There is no such upload; it may have been deleted.")
-    return row
+    return store.find(UploadRow, upload)
 
 
 AnUpload = Annotated[UploadRow, Depends(_upload)]
@@ -181,48 +121,22 @@ def _experiment(experiment: Annotated[str, Query(max_length=64)]) -> Experiment:
 ForExperiment = Annotated[Experiment, Depends(_experiment)]
 
 
-def _hint(
-    hint: Annotated[
-        str | None, Query(max_length=10_000, description="A mark of one of the experiment's hints, as JSON")
-    ] = None,
-) -> dict[str, Any] | None:
-    return None if hint is None else _read("hint", hint)
+Mark = Annotated[str, Query(max_length=10_000, description="A mark of one of the experiment's kinds, as JSON")]
+Hint = Annotated[str | None, Query(max_length=10_000, description="A mark of one of the experiment's hints, as JSON")]
+Columns = Annotated[
+    str | None,
+    Query(max_length=1000, description="Places of a table's columns by what they are, as JSON; see `/uploads/table`"),
+]
+MARK, PLACES = TypeAdapter(dict[str, Any]), TypeAdapter(dict[str, int])
 
 
-def _mark(
-    mark: Annotated[str, Query(max_length=10_000, description="A mark of one of the experiment's kinds, as JSON")],
-) -> dict[str, Any]:
-    return _read("mark", mark)
-
-
-def _columns(
-    columns: Annotated[
-        str | None,
-        Query(
-            max_length=1000, description="Places of a table's columns by what they are, as JSON; see `/uploads/table`"
-        ),
-    ] = None,
-) -> dict[str, int] | None:
-    if columns is None:
-        return None
-    said = _read("columns", columns)
-    if not all(isinstance(place, int) for place in said.values()):
-        raise RefusedError("Columns must be whole numbers by what they are.", field="columns", value=columns)
-    return said
-
-
-Columns = Annotated[dict[str, int] | None, Depends(_columns)]
-
-
-def _read(field: str, text: str) -> dict[str, Any]:
-    """Read a mark that a query holds."""
+def _read(field: str, text: str, form: TypeAdapter[Read]) -> Read:
+    """Read the JSON object that a query holds."""
     try:
-        raw = json.loads(text)
-    except (ValueError, RecursionError):
-        raw = None
-    if not isinstance(raw, dict):
-        raise RefusedError(f"{field.capitalize()} must be a mark as a JSON object.", field=field, value=text)
-    return raw
+        return form.validate_json(text)
+    except ValidationError:
+        what = "a mark" if form is MARK else "whole numbers by what they are"
+        raise RefusedError(f"{field.capitalize()} must be {what} as a JSON object.", field, value=text) from None
 
 
 @router.post("", status_code=HTTPStatus.CREATED, openapi_extra=MULTIPART, dependencies=[TakesFiles])
@@ -232,10 +146,11 @@ async def add_upload(
     settings: SettingsNow,
     stopping: Annotated[threading.Event, service(threading.Event)],
     tasks: TheTasks,
-    columns: Columns,
+    columns: Columns = None,
     ticket: Ticket = None,
 ) -> UploadPublic:
     """Take in a video, an animated GIF, pictures that make a sequence, a table of tracks, or results of a tracker."""
+    places = None if columns is None else _read("columns", columns, PLACES)
     announced = request.headers.get("content-length", "")
     wanted_bytes = min(int(announced), settings.max_upload_bytes) if announced.isdecimal() else 0
     await asyncio.to_thread(check_room, store, settings, wanted_bytes)
@@ -244,7 +159,7 @@ async def add_upload(
         request, folder, store.disk_budget, most_bytes=settings.max_upload_bytes, most_files=settings.max_upload_files
     )
     try:
-        taking = take_in(store, settings, tasks, folder, received, stopping.is_set, ticket, columns)
+        taking = take_in(store, settings, tasks, folder, received, stopping.is_set, ticket, places)
         row = await unless_client_gone(request, taking)
     finally:
         await asyncio.to_thread(shutil.rmtree, folder, ignore_errors=True)
@@ -252,15 +167,9 @@ async def add_upload(
 
 
 @router.post("/table")
-def look_at_table(head: TableHead) -> TablePublic:
+def look_at_table(head: TableHead) -> Preview:
     """Tell which columns a table has, so that a person may say what they are, before it is sent with `columns`."""
-    try:
-        seen = preview(head.text)
-    except RefusedError as error:
-        raise RefusedError(f"{str(error).capitalize()}.", field="text") from None
-    meanings = [ColumnMeaning(name=name, title=title) for name, title in COLUMNS.items()]
-    rows = [list(row) for row in seen.rows]
-    return TablePublic(header=list(seen.header), rows=rows, guess=dict(seen.guess), meanings=meanings)
+    return preview(head.text)
 
 
 @router.get("")
@@ -288,9 +197,8 @@ async def show_frame(
     if path.exists():
         picture = await asyncio.to_thread(path.read_bytes)
     else:
-        where = str(store.files.upload(upload.id))
-        index = await index_of(store, settings, tasks, upload.id)
-        picture = await tasks.run(frame_jpeg, where, index, frame, limits_of(settings))
+        recording = await recording_of(store, settings, tasks, upload.id)
+        picture = await tasks.run(frame_jpeg, recording, frame)
         await asyncio.to_thread(store.files.keep_preview, upload.id, frame, picture)
     return kept_picture(picture, "image/jpeg")
 
@@ -303,16 +211,16 @@ async def find_target(
     store: AStore,
     settings: SettingsNow,
     tasks: TheTasks,
-    hint: Annotated[dict[str, Any] | None, Depends(_hint)],
+    hint: Hint = None,
     last: Number | None = None,
     looked: Number = 0,
 ) -> SightingPublic:
     """Look for an experiment's target from a frame on, or by a hint there; ask again with `looked` to go on looking."""
     experiment.check_footage(upload.kind)
-    question = TargetSearch(experiment.id, frame, last, looked, hint)
-    where = str(store.files.upload(upload.id))
-    index = await index_of(store, settings, tasks, upload.id)
-    return SightingPublic(**await tasks.run(find_mark, where, index, question, limits_of(settings)))
+    shown = None if hint is None else _read("hint", hint, MARK)
+    question = TargetSearch(experiment.id, frame, last, looked, shown)
+    recording = await recording_of(store, settings, tasks, upload.id)
+    return SightingPublic(**await tasks.run(find_mark, recording, question))
 
 
 @router.get("/{upload}/suitability")
@@ -320,13 +228,20 @@ async def weigh(
     upload: AnUpload,
     experiment: ForExperiment,
     frame: Number,
-    mark: Annotated[dict[str, Any], Depends(_mark)],
-    suitabilities: Annotated[Suitabilities, service(Suitabilities)],
+    store: AStore,
+    settings: SettingsNow,
     tasks: TheTasks,
+    mark: Mark,
+    answer: Response,
 ) -> SuitabilityPublic:
     """Tell whether the trackers of an experiment can follow a target, before it is tracked."""
     experiment.check_footage(upload.kind)
-    return await suitabilities.of(tasks, upload.id, experiment, frame, mark)
+    target = _read("mark", mark, MARK)
+    recording = await recording_of(store, settings, tasks, upload.id)
+    found = SuitabilityPublic(**await tasks.run(weigh_target, recording, experiment.id, frame, target))
+    # An upload never changes: who asks the same again has the answer already.
+    answer.headers["Cache-Control"] = f"private, max-age={KEPT_S}"
+    return found
 
 
 @router.put("/{upload}/truth", openapi_extra=MULTIPART, dependencies=[TakesFiles])

@@ -14,7 +14,6 @@ from pftrack_server.sessions.manager import Manager
 from pftrack_server.store import Store
 from pftrack_server.store.filters import FilterFiles
 from pftrack_server.sweeps.manager import Sweeps
-from pftrack_server.uploads.routes import Suitabilities
 from pftrack_server.web.health import Metrics
 from pftrack_server.work.explorations import Explorations
 from pftrack_server.work.sources import House
@@ -55,7 +54,6 @@ class Services:
         self.metrics.watch(self.manager, self.sweeps)
         self.house = House(settings, store, self.manager, self.sweeps, tasks, Jobs(), wait_for)
         self.explorations = Explorations(self.house)
-        self.suitabilities = Suitabilities(store, settings)
         self.results = ExperimentResults(settings.data_dir / "experiments-computed", tasks, wait_for)
         await asyncio.to_thread(self.results.open)
         self.filters.open(self.manager.revise_filter)

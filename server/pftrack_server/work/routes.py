@@ -1,5 +1,7 @@
 """My work: sessions, saved runs, comparisons, sweeps and uploads in one list, found by words, and each by itself.
 
+Jobs are begun beside what they are about; they are followed, cancelled and fetched here.
+
 Each word has to occur in what is known of a thing.
 """
 
@@ -9,29 +11,46 @@ from collections.abc import Callable, Iterable, Sequence
 from datetime import datetime
 from functools import partial
 from http import HTTPStatus
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeAlias
 from zoneinfo import ZoneInfo
 
 from fastapi import APIRouter, Depends, Path, Query, Request
 from pydantic import BaseModel, Field
 from starlette.responses import FileResponse, Response
 
+from pftrack.core.model.parameters import NOT_BOOLEAN
+from pftrack.core.model.series import Plot
 from pftrack.core.refusal import ConflictError
 from pftrack.experiments import EXPERIMENTS
+from pftrack.experiments import find as find_experiment
+from pftrack.output.exports.formats import FileKind, exports_of
+from pftrack.runs.reproduction import SourceCode, comparison_code, run_code
+from pftrack.sweep.work import sweep_code
 from pftrack_server.core.bodies import GivenTitle, RequestBody, Title
 from pftrack_server.core.errors import DamagedError, NotFoundError
-from pftrack_server.core.requests import MULTIPART, SettingsNow, TakesFiles, kept_picture, service, unless_client_gone
-from pftrack_server.jobs.child_tasks import TheTasks
-from pftrack_server.sessions.routes import AManager, Begin
+from pftrack_server.core.requests import (
+    MULTIPART,
+    TICKET,
+    SettingsNow,
+    TakesFiles,
+    kept_picture,
+    service,
+    unless_client_gone,
+)
+from pftrack_server.jobs.child_tasks import Queues, TheTasks
+from pftrack_server.jobs.jobs import Job
+from pftrack_server.sessions.routes import AManager, ASession, Begin
 from pftrack_server.sessions.stream import SessionPublic
 from pftrack_server.store.database import ComparisonRow, RunRow, UploadRow
 from pftrack_server.store.files import is_name
 from pftrack_server.store.store import AStore
-from pftrack_server.sweeps.routes import ASweeps
+from pftrack_server.sweeps.routes import ASweep, ASweeps
 from pftrack_server.sweeps.sweep import SweepPublic
 from pftrack_server.uploads.multipart import receive
 from pftrack_server.uploads.routes import UploadPublic
+from pftrack_server.work import comparisons, runs
 from pftrack_server.work.comparisons import (
+    ComparisonJob,
     SavedComparisonCreate,
     SavedComparisonDetail,
     SavedComparisonPublic,
@@ -39,9 +58,19 @@ from pftrack_server.work.comparisons import (
     save,
     saved_view,
 )
-from pftrack_server.work.exports import run_file_name
-from pftrack_server.work.runs import ImportJob, RunPublic, bring_in, check_room, compare, save_run
-from pftrack_server.work.sources import House, reopen
+from pftrack_server.work.explorations import ExplorationCreate, ExplorationJob, Explorations
+from pftrack_server.work.runs import (
+    ExportJob,
+    FitCreate,
+    FitJob,
+    ImportJob,
+    RunPublic,
+    bring_in,
+    check_room,
+    run_file_name,
+    save_run,
+)
+from pftrack_server.work.sources import ComparedRun, House, find_run, reopen
 
 Kind = Literal["sessions", "runs", "comparisons", "sweeps", "uploads"]
 
@@ -71,23 +100,47 @@ class WorkPublic(BaseModel):
     total: dict[Kind, int] = Field(description="How many there are")
 
 
+class QueuePublic(BaseModel):
+    """Where a request waits."""
+
+    before: int = Field(description="How many come before it")
+
+
+class ComparisonCreate(RequestBody):
+    """Two to four runs to compare."""
+
+    runs: list[ComparedRun] = Field(max_length=64)
+
+
+class ComparisonExportCreate(ComparisonCreate):
+    """Two to four runs whose comparison shall be written as a file."""
+
+    title: Title = Field("", description="By which the file is called")
+
+
+AnyJob: TypeAlias = Annotated[
+    ExportJob | ImportJob | FitJob | ComparisonJob | ExplorationJob, Field(discriminator="kind")
+]
+
+
+class ExportsPublic(BaseModel):
+    """What a saved run can be exported as."""
+
+    exports: list[FileKind]
+    plots: list[Plot] = Field(description='What `plot` may name for an export of the group "plots"')
+
+
 router = APIRouter(tags=["work"])
 
 TheHouse = Annotated[House, service(House)]
 
 
 def _run(run: Annotated[str, Path(max_length=64)], store: AStore) -> RunRow:
-    row = store.get(RunRow, run)
-    if row is None:
-        raise NotFoundError("There is no such run; it may have been deleted.")
-    return row
+    return store.find(RunRow, run)
 
 
 def _comparison(saved: Annotated[str, Path(max_length=64)], store: AStore) -> ComparisonRow:
-    row = store.get(ComparisonRow, saved)
-    if row is None:
-        raise NotFoundError("There is no such comparison; it may have been deleted.")
-    return row
+    return store.find(ComparisonRow, saved)
 
 
 ARun = Annotated[RunRow, Depends(_run)]
@@ -187,8 +240,7 @@ async def rename_run(run: ARun, body: NewTitle, store: AStore) -> RunPublic:
 @router.delete("/runs/{run}", status_code=HTTPStatus.NO_CONTENT)
 async def remove_run(run: Name, store: AStore) -> None:
     """Delete a saved run, also one whose entry in the database is damaged."""
-    if not is_name(run) or not await asyncio.to_thread(store.remove, RunRow, run):
-        raise NotFoundError("There is no such run; it may have been deleted.")
+    await asyncio.to_thread(store.discard, RunRow, run)
 
 
 @router.get("/runs/{run}/download", response_class=FileResponse, responses={200: {"content": {RECORD: {}}}})
@@ -212,7 +264,7 @@ def thumbnail(run: ARun, store: AStore) -> Response:
 @router.post("/runs/{run}/open", status_code=HTTPStatus.CREATED)
 async def open_run(run: ARun, store: AStore, begin: Begin, tasks: TheTasks) -> SessionPublic:
     """Go on with a saved run in a new session."""
-    session = await begin(await reopen(store, tasks, run), partial(compare, store, tasks, run))
+    session = await begin(await reopen(store, tasks, run), partial(runs.compare, store, tasks, run))
     return session.view()
 
 
@@ -244,8 +296,7 @@ def rename_comparison(saved: AComparison, body: NewTitle, store: AStore) -> Save
 @router.delete("/comparisons/saved/{saved}", status_code=HTTPStatus.NO_CONTENT)
 def remove_comparison(saved: Name, store: AStore) -> None:
     """Delete a saved comparison, also one whose entry in the database is damaged."""
-    if not is_name(saved) or not store.remove(ComparisonRow, saved):
-        raise NotFoundError("There is no such comparison; it may have been deleted.")
+    store.discard(ComparisonRow, saved)
 
 
 @router.delete("/uploads/{upload}", status_code=HTTPStatus.NO_CONTENT, tags=["uploads"])
@@ -261,8 +312,7 @@ async def remove_upload(
         found = None  # No sweep runs on what cannot be read.
     if found is not None and sweeps.uses(found):
         raise ConflictError("A sweep on this upload is being computed; wait, or cancel it first.")
-    if not is_name(upload) or not await asyncio.to_thread(store.remove, UploadRow, upload):
-        raise NotFoundError("There is no such upload; it may have been deleted.")
+    await asyncio.to_thread(store.discard, UploadRow, upload)
 
 
 @router.get("/work")
@@ -328,3 +378,131 @@ TEXTS: dict[Kind, Callable[[Any], tuple[object, ...]]] = {
     "uploads": _of_upload,
 }
 """What is known of a thing of each kind, in which the words are looked for."""
+
+
+jobs = APIRouter(tags=["jobs"])
+TheExplorations = Annotated[Explorations, service(Explorations)]
+
+PlotId = Annotated[str | None, Query(max_length=64, description="The one plot that a picture shows; all if not given.")]
+
+
+@jobs.get("/jobs", response_model=list[AnyJob])
+async def list_jobs(house: TheHouse) -> list[Job[Any]]:
+    """List the jobs under way, and what came of those of the last minutes, the newest first."""
+    return house.jobs.all()
+
+
+@jobs.get("/jobs/{job}", response_model=AnyJob)
+async def show_job(job: Name, house: TheHouse) -> Job[Any]:
+    """Tell how far a job is, and what it has found; one that nobody asks for is dropped after 150 s."""
+    return house.jobs.get(job)
+
+
+@jobs.delete("/jobs/{job}", status_code=HTTPStatus.NO_CONTENT)
+async def cancel_job(job: Name, house: TheHouse) -> None:
+    """Stop a job, or forget what came of it."""
+    await house.jobs.cancel(job)
+
+
+@jobs.get("/jobs/{job}/file", response_class=FileResponse)
+async def fetch_file(job: Name, house: TheHouse) -> FileResponse:
+    """Return the file that an export has written; it is kept for ten minutes."""
+    found = house.jobs.get(job)
+    if not isinstance(found, ExportJob):
+        raise NotFoundError("This job writes no file.")
+    if found.result is None:
+        raise ConflictError(found.error or "The file is still being written; ask again when it is done.")
+    return FileResponse(
+        house.store.files.exported(job),
+        media_type=found.result.media_type,
+        filename=found.name,
+        headers={"Cache-Control": "no-store"},
+    )
+
+
+@jobs.post("/sessions/{session}/exports/{export}", status_code=HTTPStatus.ACCEPTED)
+async def export_session(
+    session: ASession,
+    export: Name,
+    house: TheHouse,
+    explorations: TheExplorations,
+    plot: PlotId = None,
+) -> ExportJob:
+    """Begin to write the active branch of a session, as far as it was computed, as a file of another kind."""
+    name, found = session.snapshot.name, explorations.found_of(session)
+    return await runs.export_run(house, session.spec, name, export, plot, found)
+
+
+@jobs.post("/sessions/{session}/fits", status_code=HTTPStatus.ACCEPTED)
+async def fit_session(session: ASession, body: FitCreate, house: TheHouse) -> FitJob:
+    """Begin to fit numbers to the active branch of a session, as far as it was computed; the session goes on."""
+    return await runs.fit(house, session, tuple(body.numbers))
+
+
+@jobs.post("/sessions/{session}/explorations", status_code=HTTPStatus.ACCEPTED)
+async def explore(session: ASession, body: ExplorationCreate, explorations: TheExplorations) -> ExplorationJob:
+    """Begin to try what would have saved the active branch, or what its settings do with other seeds."""
+    return await explorations.explore(session, body)
+
+
+@jobs.get("/runs/{run}/exports")
+def list_exports(run: ARun) -> ExportsPublic:
+    """List what a saved run can be exported as."""
+    experiment = find_experiment(run.experiment)
+    return ExportsPublic(
+        exports=list(exports_of(experiment)),
+        plots=list(experiment.plots),
+    )
+
+
+@jobs.post("/runs/{run}/exports/{export}", status_code=HTTPStatus.ACCEPTED)
+async def export_run(run: ARun, export: Name, house: TheHouse, plot: PlotId = None) -> ExportJob:
+    """Begin to write a saved run as a file of another kind."""
+    return await runs.export_run(house, await reopen(house.store, house.tasks, run), run.title, export, plot)
+
+
+@jobs.post("/comparisons", status_code=HTTPStatus.ACCEPTED)
+async def compare_runs(body: ComparisonCreate, request: Request, house: TheHouse) -> ComparisonJob:
+    """Compare two to four runs: what differs is told at once, what came of them when they have been computed."""
+    return await unless_client_gone(request, comparisons.compare(house, body.runs))
+
+
+@jobs.post("/comparisons/exports/{export}", status_code=HTTPStatus.ACCEPTED)
+async def export_comparison(export: Name, body: ComparisonExportCreate, request: Request, house: TheHouse) -> ExportJob:
+    """Begin to write what two to four runs come to beside each other as a file."""
+    return await unless_client_gone(request, runs.export_comparison(house, body.runs, body.title, export))
+
+
+@jobs.get("/queue/{ticket}")
+async def show_place(
+    ticket: Annotated[str, Path(pattern=TICKET)], queues: Annotated[Queues, service(Queues)]
+) -> QueuePublic:
+    """Tell how many are before the request that was sent with a ticket; none once it is worked on."""
+    return QueuePublic(before=queues.before(ticket))
+
+
+class SourceCodeRequest(RequestBody):
+    """Of which runs: of one, or of several that are compared."""
+
+    runs: list[ComparedRun] = Field(min_length=1, max_length=4)
+    frames: Annotated[int, Field(ge=1, le=10_000_000), NOT_BOOLEAN] | None = Field(
+        None, description="How many frames of each; all if left out"
+    )
+
+
+source_code = APIRouter(tags=["source code"])
+
+
+@source_code.post("/source-code")
+async def write_source_code(body: SourceCodeRequest, house: TheHouse) -> SourceCode:
+    """Write what computes runs again; of several, what compares them. The truth of a recording is no part of it."""
+    named = await asyncio.gather(*(find_run(run, house) for run in body.runs))
+    recipes = [each.spec.recipe.with_footage(truth=None) for each in named]
+    runs = [(recipe, find_experiment(recipe.experiment)) for recipe in recipes]
+    return run_code(*runs[0], body.frames) if len(runs) == 1 else comparison_code(runs, body.frames)
+
+
+@source_code.get("/sweeps/{sweep}/source-code")
+async def write_sweep_code(sweep: ASweep) -> SourceCode:
+    """Write what computes a sweep again."""
+    return sweep_code(sweep.plan)

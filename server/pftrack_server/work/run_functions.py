@@ -21,7 +21,7 @@ from pftrack.core.model.parameters import Parameters, flat, limit_particles
 from pftrack.core.model.recipe import Footage, check_timeline
 from pftrack.core.model.series import as_json
 from pftrack.core.model.setup import find_export
-from pftrack.core.model.source import FrameIndex, FrameSequence
+from pftrack.core.model.source import FrameSequence
 from pftrack.core.numerics.random import LARGEST_SEED
 from pftrack.core.refusal import ParameterError, RefusedError
 from pftrack.experiments.own.code import trust
@@ -32,8 +32,7 @@ from pftrack.runs.comparison import Comparison
 from pftrack.runs.record import Saved, read_saved
 from pftrack.runs.reproduction import departure, difference, make
 from pftrack.runs.run import Run
-from pftrack.sources.limits import Limits
-from pftrack.sources.sequence import open_sequence
+from pftrack.sources.sequence import Recording
 from pftrack.vision.rendering import png, render
 from pftrack_server.jobs.functions import Steps
 from pftrack_server.sessions.worker.protocol import WorkerConfig
@@ -53,24 +52,24 @@ def read_record(path: str) -> dict[str, Any]:
     return _read_record(path).record.model_dump(mode="json")
 
 
-def weigh_record(path: str, video: tuple[str, str] | None, limits: Limits, filters: tuple[str, ...] = ()) -> Steps:
+def weigh_record(path: str, upload: Recording | None, most_frames: int, filters: tuple[str, ...] = ()) -> Steps:
     """Compute the run of a record as far as it was computed, and return what came of it; a step is a frame.
 
     Args:
         path: The record.
-        video: Path and index of the upload that it was made on, if that is here.
-        limits: How large their frames may be.
+        upload: The upload that it was made on, if that is here.
+        most_frames: Of a run on this server.
         filters: Texts of filters that the run may execute.
     """
     trust(*filters)
     saved = _read_record(path)
     found = saved.record
     recipe = found.recipe
-    if recipe.frames is not None and recipe.frames > limits.frames:
-        raise ParameterError("frames", recipe.frames, f"at most {limits.frames} on this server")
+    if recipe.frames is not None and recipe.frames > most_frames:
+        raise ParameterError("frames", recipe.frames, f"at most {most_frames} on this server")
     if recipe.seed > LARGEST_SEED:
         raise ParameterError("seed", recipe.seed, f"at most {LARGEST_SEED}, since browsers round beyond it")
-    run = make(recipe, open_sequence=partial(_reopen_footage, video, limits))
+    run = make(recipe, open_sequence=partial(_reopen_footage, upload))
     check_timeline(run.timeline.changes, run.frames)
     last = min(found.computed, run.frames) - 1
     for step in run.seeking(last):
@@ -88,22 +87,16 @@ def weigh_record(path: str, video: tuple[str, str] | None, limits: Limits, filte
     }
 
 
-def _reopen_footage(video: tuple[str, str] | None, limits: Limits, footage: Footage) -> FrameSequence:
+def _reopen_footage(upload: Recording | None, footage: Footage) -> FrameSequence:
     """Open the upload that a run was made on.
-
-    Args:
-        video: Its path and index, if it is here.
-        limits: How large its frames may be.
-        footage: What the run says of it.
 
     Raises:
         RefusedError: It is not here.
     """
-    if video is None:
+    if upload is None:
         name = footage.name or "a recording"
         raise RefusedError(f"The run was made on {name}, which is not on this server; upload it first")
-    index = FrameIndex.from_json(video[1])
-    return open_sequence(Path(video[0]), limits, index=index, square=footage.square)
+    return upload.open(square=footage.square)
 
 
 def compare_record(path: str, estimates: list[list[float]]) -> str | None:

@@ -1,7 +1,13 @@
-"""Runs: saved from a session to a record, or brought in from one; and fits of their numbers."""
+"""Runs: saved from a session to a record, or brought in from one; fits of their numbers; and files of other kinds.
+
+A file of another kind is written by a child, and lies in a folder of its own for as long as its job can be asked for.
+Sessions do not wait: the child computes the run from its recipe.
+"""
 
 import asyncio
+import re
 import shutil
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -10,25 +16,38 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, computed_field
 from pftrack.analysis.fitting import MOST_NUMBERS, Fit
 from pftrack.core.files import settle
 from pftrack.core.model.measures import HIT_RATE
-from pftrack.core.refusal import ConflictError
-from pftrack.experiments import find
+from pftrack.core.model.setup import N, find_export
+from pftrack.core.refusal import ConflictError, RefusedError
+from pftrack.experiments import EXPERIMENTS
+from pftrack.experiments import find as find_experiment
+from pftrack.output.exports.comparisons import COMPARISON_FORMATS, ComparisonExport
+from pftrack.output.exports.formats import RunExport, check_plot, exports_of
 from pftrack.runs.loss import loss_words
 from pftrack.runs.record import Record
 from pftrack_server.core.bodies import Name, RequestBody
-from pftrack_server.core.errors import DiskFullError
+from pftrack_server.core.errors import DiskFullError, NotFoundError
 from pftrack_server.core.resource_limits import mebibytes
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.jobs.jobs import Job, OnStep
 from pftrack_server.sessions.session import Session
+from pftrack_server.sessions.spec import SessionSpec
 from pftrack_server.sessions.worker.protocol import Save
 from pftrack_server.store import Store
 from pftrack_server.store.database import RunRow
 from pftrack_server.store.files import new_name, now
-from pftrack_server.uploads.intake import index_of, limits_of
+from pftrack_server.uploads.intake import recording_of
 from pftrack_server.uploads.multipart import Received
-from pftrack_server.work.run_functions import compare_record, fit_run, read_record, weigh_record
-from pftrack_server.work.sources import House
+from pftrack_server.work.comparisons import prepare
+from pftrack_server.work.run_functions import (
+    compare_record,
+    fit_run,
+    read_record,
+    weigh_record,
+    write_comparison,
+    write_export,
+)
+from pftrack_server.work.sources import ComparedRun, House
 
 
 class FitCreate(RequestBody):
@@ -76,6 +95,23 @@ class FitJob(Job[Fit]):
 
     kind: Literal["fit"] = "fit"
 
+
+class ExportedFile(BaseModel):
+    """A file that was written."""
+
+    title: str = Field(description="What kind of file it is")
+    media_type: str
+    address: str = Field(description="Where it can be fetched")
+
+
+class ExportJob(Job[ExportedFile]):
+    """A file that is being written; the first half of its steps computes the run."""
+
+    kind: Literal["export"] = "export"
+
+
+LONGEST = 60
+"""Characters of a run's name that the name of a file has."""
 
 FIT = TypeAdapter(Fit)
 
@@ -158,10 +194,9 @@ async def _weigh(house: House, saved: Record, path: Path, name: str, on_step: On
     """Have the run of a record computed, and keep it."""
     store, settings, footage = house.store, house.settings, saved.recipe.footage
     upload = await asyncio.to_thread(store.upload_of, footage.sha256) if footage and footage.sha256 else None
-    index = upload and await index_of(store, settings, house.tasks, upload.id)
-    video = (str(store.files.upload(upload.id)), index) if upload else None
+    recording = upload and await recording_of(store, settings, house.tasks, upload.id)
     filters = await asyncio.to_thread(store.files.filters_of, saved.recipe)
-    found = await house.compute(on_step, weigh_record, str(path), video, limits_of(settings), filters)
+    found = await house.compute(on_step, weigh_record, str(path), recording, settings.max_frames, filters)
     summary = found["summary"]
     last = min(saved.computed, summary["frames"]) - 1
     row = RunRow(
@@ -210,8 +245,87 @@ def outcome(summary: dict[str, Any]) -> str:
         return f"{frames} frames"
     decisive = summary.get("success_measure", HIT_RATE.name)
     if decisive != HIT_RATE.name:
-        measure = find(summary["experiment"]).measure_named(decisive)
+        measure = find_experiment(summary["experiment"]).measure_named(decisive)
         # In which frames is for the measure's title to say: the last ten of a run may decide.
         title = f"{measure.title[:1].lower()}{measure.title[1:]}"
         return f"{100 * summary[decisive]:.0f} % {title}, {frames} frames in all"
     return loss_words(frames, lost or 0, summary.get("first_lost_frame"))
+
+
+async def export_run(
+    house: House, spec: SessionSpec, title: str, export: str, plot: str | None, what_if: Mapping[str, Any] | None = None
+) -> ExportJob:
+    """Begin to write a file of a run.
+
+    Args:
+        house: Where that is done.
+        spec: What makes the run, how far it has been computed, and where it stands.
+        title: What people call it.
+        export: Name of the export.
+        plot: Id of the one plot that a picture shall show; None for all.
+        what_if: The record of what would have saved it, where somebody has asked.
+
+    Raises:
+        NotFoundError: There is no such export.
+        ConflictError: There is no such plot.
+        DiskFullError: The disk has no room.
+        UnavailableError: There are as many under way as there may be.
+    """
+    experiment = find_experiment(spec.recipe.experiment)
+    kind = _find(exports_of(experiment), export)
+    check_plot(experiment, kind, plot)
+    frame = spec.run.position if kind.group == "model" else spec.run.computed
+    name = "-".join(filter(None, (run_file_name(experiment.id, title), str(frame), plot)))
+    return _begin_export(house, kind, name, write_export, await house.config(spec), kind.name, plot, what_if)
+
+
+async def export_comparison(house: House, runs: Sequence[ComparedRun], title: str, export: str) -> ExportJob:
+    """Begin to write what runs come to beside each other as a file, called by a title or else by the runs.
+
+    Raises:
+        NotFoundError: There is no such export, or one of the runs is not here.
+        DiskFullError: The disk has no room.
+        ApiError: They cannot be compared; see `prepare`.
+    """
+    _, configs, outline = await prepare(house, runs)
+    kind = _find(COMPARISON_FORMATS, export)
+    name = _slug(f"compare {title or ' '.join(outline.names)}")
+    return _begin_export(house, kind, name, write_comparison, configs, kind.name)
+
+
+def _begin_export(
+    house: House, kind: RunExport | ComparisonExport, name: str, function: Callable[..., Any], *arguments: object
+) -> ExportJob:
+    """Begin to write a file, in a folder of its own that is named as the job."""
+    house.jobs.check_room(ExportJob)
+    house.store.disk_budget.check()
+    job = ExportJob(id=new_name(), name=f"{name}.{kind.suffix}")
+    path = house.store.files.exported(job.id)
+    path.parent.mkdir(mode=0o700)
+
+    async def work(on_step: OnStep) -> ExportedFile:
+        most = house.settings.max_export_bytes
+        await house.compute(on_step, function, *arguments, str(path), file_bytes=most, may_be_short=True)
+        return ExportedFile(title=kind.title, media_type=kind.media_type, address=f"api/v1/jobs/{job.id}/file")
+
+    return house.jobs.begin(job, work, drop=lambda: shutil.rmtree(path.parent, ignore_errors=True))
+
+
+def run_file_name(experiment: str, name: str) -> str:
+    """Return what files of a run are called: by its experiment, and by its name unless that says no more."""
+    known = EXPERIMENTS.get(experiment)
+    titles = (known.video.clip_title, known.title) if known else ()
+    rest = next((name.removeprefix(title) for title in titles if title and name.startswith(title)), name)
+    return "-".join(filter(None, (experiment, _slug(rest))))
+
+
+def _slug(text: str) -> str:
+    """Return a text as a part of a file's name."""
+    return re.sub(r"[^\w.]+", "-", text.lower()).strip("-.")[:LONGEST]
+
+
+def _find(offered: Iterable[N], name: str) -> N:
+    try:
+        return find_export(offered, name)
+    except RefusedError as error:
+        raise NotFoundError(str(error)) from None

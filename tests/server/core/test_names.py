@@ -8,7 +8,7 @@ import httpx
 import pytest
 
 from pftrack.experiments import find
-from pftrack_server.work.exports import run_file_name
+from pftrack_server.work.runs import run_file_name
 from tests.server.follow_jobs import taken
 from tests.server.host import begin
 from tests.server.uploads.test_suitability import box

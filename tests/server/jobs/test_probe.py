@@ -15,6 +15,7 @@ from pftrack.core.refusal import RefusedError
 from pftrack.process import Budget
 from pftrack.sources.limits import DEFAULT_LIMITS, Limits
 from pftrack.sources.sequence import open_sequence
+from pftrack_server.core.errors import REFUSALS, UnavailableError
 from pftrack_server.jobs.child_tasks import ChildTasks, Queues
 from pftrack_server.uploads import intake as module
 from pftrack_server.uploads.intake import BUDGET
@@ -96,14 +97,14 @@ def test_columns_are_named_in_the_confined_process(tmp_path: Path, monkeypatch: 
     assert (probe(path, columns=said).kind, path.read_bytes()[:13]) == ("beliefs", b"frame,x,y,w,h")
     for count, got in ((16_385, "16,385"), (1 << 20, "1,048,576")):
         path.write_bytes(b"," * (count - 1) + b"\n")
-        with pytest.raises(RefusedError, match=f"expected a table with at most 16,384 columns, got {got}"):
+        with pytest.raises(RefusedError, match=f"Expected a table with at most 16,384 columns, got {got}"):
             probe(path, columns=said)
 
 
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [
-        (b"", "the file is empty"),
+        (b"", "The file is empty"),
         (b"ffconcat version 1.0\nfile clip.mp4\n", "a list of other files"),
         (b"#EXTM3U\nclip.mp4\n", "a playlist of other files"),
         (b"<html>", "a web page"),
@@ -138,20 +139,20 @@ def test_any_name_may_be_probed(clip: Path, tmp_path: Path) -> None:
 
 def test_a_decoder_without_end_runs_out_of_processor_time(endless: Path) -> None:
     """A file that keeps its decoder busy is given up after the processor time allowed."""
-    with pytest.raises(RefusedError, match=r"takes more than the 0\.9 s of processor time that are allowed"):
+    with pytest.raises(RefusedError, match=r"needs more than the 0\.9 s of processor time that it may use"):
         probe(endless, cpu_seconds=0.9)  # the system counts whole seconds, from what was used already
 
 
 def test_a_decoder_without_end_runs_out_of_time(endless: Path) -> None:
     """A file that takes long is given up after the time allowed."""
-    with pytest.raises(RefusedError, match=r"takes longer than the 0\.5 s that are allowed"):
+    with pytest.raises(UnavailableError, match=r"did not respond for 0\.5 s and was stopped"):
         probe(endless, silence_s=0.5)
 
 
 def test_a_probe_may_be_stopped(endless: Path) -> None:
     """Who asks may give up, and the process is gone at once."""
     begun = time.monotonic()
-    with pytest.raises(RefusedError, match="stopped before it finished"):
+    with pytest.raises(UnavailableError, match="could not be finished: its process was killed"):
         probe(endless, stopped=lambda: time.monotonic() > begun + 0.3)
     assert time.monotonic() < begun + 5.0
 
@@ -179,23 +180,23 @@ def test_a_memory_bomb_is_told(endless: Path) -> None:
 @pytest.mark.parametrize(
     ("harm", "sentence"),
     [
-        (hostile.crash, "the decoder crashes on this file"),
-        (hostile.abort, "the decoder crashes on this file"),
-        (hostile.fail, "the server's log says where reading failed"),
-        (hostile.be_killed, "ended by the system, which may be short of memory"),
-        (hostile.leave, "the decoder crashes on this file"),
-        (hostile.leave_with_status, "the decoder crashes on this file"),
+        (hostile.crash, "What it reads may be damaged"),
+        (hostile.abort, "What it reads may be damaged"),
+        (hostile.fail, "the server's log says where"),
+        (hostile.be_killed, "its process was killed, by the system or by somebody"),
+        (hostile.leave, "What it reads may be damaged"),
+        (hostile.leave_with_status, "What it reads may be damaged"),
         (hostile.unfold, "needs more memory than the 1024 MiB"),
-        (hostile.answer_nonsense, "the decoder crashes on this file"),
-        (hostile.answer_half, "the decoder crashes on this file"),
-        (hostile.answer_a_number, "the decoder crashes on this file"),
-        (hostile.say_no_json, "the decoder crashes on this file"),
-        (hostile.say_a_pickle, "the decoder crashes on this file"),
-        (hostile.announce, "the decoder crashes on this file"),
-        (hostile.flood, "the decoder crashes on this file"),
-        (hostile.flood_a_reply, "the decoder crashes on this file"),
-        (hostile.hang_up, "the decoder crashes on this file"),
-        (hostile.hang, "takes longer than the 1 s"),
+        (hostile.answer_nonsense, "What it reads may be damaged"),
+        (hostile.answer_half, "What it reads may be damaged"),
+        (hostile.answer_a_number, "What it reads may be damaged"),
+        (hostile.say_no_json, "What it reads may be damaged"),
+        (hostile.say_a_pickle, "What it reads may be damaged"),
+        (hostile.announce, "What it reads may be damaged"),
+        (hostile.flood, "What it reads may be damaged"),
+        (hostile.flood_a_reply, "What it reads may be damaged"),
+        (hostile.hang_up, "What it reads may be damaged"),
+        (hostile.hang, "did not respond for 1 s"),
     ],
 )
 def test_a_process_that_goes_wrong_becomes_a_sentence(
@@ -204,7 +205,7 @@ def test_a_process_that_goes_wrong_becomes_a_sentence(
     """A crash, silence, nonsense, a flood or a hang of the process is told in one sentence."""
     monkeypatch.setattr(module, "index_frames", harm)
     monkeypatch.setattr("pftrack.process.pool.LAST_WORDS_S", 0.3)
-    with pytest.raises(RefusedError, match=sentence):
+    with pytest.raises(REFUSALS, match=sentence):
         probe(clip, silence_s=1 if harm is hostile.hang else 60)
     assert not hostile.HARM.exists()
 

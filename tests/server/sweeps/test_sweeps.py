@@ -339,7 +339,7 @@ class TestStream:
                             assert count > runs[one["tracker"]][place]
                             runs[one["tracker"]][place] = count
                 elif message["type"] == "progress":
-                    state = message["state"]
+                    state = message["sweep"]["state"]
             assert all(counts == [40] * 6 for counts in runs.values())
             socket.send('{"type": "ping", "version": 1, "sent": 5}')
             assert hear(socket) == {"type": "pong", "version": 1, "sent": 5.0}

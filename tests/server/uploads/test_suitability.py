@@ -2,7 +2,6 @@
 
 import base64
 import json
-from collections import OrderedDict
 from typing import Any
 
 import cv2
@@ -11,7 +10,6 @@ import numpy as np
 import pytest
 
 from tests.making import disc_film
-from tests.server.host import Server
 
 FRAMES = 12
 
@@ -60,21 +58,10 @@ def test_a_target_that_does_not(client: httpx.Client, upload: str) -> None:
     assert len(found["advice"]) == 1
 
 
-def test_the_same_question_is_answered_from_memory(client: httpx.Client, upload: str) -> None:
-    """The second answer is the first one."""
-    assert ask(client, upload, box(31, 51)).json() == ask(client, upload, box(31, 51)).json()
-
-
-def test_of_many_answers_the_last_used_are_remembered(
-    server: Server, client: httpx.Client, upload: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """So the memory does not grow with the questions."""
-    monkeypatch.setattr("pftrack_server.uploads.routes.MOST_KEPT", 2)
-    suitabilities: Any = server.app.state.services.suitabilities
-    monkeypatch.setattr(suitabilities, "_found", OrderedDict())
-    for x in (31, 32, 31, 33):
-        ask(client, upload, box(x, 51)).raise_for_status()
-    assert [json.loads(key)[3]["x"] for key in suitabilities._found] == [31, 33]
+def test_a_browser_keeps_the_answer(client: httpx.Client, upload: str) -> None:
+    """A mark that is moved back to where it was is not weighed again; what is refused is asked again."""
+    headers = [ask(client, upload, mark).headers["cache-control"] for mark in (box(31, 51), {"kind": "box"})]
+    assert headers == ["private, max-age=600", "private, no-cache"]
 
 
 @pytest.mark.parametrize(
