@@ -157,13 +157,14 @@ async def run_task(
     refusals: tuple[type[Exception], ...] = (RefusedError,),
     on_step: Callable[[Any], object] = lambda _: None,
     stopped: Callable[[], bool] | None = None,
+    prepare: Callable[[], object] | None = None,
 ) -> Outcome:
     """Have a child of its own carry out a task, and return what came of it, which has travelled as JSON.
 
     The child, and whatever it has started, has ended when this returns or is cancelled. The arguments are as for
     `Worker.start` and `Worker.call`.
     """
-    worker = await Worker.start(fork_server, budget, refusals=refusals, as_json=True)
+    worker = await Worker.start(fork_server, budget, refusals=refusals, as_json=True, prepare=prepare)
     try:
         return await worker.call(function, *arguments, on_step=on_step, stopped=stopped)
     finally:

@@ -230,8 +230,7 @@ class ChildTasks:
         function: Callable[..., Any],
         *arguments: object,
         budget: Budget,
-        on_step: Callable[..., None] = lambda *_: None,
-        stopped: Callable[[], bool] | None = None,
+        **options: Any,  # noqa: ANN401 - of `answer`
     ) -> Any:  # noqa: ANN401 - whatever the function returns
         """Return the result of a function that waits for no turn, since it leaves the processors to all others.
 
@@ -239,8 +238,7 @@ class ChildTasks:
             RefusedError: The function refused its arguments, with a sentence, or its process died.
             UnavailableError: It gave no sign of life for too long, or was stopped.
         """
-        outcome = await self.answer(function, *arguments, budget=budget, on_step=on_step, stopped=stopped)
-        return _result(outcome, budget)
+        return _result(await self.answer(function, *arguments, budget=budget, **options), budget)
 
     async def _in_turn(self, function: Callable[..., Any], arguments: tuple[object, ...]) -> Outcome:
         async with self.queues.light.place():
@@ -253,6 +251,7 @@ class ChildTasks:
         budget: Budget = BUDGET,
         on_step: Callable[..., None] = lambda *_: None,
         stopped: Callable[[], bool] | None = None,
+        prepare: Callable[[], object] | None = None,
     ) -> Outcome:
         """Have a task carried out now, whoever waits for a turn, and return what came of it.
 
@@ -264,6 +263,7 @@ class ChildTasks:
             budget: What it may take.
             on_step: Called now and then with what it yields, such as the steps that are done and all that there are.
             stopped: Asked ten times a second whether to give up; the process is then killed.
+            prepare: Is called in the process before it has a thread.
         """
         outcome = await run_task(
             FORK_SERVER,
@@ -273,6 +273,7 @@ class ChildTasks:
             refusals=(RefusedError, SweepError),
             on_step=lambda step: on_step(step) if isinstance(step, dict) else on_step(*step),
             stopped=stopped,
+            prepare=prepare,
         )
         if isinstance(outcome, Fault):
             warnings.warn("a task failed", task=function.__name__, traceback=outcome.traceback)

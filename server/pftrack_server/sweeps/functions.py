@@ -1,15 +1,14 @@
 """What the process does that computes a sweep, measures one, or reports on it.
 
-It ends with the server. When it is asked to stop, it winds up as if somebody had pressed Ctrl-C: what was computed is
-kept.
+It ends with the server, and may be killed at any moment: what was computed is kept.
 """
 
-import signal
-import threading
+import errno
 import zipfile
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments.own.code import trust
 from pftrack.sources.sequence import Recording
 from pftrack.sweep import Plan, arrow, carry_out, estimate, read_result
@@ -18,6 +17,14 @@ from pftrack.sweep.table import schema
 
 Form: TypeAlias = Literal["parquet", "csv", "html", "png", "svg"]
 """What a sweep is written as; CSV is sent piece by piece and needs no file."""
+
+
+COMPLAINTS = {
+    errno.ENOSPC: "The disk of the server is full.",
+    errno.EFBIG: "The result is larger than a sweep on this server may be.",
+    errno.EDQUOT: "The disk quota of the server is used up.",
+    errno.ENOMEM: "There was not enough memory.",
+}
 
 
 def measure(
@@ -36,7 +43,7 @@ def measure(
 
 
 def compute(out: Path, jobs: int, recording: Recording | None = None, filters: tuple[str, ...] = ()) -> None:
-    """Go on with a sweep that was begun, until it is done or SIGTERM asks to stop.
+    """Go on with a sweep that was begun, until it is done.
 
     Args:
         out: Its result file.
@@ -45,13 +52,15 @@ def compute(out: Path, jobs: int, recording: Recording | None = None, filters: t
         filters: Texts of filters that it may execute.
 
     Raises:
-        SweepError: It was stopped, or cannot be continued; what was computed is kept.
-        OSError: A file cannot be written; what was computed is kept.
+        SweepError: It cannot be continued; what was computed is kept.
+        RefusedError: A file cannot be written; what was computed is kept.
     """
     trust(*filters)
-    asked = threading.Event()
-    signal.signal(signal.SIGTERM, lambda *_: asked.set())
-    carry_out(None, out, jobs=jobs, recording=recording, stop=asked.is_set)
+    try:
+        carry_out(None, out, jobs=jobs, recording=recording)
+    except OSError as error:
+        # The system's own words name paths.
+        raise RefusedError(COMPLAINTS.get(error.errno or 0, "A file of the sweep cannot be written.")) from None
 
 
 def write(result: Path, path: Path, form: Form, filters: tuple[str, ...] = ()) -> None:

@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import json
 from dataclasses import replace
+from math import prod
 
 import structlog
 from pydantic import BaseModel
@@ -22,9 +23,9 @@ from pftrack_server.store.database import SweepRow, UploadRow
 from pftrack_server.store.files import new_name, now
 from pftrack_server.store.filters import FilterFiles
 from pftrack_server.sweeps import functions
-from pftrack_server.sweeps.planning import BYTES_A_RUN, EstimateRequest, SweepCreate, as_plan, cells_of, within_limits
+from pftrack_server.sweeps.planning import BYTES_A_RUN, EstimateRequest, SweepCreate, as_plan, within_limits
 from pftrack_server.sweeps.results import upload_of
-from pftrack_server.sweeps.sweep import CANCELLED, DELETED, RESTARTED, STOPPED, Sweep, check_idle, default_title
+from pftrack_server.sweeps.sweep import CANCELLED, DELETED, RESTARTED, STOPPED, Sweep, default_title
 from pftrack_server.uploads.intake import recording_of
 
 
@@ -131,7 +132,7 @@ class Sweeps:
         return EstimatePublic(
             runs=plan.runs,
             conditions=plan.conditions,
-            cells=cells_of(plan),
+            cells=prod(plan.shape[:2]),
             frames=plan.frames,
             axes=[
                 ValuesPublic(name=axis.name, count=len(axis.values), first=list(axis.values[:SHOWN_VALUES]))
@@ -199,7 +200,10 @@ class Sweeps:
             UnavailableError: The server computes enough already.
         """
         async with self._command_lock:
-            check_idle(sweep)
+            if sweep.row.state == "running":
+                raise ConflictError("The sweep is running already.")
+            if sweep.row.state == "done":
+                raise ConflictError("The sweep is complete; there is nothing left to compute.")
             self._check_places()
             await sweep.start()
 
@@ -286,7 +290,7 @@ class Sweeps:
     def _sweep(self, row: SweepRow) -> Sweep:
         plan = Plan.from_dict(json.loads(row.plan), outlined=True)
         out, filters = self._store.files.sweep(row.id), self._trusted(plan)
-        return Sweep(row, plan, out, self._settings, self._keep, self._find_recording, filters)
+        return Sweep(row, plan, out, self._settings, self._tasks, self._keep, self._find_recording, filters)
 
     def _trusted(self, plan: Plan) -> tuple[str, ...]:
         """Return the texts of a plan's filters that are files of this server's owner."""

@@ -162,11 +162,6 @@ def within_limits(plan: Plan, settings: Settings) -> None:
         )
 
 
-def cells_of(plan: Plan) -> int:
-    """Return how many cells the map over the plan's first two axes has."""
-    return prod(len(axis.values) for axis in plan.axes[:2])
-
-
 def _axis(experiment: Experiment, index: int, body: SweepAxis, kind: Kind | None) -> Axis:
     """Return an axis of a body, whose numbers mean what a person would type: 0.3 is no neighbour of it."""
     ends = [Decimal(repr(number)) for number in (body.start, body.stop, body.step) if number is not None]

@@ -191,10 +191,11 @@ async def download(
     suffix, media_type = FORMS[form]
     if form == "csv":
         headers = {"Content-Disposition": f'attachment; filename="{name}.csv"'}
-        return StreamingResponse(csv_pieces(sweep.results.result()), media_type=media_type, headers=headers)
-    result = store.files.sweep(sweep.row.id)
-    if form == "parquet" and result.exists():
-        return FileResponse(result, media_type=media_type, filename=f"{name}.{suffix}")
+        result = await asyncio.to_thread(sweep.results.result)
+        return StreamingResponse(csv_pieces(result), media_type=media_type, headers=headers)
+    whole = store.files.sweep(sweep.row.id)
+    if form == "parquet" and whole.exists():
+        return FileResponse(whole, media_type=media_type, filename=f"{name}.{suffix}")
     store.disk_budget.check()
     folder = store.files.new_outgoing()
     folder.mkdir(mode=0o700)
@@ -203,7 +204,7 @@ async def download(
         path = folder / f"sweep.{suffix}"
         filters = await asyncio.to_thread(store.files.filters_of, sweep.plan.single(0).recipe)
         budget = replace(UNLIMITED, silence_s=WRITING_S, file_bytes=settings.max_sweeps_bytes)
-        await tasks.run_beside(functions.write, result, path, form, filters, budget=budget)
+        await tasks.run_beside(functions.write, whole, path, form, filters, budget=budget)
         return FileResponse(path, media_type=media_type, filename=f"{name}.{suffix}", background=after)
     except BaseException:
         shutil.rmtree(folder, ignore_errors=True)

@@ -21,19 +21,18 @@ import structlog
 from pydantic import BaseModel
 
 from pftrack.core.model.parameters import Value
-from pftrack.core.refusal import ConflictError
 from pftrack.experiments import EXPERIMENTS
-from pftrack.process import UNLIMITED, Ending, Fault, Outcome, Refusal, Reply, Worker
+from pftrack.process import UNLIMITED
 from pftrack.sources.sequence import Recording
 from pftrack.sweep import Plan, begin, partial_of
-from pftrack.sweep.axis import SweepError
 from pftrack.sweep.work import prepare
 from pftrack_server.core.log import RateLimitedLogger
-from pftrack_server.core.processes import FORK_SERVER
 from pftrack_server.core.settings import Settings
+from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.sessions.duplex import Listener, Listeners, Message, encode
 from pftrack_server.sessions.spec import MeasurePublic, TrackerPublic
 from pftrack_server.store.database import SweepRow
+from pftrack_server.store.disk_budget import failure_message
 from pftrack_server.sweeps import functions
 from pftrack_server.sweeps.results import AxisPublic, CellsPublic, MapPublic, Results, axis_view, fixed_views
 
@@ -110,35 +109,15 @@ DELETED = "The sweep was deleted."
 STOPPED = f"The server was stopped. {KEPT}"
 RESTARTED = f"The server was stopped while the sweep was running. {KEPT}"
 
-COMPLAINTS = {
-    "No space left": "The disk of the server is full.",
-    "File too large": "The result is larger than a sweep on this server may be.",
-    "Disk quota": "The disk quota of the server is used up.",
-    "Cannot allocate memory": "There was not enough memory.",
-}
 PATH = re.compile(r"(?<![\w.])/[^\s:;,)]+")
 LONGEST = 300
 
 
-def reason(outcome: Outcome, how: str) -> str:
-    """Say why a sweep is not done.
-
-    Args:
-        outcome: What came of its computation.
-        how: How its process ended, in words.
-    """
-    match outcome:
-        case Refusal(message=said) | Fault(name=said):
-            pass
-        case Ending.FAILED | Reply():
-            said = ""
-        case _:
-            return f"The process that computed the sweep was {how}. {KEPT}"
-    for words, meaning in COMPLAINTS.items():
-        if words in said:
-            return f"{meaning} {KEPT}"
-    said = PATH.sub("a file", said.strip().splitlines()[-1] if said.strip() else "")[:LONGEST].rstrip(".")
-    return f"{said[:1].upper()}{said[1:]}. {KEPT}" if said else f"The computation failed. {KEPT}"
+def reason(error: BaseException | None) -> str:
+    """Say without a path why a sweep is not done."""
+    lines = (failure_message(error) if error else "The computation failed.").strip().splitlines()
+    said = PATH.sub("a file", lines[-1])[:LONGEST].rstrip(".")
+    return f"{said[:1].upper()}{said[1:]}. {KEPT}"
 
 
 EVERY_S = 0.2
@@ -196,8 +175,6 @@ def _only(one: MapPublic, at: list[int]) -> MapPublic:
 
 NICENESS = 10
 """A sweep gives way to sessions, which people watch."""
-GRACE_S = 8.0
-"""So long a process that is asked to stop may wind up."""
 
 log = structlog.get_logger(__name__)
 
@@ -224,6 +201,7 @@ class Sweep:
         plan: Plan,
         out: Path,
         settings: Settings,
+        tasks: ChildTasks,
         keep: Keep,
         find_recording: FindRecording,
         filters: tuple[str, ...] = (),
@@ -235,6 +213,7 @@ class Sweep:
             plan: What is computed.
             out: Its result file.
             settings: Of the server.
+            tasks: Where it is computed.
             keep: Stores its changes.
             find_recording: Finds what its runs are on.
             filters: Texts of filters of the server's owner that its runs may execute.
@@ -247,10 +226,10 @@ class Sweep:
         self._fixed = fixed_views(plan)
         self._out = out
         self._settings = settings
+        self._tasks = tasks
         self._keep = keep
         self._find_recording = find_recording
         self._filters = filters
-        self._worker: Worker | None = None
         self._watch: asyncio.Task[None] | None = None
         self._reason: str | None = None
         self._began = 0.0
@@ -259,11 +238,6 @@ class Sweep:
         self._warnings = RateLimitedLogger(__name__, every_s=60.0)
 
     # ------------------------------------------------------------ what it is
-
-    @property
-    def pid(self) -> int | None:
-        """Number of the process that computes it."""
-        return self._worker.pid if self._worker else None
 
     @property
     def listeners(self) -> int:
@@ -333,26 +307,27 @@ class Sweep:
         # What a stranger sent is decoded within bounds, and a file of the owner executed in them, as in a session.
         memory_bytes = settings.worker_memory_bytes if recording or self._filters else None
         budget = replace(UNLIMITED, file_bytes=settings.max_sweeps_bytes, memory_bytes=memory_bytes, niceness=NICENESS)
-        # The fork server of its pool is forked before the process has a thread.
-        self._worker = await Worker.start(
-            FORK_SERVER, budget, refusals=(SweepError, OSError), as_json=True, prepare=prepare
-        )
         self._began = time.monotonic()
         self._past.clear()
-        self._watch = asyncio.create_task(self._follow(self._worker, settings.sweep_jobs, recording))
+        computing = self._tasks.run_beside(
+            functions.compute,
+            self._out,
+            settings.sweep_jobs,
+            recording,
+            self._filters,
+            budget=budget,
+            stopped=lambda: self._reason is not None,
+            prepare=prepare,  # the fork server of its pool is forked before the process has a thread
+        )
+        self._watch = asyncio.create_task(self._follow(asyncio.ensure_future(computing)))
         await self._become("running", None)
         log.info("sweep started", sweep=self.row.id, runs=self.plan.runs, done=self.row.done)
 
     async def stop(self, reason: str) -> None:
         """End its process; what was computed is kept."""
-        worker, watch = self._worker, self._watch
-        if worker is None or watch is None:
-            return
-        self._reason = self._reason or reason
-        worker.terminate()
-        if not (await asyncio.wait((watch,), timeout=GRACE_S))[0]:
-            worker.kill()
-        await asyncio.shield(watch)
+        if self._watch is not None:
+            self._reason = self._reason or reason
+            await asyncio.shield(self._watch)
 
     async def close(self) -> None:
         """Send all listeners away."""
@@ -363,9 +338,8 @@ class Sweep:
         await asyncio.to_thread(self.results.look)
         self._take()
 
-    async def _follow(self, worker: Worker, jobs: int, recording: Recording | None) -> None:
-        """Have a process go on with the sweep, and watch it and the files until it ends."""
-        end = asyncio.ensure_future(worker.call(functions.compute, self._out, jobs, recording, self._filters))
+    async def _follow(self, end: asyncio.Future[None]) -> None:
+        """Watch the process that goes on with the sweep, and the files, until it ends."""
         written = time.monotonic()
         try:
             while not end.done():
@@ -374,18 +348,16 @@ class Sweep:
                 if time.monotonic() - written > WRITE_EVERY_S:
                     written = time.monotonic()
                     await self._write()
-            outcome = end.result()
-            how = await worker.close()
             await self._glance()
         finally:
-            self._seconds, self._worker, self._watch = self._now_seconds(), None, None
-        if isinstance(outcome, Reply) and self._out.exists():
+            self._seconds, self._watch = self._now_seconds(), None
+        error = end.exception()
+        if error is None and self._out.exists():
             await self._become("done", None)
-        else:
-            because = self._reason or reason(outcome, how)
-            if self._reason is None:
-                log.warning("sweep stopped", sweep=self.row.id, process=how, outcome=outcome)
-            await self._become("stopped", because)
+            return
+        if self._reason is None:
+            log.warning("sweep stopped", sweep=self.row.id, error=repr(error))
+        await self._become("stopped", self._reason or reason(error))
 
     async def _glance(self) -> None:
         """Look at the disk; if that fails, the next time may do better."""
@@ -458,15 +430,3 @@ def default_title(plan: Plan) -> str:
     over = " × ".join(titles) or "repeated"
     where = [plan.footage.name] if plan.footage and plan.footage.name else []
     return " · ".join((experiment.title_on(plan.footage), *where, over))[:200]
-
-
-def check_idle(sweep: Sweep) -> None:
-    """Refuse to go on with what is running or complete.
-
-    Raises:
-        ConflictError: There is nothing to resume.
-    """
-    if sweep.row.state == "running":
-        raise ConflictError("The sweep is running already.")
-    if sweep.row.state == "done":
-        raise ConflictError("The sweep is complete; there is nothing left to compute.")
