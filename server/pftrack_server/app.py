@@ -25,7 +25,7 @@ from pftrack_server.work import routes as work
 
 REST = (
     *(experiments.router, experiments.own_filters, health.compiling, work.source_code, uploads.router),
-    *(sessions.router, work.jobs, work.router, failures.router, sweeps.router),
+    *(sessions.router, work.jobs, work.router, work.uploads, failures.router, sweeps.router),
 )
 """The REST interface and the streams: handlers of a few lines over typed dependencies, each beside its subject."""
 

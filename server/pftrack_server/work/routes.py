@@ -131,6 +131,7 @@ class ExportsPublic(BaseModel):
 
 
 router = APIRouter(tags=["work"])
+uploads = APIRouter(prefix="/uploads", tags=["uploads"])
 
 TheHouse = Annotated[House, service(House)]
 
@@ -299,7 +300,7 @@ def remove_comparison(saved: Name, store: AStore) -> None:
     store.discard(ComparisonRow, saved)
 
 
-@router.delete("/uploads/{upload}", status_code=HTTPStatus.NO_CONTENT, tags=["uploads"])
+@uploads.delete("/{upload}", status_code=HTTPStatus.NO_CONTENT)
 async def remove_upload(
     upload: Annotated[str, Path(max_length=64)], store: AStore, manager: AManager, sweeps: ASweeps
 ) -> None:
