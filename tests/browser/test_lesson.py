@@ -41,6 +41,7 @@ def test_the_scene_shows_the_run_and_obeys_its_panel(watch: Watch, server: Serve
     shown.until(lambda: shown.session["parameters"]["sample_count"] == 300, "300 particles are in force")
     shown.press("Escape")
     shown.page.click("button[aria-label^='One frame forward']")
+    shown.stands_at(4)
     shown.until(lambda: shown.particles == 300, "300 particles are in the scene")
     shown.until(lambda: abs(shown.occluder - wide) <= 4, f"the occluder is {wide} px wide")
     assert [change["frame"] for change in shown.session["timeline"]].count(4) >= 1
