@@ -139,7 +139,7 @@ def test_two_sessions_are_in_step_and_leave_nothing_behind(several: Several, ser
 
     several.dispose("a")
     assert page.locator("#a *").count() == 0
-    several.until(lambda: page.evaluate(LEFT)["sockets"] == 2, "the connections of the flat view are left")
+    several.until(lambda: page.evaluate(LEFT)["sockets"] == 1, "the connection of the flat view is left")
     several.until(
         lambda: page.locator("#b .figure-view[data-shown]").count() > 0,
         "the plots of the other one are left",

@@ -112,6 +112,7 @@ from pathlib import Path
 from pftrack.doctor import checks as doctor
 from pftrack.experiments import EXPERIMENTS
 from pftrack.runs.run import Change, Run
+from tests.making import whole_run
 def compiled():
     return sorted(str(file) for file in Path({folder!r}).rglob("*.nbc"))
 doctor._compilation(everything=True)
