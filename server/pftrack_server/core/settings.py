@@ -49,7 +49,7 @@ class Settings(BaseSettings):
         24, ge=1, le=1000, description="Sessions with a live worker at one time; one that nobody watches gives way."
     )
     max_stored_sessions: int = Field(
-        500, ge=1, description="Sessions kept; the oldest suspended one without name and bookmarks gives way."
+        500, ge=1, description="Sessions kept; the oldest suspended one without name, bookmarks or viewers gives way."
     )
     max_branches: int = Field(24, ge=1, description="Branches of one session.")
     max_frames: int = Field(20_000, ge=2, description="Frames of one run.")

@@ -7,7 +7,6 @@ and writes down what changed, so that after a restart of the server every sessio
 import asyncio
 import contextlib
 import itertools
-import math
 import time
 from collections.abc import Awaitable, Callable, Coroutine
 from typing import Any, TypeAlias
@@ -16,6 +15,7 @@ import structlog
 
 from pftrack.core.refusal import ConflictError
 from pftrack_server.core.errors import NotFoundError, UnavailableError
+from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.sessions.session import Session
@@ -38,11 +38,14 @@ POSITIONS_EVERY = 20
 LONGEST_CATCH_S = 5.0
 # So long whoever starts or resumes a session waits for it to be where it was; then the answer says how far it is.
 OPENING_S = 2.0
-COMPLAIN_EVERY_S = 60.0
 
 
 class Manager:
-    """All sessions of a server."""
+    """All sessions of a server.
+
+    Attributes:
+        is_followed: Tells of a session by its name whether a class follows it.
+    """
 
     def __init__(
         self, settings: Settings, store: Store, tasks: ChildTasks, wait_for: Callable[[str], Awaitable[None]]
@@ -62,9 +65,8 @@ class Manager:
         self._sessions: dict[str, Session] = {}
         self._rounds: asyncio.Task[None] | None = None
         self._writing = asyncio.Lock()
-        self._complained = -math.inf
-        self.started = 0
-        self.lost = 0
+        self._warnings = RateLimitedLogger(__name__, every_s=60.0)
+        self.is_followed: Callable[[str], bool] = lambda _: False
 
     async def open(self) -> None:
         """Take over the sessions that the store kept, all of them suspended, and begin the rounds."""
@@ -229,7 +231,6 @@ class Manager:
             await self._make_room()
         await session.start()
         session.left = time.monotonic()
-        self.started += 1
         log.info(
             "session started",
             session=session.spec.id,
@@ -250,17 +251,21 @@ class Manager:
             await longest_left.suspend("Another session needed the place; this one continues where it was.")
 
     async def _drop_oldest(self) -> None:
-        """End the session that was left longest ago, of those without worker, name and bookmarks."""
-        asleep = {Phase.SUSPENDED, Phase.CRASHED}
-        plain = [it for it in self._sessions.values() if it.phase in asleep and not (it.spec.name or it.spec.bookmarks)]
+        """End the session that was left longest ago, of those that nobody holds."""
+        plain = [session for session in self._sessions.values() if not self._is_held(session)]
         if not plain:
             raise UnavailableError(
                 f"The server keeps at most {self._settings.max_stored_sessions} sessions, and each of them is open, "
-                "named or bookmarked. End some in My work, and try again."
+                "named, bookmarked or followed by a class. End some in My work, and try again."
             )
         oldest = min(plain, key=lambda session: session.left)
         log.info("a session gives way to a new one", session=oldest.spec.id)
         await self.end(oldest)
+
+    def _is_held(self, session: Session) -> bool:
+        """Return whether a session has a worker, a visitor, a name or bookmarks, or is followed by a class."""
+        spec, asleep = session.spec, session.phase in {Phase.SUSPENDED, Phase.CRASHED}
+        return bool(not asleep or session.visitors or spec.name or spec.bookmarks or self.is_followed(spec.id))
 
     async def config(self, spec: SessionSpec) -> WorkerConfig:
         """Return what a worker needs to make the active branch of a spec."""
@@ -317,9 +322,8 @@ class Manager:
         except Exception as error:
             if not is_full(error) and not is_busy(error):
                 log.exception("housekeeping failed")
-            elif time.monotonic() > self._complained + COMPLAIN_EVERY_S:
-                self._complained = time.monotonic()
-                log.warning("changes cannot be written yet", reason=failure_message(error))
+            else:
+                self._warnings.warn("changes cannot be written yet", reason=failure_message(error))
 
     def _remove_orphans(self) -> None:
         self._store.files.trim_states(self._settings.max_states_bytes)

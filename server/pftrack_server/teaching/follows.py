@@ -51,10 +51,10 @@ class Follows:
     """
 
     def __init__(self, settings: Settings, manager: Manager, lessons: Lessons, records: PollRecords) -> None:
-        self.links = Links()
-        self.records = records
+        self.links, self.records = Links(), records
         self._settings, self._manager, self._lessons = settings, manager, lessons
         self._follows: dict[str, Follow] = {}
+        manager.is_followed = lambda name: any(name in follow.content.sessions for follow in self._follows.values())
         self._endings: set[asyncio.Task[None]] = set()
         self._rounds = asyncio.create_task(self._end_unused_forks())
 

@@ -15,6 +15,7 @@ from pftrack_server.sessions.worker_handle import WorkerLostError
 from pftrack_server.store.database import SessionRow
 from tests.server.asking import columns, get
 from tests.server.host import Server, begin, error_of, steer
+from tests.server.teaching.class_room import lead
 from tests.session_requests import session_request
 from tests.waiting import wait_for
 
@@ -187,3 +188,20 @@ def test_the_oldest_plain_session_gives_way(start_server: Any) -> None:
             server.run(server.manager.get(name).suspend("Nobody is here."))
         newest = begin(client)["id"]
         assert [each["id"] for each in client.get("/api/v1/sessions").json()] == [newest, named]
+
+
+def test_a_session_that_somebody_holds_stays(start_server: Any) -> None:
+    """At the limit a suspended session ends neither while a page is open on it nor while a class follows it."""
+    with start_server(max_stored_sessions=2) as (server, client):
+        watched, followed = (begin(client)["id"] for _ in range(2))
+        follow = lead(client, followed)
+        body = session_request({"experiment": "ball"})
+        with connect(f"{server.ws}/api/v1/sessions/{watched}/stream") as socket:
+            socket.recv(timeout=30)
+            for name in (watched, followed):
+                server.run(server.manager.get(name).suspend("Nobody needs it."))
+            refused = error_of(client.post("/api/v1/sessions", json=body), 503)["message"]
+            assert "followed by a class" in refused
+            client.delete(f"/api/v1/follows/{follow['id']}").raise_for_status()
+            newest = begin(client)["id"]
+            assert {each["id"] for each in client.get("/api/v1/sessions").json()} == {newest, watched}
