@@ -971,7 +971,7 @@ export interface InspectionPublic {
   genealogy: GenealogyPublic | null;
 }
 
-/** Work under way, or what came of it. */
+/** Work under way, or its result. */
 export interface Job {
   id: string;
   kind: string;

@@ -72,4 +72,4 @@ def name_cpu_limit(stop: Callable[[str], None]) -> None:
 
 def mebibytes(count: int) -> str:
     """Return a number of bytes as people read it."""
-    return f"{count / MEBIBYTE:,.4g} MiB"
+    return f"{count / MEBIBYTE:{',.0f' if count >= 1000 * MEBIBYTE else '.4g'}} MiB"

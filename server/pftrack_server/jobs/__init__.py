@@ -2,7 +2,7 @@
 
 - `child_tasks`: how the web process has work carried out, and who is next;
 - `jobs`: work that is followed by its id, and `results`: what was computed once and is kept;
-- `functions` and `run_functions`: what the confined processes do with uploads and experiments, and with runs.
+- `functions`: what the confined processes do with uploads and experiments.
 """
 
 __all__: list[str] = []

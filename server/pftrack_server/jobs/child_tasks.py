@@ -3,9 +3,8 @@
 A process is there in some 20 ms, and ended when it falls silent, when nobody waits for it any more, and when the web
 process is gone.
 
-Light work, such as a picture of a frame, never waits for heavy work, such as decoding a film. Of equals the first to
-come is the first to be served. Of much work nobody knows how long it takes before it is done: it begins among light
-work, and makes room there when it has turned out to be heavy.
+Light work, such as a picture of a frame, never waits for heavy work, such as decoding a film. Equal work is served in
+the order of arrival. Work of unknown length begins among light work, and makes room there once it proves heavy.
 """
 
 import asyncio
@@ -19,7 +18,6 @@ from fastapi import Depends, Request
 
 from pftrack.core.refusal import RefusedError
 from pftrack.process import Budget, Ending, Fault, Outcome, Refusal, Reply, run_task
-from pftrack.sweep.axis import SweepError
 from pftrack_server.core.errors import UnavailableError
 from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.core.processes import FORK_SERVER
@@ -31,7 +29,7 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, slots=True)
 class _Place:
-    """A place in the line: who has it, and when (s, by the loop's clock) it is no longer passed by whoever comes."""
+    """A place in the line: its ticket, and the time (s, by the loop's clock) from which on nothing new passes it."""
 
     ticket: str | None
     due: float
@@ -120,7 +118,7 @@ class Queues:
     async def take_turn(
         self, work: Callable[[], Coroutine[Any, Any, Result]], ticket: str | None = None, *, weight_s: float = 0.0
     ) -> Result:
-        """Do work of which nobody knows how long it takes; what takes a moment waits for nothing that takes longer.
+        """Do work of unknown length, so that short work never waits for longer work.
 
         It begins among light work. What is not done in a moment goes on among heavy work if there is a free place, and
         else ends, and begins again when its turn comes.
@@ -154,7 +152,7 @@ class Queues:
 
 BUDGET = Budget()
 LONG_S = 30.0
-"""So long a long task may take, as far as its place in the line goes."""
+"""Assumed length of a long task, s, for its place in the line."""
 
 warnings = RateLimitedLogger(__name__)
 
@@ -253,9 +251,9 @@ class ChildTasks:
         stopped: Callable[[], bool] | None = None,
         prepare: Callable[[], object] | None = None,
     ) -> Outcome:
-        """Have a task carried out now, whoever waits for a turn, and return what came of it.
+        """Carry out a task at once, without waiting for a turn, and return its outcome.
 
-        Its process, and whatever that has started, has ended when this returns or is cancelled.
+        Its process and everything it started have ended when this returns or is cancelled.
 
         Args:
             function: One of `pftrack_server.jobs.functions`.
@@ -270,7 +268,6 @@ class ChildTasks:
             function,
             *arguments,
             budget=budget,
-            refusals=(RefusedError, SweepError),
             on_step=lambda step: on_step(step) if isinstance(step, dict) else on_step(*step),
             stopped=stopped,
             prepare=prepare,
@@ -281,7 +278,7 @@ class ChildTasks:
 
 
 def ending_message(how: Ending, budget: Budget) -> str:
-    """Return what is told of a task whose process has ended without an answer, a sentence."""
+    """Return the sentence for a task whose process ended without an answer."""
     match how:
         case Ending.OUT_OF_TIME:
             return f"This did not respond for {budget.silence_s:g} s and was stopped."

@@ -1,8 +1,7 @@
 """Jobs: work that takes longer than a client should wait for one answer.
 
-Each tells how far it is and can be cancelled. It lives in memory: nothing of it has been promised to anybody before it
-is done. It goes on for as long as somebody asks for it: whoever has closed the page no longer waits, and others do, for
-its place.
+Each tells its progress and can be cancelled. Jobs live in memory alone. A job continues for as long as somebody asks
+for it: a visitor who closed the page no longer waits, and others wait for the place.
 """
 
 import asyncio
@@ -23,7 +22,7 @@ Result = TypeVar("Result")
 
 
 class Job(BaseModel, Generic[Result]):
-    """Work under way, or what came of it."""
+    """Work under way, or its result."""
 
     id: str
     kind: str
@@ -43,7 +42,7 @@ log = structlog.get_logger(__name__)
 MOST_AT_WORK = 32
 """Of a kind."""
 KEPT_S = 600.0
-"""So long it can be asked what came of a job."""
+"""How long the result of a job is kept, s."""
 LOOK_S = 15.0
 """Time between two looks whether somebody has asked for a job that is under way."""
 MOST_LOOKS = 10

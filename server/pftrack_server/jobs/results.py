@@ -96,7 +96,7 @@ class ExperimentResults:
         self._kept.open()
 
     async def get(self, experiment: str, function: Callable[[str], dict[str, Any]], subject: str) -> dict[str, Any]:
-        """Return what a function comes to.
+        """Return the result of a function.
 
         Args:
             experiment: Which one it runs.

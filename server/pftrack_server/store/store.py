@@ -31,7 +31,7 @@ class Store:
 
     Attributes:
         files: The data directory.
-        room: On its disk.
+        disk_budget: What may still be written to its disk.
     """
 
     def __init__(self, settings: Settings) -> None:

@@ -4,7 +4,10 @@ It ends with the server, and may be killed at any moment: what was computed is k
 """
 
 import errno
+import re
 import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
@@ -12,6 +15,7 @@ from pftrack.core.refusal import RefusedError
 from pftrack.experiments.own.code import trust
 from pftrack.sources.sequence import Recording
 from pftrack.sweep import Plan, arrow, carry_out, estimate, read_result
+from pftrack.sweep.axis import SweepError
 from pftrack.sweep.journal import metadata
 from pftrack.sweep.table import schema
 
@@ -27,6 +31,22 @@ COMPLAINTS = {
 }
 
 
+PATH = re.compile(r"(?<![\w.])/[^\s:;,)]+")
+LONGEST = 300
+
+
+@contextmanager
+def _without_paths() -> Iterator[None]:
+    """Turn errors of the library and the system, whose messages name paths, into refusals."""
+    try:
+        yield
+    except SweepError as error:
+        raise RefusedError(PATH.sub("a file", str(error).strip().splitlines()[-1])[:LONGEST]) from None
+    except OSError as error:
+        raise RefusedError(COMPLAINTS.get(error.errno or 0, "A file of the sweep cannot be written.")) from None
+
+
+@_without_paths()
 def measure(
     plan: dict[str, Any], jobs: int, recording: Recording | None = None, filters: tuple[str, ...] = ()
 ) -> float:
@@ -42,6 +62,7 @@ def measure(
     return estimate(Plan.from_dict(plan), jobs, recording).seconds
 
 
+@_without_paths()
 def compute(out: Path, jobs: int, recording: Recording | None = None, filters: tuple[str, ...] = ()) -> None:
     """Go on with a sweep that was begun, until it is done.
 
@@ -52,17 +73,13 @@ def compute(out: Path, jobs: int, recording: Recording | None = None, filters: t
         filters: Texts of filters that it may execute.
 
     Raises:
-        SweepError: It cannot be continued; what was computed is kept.
-        RefusedError: A file cannot be written; what was computed is kept.
+        RefusedError: The sweep cannot be continued, or a file cannot be written; what was computed is kept.
     """
     trust(*filters)
-    try:
-        carry_out(None, out, jobs=jobs, recording=recording)
-    except OSError as error:
-        # The system's own words name paths.
-        raise RefusedError(COMPLAINTS.get(error.errno or 0, "A file of the sweep cannot be written.")) from None
+    carry_out(None, out, jobs=jobs, recording=recording)
 
 
+@_without_paths()
 def write(result: Path, path: Path, form: Form, filters: tuple[str, ...] = ()) -> None:
     """Write what there is of a sweep as one file: all runs, the report as one page, or an archive of its pictures.
 
@@ -73,8 +90,7 @@ def write(result: Path, path: Path, form: Form, filters: tuple[str, ...] = ()) -
         filters: Texts of filters that it may execute, to say what they are called.
 
     Raises:
-        SweepError: There is nothing to report.
-        OSError: A file cannot be written.
+        RefusedError: There is nothing to report, or a file cannot be written.
     """
     trust(*filters)
     found = read_result(result)

@@ -16,6 +16,7 @@ from pftrack.sources.sequence import Recording
 from pftrack.sweep import Plan
 from pftrack.sweep.axis import SweepError
 from pftrack_server.core.errors import REFUSALS, NotFoundError, UnavailableError
+from pftrack_server.core.resource_limits import mebibytes
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.store import Store
@@ -25,7 +26,7 @@ from pftrack_server.store.filters import FilterFiles
 from pftrack_server.sweeps import functions
 from pftrack_server.sweeps.planning import BYTES_A_RUN, EstimateRequest, SweepCreate, as_plan, within_limits
 from pftrack_server.sweeps.results import upload_of
-from pftrack_server.sweeps.sweep import CANCELLED, DELETED, RESTARTED, STOPPED, Sweep, default_title
+from pftrack_server.sweeps.sweep import CANCELLED, DELETED, STOPPED, Sweep, default_title
 from pftrack_server.uploads.intake import recording_of
 
 
@@ -57,7 +58,6 @@ class EstimatePublic(BaseModel):
 log = structlog.get_logger(__name__)
 
 MEASURE_S = 60.0
-MEASURED_AT_ONCE = 1
 MOST_REMEMBERED = 64
 SHOWN_VALUES = 24
 
@@ -71,10 +71,11 @@ class Sweeps:
         self._store = store
         self._tasks = tasks
         self._sweeps: dict[str, Sweep] = {}
-        self._measuring = asyncio.Semaphore(MEASURED_AT_ONCE)
+        self._measuring = asyncio.Lock()
         self._measured: dict[str, float] = {}
-        # Places are counted and taken by one at a time.
+        # Places are counted and taken by one at a time, and no sweep is deleted while it begins.
         self._command_lock = asyncio.Lock()
+        self._writing = asyncio.Lock()
 
     async def open(self) -> None:
         """Take over the sweeps that the store kept; none of them is running."""
@@ -82,23 +83,19 @@ class Sweeps:
             try:
                 sweep = await asyncio.to_thread(self._sweep, row)
             except (SweepError, ValueError, TypeError, LookupError, AttributeError) as error:
-                log.warning(
-                    "a stored sweep is damaged and left out", sweep=row.id, error=f"{type(error).__name__}: {error}"
-                )
+                log.warning("a stored sweep is damaged and left out", sweep=row.id, error=repr(error))
                 continue
             self._sweeps[sweep.row.id] = sweep
             if row.state == "running":
                 with contextlib.suppress(SweepError):
                     await sweep.look()
                 finished = self._store.files.sweep(sweep.row.id).exists()
-                sweep.row.state, sweep.row.message = ("done", None) if finished else ("stopped", RESTARTED)
+                sweep.row.state, sweep.row.message = ("done", None) if finished else ("stopped", STOPPED)
                 await self._keep(sweep)
 
     async def close(self) -> None:
         """End all processes; everything is on the disk."""
-        await asyncio.gather(*(sweep.stop(STOPPED) for sweep in self.all))
-        for sweep in self.all:
-            await sweep.close()
+        await asyncio.gather(*(sweep.close(STOPPED) for sweep in self.all))
 
     @property
     def all(self) -> list[Sweep]:
@@ -154,33 +151,30 @@ class Sweeps:
         plan = await asyncio.to_thread(as_plan, body, self._settings, self._store, self._filters)
         within_limits(plan, self._settings)
         async with self._command_lock:
-            return await self._create(body, plan)
-
-    async def _create(self, body: SweepCreate, plan: Plan) -> Sweep:
-        await self._check_room(plan)
-        row = SweepRow(
-            id=new_name(),
-            title=body.title or default_title(plan),
-            experiment=plan.experiment,
-            plan=json.dumps(plan.as_dict()),
-            state="stopped",
-            runs=plan.runs,
-            done=0,
-            problems=0,
-            seconds=0.0,
-            created=now(),
-        )
-        sweep = await asyncio.to_thread(self._sweep, row)
-        self._sweeps[sweep.row.id] = sweep
-        try:
-            await self._keep(sweep)
-            await sweep.start()
-        except BaseException:
-            del self._sweeps[sweep.row.id]
-            with contextlib.suppress(Exception):
-                await asyncio.to_thread(self._store.remove, SweepRow, sweep.row.id)
-            raise
-        return sweep
+            await self._check_room(plan)
+            row = SweepRow(
+                id=new_name(),
+                title=body.title or default_title(plan),
+                experiment=plan.experiment,
+                plan=json.dumps(plan.as_dict()),
+                state="stopped",
+                runs=plan.runs,
+                done=0,
+                problems=0,
+                seconds=0.0,
+                created=now(),
+            )
+            sweep = await asyncio.to_thread(self._sweep, row)
+            self._sweeps[sweep.row.id] = sweep
+            try:
+                await self._keep(sweep)
+                await sweep.start()
+            except BaseException:
+                # It may have begun: its process must not go on without it.
+                with contextlib.suppress(Exception):
+                    await self._remove(row.id)
+                raise
+            return sweep
 
     async def cancel(self, sweep: Sweep) -> None:
         """End the computing of a sweep.
@@ -208,16 +202,20 @@ class Sweeps:
             await sweep.start()
 
     async def remove(self, name: str) -> None:
-        """Delete a sweep and everything that was computed of it, also one of which what is stored is damaged.
+        """Delete a sweep with all its results, also a sweep whose stored data is damaged.
 
         Raises:
             NotFoundError: No such sweep exists.
         """
+        async with self._command_lock:
+            await self._remove(name)
+
+    async def _remove(self, name: str) -> None:
         sweep = self._sweeps.pop(name, None)
         if sweep is not None:
-            await sweep.stop(DELETED)
-            await sweep.close()
-        await asyncio.to_thread(self._store.discard, SweepRow, name)
+            await sweep.close(DELETED)
+        async with self._writing:
+            await asyncio.to_thread(self._store.discard, SweepRow, name)
 
     def uses(self, upload: UploadRow) -> bool:
         """Tell whether a sweep that is computed needs an upload."""
@@ -245,8 +243,8 @@ class Sweeps:
         wanted, used = plan.runs * BYTES_A_RUN, await asyncio.to_thread(self._used_bytes, self.all)
         if used + wanted > settings.max_sweeps_bytes:
             raise UnavailableError(
-                f"The sweep may need {_mebibytes(wanted)}; of the {_mebibytes(settings.max_sweeps_bytes)} for all "
-                f"sweeps {_mebibytes(used)} are in use. Delete one first, or ask for fewer runs."
+                f"The sweep may need {mebibytes(wanted)}; of the {mebibytes(settings.max_sweeps_bytes)} for all "
+                f"sweeps {mebibytes(used)} are in use. Delete one first, or ask for fewer runs."
             )
         await asyncio.to_thread(self._store.disk_budget.check, wanted)
 
@@ -298,9 +296,6 @@ class Sweeps:
 
     async def _keep(self, sweep: Sweep) -> None:
         """Store the changes of a sweep, unless it was deleted."""
-        if sweep.row.id in self._sweeps:
-            await asyncio.to_thread(self._store.save, sweep.row)
-
-
-def _mebibytes(count: int) -> str:
-    return f"{max(1, round(count / 1024 / 1024)):,} MiB"
+        async with self._writing:
+            if sweep.row.id in self._sweeps:
+                await asyncio.to_thread(self._store.save, sweep.row)

@@ -38,10 +38,8 @@ class SweepAxis(RequestBody):
 
     @model_validator(mode="after")
     def _one_form(self) -> Self:
-        given = [self.start, self.stop, self.step]
-        if (self.values is None) == all(value is None for value in given) or (
-            self.values is None and any(value is None for value in given)
-        ):
+        missing = [self.start, self.stop, self.step].count(None)
+        if missing != (0 if self.values is None else 3):
             raise ValueError("an axis has either start, stop and step, or a list of values")
         return self
 

@@ -330,12 +330,12 @@ class Results:
         Raises:
             NotFoundError: The sweep has no such run, or has not come to it yet.
         """
+        if run >= self._plan.runs:
+            raise NotFoundError(f"There is no such run; the sweep has runs 0 to {self._plan.runs - 1}.")
         self.look()
         for found in rows_of(self.result(), {"run": run}, limit=1):
             return self._row(found)
-        if run < self._plan.runs:
-            raise NotFoundError("This run has not been computed yet.")
-        raise NotFoundError(f"There is no such run; the sweep has runs 0 to {self._plan.runs - 1}.")
+        raise NotFoundError("This run has not been computed yet.")
 
     # ------------------------------------------------------------ names
 

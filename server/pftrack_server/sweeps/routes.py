@@ -212,6 +212,8 @@ async def download(
 
 
 REFUSED = 4422
+MOST_REASON_BYTES = 123
+"""Of a close frame, by RFC 6455, section 5.5."""
 
 
 @router.websocket("/sweeps/{sweep}/stream")
@@ -223,7 +225,8 @@ async def stream(websocket: WebSocket, sweep: str, sweeps: ASweeps, x: str | Non
         await found.look()
         await found.cells(x, y)
     except REFUSALS as error:
-        await websocket.close(GONE if isinstance(error, NotFoundError) else REFUSED, str(error)[:100])
+        reason = str(error).encode()[:MOST_REASON_BYTES].decode(errors="ignore")
+        await websocket.close(GONE if isinstance(error, NotFoundError) else REFUSED, reason)
         return
     except SweepError:
         await websocket.close(GONE, "The files of this sweep are damaged or were removed.")

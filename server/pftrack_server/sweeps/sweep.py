@@ -8,7 +8,6 @@ ready for news receives the state of that moment, so the slowest browser costs a
 """
 
 import asyncio
-import re
 import time
 from collections import deque
 from collections.abc import AsyncIterator, Awaitable, Callable
@@ -107,17 +106,6 @@ KEPT = "The computed runs are kept; resume the sweep to continue."
 CANCELLED = f"The sweep was cancelled. {KEPT}"
 DELETED = "The sweep was deleted."
 STOPPED = f"The server was stopped. {KEPT}"
-RESTARTED = f"The server was stopped while the sweep was running. {KEPT}"
-
-PATH = re.compile(r"(?<![\w.])/[^\s:;,)]+")
-LONGEST = 300
-
-
-def reason(error: BaseException | None) -> str:
-    """Say without a path why a sweep is not done."""
-    lines = (failure_message(error) if error else "The computation failed.").strip().splitlines()
-    said = PATH.sub("a file", lines[-1])[:LONGEST].rstrip(".")
-    return f"{said[:1].upper()}{said[1:]}. {KEPT}"
 
 
 EVERY_S = 0.2
@@ -297,8 +285,6 @@ class Sweep:
             ConflictError: Its recording is no longer here.
             OSError: The disk does not take it.
         """
-        if self._watch is not None:
-            return
         recording = await self._find_recording(self.plan)
         if not self._out.exists() and not partial_of(self._out).exists():
             await asyncio.to_thread(begin, self.plan, self._out)
@@ -329,8 +315,9 @@ class Sweep:
             self._reason = self._reason or reason
             await asyncio.shield(self._watch)
 
-    async def close(self) -> None:
-        """Send all listeners away."""
+    async def close(self, reason: str) -> None:
+        """End its process, and send all listeners away."""
+        await self.stop(reason)
         self._listeners.close()
 
     async def look(self) -> None:
@@ -357,7 +344,8 @@ class Sweep:
             return
         if self._reason is None:
             log.warning("sweep stopped", sweep=self.row.id, error=repr(error))
-        await self._become("stopped", self._reason or reason(error))
+        said = failure_message(error) if error else "The computation failed."
+        await self._become("stopped", self._reason or f"{said.rstrip('.')}. {KEPT}")
 
     async def _glance(self) -> None:
         """Look at the disk; if that fails, the next time may do better."""
@@ -412,12 +400,9 @@ class Sweep:
         return (after - before) / (now - then) if now > then and after > before else None
 
     def _outcome(self) -> str:
-        """Say in a few words what came of it."""
-        parts = []
-        if self.row.state != "done":
-            parts.append(f"{self.row.done:,} of {self.plan.runs:,} runs")
-        else:
-            parts.append(f"{self.plan.runs:,} runs")
+        """Return in a few words how far it is, and how many runs succeeded."""
+        so_far = "" if self.row.state == "done" else f"{self.row.done:,} of "
+        parts = [f"{so_far}{self.plan.runs:,} runs"]
         if self.plan.judged and self.row.successes is not None and self.row.done > self.row.problems:
             parts.append(f"{100 * self.row.successes / (self.row.done - self.row.problems):.0f} % succeeded")
         return ", ".join(parts)

@@ -7,7 +7,6 @@ more memory than there is. Whatever happens becomes an index of its frames, or a
 
 import asyncio
 import contextlib
-import dataclasses
 import re
 import threading
 from collections.abc import Callable, Coroutine, Mapping
@@ -84,7 +83,7 @@ log = structlog.get_logger(__name__)
 
 def limits_of(settings: Settings) -> Limits:
     """Return how large a sequence may be on this server."""
-    return dataclasses.replace(
+    return replace(
         DEFAULT_LIMITS,
         frames=settings.max_frames,
         pixels=settings.max_pixels,

@@ -20,6 +20,7 @@ from starlette.requests import ClientDisconnect
 from pftrack.core.refusal import RefusedError
 from pftrack_server.core.bodies import printable
 from pftrack_server.core.errors import ApiError, TooLargeError
+from pftrack_server.core.resource_limits import mebibytes
 from pftrack_server.store.disk_budget import DiskBudget
 
 LONGEST_NAME = 200
@@ -105,7 +106,7 @@ def _write(parser: MultipartParser, parts: "_Parts", chunk: bytes) -> None:
 
 
 def _too_large(most_bytes: int) -> str:
-    return f"An upload may have at most {most_bytes / 1024**2:.4g} MiB"
+    return f"An upload may have at most {mebibytes(most_bytes)}"
 
 
 class _Parts:

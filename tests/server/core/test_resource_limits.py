@@ -7,6 +7,7 @@ import sys
 
 import pytest
 
+from pftrack_server.core.resource_limits import MEBIBYTE, mebibytes
 from pftrack_server.sessions.worker_handle import _cause
 from tests.server.command import ROOT
 from tests.server.sessions.test_run_tree import config
@@ -58,3 +59,12 @@ def test_a_child_learns_why() -> None:
     )
     status, _ = said(program)
     assert status == -24
+
+
+@pytest.mark.parametrize(
+    ("count", "words"),
+    [(0, "0 MiB"), (MEBIBYTE // 8, "0.125 MiB"), (999 * MEBIBYTE, "999 MiB"), (20_480 * MEBIBYTE, "20,480 MiB")],
+)
+def test_bytes_are_written_as_people_read_them(count: int, words: str) -> None:
+    """Small amounts have four digits, large ones are whole numbers with commas, and none has an exponent."""
+    assert mebibytes(count) == words

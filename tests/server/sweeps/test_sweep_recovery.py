@@ -1,8 +1,12 @@
 """Sweeps whose process, server or disk fails in the middle: shown as stopped with the reason, resumed, nothing lost."""
 
+import asyncio
+import contextlib
 import errno
 import io
 import os
+import threading
+import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -13,10 +17,14 @@ import psutil
 import pyarrow.parquet as pq
 import pytest
 
+from pftrack.core.refusal import RefusedError
 from pftrack.sweep import read_result
+from pftrack.sweep.axis import SweepError
 from pftrack_server.core.settings import Settings
+from pftrack_server.store.database import SweepRow
 from pftrack_server.sweeps import functions
 from pftrack_server.sweeps import sweep as sweep_of_the_server
+from pftrack_server.sweeps.planning import SweepCreate
 from pftrack_server.sweeps.sweep import NICENESS
 from tests.server.host import Server, error_of, running
 from tests.server.sweeping import (
@@ -181,6 +189,102 @@ def test_resumed_by_two_at_once(own: tuple[httpx.Client, Path]) -> None:
     allow(sweeps, 2)
     until_some(client, sweep["id"], kept + 1)
     assert len(new_drivers(others)) == 1
+
+
+def test_deleted_while_it_begins(served: Server, own: tuple[httpx.Client, Path]) -> None:
+    """A sweep that is deleted while it is resumed is not computed afterwards."""
+    client, _ = own
+    url = f"/api/v1/sweeps/{begin_sweep(client)['id']}"
+    client.post(f"{url}/cancel")
+    found = served.app.state.services.sweeps.get(url.rpartition("/")[2])
+    begins, go = threading.Event(), threading.Event()
+
+    async def find(_: Any) -> None:
+        begins.set()
+        await asyncio.to_thread(go.wait, 60)
+
+    found._find_recording = find
+    with ThreadPoolExecutor(2) as pool:
+        resumed = pool.submit(client.post, f"{url}/resume")
+        assert begins.wait(60)
+        deleted = pool.submit(client.delete, url)
+        time.sleep(0.2)
+        go.set()
+        assert (resumed.result().status_code, deleted.result().status_code) == (200, 204)
+    assert found.row.state == "stopped"
+
+
+def test_cancelled_while_it_begins(served: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A sweep whose request is cancelled once it computes leaves neither a process nor a row behind."""
+    sweeps, store = served.app.state.services.sweeps, served.app.state.services.store
+    save, runs = store.save, threading.Event()
+
+    def store_and_tell(row: SweepRow) -> None:
+        if row.state == "running":
+            runs.set()
+        save(row)
+
+    async def cancel() -> Any:
+        creating = asyncio.ensure_future(sweeps.create(SweepCreate(**SMALL)))
+        assert await asyncio.to_thread(runs.wait, 60)
+        [begun] = [it for it in sweeps.all if it.row.state == "running"]
+        creating.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await creating
+        return begun
+
+    monkeypatch.setattr(store, "save", store_and_tell)
+    begun = served.run(cancel())
+    assert begun.row.state == "stopped"
+    assert begun not in sweeps.all
+    assert store.get(SweepRow, begun.row.id) is None
+
+
+def test_deleted_while_its_end_is_stored(
+    served: Server, own: tuple[httpx.Client, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A sweep that is deleted while its last state is written down is not in the database afterwards."""
+    client, sweeps = own
+    store = served.app.state.services.store
+    save, storing, stored = store.save, threading.Event(), threading.Event()
+
+    def store_slowly(row: SweepRow) -> None:
+        if row.state == "done":
+            storing.set()
+            time.sleep(0.5)
+        save(row)
+        if row.state == "done":
+            stored.set()
+
+    monkeypatch.setattr(store, "save", store_slowly)
+    sweep = begin_sweep(client, trials=1)
+    allow(sweeps)
+    assert storing.wait(60)
+    assert client.delete(f"/api/v1/sweeps/{sweep['id']}").status_code == 204
+    assert stored.wait(60)
+    assert store.get(SweepRow, sweep["id"]) is None
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (OSError(errno.ENOSPC, "No space left on device", "/data/one"), "The disk of the server is full."),
+        (PermissionError(errno.EACCES, "Permission denied", "/data/one"), "A file of the sweep cannot be written."),
+        (SweepError("/data/one.parquet is no Parquet file"), "a file is no Parquet file"),
+    ],
+)
+def test_the_process_names_no_path(
+    error: Exception, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What fails while a file of a sweep is written is told without the paths of the server."""
+
+    def fail(_: Path) -> None:
+        raise error
+
+    monkeypatch.setattr(functions, "read_result", fail)
+    with pytest.raises(RefusedError) as told:
+        functions.write(tmp_path / "sweep.parquet", tmp_path / "file", "parquet")
+    assert str(told.value) == words
 
 
 def test_limits(start_server: Any, sweeps: Path) -> None:

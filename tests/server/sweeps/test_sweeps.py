@@ -350,7 +350,9 @@ class TestStream:
             assert gone.value.rcvd.code == 4404
         error_of(client.get(f"/api/v1/sweeps/{begun['id']}"), 404)
 
-    @pytest.mark.parametrize(("query", "code"), [("?x=hope", 4422), ("?x=hope&y=none", 4422)])
+    @pytest.mark.parametrize(
+        ("query", "code"), [("?x=hope", 4422), ("?x=hope&y=none", 4422), (f"?x={'%E2%98%83' * 50}", 4422)]
+    )
     def test_unknown_axes(self, served: Server, sweep: dict[str, Any], query: str, code: int) -> None:
         """A stream over an axis that the sweep has not is closed with the reason."""
         with connect(f"{served.ws}/api/v1/sweeps/{sweep['id']}/stream{query}") as socket:
@@ -408,3 +410,10 @@ def test_a_row_is_compared_with_another_method(client: httpx.Client, sweep: dict
     assert [run["recipe"]["tracker"] for run in begun["runs"]] == [row["tracker"], other]
     assert {run["recipe"]["seed"] for run in begun["runs"]} == {row["seed"]}
     assert [setting["name"] for setting in begun["settings"]] == ["tracker"]
+
+
+@pytest.mark.parametrize("run", [RUNS, 10**19, 10**100])
+def test_a_run_that_the_sweep_does_not_have(client: httpx.Client, sweep: dict[str, Any], run: int) -> None:
+    """Its reference is answered as one of a run that does not exist, however large the number is."""
+    wish = {"runs": [{"reference": f"{sweep['id']}:{number}"} for number in (0, run)]}
+    assert f"runs 0 to {RUNS - 1}" in error_of(client.post("/api/v1/comparisons", json=wish), 404)["message"]

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from starlette.requests import Request
 
 from pftrack.core.refusal import RefusedError
-from pftrack_server.core.errors import ApiError, TooLargeError
+from pftrack_server.core.errors import ApiError, DiskFullError, TooLargeError
 from pftrack_server.store.disk_budget import DiskBudget
 from pftrack_server.uploads.multipart import Received, receive
 from tests.apart import run
@@ -119,3 +119,20 @@ def test_no_file() -> None:
     with pytest.raises(RefusedError) as refusal:
         taken([b"--" + BOUNDARY + b"--\r\n"])
     assert refusal.value.field == "file"
+
+
+def test_a_disk_that_fills_while_a_body_comes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Room on the disk is checked again and again while a body comes; an upload that meets a full disk is refused."""
+    checks: list[int] = []
+
+    def check(_: DiskBudget, wanted_bytes: int = 0) -> None:
+        checks.append(wanted_bytes)
+        if len(checks) == 3:
+            raise DiskFullError("no room")
+
+    monkeypatch.setattr(DiskBudget, "check", check)
+    monkeypatch.setattr("pftrack_server.uploads.multipart.LOOK_BYTES", 1000)
+    body = body_of([("a", b"x" * 5000)])
+    with pytest.raises(DiskFullError):
+        taken([body[at : at + 500] for at in range(0, len(body), 500)])
+    assert len(checks) == 3
