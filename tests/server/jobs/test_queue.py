@@ -11,9 +11,11 @@ from typing import Any
 import httpx
 import pytest
 
-from pftrack_server.core.errors import ClientGoneError
+from pftrack_server.core.errors import ClientGoneError, UnavailableError
 from pftrack_server.jobs.child_tasks import ChildTasks, Queue, Queues, unless_gone
 from pftrack_server.jobs.functions import do_nothing
+from pftrack_server.jobs.jobs import Jobs
+from pftrack_server.work.runs import FitJob, ImportJob
 from tests.apart import run
 from tests.conftest import BASE
 from tests.server.host import Server
@@ -197,6 +199,26 @@ async def drop_as_it_begins(tasks: ChildTasks) -> None:
         await asyncio.sleep(wait_s)
         begun.cancel()
         await asyncio.gather(begun, return_exceptions=True)
+
+
+async def begin_too_many() -> None:
+    jobs = Jobs()
+
+    async def work(_: Any) -> None:
+        await asyncio.Event().wait()
+
+    jobs.begin(FitJob(id="one", name="gain"), work)
+    with pytest.raises(UnavailableError, match="at most 1 fits at a time"):
+        jobs.begin(FitJob(id="two", name="gain"), work)
+    jobs.begin(ImportJob(id="three", name="run.pft"), work)
+    assert [job.id for job in jobs.all()] == ["three", "one"]
+    await jobs.close()
+
+
+def test_jobs_of_a_kind_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One more than may be under way is refused; a job of another kind begins."""
+    monkeypatch.setattr("pftrack_server.jobs.jobs.MOST_AT_WORK", 1)
+    run(begin_too_many())
 
 
 def test_a_task_that_is_dropped_as_it_begins_harms_no_other(server: Server, client: httpx.Client) -> None:

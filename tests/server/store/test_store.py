@@ -113,8 +113,11 @@ def test_links_are_not_followed(tmp_path: Path) -> None:
         name = new_name()
         (files.uploads / name).symlink_to(secret)
         (files.runs / f"{name}.pft").symlink_to(secret / "index.json")
+        (files.runs / f"{name}.png").symlink_to(secret / "index.json")
         (files.sweeps / f"{name}.parquet").symlink_to(secret / "index.json")
-        paths = [files.upload, files.index, files.record, files.sweep, lambda name: files.truth(name, "boxes")]
+        (files.states / name).symlink_to(secret)
+        paths = [files.upload, files.index, files.record, files.thumbnail, files.sweep, files.states_of]
+        paths += [lambda name: files.truth(name, "boxes"), lambda name: files.preview(name, 0)]
         for path_of in paths:
             with pytest.raises(NotFoundError, match="links are not followed"):
                 path_of(name)
@@ -125,10 +128,22 @@ def test_links_are_not_followed(tmp_path: Path) -> None:
             files.upload(inner)
         for kind in ("uploads", "runs", "sweeps"):
             files.remove(kind, name)
+        files.remove_states(name)
         assert not any(path.is_symlink() for path in (tmp_path / "data").rglob(f"{name}*"))
         assert (secret / "index.json").read_text() == "secret"
     finally:
         files.close()
+
+
+def test_few_pictures_of_an_upload_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures are kept up to the limit; those beyond it are drawn again when somebody asks."""
+    monkeypatch.setattr("pftrack_server.store.files.MOST_PREVIEWS", 2)
+    files, name = DataDirectory(tmp_path), new_name()
+    (files.uploads / name).mkdir()
+    for frame in range(4):
+        files.keep_preview(name, frame, b"picture")
+    assert [files.preview(name, frame).exists() for frame in range(4)] == [True, True, False, False]
+    files.close()
 
 
 def test_a_folder_may_lie_elsewhere(tmp_path: Path) -> None:

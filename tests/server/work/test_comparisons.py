@@ -176,6 +176,20 @@ def test_what_is_no_comparison_is_not_kept(client: httpx.Client) -> None:
     assert client.get(SAVED).json() == []
 
 
+def test_what_is_kept_of_a_comparison_is_bounded(start_server: Any) -> None:
+    """A tracker that the experiment lacks and one comparison too many are refused; no path of a recording is kept."""
+    clip = {"footage": {"name": "clip.mp4", "path": "/etc/hostname", "truth": {"0": [1.0, 2.0, 3.0, 4.0]}}}
+    with start_server(max_comparisons=1) as (_, client):
+        wrong = {"title": "wrong", "runs": [ball(), ball("viterbi")]}
+        assert "viterbi" in error_of(client.post(SAVED, json=wrong), 422)["message"]
+        body = {"title": "clips", "runs": [ball(**clip), ball("condensation", **clip)]}
+        kept = client.post(SAVED, json=body).raise_for_status().json()
+        for run in client.get(f"{SAVED}/{kept['id']}").json()["runs"]:
+            footage = run["recipe"]["footage"]
+            assert (footage["name"], footage.get("path"), footage.get("truth")) == ("clip.mp4", None, None)
+        assert "at most 1 comparisons" in error_of(client.post(SAVED, json=body), 409)["message"]
+
+
 def test_a_comparison_is_written_as_files(client: httpx.Client) -> None:
     """Each that is listed, by a job like those of runs; the table is that of the library."""
     runs = [ball(), ball("condensation")]
