@@ -262,7 +262,7 @@ class Sweep:
             message=row.message,
             rate=rate,
             seconds=self._now_seconds(),
-            seconds_left=(plan.runs - row.done) / rate if rate and row.state == "running" else None,
+            seconds_left=(plan.runs - row.done) / rate if rate else None,
             created=row.created,
             outcome=self._outcome(),
             page=f"sweep/{row.id}",

@@ -18,6 +18,7 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack.sweep import compare, read_result
 from pftrack.sweep.cells import cells, quantity_named, samples, significance
 from pftrack_server.core.settings import Settings
+from pftrack_server.jobs.child_tasks import ChildTasks
 from tests.server.host import Server, error_of, running, steer
 from tests.server.sessions.test_duplex import hear
 from tests.server.sweeping import RUNS, SMALL, begin_sweep, rows, show, until_state
@@ -143,6 +144,19 @@ class TestPlanning:
         error = error_of(client.post("/api/v1/sweeps", json={**SMALL, **changes}), 422)
         assert error["field"] == field
         assert len(client.get("/api/v1/sweeps").json()) == before
+
+    def test_a_plan_is_measured_once(self, client: httpx.Client, monkeypatch: pytest.MonkeyPatch) -> None:
+        """A second question about the same plan is answered from the first measurement."""
+        measured: list[Any] = []
+
+        async def measure(*_: Any, **__: Any) -> float:
+            measured.append(None)
+            return 2.5
+
+        monkeypatch.setattr(ChildTasks, "run_beside", measure)
+        wish = {**SMALL, "seed": 77}
+        told = [client.post("/api/v1/sweeps/estimate", json=wish).json()["seconds"] for _ in range(2)]
+        assert (told, len(measured)) == ([2.5, 2.5], 1)
 
     def test_impossible_everywhere(self, client: httpx.Client) -> None:
         """Values that contradict each other in every condition are refused."""
