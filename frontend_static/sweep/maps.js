@@ -129,7 +129,7 @@ export class Maps {
       const panel = { id: PANEL, title: "", x: across, y: up, traces: [trace], handles: [], words, row: 0, share: /** @type {[number, number]} */ ([1, 1]) };
       setLengths(room, { across: cells.across, up: cells.up });
       // Read whenever it is drawn: the style sheet decides, which gives the room its height by it.
-      const sized = { ...panel, equal: false, get unit_px() { return parseFloat(getComputedStyle(room).getPropertyValue("--widest")); } };
+      const sized = { ...panel, get unit_px() { return parseFloat(getComputedStyle(room).getPropertyValue("--widest")); } };
       figure.show({ panels: [sized] }, { locked: true });
       const around = figure.around(PANEL);
       if (around !== null) setLengths(room, { beside: `${around.across}px`, under: `${around.up}px` });

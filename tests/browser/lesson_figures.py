@@ -76,7 +76,6 @@ HEAT = Panel(
     ),
     handles=(Handle(parameter="cut", at=1.2),),
     words="A ridge from the lower left to the upper right.",
-    equal=True,
 )
 ERROR = Panel(
     id="error",
@@ -96,7 +95,7 @@ DOORS = Panel(
     x=Axis(title="across", low=0, high=10, unit="m"),
     y=Axis(title="up", low=0, high=5, unit="m"),
     traces=(
-        Scatter(title="particles", x=RNG.uniform(0, 10, 300), y=RNG.uniform(0, 5, 300), weights=RNG.uniform(0, 1, 300)),
+        Scatter(title="particles", x=RNG.uniform(0, 10, 300), y=RNG.uniform(0, 5, 300)),
         Scatter(title="doors", ink="prediction", x=[2, 5, 8], y=[1, 4, 2], size_px=10),
         Rule(title="floor", ink="hidden", at=0.5, along="y", dashed=True),
     ),

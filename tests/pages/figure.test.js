@@ -97,7 +97,7 @@ describe("words of a figure", () => {
 });
 
 describe("the box of a panel", () => {
-  const panel = { x: AXIS, y: { ...AXIS, high: 5 }, traces: [], equal: false };
+  const panel = { x: AXIS, y: { ...AXIS, high: 5 }, traces: [] };
   const room = { width: 400, height: 300 };
   const wide = (text) => 8 * text.length;
 
@@ -123,12 +123,6 @@ describe("the box of a panel", () => {
     assert.deepEqual(shown(400), names);
     assert.deepEqual(shown(180), ["0.37", "", "0.17", ""]);
     assert.ok(furniture(panel, { ...room, width: 60 }, 12, wide, false).x.every(({ text }) => text));
-  });
-
-  it("has units of one length where that is wanted", () => {
-    const around = { left: 40, right: 10, bottom: 30 };
-    const box = boxOf({ ...panel, equal: true }, room, around, 12);
-    near(box.width / 10, box.height / 5, 0.2);
   });
 
   it("never vanishes, however little room there is", () => {
@@ -212,7 +206,7 @@ describe("a handle", () => {
 
 describe("the cells of a map", () => {
   const names = (count) => ({ ...AXIS, names: Array.from({ length: count }, (_, place) => String(5 * place)), low: -0.5, high: count - 0.5 });
-  const panel = { x: names(4), y: names(3), traces: [], equal: false, unit_px: 72 };
+  const panel = { x: names(4), y: names(3), traces: [], unit_px: 72 };
   const around = { left: 46, right: 10, bottom: 36 };
   const cells = (room) => {
     const box = boxOf(panel, room, around, 13);

@@ -46,7 +46,7 @@ function panel({ title, limit, first, values }, row) {
   const last = first + values.length - 1;
   const line = /** @type {const} */ ({ kind: "line", title: "", unit: "", width: 1.8 });
   return {
-    ...{ id: title, title: "", handles: [], words: "", row, share: [1, 1], equal: false },
+    ...{ id: title, title: "", handles: [], words: "", row, share: [1, 1] },
     x: { ...base, low: first, high: last },
     y: { ...base, low: 0, high: SPACE * Math.max(limit, ...y.filter(Number.isFinite)) },
     traces: [

@@ -50,7 +50,7 @@ function panel({ first, lines }, frame) {
   const edges = [...new Map(steps.map((step) => [`${step.x0} ${step.y0} ${step.y1}`, step])).values()];
   const base = { title: "", unit: "", log: false, names: [], hidden: false };
   return {
-    ...{ id: "genealogy", title: "", handles: [], words: "", row: 0, share: [1, 1], equal: false },
+    ...{ id: "genealogy", title: "", handles: [], words: "", row: 0, share: [1, 1] },
     x: { ...base, low: first, high: frame, ...(frame - first <= FEW && { ticks: whole(first, frame) }) },
     y: { ...base, low: 0, high: 1, ticks: [] },
     traces: [

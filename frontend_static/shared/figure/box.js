@@ -112,13 +112,8 @@ export function boxOf(panel, { width, height }, { left, right, bottom }, em) {
   /** @type {Box} */
   const box = { left, top, width: Math.max(LEAST, width - left - right), height: Math.max(LEAST, height - top - bottom) };
   const [across, up] = [Math.abs(panel.x.high - panel.x.low) || 1, Math.abs(panel.y.high - panel.y.low) || 1];
-  if (!panel.equal) {
-    const { unit_px: most = Infinity } = panel;
-    return whole({ ...box, width: Math.min(box.width, most * across), height: Math.min(box.height, most * up) });
-  }
-  const rate = Math.min(box.width / across, box.height / up);
-  const [fits, high] = [rate * across, rate * up];
-  return whole({ left: left + (box.width - fits) / 2, top: top + (box.height - high) / 2, width: fits, height: high });
+  const { unit_px: most = Infinity } = panel;
+  return whole({ ...box, width: Math.min(box.width, most * across), height: Math.min(box.height, most * up) });
 }
 
 /**

@@ -272,7 +272,7 @@ function columnsOf({ panels }, isNarrow) {
     row.map((panel, place) => {
       const next = rows[number + 1];
       const below = next?.length === row.length && !(isNarrow && row.length > 1) ? next[place] : undefined;
-      const sharesX = below !== undefined && !panel.equal && !below.equal && isSame(panel.x, below.x);
+      const sharesX = below !== undefined && isSame(panel.x, below.x);
       return { panel, column: isNarrow ? "all" : `${place} of ${row.map(({ share }) => share[1]).join(" ")}`, sharesX };
     }),
   );

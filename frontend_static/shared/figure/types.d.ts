@@ -77,7 +77,6 @@ export interface Panel {
   words: string;
   row: number;
   share: [number, number];
-  equal: boolean;
 }
 
 /** A line across the panel at a value, such as a mean. */
@@ -99,7 +98,6 @@ export interface Scatter {
   kind: "scatter";
   x: (number | null)[];
   y: (number | null)[];
-  weights: (number | null)[] | null;
   size_px: number;
 }
 

@@ -206,14 +206,12 @@ class Scatter(_Trace):
     Attributes:
         x: Of the points.
         y: Of the points.
-        weights: (n,), 0..1 of the largest, as opacity; None where all are alike.
         size_px: Diameter.
     """
 
     kind: Literal["scatter"] = "scatter"
     x: Numbers = _NONE
     y: Numbers = _NONE
-    weights: Numbers | None = None
     size_px: float = 5.0
 
 
@@ -291,7 +289,6 @@ class Panel(_Part):
         words: What it shows at these parameters, a sentence with the numbers that matter, for who cannot see it.
         row: In which row of the figure it stands, 0 the topmost; panels of a row stand side by side.
         share: Of the row's height among the rows, and of its width within the row, relative to the others.
-        equal: Whether a unit is as long on both axes.
     """
 
     id: str
@@ -303,7 +300,6 @@ class Panel(_Part):
     words: str = ""
     row: int = 0
     share: tuple[float, float] = (1.0, 1.0)
-    equal: bool = False
 
 
 class Figure(_Part):

@@ -85,9 +85,8 @@ def _bars(axes: "Axes", trace: Bars, look: Look, panel: Panel) -> None:
 
 
 def _scatter(axes: "Axes", trace: Scatter, look: Look) -> None:
-    colours = _fade(trace, np.ones_like(trace.x) if trace.weights is None else np.clip(trace.weights, 0.05, 1.0))
     area = (0.75 * trace.size_px) ** 2  # in points, of which a pixel of the screen has three quarters
-    axes.scatter(trace.x, trace.y, s=area, linewidths=0.0, **{**look, "color": colours})
+    axes.scatter(trace.x, trace.y, s=area, linewidths=0.0, **look)
 
 
 def _strip_chart(axes: "Axes", trace: StripChart, look: Look) -> None:
@@ -191,8 +190,6 @@ def _panel(axes: "Axes", panel: Panel, width: float) -> None:
     bare(axes)
     _axis(axes, panel.x, "x")
     _axis(axes, panel.y, "y")
-    if panel.equal:
-        axes.set_aspect("equal")
     for order, trace in enumerate(panel.traces):
         look = {"color": hexadecimal(COLOURS[trace.ink]), "label": trace.title, "zorder": 2.0 + 0.01 * order}
         if isinstance(trace, Bars):

@@ -126,14 +126,13 @@ def test_stacked_bars_lie_end_to_end() -> None:
     assert neighbours[0] != neighbours[1]
 
 
-def test_points_are_as_large_and_as_opaque_as_they_should_be() -> None:
-    """A diameter in pixels becomes an area in points; a weight becomes opacity."""
-    axes = drawn(Scatter(x=[1, 2], y=[1, 2], weights=[0.5, 1], size_px=8))
+def test_points_are_as_large_as_they_should_be() -> None:
+    """A diameter in pixels becomes an area in points."""
+    axes = drawn(Scatter(x=[1, 2], y=[1, 2], size_px=8))
     (points,) = axes.collections
     assert isinstance(points, PathCollection)
     assert points.get_offsets().tolist() == [[1, 1], [2, 2]]
     assert points.get_sizes().tolist() == [36]
-    assert points.get_facecolors()[:, 3].tolist() == [0.5, 1]
 
 
 def test_a_strip_chart_leaves_gaps() -> None:

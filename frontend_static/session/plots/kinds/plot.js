@@ -137,7 +137,7 @@ export class Plot {
     const [x, y] = [{ low, high }, this.limits(store, look)].map((range) => axis(range, look.isSparkline));
     if (!look.showsFrames) x.ticks = [];
     traces.push({ kind: "line", title: "", name: "position", ink: "muted", width: 1, x: [position, position], y: [y.low, y.high], said: "", unit: "" });
-    return { id: this.id, title: "", x, y, traces, handles: [], words: "", row: 0, share: [1, 1], equal: false };
+    return { id: this.id, title: "", x, y, traces, handles: [], words: "", row: 0, share: [1, 1] };
   }
 
   /**

@@ -1,4 +1,4 @@
-/** Points, as opaque as their weights say. */
+/** Points. */
 
 import { paintPoints } from "../points.js";
 import { nearestOf } from "../polyline.js";
@@ -7,9 +7,7 @@ import { named, saying } from "../description.js";
 /** @import { Scatter } from "../traces.js" */
 /** @import { Hit, Sheet } from "../canvas.js" */
 
-/** What weighs nothing can still be seen. */
-const FAINTEST = 0.08;
-/** Of so many points without weights each lets those below shine through, the more the more there are; down to this. */
+/** Of so many points each lets those below shine through, the more the more there are; down to this. */
 const [CROWDED, CROWDED_OPACITY] = [500, 0.2];
 
 /**
@@ -17,7 +15,8 @@ const [CROWDED, CROWDED_OPACITY] = [500, 0.2];
  * @param {Scatter} scatter
  */
 export function paint(sheet, scatter) {
-  const places = { x: sheet.x.held(scatter.x), y: sheet.y.held(scatter.y), opacity: opacities(scatter) };
+  const opacity = Math.max(CROWDED_OPACITY, Math.min(1, Math.sqrt(CROWDED / scatter.x.length)));
+  const places = { x: sheet.x.held(scatter.x), y: sheet.y.held(scatter.y), opacity: new Float64Array(scatter.x.length).fill(opacity) };
   paintPoints(sheet, places, scatter.ink, (scatter.size_px / 2) * sheet.unit);
 }
 
@@ -40,11 +39,5 @@ export function near(sheet, scatter, px, py) {
  * @returns {Scatter} For the key.
  */
 export function sample(scatter) {
-  return { ...scatter, x: [0.2, 0.5, 0.8], y: [0.3, 0.7, 0.4], weights: null, size_px: Math.min(Math.max(5, scatter.size_px), 7) };
-}
-
-/** @param {Scatter} scatter */
-function opacities({ x, weights }) {
-  if (weights === null) return new Float64Array(x.length).fill(Math.max(CROWDED_OPACITY, Math.min(1, Math.sqrt(CROWDED / x.length))));
-  return Float64Array.from(weights, (weight) => FAINTEST + (1 - FAINTEST) * Math.min(Math.max(weight ?? 0, 0), 1));
+  return { ...scatter, x: [0.2, 0.5, 0.8], y: [0.3, 0.7, 0.4], size_px: Math.min(Math.max(5, scatter.size_px), 7) };
 }
