@@ -7,7 +7,7 @@ import { Families } from "./cards.js";
 import { compilationMeter, followCompiling, inSentenceCase } from "../shared/compiling.js";
 import { h as element } from "../shared/dom.js";
 import { OwnFilterOffer, TourOffer } from "./offers.js";
-import { Made, Notice, showPage } from "../shared/page.js";
+import { Failed, Made, showPage } from "../shared/page.js";
 import { later } from "../shared/timing.js";
 import { TargetForm } from "../upload/target.js";
 import { GLOSSARY } from "../shared/terms.js";
@@ -109,15 +109,17 @@ function Start() {
 /** @param {string|null} why There are no cards. */
 function without(why) {
   if (why === null) return null;
-  return why === "long" ? [BONE, BONE] : h(Notice, { title: "The experiments could not be listed", message: why, again: load });
+  return why === "long" ? [BONE, BONE] : h(Failed, { title: "The experiments could not be listed", message: why, again: load });
 }
 
 /** How far compiling is; it goes away by itself. */
 function Compiling() {
   const now = compilation.value;
-  if (now === null || now.finished) return null;
-  const meter = h(Made, { key: `${now.done}`, make: () => compilationMeter(now) });
-  return html`<p class="note compiling" data-part="compiling" role="status">${inSentenceCase(now.sentence)}. ${meter}</p>`;
+  const isDone = now === null || now.finished;
+  const meter = now && h(Made, { key: `${now.done}`, make: () => compilationMeter(now) });
+  return html`<div role="status" data-part="compiling">
+    ${!isDone && html`<p class="note compiling">${inSentenceCase(now.sentence)}. ${meter}</p>`}
+  </div>`;
 }
 
 /**
@@ -152,7 +154,7 @@ function dropZone() {
 
 if (RUN.test(location.hash)) location.replace(`work?show=runs${location.hash}`);
 addEventListener("hashchange", findUpload);
-followCompiling((now) => (compilation.value = now)).catch(() => {});
+followCompiling((now) => (compilation.value = now)).catch(() => (compilation.value = null));
 // A page that comes back from the browser's cache shows what was; ask again.
 addEventListener("pageshow", (event) => event.persisted && load());
 const links = [element("a", { class: "link", href: GLOSSARY }, "Glossary"), element("a", { class: "link", href: REFERENCES }, "References")];

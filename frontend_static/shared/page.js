@@ -3,6 +3,7 @@
 import { messageOf } from "./api.js";
 import { part } from "./dom.js";
 import { navigation } from "./navigation.js";
+import { Notice } from "./notice.js";
 import { themeButton } from "./theme.js";
 import { later } from "./timing.js";
 import { h, html, render, useEffect, useRef, useSignal } from "../vendor/preact.js";
@@ -46,7 +47,7 @@ function Answer({ load, failed, bones }) {
     try {
       shown.value = await load();
     } catch (error) {
-      shown.value = h(Notice, { title: failed, message: messageOf(error), again: begin });
+      shown.value = h(Failed, { title: failed, message: messageOf(error), again: begin });
     } finally {
       there();
     }
@@ -56,16 +57,12 @@ function Answer({ load, failed, bones }) {
 }
 
 /**
- * What stands in the place of something that cannot be shown.
+ * Why something cannot be shown, with a button to ask again.
  *
  * @param {{title: string, message: string, again: () => void}} props
  */
-export function Notice({ title, message, again }) {
-  return html`<div class="notice inline" role="alert">
-    <h2>${title}</h2>
-    <p>${message}</p>
-    <button type="button" class="primary" onClick=${again}>Try again</button>
-  </div>`;
+export function Failed({ title, message, again }) {
+  return h(Notice, { title, message, action: { label: "Try again", run: again }, inline: true });
 }
 
 /**

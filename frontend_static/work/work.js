@@ -4,7 +4,7 @@ import { START } from "../shared/address.js";
 import { api, messageOf } from "../shared/api.js";
 import { linkToReferences } from "../shared/comparison_link.js";
 import { count } from "../shared/format.js";
-import { Notice, showPage } from "../shared/page.js";
+import { Failed, showPage } from "../shared/page.js";
 import { later } from "../shared/timing.js";
 import { h, html, signal, useEffect, useRef } from "../vendor/preact.js";
 import { REMOVALS, Row, itemsOf, remove } from "./rows.js";
@@ -135,7 +135,7 @@ function Chip({ kind, title, amount }) {
 /** @param {{why: string|null}} props Why there is nothing to show. */
 function Without({ why }) {
   if (why === null) return null;
-  if (why !== "long") return h(Notice, { title: "Your work could not be listed", message: why, again: load });
+  if (why !== "long") return h(Failed, { title: "Your work could not be listed", message: why, again: load });
   return [0, 1, 2].map(() => html`<section aria-hidden="true"><div class="bone short shimmer"></div><div class="bone shimmer"></div></section>`);
 }
 
