@@ -34,15 +34,15 @@ import { h, html } from "../vendor/preact.js";
  * @property {() => Promise<unknown>} remove
  */
 
-/** @typedef {{verb: string, noun: string, loss: string}} Removal How the things of a kind end, and what is lost then. */
+/** @typedef {{verb: string, noun: string, loss: string}} Removal How one or more things of a kind end, and what is lost then. */
 
 /** @type {Record<Kind, Removal>} */
 export const REMOVALS = {
   sessions: { verb: "End", noun: "session", loss: "Anything you have not saved is lost." },
-  runs: { verb: "Delete", noun: "run", loss: "It is lost for good, unless you downloaded it." },
+  runs: { verb: "Delete", noun: "run", loss: "What you have not downloaded is lost for good." },
   comparisons: { verb: "Delete", noun: "comparison", loss: "The runs themselves stay where they are." },
-  sweeps: { verb: "Delete", noun: "sweep", loss: "It and everything computed of it are lost for good, unless you downloaded them." },
-  uploads: { verb: "Delete", noun: "upload", loss: "It is deleted from this server. Sessions and saved runs of it cannot be computed any more." },
+  sweeps: { verb: "Delete", noun: "sweep", loss: "Runs and maps that you have not downloaded are lost for good." },
+  uploads: { verb: "Delete", noun: "upload", loss: "The server deletes the recording. Sessions and saved runs of it cannot be computed any more." },
 };
 
 /** @type {Record<SessionPublic["state"], string>} */
@@ -94,7 +94,7 @@ function runItem(run) {
     picture: run.thumbnail,
     title: html`<span class="row-title">${title}</span>`,
     facts: [run.outcome, reproduced(run.summary), `seed ${run.seed}`, moment(created)],
-    ways: [html`<button type="button" onClick=${open}>Open</button>`, h(Made, { make: () => filesOf(run) })],
+    ways: [html`<button type="button" onClick=${open}>Open</button>`, h(Made, { key: title, make: () => filesOf(run) })],
     rename: (to) => api.renameRun(id, to),
     remove: () => api.remove(id),
   };
@@ -201,10 +201,10 @@ export function itemsOf(work, kind) {
 /** @param {{kind: Kind, item: Item, isChosen: boolean, toggle: () => void, again: () => Promise<void>}} props `again` lists everything anew. */
 export function Row({ kind, item, isChosen, toggle, again }) {
   const { id, name, anchor, picture, title, facts, ways, rename } = item;
-  const renaming = async () => {
+  const renaming = rename && (async () => {
     const answer = await askName(`Rename ${name}`, name);
-    if (answer !== null) await attempt(() => rename?.(answer).then(again) ?? again());
-  };
+    if (answer !== null) await attempt(() => rename(answer).then(again));
+  });
   const label = `${REMOVALS[kind].verb} ${name}`;
   return html`<li class="row" id=${anchor} ...${{ [`data-${REMOVALS[kind].noun}`]: id }}>
     <input type="checkbox" checked=${isChosen} aria-label=${`Choose ${name}`} onChange=${toggle} />
@@ -212,7 +212,7 @@ export function Row({ kind, item, isChosen, toggle, again }) {
     <div class="row-words">${title}<span class="hint">${facts.filter(Boolean).join(", ")}</span></div>
     <div class="row-actions">
       ${ways}
-      ${rename && h(IconButton, { name: "rename", title: `Rename ${name}`, run: renaming })}
+      ${renaming && h(IconButton, { name: "rename", title: `Rename ${name}`, run: renaming })}
       ${h(IconButton, { name: "trash", title: label, run: () => remove(kind, [item], again) })}
     </div>
   </li>`;
@@ -227,11 +227,11 @@ export function Row({ kind, item, isChosen, toggle, again }) {
  */
 export async function remove(kind, items, again) {
   const { verb, noun, loss } = REMOVALS[kind];
-  const [{ name }] = items;
   const isOne = items.length === 1;
+  const names = items.map(({ name }) => name).join(", ");
   const question = {
     title: isOne ? `${verb} this ${noun}?` : `${verb} these ${count(items.length, noun)}?`,
-    text: isOne ? `${name}: ${loss[0].toLowerCase()}${loss.slice(1)}` : loss,
+    text: `${names}: ${loss[0].toLowerCase()}${loss.slice(1)}`,
     action: isOne ? `${verb} it` : `${verb} them`,
   };
   if (!(await confirmLoss(question))) return;

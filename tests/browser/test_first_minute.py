@@ -128,7 +128,7 @@ def test_my_work_is_found_by_words(page: Any, server: Server) -> None:
 
 
 def test_many_sessions_are_ended_at_once(page: Any, server: Server) -> None:
-    """What is chosen stays chosen in another search; one question, and all of them are gone."""
+    """What is chosen stays chosen in another search; one question names all of them, and they are gone."""
     ended = [server.start_session(seed=8), server.start_session(experiment="sine", seed=8)]
     kept = server.start_session(seed=9)
     page.goto("work?show=sessions")
@@ -138,6 +138,7 @@ def test_many_sessions_are_ended_at_once(page: Any, server: Server) -> None:
     page.locator(f"[data-session='{ended[1]['id']}'] input").check()
     check(page)
     page.get_by_role("button", name="End 2 sessions").click()
+    page.get_by_text("Ball behind an occluder, A signal in noise: anything you have not saved is lost.").wait_for()
     page.get_by_role("button", name="End them").click()
     page.get_by_text("Nothing matches all of these words").wait_for()
     assert [each["id"] for each in server.get("sessions")] == [kept["id"]]
@@ -150,6 +151,36 @@ def test_an_old_address_of_a_run_leads_to_my_work(page: Any, server: Server) -> 
     page.goto(f"./#run-{run['id']}")
     page.wait_for_url(f"**{run['page']}")
     page.locator(f"[data-run='{run['id']}']").wait_for()
+
+
+def test_a_renamed_run_has_its_new_name_on_all_buttons(page: Any, server: Server) -> None:
+    """Also on the menu of its files, which was made before; the focus stays where it was."""
+    run = server.post("runs", {"session": server.start_session()["id"], "title": "Tuesday"})
+    page.goto("work?show=runs")
+    row = page.locator(f"[data-run='{run['id']}']")
+    row.get_by_role("button", name="Rename Tuesday").click()
+    page.get_by_role("textbox", name="Name").fill("Wednesday")
+    page.get_by_role("button", name="Rename", exact=True).click()
+    row.get_by_role("button", name="Download Wednesday").wait_for()
+    names = "buttons => buttons.map((button) => button.ariaLabel)"
+    assert row.get_by_role("button").evaluate_all(names) == [
+        *(None, "Download Wednesday", "Rename Wednesday", "Delete Wednesday")
+    ]
+    assert page.evaluate("document.activeElement.ariaLabel") == "Rename Wednesday"
+
+
+def test_a_note_on_compiling_goes_away_when_nothing_is_known(page: Any, complaints: Any) -> None:
+    """Cards that waited for it can be opened; the place where it was told stays, so that it is read out."""
+    complaints.expected = ("500",)
+    compiling = {"finished": False, "sentence": "compiling", "done": 1, "total": 9, "seconds_left": None}
+    answers = [{"json": {**compiling, "usable": [], "ready": []}}, {"status": 500}]
+    page.route("**/compilation", lambda route: route.fulfill(**answers.pop(0)))
+    page.goto("./")
+    page.get_by_text("Compiling.").wait_for()
+    page.locator("[data-experiment=ball].waits").wait_for()
+    page.get_by_text("Compiling.").wait_for(state="detached")
+    page.locator("[data-experiment=ball]:not(.waits)").wait_for()
+    assert page.locator("[data-part=compiling][role=status]").inner_text() == ""
 
 
 def test_presented_the_picture_is_the_hero(watch: Watch) -> None:
