@@ -235,6 +235,14 @@ def layers_are_switched_on_and_off(view: FlatPage, server: Server) -> None:
     view.until(lambda: view.page.evaluate(SKY) == before, "they are back")
 
 
+def test_a_slider_reaches_the_value_in_force(watch: Callable[..., SessionPage]) -> None:
+    """Its useful range is 0 to 120, and the session has 300."""
+    label = "Occluder width (px)"
+    slider = watch(parameters={"occlusion_width_px": 300}).page.get_by_role("slider", name=label)
+    assert [slider.get_attribute(name) for name in ("min", "max")] == ["0", "300"]
+    assert slider.input_value() == "300"
+
+
 def test_what_is_pointed_at_is_named(look: Look) -> None:
     """A feature of the face has its name under the pointer, in words; a press says it in the line below."""
     view = look(experiment="head")

@@ -21,6 +21,7 @@ from pftrack.output.exports.formats import export_at, exporting
 from pftrack.runs.run import Run
 from pftrack_server.work import page as page_module
 from pftrack_server.work.page import shrink, write_page
+from tests.browser.accessible import check
 from tests.conftest import FRUGAL
 from tests.making import whole_run
 from tests.server.drawings import decode
@@ -136,6 +137,12 @@ def test_the_page_says_what_it_is(run: Run, opened: tuple[Any, list[str]]) -> No
     assert run.estimates_sha256 in page.text_content(".about")
     assert run.experiment.references[0].reference.title in page.text_content(".citation")
     assert page.evaluate("JSON.parse(document.getElementById('manifest').textContent).format") == "pftrack-manifest"
+
+
+def test_axe_finds_nothing(opened: tuple[Any, list[str]]) -> None:
+    """Also what stands below the run is in a region that has a name."""
+    page, _ = opened
+    check(page)
 
 
 def test_nothing_is_wider_than_a_phone(opened: tuple[Any, list[str]]) -> None:

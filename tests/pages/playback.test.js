@@ -12,6 +12,7 @@ const session = {
 
 describe("a run that is played from a file", () => {
   let playback;
+  let recording;
   let shown;
   let store;
 
@@ -27,7 +28,7 @@ describe("a run that is played from a file", () => {
         return { messages: [], show: () => shown.push(text) };
       },
     };
-    const recording = { parts: [[[0, 1], [3, 4]], [[1, 2], [3, 4]], [[2, 3], [3, 4]]], every: 2, before_loss: 1, glossary: [] };
+    recording = { parts: [[[0, 1], [3, 4]], [[1, 2], [3, 4]], [[2, 3], [3, 4]]], every: 2, before_loss: 1, glossary: [] };
     playback = new Playback(store, view, recording, new Blob(["abcP"]));
   });
 
@@ -45,7 +46,10 @@ describe("a run that is played from a file", () => {
     assert.equal(store.known.position, 2);
   });
 
-  it("goes to before the loss", async () => {
+  it("goes to before the loss, and stays where it is without one", async () => {
+    await playback.carryOut({ kind: "before_loss" });
+    assert.equal(store.known.position, 1);
+    recording.before_loss = null;
     await playback.carryOut({ kind: "before_loss" });
     assert.equal(store.known.position, 1);
   });
