@@ -115,11 +115,9 @@ function without(why) {
 /** How far compiling is; it goes away by itself. */
 function Compiling() {
   const now = compilation.value;
-  const isDone = now === null || now.finished;
   const meter = now && h(Made, { key: `${now.done}`, make: () => compilationMeter(now) });
-  return html`<div role="status" data-part="compiling">
-    ${!isDone && html`<p class="note compiling">${inSentenceCase(now.sentence)}. ${meter}</p>`}
-  </div>`;
+  const note = now?.finished === false && html`<p class="note compiling">${inSentenceCase(now.sentence)}. ${meter}</p>`;
+  return html`<div role="status" data-part="compiling">${note}</div>`;
 }
 
 /**

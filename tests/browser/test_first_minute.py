@@ -116,8 +116,11 @@ def test_my_work_is_found_by_words(page: Any, server: Server) -> None:
     work.until(lambda: page.url.endswith("/work?q=signal+seed+8"), "the address says what is looked for")
     page.get_by_role("button", name="Uploads").click()
     page.get_by_text("Nothing matches all of these words").wait_for()
+    page.get_by_label("Search my work").fill("clip")
+    work.until(lambda: page.url.endswith("show=uploads&q=clip"), "the new words replace the old ones")
     page.go_back()
     here(sine).wait_for()
+    assert page.get_by_label("Search my work").input_value() == "signal seed 8"
     page.get_by_label("Search my work").fill("no such thing")
     page.get_by_role("button", name="Clear the search").click()
     here(ball).wait_for()
