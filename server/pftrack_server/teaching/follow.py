@@ -96,11 +96,11 @@ class Followers:
                 self._changed()
 
     def review(self, may_stay: Callable[[str, str], bool]) -> None:
-        """End every socket, by seat and path, that may not stay."""
+        """End every socket, by seat and path, that may not stay; one that is ending already takes its time."""
         now = asyncio.get_running_loop().time()
         for seat, sockets in self._sockets.items():
             for socket in sockets:
-                if not may_stay(seat, socket.path):
+                if not (socket.hold.expired() or may_stay(seat, socket.path)):
                     socket.hold.reschedule(now)
 
     def _check_room(self, seat: str, path: str, most: int) -> None:
