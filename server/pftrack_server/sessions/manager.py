@@ -135,7 +135,7 @@ class Manager:
         """
         await asyncio.to_thread(self._store.disk_budget.check)
         while len(self._sessions) >= self._settings.max_stored_sessions:
-            await self._drop_oldest()
+            await self._drop_oldest(spec)
         if spec.id in self._sessions:
             raise ConflictError(f"There is already a session {spec.id}.")
         session = Session(spec, self._settings, self.config)
@@ -250,13 +250,19 @@ class Manager:
             longest_left = min(unused, key=lambda session: session.left)
             await longest_left.suspend("Another session needed the place; this one continues where it was.")
 
-    async def _drop_oldest(self) -> None:
-        """End the session that was left longest ago, of those that nobody holds."""
+    async def _drop_oldest(self, new: SessionSpec) -> None:
+        """End the session that was left longest ago, of those that nobody holds.
+
+        Raises:
+            UnavailableError: No session may give way, as to a follower's copy none may.
+        """
         plain = [session for session in self._sessions.values() if not self._is_held(session)]
-        if not plain:
+        if new.follow or not plain:
+            held = "" if new.follow else ", and each of them is open, named, bookmarked or followed by a class"
+            who = "Ask the lecturer to end" if new.follow else "End"
             raise UnavailableError(
-                f"The server keeps at most {self._settings.max_stored_sessions} sessions, and each of them is open, "
-                "named, bookmarked or followed by a class. End some in My work, and try again."
+                f"The server keeps at most {self._settings.max_stored_sessions} sessions{held}. "
+                f"{who} some in My work, and try again."
             )
         oldest = min(plain, key=lambda session: session.left)
         log.info("a session gives way to a new one", session=oldest.spec.id)

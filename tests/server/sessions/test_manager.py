@@ -15,7 +15,7 @@ from pftrack_server.sessions.worker_handle import WorkerLostError
 from pftrack_server.store.database import SessionRow
 from tests.server.asking import columns, get
 from tests.server.host import Server, begin, error_of, steer
-from tests.server.teaching.class_room import lead
+from tests.server.teaching.class_room import follower, lead
 from tests.session_requests import session_request
 from tests.waiting import wait_for
 
@@ -178,7 +178,7 @@ def test_probes_come_one_after_the_other(client: httpx.Client, server: Server) -
 
 
 def test_the_oldest_plain_session_gives_way(start_server: Any) -> None:
-    """At the limit a suspended session without name and bookmarks ends for a new one; else the new one is refused."""
+    """At the limit a suspended session without name and bookmarks ends for a new one, but not for a follower's copy."""
     with start_server(max_stored_sessions=2) as (server, client):
         named, plain = (begin(client)["id"] for _ in range(2))
         client.patch(f"/api/v1/sessions/{named}", json={"name": "Keep"})
@@ -186,6 +186,9 @@ def test_the_oldest_plain_session_gives_way(start_server: Any) -> None:
         assert "My work" in error_of(client.post("/api/v1/sessions", json=body), 503)["message"]
         for name in (named, plain):
             server.run(server.manager.get(name).suspend("Nobody is here."))
+        with follower(server, lead(client, named)) as one, one.socket():
+            refused = error_of(one.ask("POST", "follow/fork", session=named), 503)
+        assert "Ask the lecturer" in refused["message"]
         newest = begin(client)["id"]
         assert [each["id"] for each in client.get("/api/v1/sessions").json()] == [newest, named]
 

@@ -31,10 +31,8 @@ def test_a_class_sees_what_the_lecturer_does(
             lecturer.put(f"{address}/poll", json={"question": "Will it survive?", "answers": ["yes", "no"]})
             asked = hear(stream)["follow"]["poll"]
             assert (asked["question"], asked["votes"], asked["counts"]) == ("Will it survive?", None, None)
-            assert one.ask("PUT", "follow/vote", poll=asked["id"], answer=0).json() == {
-                "poll": asked["id"],
-                "answer": 0,
-            }
+            given = {"poll": asked["id"], "answer": 0}
+            assert one.ask("PUT", "follow/vote", **given).json() == given
             assert one.ask("PUT", "follow/vote", poll=asked["id"], answer=1).status_code == 200
             assert other.ask("PUT", "follow/vote", poll=asked["id"], answer=1).status_code == 200
             error_of(other.ask("PUT", "follow/vote", poll=asked["id"], answer=2), 422)
