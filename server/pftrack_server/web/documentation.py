@@ -3,11 +3,10 @@
 Beside it the reference of the REST interface, which the server's own description gives.
 """
 
-import html
 import json
 import posixpath
 from functools import lru_cache
-from pathlib import Path
+from html import escape
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -33,17 +32,13 @@ STREAMS = (
 
 def html_of(page: str) -> str | None:
     """Return a page such as `how-to/server.html` as HTML for a page at the base; None if there is no such page."""
-    source = {_address(path): path for path in DOCS.rglob("*.md")}.get(page)
+    source = {path.relative_to(DOCS).with_suffix(".html").as_posix(): path for path in DOCS.rglob("*.md")}.get(page)
     if source is None:
         return None
     tokens = _reader().parse(source.read_text(encoding="utf-8"))
     for token in (inner for each in tokens for inner in each.children or ()):
         _lead_on(token, page)
     return ABOUT + str(_reader().renderer.render(tokens, _reader().options, {}))
-
-
-def _address(path: Path) -> str:
-    return path.relative_to(DOCS).with_suffix(".html").as_posix()
 
 
 def _lead_on(token: Token, page: str) -> None:
@@ -73,10 +68,10 @@ def reference(schema: dict[str, Any]) -> str:
         for method, operation in methods.items()
     )
     shapes = "".join(
-        f'<details id="{_text(name)}"><summary><code>{_text(name)}</code></summary>{_json(shape)}</details>'
+        f'<details id="{escape(name)}"><summary><code>{escape(name)}</code></summary>{_json(shape)}</details>'
         for name, shape in schema["components"]["schemas"].items()
     )
-    about = _text(schema["info"]["description"])
+    about = escape(schema["info"]["description"])
     return f"<h1>REST interface</h1>\n<p>{about}</p>\n{STREAMS}{operations}\n<h2>Shapes</h2>\n{shapes}"
 
 
@@ -88,14 +83,10 @@ def _operation(method: str, path: str, operation: dict[str, Any]) -> str:
         "answers": {status: answer.get("content", {}) for status, answer in operation["responses"].items()},
     }
     return (
-        f"<details><summary><code>{method.upper()} {_text(path)}</code> {_text(operation['description'])}</summary>"
+        f"<details><summary><code>{method.upper()} {escape(path)}</code> {escape(operation['description'])}</summary>"
         f"{_json({name: value for name, value in taken.items() if value})}</details>"
     )
 
 
 def _json(value: object) -> str:
-    return f"<pre>{_text(json.dumps(value, indent=2))}</pre>"
-
-
-def _text(value: str) -> str:
-    return html.escape(value)
+    return f"<pre>{escape(json.dumps(value, indent=2))}</pre>"

@@ -18,8 +18,6 @@ import pftrack_server.teaching.functions
 import pftrack_server.work.run_functions
 from pftrack.experiments import EXPERIMENTS
 
-__all__ = ["PRELOADED"]
-
 PRELOADED = (
     cv2,
     numba,

@@ -2,8 +2,9 @@
 
 A connection that says nothing keeps nobody out. A client has some seconds to send the head of a request, which has a
 longest length, and some to send the next one after an answer. When the process has nearly as many connections as it may
-have files, those that have been silent for longest make room. Bodies have a limit of their own
-(`pftrack_server.core.requests`); a proxy watches over slow clients.
+have files, those that have been silent for longest make room. A page that does not
+answer a ping within 20 s loses its websocket. Bodies have a limit of their own (`pftrack_server.core.requests`); a
+proxy watches over slow clients.
 """
 
 import asyncio
@@ -24,6 +25,7 @@ from fastapi import FastAPI
 from pydantic import ValidationError
 from starlette.types import ASGIApp
 from uvicorn.protocols.http.httptools_impl import STATUS_LINE, HttpToolsProtocol
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
 from pftrack_server.core.errors import response, shape
 from pftrack_server.core.resource_limits import most_connections, name_cpu_limit, notices, too_few_files
@@ -113,6 +115,14 @@ class Connection(HttpToolsProtocol):
             self._deadline = None
 
 
+class WebSocketConnection(WebSocketsSansIOProtocol):
+    """A websocket of uvicorn's that ends when a ping is not answered."""
+
+    def keepalive_timeout(self) -> None:
+        """End it at once: uvicorn waits until everything was taken, for ever if the page takes nothing."""
+        self.transport.abort()
+
+
 def configuration(app: ASGIApp, **more: Any) -> uvicorn.Config:  # noqa: ANN401 - uvicorn's own options
     """Return how uvicorn serves the app.
 
@@ -123,7 +133,7 @@ def configuration(app: ASGIApp, **more: Any) -> uvicorn.Config:  # noqa: ANN401 
     return uvicorn.Config(
         app,
         http=Connection,
-        ws="websockets-sansio",
+        ws=WebSocketConnection,
         log_config=None,
         access_log=False,
         server_header=False,
