@@ -78,7 +78,7 @@ async def gallery(request: Request) -> Response:
 
 
 @router.get("/docs")
-async def rest_reference(request: Request) -> Response:
+def rest_reference(request: Request) -> Response:
     """Return the reference of the REST interface; Swagger's page comes from elsewhere, which our policy forbids."""
     return page(request, "help/help.html", content=reference(request.app.openapi()))
 
