@@ -26,13 +26,7 @@ export function limits(control, signal) {
   };
   control.on(["follow"], draw, signal);
   draw();
-  return h(
-    "section",
-    { class: "class-limits", "aria-label": "Who follows" },
-    now,
-    limit(followers),
-    until,
-  );
+  return h("section", { class: "class-limits", "aria-label": "Who follows" }, now, limit(followers), until);
 
   async function change() {
     const { follow } = control;
