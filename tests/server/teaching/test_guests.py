@@ -301,6 +301,10 @@ def test_a_lesson_is_followed(lecturer: httpx.Client, guarded: Server, session: 
         error_of(change(lecturer, follow, lesson=None), 422)
         assert change(lecturer, follow, lesson=None, sessions=[session]).json()["lesson"] is None
         error_of(lecturer.post(f"{address}/figure", json={}), 409)
+        with follower(guarded, follow) as late, late.socket() as after:
+            assert hear(after)["follow"]["lesson"] is None
+            change(lecturer, follow, title="Without a figure")
+            assert hear(after)["type"] == "follow", "the figure is gone with its lesson"
     lecturer.delete(address)
 
 

@@ -221,23 +221,18 @@ class TestAddresses:
         """A lecturer on the machine itself is told the names that others can use, with the port."""
         monkeypatch.setattr(found, "_names", lambda _: ["192.0.2.7", "198.51.100.9"])
         told = addresses("http://127.0.0.1:8123", Settings(host="0.0.0.0"))
-        assert told == [
-            ("http://192.0.2.7:8123", True),
-            ("http://198.51.100.9:8123", True),
-            ("http://127.0.0.1:8123", False),
-        ]
+        names = "192.0.2.7", "198.51.100.9", "127.0.0.1"
+        assert told == [(f"http://{name}:8123", name != "127.0.0.1") for name in names]
         below = addresses("http://127.0.0.1:8123/space%20word", Settings(host="0.0.0.0"))
         assert [each.base for each in below] == [f"{each.base}/space%20word" for each in told]
         only = Settings(host="0.0.0.0", allowed_hosts=("198.51.100.9",))
-        assert [each.base for each in addresses("http://[::1]:80", only) if each.everybody] == [
-            "http://198.51.100.9:80"
-        ]
+        everybody = [each.base for each in addresses("http://[::1]:80", only) if each.everybody]
+        assert everybody == ["http://198.51.100.9:80"]
 
     def test_the_interfaces_of_this_machine(self) -> None:
         """What is found is this machine's and no loopback address; a server bound to one address has that one."""
         names = found._names(Settings(host="0.0.0.0"))
         assert "127.0.0.1" not in names
-        assert found._names(Settings(host="2001:db8::5", token=TOKEN)) == ["2001:db8::5"]
-        assert (
-            addresses("http://[::1]:1", Settings(host="2001:db8::5", token=TOKEN))[0].base == "http://[2001:db8::5]:1"
-        )
+        bound = Settings(host="2001:db8::5", token=TOKEN)
+        assert found._names(bound) == ["2001:db8::5"]
+        assert addresses("http://[::1]:1", bound)[0].base == "http://[2001:db8::5]:1"

@@ -113,6 +113,14 @@ def test_without_documentation_the_page_says_how_to_build_it(monkeypatch: pytest
 
 def test_the_header_of_every_page_leads_to_it() -> None:
     """The one list of links that all headers show has it, relative to the base."""
-    assert '{ id: "help", title: "Help", href: "help/" }' in (pages.FRONTEND / "shared" / "navigation.js").read_text(
-        "utf-8"
-    )
+    navigation = (pages.FRONTEND / "shared" / "navigation.js").read_text("utf-8")
+    assert '{ id: "help", title: "Help", href: "help/" }' in navigation
+
+
+def test_the_rest_reference_shows_text_as_text() -> None:
+    """Nothing that the description of the interface says becomes markup, as an experiment of another package could."""
+    said = '<b>"'
+    operation = {"description": said, "parameters": [said], "requestBody": {"content": {said: said}}, "responses": {}}
+    paths, shapes = {said: {"get": operation}}, {"schemas": {said: said}}
+    shown = documentation.reference({"paths": paths, "components": shapes, "info": {"description": said}})
+    assert (shown.count("&lt;b&gt;"), "<b>" in shown, f'id="{said}' in shown) == (9, False, False)

@@ -40,12 +40,8 @@ class TestOrigin:
     @pytest.mark.parametrize("site", ["cross-site", "same-site"])
     def test_browsers_that_name_the_site(self, client: httpx.Client, site: str) -> None:
         """A browser's own word that a request comes from elsewhere is believed."""
-        error_of(
-            client.post(
-                "/api/v1/sessions", json=session_request({"experiment": "ball"}), headers={"sec-fetch-site": site}
-            ),
-            403,
-        )
+        body = session_request({"experiment": "ball"})
+        error_of(client.post("/api/v1/sessions", json=body, headers={"sec-fetch-site": site}), 403)
 
     def test_the_own_page_may(self, server: Server, client: httpx.Client) -> None:
         """The server's own page may do everything."""
