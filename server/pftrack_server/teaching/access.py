@@ -10,9 +10,9 @@ followed any more.
 import contextlib
 import html
 from http import HTTPStatus
-from http.cookies import CookieError, SimpleCookie
 
 from starlette.datastructures import Headers, MutableHeaders
+from starlette.requests import HTTPConnection
 from starlette.responses import HTMLResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -76,7 +76,8 @@ class AccessGuard:
         path = f"/{rest}"
         if path == "/" and claim.role == "follower" and link == claim.link:
             path = PAGE
-        seat = LECTURER if claim.role == "owner" else follows.links.read_seat(claim.follow, _seat_cookie(scope))
+        kept = HTTPConnection(scope).cookies.get(COOKIE, "")
+        seat = LECTURER if claim.role == "owner" else follows.links.read_seat(claim.follow, kept)
         role: Standing = claim.role if seat is not None else "stranger"
         participant = Participant(
             follow, claim, seat if seat is not None else follows.links.new_seat(claim.follow), role
@@ -140,15 +141,6 @@ def _send_with_seat(participant: Participant, scope: Scope, send: Send) -> Send:
         await send(message)
 
     return send_with_cookie
-
-
-def _seat_cookie(scope: Scope) -> str:
-    """Return what a browser keeps of its seat, or nothing."""
-    try:
-        cookies = SimpleCookie(Headers(scope=scope).get("cookie", ""))
-    except CookieError:
-        return ""
-    return cookies[COOKIE].value if COOKIE in cookies else ""
 
 
 async def _refuse(scope: Scope, receive: Receive, send: Send, error: ApiError) -> None:

@@ -134,7 +134,7 @@ class Forks:
     """The forks of one class, at most one a follower.
 
     Args:
-        find: Finds a session by its name; one that was ended is its follower's no more.
+        find: Finds a session by its name; a copy whose session has ended does not count.
         changed: Called when there is one more or one less.
     """
 
@@ -166,7 +166,7 @@ class Forks:
         return [fork.session for fork in self._forks.values() if fork.session and now - fork.used >= UNUSED_S]
 
     def touch(self, seat: str, path: str) -> None:
-        """Take note that a follower asks for something at a path, which may be of what that follower has."""
+        """Note that a follower uses the copy, if the path of a request names it."""
         fork = self.of(seat)
         if fork is not None and {fork.session, fork.lesson} & set(path.split("/")):
             fork.used = time.monotonic()

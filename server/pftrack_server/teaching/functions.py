@@ -35,7 +35,7 @@ NICENESS = 10
 
 
 def draw(wanted: str, source: str, values: Mapping[str, object], seed: int | None, revealed: bool, near: bool) -> bytes:
-    """Return the JSON of what a demonstration comes to, as `FigurePublic` has it.
+    """Return a demonstration's figure and numbers as JSON, as `FigurePublic` has them.
 
     Args:
         wanted: Id of the lesson.

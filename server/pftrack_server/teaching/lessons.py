@@ -194,7 +194,7 @@ class Lessons:
             raise NotFoundError(str(error)) from None
 
     async def figure(self, lesson: Lesson, asked_for: FigureRequest) -> bytes:
-        """Return the JSON of what a demonstration comes to.
+        """Return a demonstration's figure and numbers as JSON.
 
         Raises:
             RefusedError: The lesson has no figure.
@@ -257,7 +257,7 @@ class Lessons:
             raise RefusedError(f"This question cannot be asked as a poll: {error}.") from None
 
     async def checks(self, lesson: Lesson) -> Job:
-        """Return what the checks of a lesson came to, or how far they are."""
+        """Return the results of a lesson's checks, or their progress."""
         return await self._result("checks", functions.check, lesson)
 
     async def _result(self, kind: str, function: Callable[..., Any], lesson: Lesson) -> Job:

@@ -129,7 +129,7 @@ def _detail_view(lesson: Lesson, library: Library) -> LessonDetail:
 
 
 def _checks_view(lesson: Lesson, job: Job) -> ChecksPublic:
-    """Return what the checks of a lesson came to so far."""
+    """Return the results of a lesson's checks so far."""
     total = len(lesson.checks)
     if job.problem:
         failed = [CheckedPublic(check=each.name, title=each.title, problem=job.problem) for each in lesson.checks]
