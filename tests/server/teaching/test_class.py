@@ -16,6 +16,7 @@ def test_a_class_sees_what_the_lecturer_does(
     with follower(guarded, follow) as one, follower(guarded, follow) as other:
         assert one.page.status_code == 200
         assert f'<base href="{one.place}/">' in one.page.text
+        assert f'data-role="follower" data-class="{follow["id"]}"' in one.page.text
         with (
             one.socket() as stream,
             other.socket() as elsewhere,

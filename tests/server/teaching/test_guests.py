@@ -12,7 +12,9 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Origin
 
+from pftrack_server.sessions.spec import SessionSpec
 from pftrack_server.teaching.follow import MOST_SOCKETS
+from pftrack_server.teaching.follows import Follows
 from tests.server.host import Server, begin, change_values, command, error_of, steer
 from tests.server.teaching.class_room import Follower, change, farewell, follower, hear, lead
 from tests.viewer.host import Peer
@@ -197,6 +199,34 @@ def test_a_fork_is_its_followers_own(
         monkeypatch.setattr("pftrack_server.teaching.follow.UNUSED_S", 0.0)
         wait_for(lambda: lecturer.get(f"/api/v1/sessions/{again}").status_code == 404)
     assert lecturer.get(f"/api/v1/sessions/{session}").json()["parameters"]["sample_count"] == 321
+
+
+def test_a_copy_that_is_not_wanted_any_more_when_it_is_made(
+    guarded: Server,
+    lecturer: httpx.Client,
+    session: str,
+    follow: dict[str, Any],
+    one: Follower,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It ends at once, whether its follower has given it back or its class is over."""
+    follows, create = guarded.app.state.services[Follows], guarded.manager.create
+    found, made = follows.get(follow["id"]), []
+    [seat] = one.http.cookies.values()
+
+    async def create_late(spec: SessionSpec) -> None:
+        made.append((await create(spec)).spec.id)
+        if len(made) == 1:
+            found.forks.release(follows.links.read_seat(found.name, seat) or "")
+        else:
+            follows.end(found)
+
+    monkeypatch.setattr(guarded.manager, "create", create_late)
+    with one.socket() as stream:
+        hear(stream)
+        error_of(one.ask("POST", "follow/fork", session=session), 409)
+        error_of(one.ask("POST", "follow/fork", session=session), 410)
+    wait_for(lambda: [lecturer.get(f"/api/v1/sessions/{name}").status_code for name in made] == [404, 404])
 
 
 def begins_with_what_is_in_force(lecturer: httpx.Client, session: str, one: Follower) -> None:

@@ -45,6 +45,7 @@ HOSTILE = {
         "Line 5: `items.1` does not fit",
     ),
     "no answers": ("---\ntitle: x\nitems:\n- poll: Why?\n---\n", "Line 4: `items.0` does not fit"),
+    "tracker": ("---\ntitle: x\nitems:\n- session: {recipe: {experiment: ball, tracker: none}}\n---\n", "Line 4: "),
     "minutes": ("---\ntitle: x\nitems:\n- lesson: a\n  minutes: -3\n---\n", "Line 5: `items.0.minutes` does not fit"),
     "too many": (
         f"---\ntitle: x\nitems:\n{'- lesson: a' + chr(10):s}---\n".replace("- lesson: a\n", "- lesson: a\n" * 101),

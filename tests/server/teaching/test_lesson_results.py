@@ -7,7 +7,7 @@ from typing import Any, cast
 
 from pftrack.core.refusal import RefusedError
 from pftrack_server.jobs.child_tasks import ChildTasks
-from pftrack_server.teaching.lessons import LessonResults
+from pftrack_server.teaching.lessons import AGAIN_S, LessonResults
 from tests.apart import run
 
 
@@ -47,6 +47,9 @@ async def answer_beside(folder: Path) -> None:
     assert failed.task is not None
     await asyncio.wait_for(failed.task, 60)
     assert (failed.result, failed.problem) == (None, "There is nothing to compute.")
+    assert await results.get("refused", refused) is failed, "nobody tries again at once"
+    failed.ended = -AGAIN_S
+    assert await results.get("refused", refused) is not failed
     await results.close()
 
 

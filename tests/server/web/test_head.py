@@ -10,6 +10,7 @@ async def endless(scope: Scope, receive: Receive, send: Send) -> None:
     """Answer GET piece by piece, until the client is gone."""
     assert scope["method"] == "GET"
     await send({"type": "http.response.start", "status": 200, "headers": [(b"content-length", b"9")]})
+    await send({"type": "http.response.body", "body": b"first", "more_body": True})
     for _ in range(1000):
         await send({"type": "http.response.body", "body": b"piece", "more_body": True})
         if (await receive())["type"] == "http.disconnect":

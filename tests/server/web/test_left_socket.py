@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 import uvicorn
 from fastapi import FastAPI, WebSocket
-from starlette.types import Message
+from starlette.types import Message, Send
 from structlog.testing import capture_logs
 from uvicorn.protocols.utils import ClientDisconnected
 
@@ -54,14 +54,19 @@ def test_a_request_that_the_end_of_the_server_cuts_off_is_answered() -> None:
     async def send(message: Message) -> None:
         sent.append(message)
 
+    async def begin(_scope: object, _receive: object, send: Send) -> None:
+        await send({"type": "http.response.start", "status": 200, "headers": []})
+        await wait_for_ever()
+
     async def act() -> None:
-        request = asyncio.ensure_future(ErrorBoundary(wait_for_ever)({"type": "http"}, receive, send))
-        await asyncio.sleep(0)
-        request.cancel()
-        await request
+        for app in (wait_for_ever, begin):
+            request = asyncio.ensure_future(ErrorBoundary(app)({"type": "http"}, receive, send))
+            await asyncio.sleep(0)
+            request.cancel()
+            await asyncio.wait({request})
 
     run(act())
-    assert sent[0]["status"] == 503
+    assert [each.get("status") for each in sent] == [503, None, 200], "an answer that has begun is only cut off"
     assert b"being stopped" in sent[1]["body"]
 
 
