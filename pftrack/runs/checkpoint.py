@@ -12,7 +12,6 @@ import io
 import pickle
 import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -41,24 +40,30 @@ STATE_BYTES = 1024
 
 
 def bytes_of(value: object, known: set[int]) -> int:
-    """Return how much memory the arrays within a value take, bytes, without those that are known; they then are, too.
+    """Return how much memory the arrays within a value take, bytes, without what is known; afterwards it is known, too.
+
+    A view counts as the whole array that it keeps alive.
 
     Args:
-        value: A state: arrays, and dataclasses, tuples, lists and mappings of these.
-        known: Ids of arrays that are counted already, since states share what does not change from frame to frame.
+        value: A state: arrays, and dataclasses, other objects, tuples, lists and mappings of these; it may lead back to
+            itself.
+        known: Ids of what is counted already, since states share what does not change from frame to frame.
     """
-    match value:
-        case np.ndarray():
-            size = 0 if id(value) in known else value.nbytes
-            known.add(id(value))
-            return size
-        case tuple() | list():
-            return sum(bytes_of(part, known) for part in value)
-        case Mapping():
-            return sum(bytes_of(part, known) for part in value.values())
-        case _ if dataclasses.is_dataclass(value):
-            return sum(bytes_of(getattr(value, part.name), known) for part in dataclasses.fields(value))
-    return 0
+    total, waiting = 0, [value]
+    while waiting:
+        part: Any = waiting.pop()
+        if id(part) in known or callable(part) or isinstance(part, str | int | float | None):
+            continue
+        known.add(id(part))
+        if isinstance(part, np.ndarray):
+            total += 0 if isinstance(part.base, np.ndarray) else part.nbytes
+            waiting.append(part.base)
+        elif not isinstance(part, tuple | list | Mapping):
+            slots = (getattr(part, name, None) for name in getattr(part, "__dataclass_fields__", ()))
+            waiting += [*slots, *getattr(part, "__dict__", {}).values()]
+        else:
+            waiting += part.values() if isinstance(part, Mapping) else part
+    return total
 
 
 class Keyframes:
@@ -84,8 +89,7 @@ class Keyframes:
         self._keep(frame, state)
         while self._bytes > self._budget_bytes and len(self._states) > 1:
             self._interval *= 2
-            states, self._states = self._states, {}
-            self._bytes, self._known = 0, set()
+            states, self._states, self._bytes, self._known = self._states, {}, 0, set()
             for index, kept in states.items():
                 if index % self._interval == 0:
                     self._keep(index, kept)
@@ -96,9 +100,8 @@ class Keyframes:
 
     def latest(self, frame: int) -> tuple[int, TrackState]:
         """Return the newest state that is kept at or before a frame, and its number."""
-        states = self.states
-        index = max(kept for kept in states if kept <= frame)
-        return index, states[index]
+        index = max(kept for kept in self.states if kept <= frame)
+        return index, self.states[index]
 
     def until(self, frame: int) -> "Keyframes":
         """Return the keyframes up to a frame; the states are shared."""
@@ -114,7 +117,7 @@ class Keyframes:
         return self._states | self._newest
 
 
-@dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True, slots=True)
 class Checkpoint:
     """What a run has computed.
 
