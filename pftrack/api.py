@@ -66,11 +66,11 @@ def run(
         **parameters: Values of frame 0 by name, as the experiment declares them.
 
     Raises:
-        RefusedError: There is no such experiment or preset.
+        RefusedError: The experiment or the preset is unknown.
         FilterFileError: The filter in the file cannot go on; it says the line.
         OSError: The file with the filter cannot be read.
         ParameterError: A value is unknown or out of bounds.
-        RefusedError: The recording is not to be had, is another one, or shows no target.
+        RefusedError: The recording is missing, is another one, or shows no target.
     """
     recipe = _recipe(experiment)
     if tracker is not None and str(tracker).endswith(".py"):
@@ -161,7 +161,7 @@ def load(path: PathOrName, *, recording: PathOrName | None = None, trust: bool =
     Raises:
         FilterFileError: It brings a filter that is not trusted, or cannot go on.
         ParameterError: A value of a recipe is unknown or out of bounds.
-        RefusedError: It is no saved run and no recipe, or its recording is not to be had or another one.
+        RefusedError: It is neither a saved run nor a recipe, or its recording is missing or is another one.
     """
     file = Path(path)
     if is_beliefs(file):

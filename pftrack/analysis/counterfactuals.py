@@ -430,8 +430,7 @@ def what_if(
             loss: since the run has gone on another one may be meant.
 
     Raises:
-        RefusedError: The run has not lost its target so far, or begins with that.
-        RefusedError: It is a recording of what was computed elsewhere.
+        RefusedError: The run has not lost its target so far or begins with that, or was computed elsewhere.
     """
     loss, asked = find_loss(run, frame)
     check_not_replayed(run, loss)

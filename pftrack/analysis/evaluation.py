@@ -67,15 +67,15 @@ def find_sequences(folder: Path) -> list[BenchmarkSequence]:
     """Return the sequence that a folder is, or those of the folders in it, by name.
 
     Raises:
-        RefusedError: There is none, or one cannot be read.
+        RefusedError: It holds no sequence, or one cannot be read.
     """
     if not folder.is_dir():
-        raise RefusedError(f"there is no folder {folder}")
+        raise RefusedError(f"the folder {folder} does not exist")
     folders = [folder] if _form_of(folder) else sorted(place for place in folder.iterdir() if _form_of(place))
     if not folders:
         raise RefusedError(
-            f"{folder.name} is no sequence and holds none: expected img/ with groundtruth_rect.txt (OTB), or pictures "
-            "with groundtruth.txt (VOT)"
+            f"{folder.name} is not a sequence and holds none: expected img/ with groundtruth_rect.txt (OTB), or "
+            "pictures with groundtruth.txt (VOT)"
         )
     return [_read(place) for place in folders]
 
@@ -93,7 +93,7 @@ def _form_of(folder: Path) -> tuple[Form, Path, Path] | None:
 def _read(folder: Path) -> BenchmarkSequence:
     known = _form_of(folder)
     if known is None:
-        raise RefusedError(f"{folder.name} is no sequence")
+        raise RefusedError(f"{folder.name} is not a sequence")
     form, pictures, text = known
     start = _start(folder, pictures)
     try:
@@ -198,8 +198,7 @@ def evaluate_sequence(
         on_run: Called after each run.
 
     Raises:
-        RefusedError: The tracker believes in no box, or the pictures do not fit the boxes.
-        RefusedError: The pictures cannot be read.
+        RefusedError: The tracker believes in no box, or the pictures cannot be read or do not fit the boxes.
         ParameterError: The experiment refuses the box or a value.
     """
     if not experiment.accepts_video or Box not in experiment.video.marks:

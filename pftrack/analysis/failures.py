@@ -107,14 +107,14 @@ def entry(experiments: Mapping[str, Experiment], name: str) -> Entry:
     """Return a failure by its id or its number.
 
     Raises:
-        RefusedError: There is none; the sentence lists those that there are.
+        RefusedError: The failure is unknown; the sentence lists all of them.
     """
     entries = gallery(experiments)
     for each in entries:
         if name in {each.failure.id, str(each.number)}:
             return each
     known = ", ".join(f"{each.number} {each.failure.id}" for each in entries)
-    raise RefusedError(f"there is no failure {name!r} here; there are {known}", "failure", value=name)
+    raise RefusedError(f"the failure must be one of {known}, got {name!r}", "failure", value=name)
 
 
 def run_failure(shown: Entry, *, cured: bool = False, seed: int | None = None) -> FailureRun:

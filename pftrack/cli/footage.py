@@ -109,7 +109,7 @@ def open_setup(
     _demand_mark(experiment, said, footage, experiment.video.footage)
     place = said.video or folder / (footage.path or footage.name)
     if not place.exists():
-        raise CommandError(f"there is no file or folder {place}")
+        raise CommandError(f"{place} does not exist")
     if said.truth is not None:
         truth = _truth(experiment, said.truth)
         changes["truth"] = truth

@@ -116,7 +116,7 @@ def check_writable(*places: Path) -> None:
         if place.is_dir():
             raise CommandError(f"{place} cannot be written: it is a folder")
         if not folder.is_dir():
-            raise CommandError(f"{place} cannot be written: there is no folder {folder}")
+            raise CommandError(f"{place} cannot be written: the folder {folder} does not exist")
         if not os.access(folder, os.W_OK):
             raise CommandError(f"{place} cannot be written: its folder is read-only")
 
@@ -300,7 +300,7 @@ def text_of(path: Path) -> str:
     from pftrack.core.model.parameters import LONGEST_FILE
 
     text = read_text(path, 4 * LONGEST_FILE)  # a character takes at most four bytes
-    if not text.strip():  # which as a value would mean that there is no file
+    if not text.strip():  # an empty value stands for no file
         raise CommandError(f"{path} is empty")
     return text
 

@@ -311,7 +311,7 @@ def grade(
         raise output.wrong_use(f"expected a folder of submissions, got {submissions}")
     files = submissions_in(submissions)
     if not files:
-        raise output.CommandError(f"there is no file FILE.py in {submissions}")
+        raise output.CommandError(f"the folder {submissions} holds no files that end in .py")
     graded: dict[str, dict[str, Any]] = {}
     with output.compiling(), output.progress("submissions") as tick:
         tick(0, len(files))

@@ -73,7 +73,7 @@ def read_text(path: Path, most_bytes: int) -> str:
             raise ValueError(f"{path.name} is larger than the {most_bytes // 1024:,} KiB allowed")
         return path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
-        raise ValueError(f"there is no file {path}") from None
+        raise ValueError(f"the file {path} does not exist") from None
     except OSError as error:
         raise ValueError(f"{path} cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:

@@ -208,7 +208,7 @@ def find(experiment_id: str) -> Experiment:
     """Return an experiment by name.
 
     Raises:
-        RefusedError: There is none of that name that can be used; the sentence says why, or lists those that there are.
+        RefusedError: The experiment is unknown or cannot be used; the sentence lists those that can, or says why.
     """
     if experiment_id in EXPERIMENTS:
         return EXPERIMENTS[experiment_id]
@@ -217,7 +217,7 @@ def find(experiment_id: str) -> Experiment:
         raise RefusedError(broken.report[:1].lower() + broken.report[1:], "experiment", value=experiment_id)
     known = ", ".join(EXPERIMENTS)
     raise RefusedError(
-        f"there is no experiment {experiment_id!r}; there are {known}", "experiment", value=experiment_id
+        f"the experiment must be one of {known}, got {experiment_id!r}", "experiment", value=experiment_id
     )
 
 
@@ -225,9 +225,9 @@ def find_for(kind: Kind) -> Experiment:
     """Return the first experiment that takes a kind of recording.
 
     Raises:
-        RefusedError: There is none.
+        RefusedError: No experiment takes it.
     """
     found = next((one for one in EXPERIMENTS.values() if one.accepts_video and kind in one.video.footage), None)
     if found is None:
-        raise RefusedError(f"there is no experiment for a recording of {kind}")
+        raise RefusedError(f"no experiment takes a recording of {kind}")
     return found

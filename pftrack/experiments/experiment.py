@@ -419,7 +419,7 @@ class Experiment:
         """Return a preset.
 
         Raises:
-            RefusedError: There is none of that name; the sentence lists those that there are.
+            RefusedError: The preset is unknown; the sentence lists all of them.
         """
         for preset in self.presets:
             if preset.name == name:

@@ -148,7 +148,7 @@ class Answers:
         try:
             return np.array(found, dtype=np.float64)
         except (TypeError, ValueError):
-            raise self.refuse(function, f"returned {type(found).__name__}, which is no array of numbers") from None
+            raise self.refuse(function, f"returned {type(found).__name__}, which is not an array of numbers") from None
 
     def describe(self, state: Floats) -> str:
         """Return the coordinates of a state (d,) with their names and units, as a sentence has them."""

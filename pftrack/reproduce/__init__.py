@@ -52,7 +52,7 @@ class Result:
         full_s: Processor time of the full form, s, as measured on one core. The cheap ones come first, and a bar says
             how long is left.
         quick_s: The same of the quick one.
-        only_full: Why there is no quick one; empty if there is.
+        only_full: Why it has no quick form; empty if it has one.
         origin: File and line where it is declared.
     """
 
@@ -103,13 +103,13 @@ def reproduce(
             again.
 
     Raises:
-        RefusedError: There is no result of that name; the sentence lists those that there are.
+        RefusedError: A result is unknown; the sentence lists all of them.
         SweepError: The folder holds other sweeps under the same names, or the workers failed.
         OSError: The folder or the record cannot be written.
     """
     for name in names:
         if name not in RESULTS:
-            raise RefusedError(f"there is no result {name!r}; there are {', '.join(RESULTS)}", "result", value=name)
+            raise RefusedError(f"the result must be one of {', '.join(RESULTS)}, got {name!r}", "result", value=name)
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
     form: Form = "full" if full else "quick"

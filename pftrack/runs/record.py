@@ -128,18 +128,18 @@ def read(path: Path) -> Record:
     """Read what a file says of its run, without computing anything.
 
     Raises:
-        RefusedError: It is no saved run, or one that this version does not understand.
+        RefusedError: It is not a saved run, or this version cannot read it.
     """
     try:
         with zipfile.ZipFile(path) as archive:
             is_larger = archive.getinfo("run.json").file_size > LARGEST_RECORD_BYTES
             raw = None if is_larger else json.loads(archive.read("run.json"))
     except FileNotFoundError:
-        raise RefusedError(f"there is no file {path}") from None
+        raise RefusedError(f"the file {path} does not exist") from None
     except DAMAGED:
-        raise RefusedError(f"{path.name} is no saved run, or was cut short; expected a .pft file") from None
+        raise RefusedError(f"{path.name} is not a saved run, or was cut short; expected a .pft file") from None
     if is_larger:
-        raise RefusedError(f"{path.name} is no saved run: its description is larger than 16 MiB")
+        raise RefusedError(f"{path.name} is not a saved run: its description is larger than 16 MiB")
     version = raw.get("version") if isinstance(raw, dict) else None
     if isinstance(version, int) and version != FORMAT:
         remedy = "update pftrack" if version > FORMAT else "it is older than any release"
@@ -150,8 +150,8 @@ def read(path: Path) -> Record:
         try:
             place = ".".join(str(part) for part in first_problem(error.errors())["loc"])
         except RefusedError as cause:
-            raise RefusedError(f"{path.name} is no saved run of this version: {cause}") from None
-    raise RefusedError(f"{path.name} is no saved run: {place or 'its description'} is missing or wrong")
+            raise RefusedError(f"{path.name} is not a saved run of this version: {cause}") from None
+    raise RefusedError(f"{path.name} is not a saved run: {place or 'its description'} is missing or wrong")
 
 
 def read_saved(path: Path) -> Saved:

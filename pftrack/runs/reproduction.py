@@ -248,7 +248,7 @@ def load(path: Path, *, open_sequence: OpenSequence | None = None) -> Run:
         open_sequence: How to find the pictures of a run on a recording.
 
     Raises:
-        RefusedError: It is no saved run, its source is not to be had, or its parameters are not known here.
+        RefusedError: It is not a saved run, its source is missing, or its parameters are unknown here.
     """
     return make(read(path).recipe, open_sequence=open_sequence)
 
@@ -266,7 +266,7 @@ def wire(experiment: Experiment, footage: Footage | None, open_sequence: OpenSeq
     """Return the setup of a recipe's footage, or of the experiment's own scene if there is none.
 
     Raises:
-        RefusedError: The pictures are not to be had, or are others.
+        RefusedError: The pictures are missing, or are others.
         ParameterError: The experiment does not take such a mark or such a truth.
     """
     if footage is None:

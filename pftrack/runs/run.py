@@ -220,9 +220,8 @@ class Run:
             The change as it stands on the timeline.
 
         Raises:
-            ConflictError: The current frame is in the past, or a value cannot change in mid-run.
+            ConflictError: The current frame is in the past or is the last, or a value cannot change in mid-run.
             ParameterError: A value is unknown or out of bounds; nothing has changed.
-            ConflictError: There is no next frame.
         """
         following = self.position + 1
         if self.is_only_drawn(values):
@@ -392,7 +391,7 @@ class Run:
             The files that were written, and how much of the run they hold.
 
         Raises:
-            ConflictError: There is no such kind of file, no such folder or no such plot; it names those that there are.
+            ConflictError: The kind of file, its folder or the plot does not exist; the sentence names those that do.
             OSError: The file cannot be written; what was there before is still there.
         """
         return cast(Exported, load(PRESENTERS, "export")(self, Path(path), plot=plot))

@@ -76,7 +76,7 @@ def open_sequence(
                 return open_parts(parts, limits, index=index)
             return ImageSequence(path, limits, index)
         if not path.is_file():
-            raise RefusedError(f"there is no such file or folder; expected {ALLOWED}")
+            raise RefusedError(f"the file or folder does not exist; expected {ALLOWED}")
         file = path.open("rb")
     except OSError as error:
         raise RefusedError(f"the file cannot be read ({(error.strerror or 'input or output error').lower()})") from None
@@ -121,7 +121,7 @@ def _inspect(file: BinaryIO, limits: Limits) -> Format:
     """Tell the format of an open file before any decoder sees it."""
     found = sniff(file.read(HEAD_BYTES))
     if found.kind == "picture":
-        raise RefusedError(f"the file is one {found.title} picture, no sequence; expected {ALLOWED}")
+        raise RefusedError(f"the file is one {found.title} picture, not a sequence; expected {ALLOWED}")
     check_bytes(file.seek(0, os.SEEK_END), limits, "the file has")
     file.seek(0)
     return found

@@ -83,7 +83,7 @@ def read_tracks(data: bytes, most_frames: int) -> TrackTable:
         most_frames: How many frames it may have.
 
     Raises:
-        RefusedError: It is no such table, a line of it is wrong, or it has too much or too little.
+        RefusedError: It is not such a table, has a wrong line, or has too many or too few frames or points.
     """
     table = read_table(decode(data))
     header = table.header
@@ -267,7 +267,7 @@ class TrackSequence(FrameSequence):
         """Read a file, which is closed.
 
         Raises:
-            RefusedError: It is no table of tracks, or exceeds the limits.
+            RefusedError: It is not a table of tracks, or exceeds the limits.
         """
         with file:
             file.seek(0)

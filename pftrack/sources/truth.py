@@ -165,7 +165,7 @@ def read_truth(path: Path) -> TruthTable:
         path: A comma-separated file with the columns frame, x, y, w, h and any others.
 
     Raises:
-        RefusedError: The file is missing, is no such table, or a line of it is wrong.
+        RefusedError: The file is missing, is not such a table, or has a wrong line.
     """
     if (table := _results(path)) is not None:
         return table
@@ -282,13 +282,13 @@ def read_table(path: Path, form: Form) -> tuple[dict[int, list[float]], tuple[st
     """Read a file of this form: values by frame, and warnings, one sentence each.
 
     Raises:
-        RefusedError: The file is missing, is no such table, or a line of it is wrong.
+        RefusedError: The file is missing, is not such a table, or has a wrong line.
     """
     name = path.name
     try:
         data = path.read_bytes() if path.stat().st_size <= LARGEST_FILE_BYTES else None
     except FileNotFoundError:
-        raise RefusedError(f"there is no file {path}") from None
+        raise RefusedError(f"the file {path} does not exist") from None
     except OSError as error:
         raise RefusedError(f"{path} cannot be read: {error.strerror}") from None
     if data is None:

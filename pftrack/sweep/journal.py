@@ -188,7 +188,7 @@ def resume(out: Path) -> Journal:
     if out.exists():
         return Journal(plan_of(out), out)
     if not partial_of(out).is_dir():
-        raise SweepError(f"there is no sweep {out}, neither finished nor begun")
+        raise SweepError(f"the sweep {out} does not exist, neither finished nor begun")
     return Journal(plan_of(partial_of(out)), out)
 
 
@@ -229,7 +229,7 @@ def _read_plan(folder: Path) -> Any:  # noqa: ANN401 - JSON of anybody
     try:
         return json.loads((folder / PLAN).read_text())
     except FileNotFoundError:
-        raise SweepError(f"{folder} is no folder of a sweep: it has no {PLAN}") from None
+        raise SweepError(f"{folder} is not the folder of a sweep: it has no {PLAN}") from None
     except ValueError:
         raise SweepError(f"{folder / PLAN} was cut short") from None
 
@@ -240,11 +240,11 @@ def _look(path: Path, expected: Plan | None) -> tuple[Plan, int]:
         with arrow.parquet.ParquetFile(path.absolute()) as file:
             found, rows = file.schema_arrow.metadata or {}, file.metadata.num_rows
     except FileNotFoundError:
-        raise SweepError(f"there is no file {path}") from None
+        raise SweepError(f"the file {path} does not exist") from None
     except (arrow.ArrowException, OSError):
         if expected is not None:
             return expected, 0
-        raise SweepError(f"{path} is no Parquet file, or was cut short") from None
+        raise SweepError(f"{path} is not a Parquet file, or was cut short") from None
     if METADATA not in found:
         raise SweepError(f"{path} is a Parquet file, but none that a sweep wrote")
     if expected is not None and found == metadata(expected):
@@ -341,7 +341,7 @@ def read_chunk(path: Path) -> arrow.Table:
     Raises:
         SweepError: It is damaged.
     """
-    return _rows(path, "is no Parquet file, or was cut short").replace_schema_metadata(None)
+    return _rows(path, "is not a Parquet file, or was cut short").replace_schema_metadata(None)
 
 
 def rows_of(

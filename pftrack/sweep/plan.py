@@ -157,7 +157,7 @@ class Plan:
             open_recording: How to find the recording.
 
         Raises:
-            RefusedError: The recording is not to be had, or is another one.
+            RefusedError: The recording is missing, or is another one.
             ParameterError: The experiment does not take it.
         """
         return wire(self.wiring, self.footage, open_recording)
@@ -370,7 +370,7 @@ def _values(
     for name, value in given.items():
         field = f"values.{name}"
         if name == TRACKER:
-            raise SweepError("tracker is no fixed value of a sweep; name the trackers as such", field)
+            raise SweepError("tracker is not a fixed value of a sweep; name the trackers as such", field)
         if name in varied:
             raise SweepError(f"{name} is an axis of the sweep and cannot have a fixed value ({value}) as well", field)
         try:

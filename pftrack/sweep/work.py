@@ -73,8 +73,7 @@ def setup_of(plan: Plan, given: "Recording | Packed | None") -> Setup:
     """Return what the runs of a plan are on; it is opened once in a process.
 
     Raises:
-        RefusedError: It is another recording than the plan's, or does not show the target.
-        RefusedError: It cannot be read.
+        RefusedError: It cannot be read, is another recording than the plan's, or does not show the target.
     """
     if plan.footage is None or given is None:
         return plan.setup()

@@ -25,7 +25,7 @@ def test_sequences_are_evaluated(tmp_path: Path, call: Call) -> None:
 
 def test_what_cannot_be_evaluated_is_refused(tmp_path: Path, call: Call) -> None:
     """Folders without sequences, trackers and parameters that there are not, and trackers without a box."""
-    refused(call("evaluate", "otb", tmp_path), 1, "no sequence")
+    refused(call("evaluate", "otb", tmp_path), 1, "not a sequence")
     write_otb(tmp_path / "Couple")
     refused(call("evaluate", "otb", tmp_path, "--tracker", "none"), 2, "must be one of")
     refused(call("evaluate", "otb", tmp_path, "--seeds", 1, "--set", "sharpnes=1"), 2, "did you mean")

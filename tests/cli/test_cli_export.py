@@ -56,7 +56,7 @@ def test_one_plot_is_written_as_a_picture(saved: Path, tmp_path: Path, call: Cal
     ("name", "status", "words"),
     [
         ("run.docx", 2, "a run of sine can be exported as .csv, .parquet"),
-        ("nowhere/run.csv", 2, "there is no folder"),
+        ("nowhere/run.csv", 2, "does not exist"),
     ],
 )
 def test_what_cannot_be_written_is_refused_first(
@@ -69,8 +69,8 @@ def test_what_cannot_be_written_is_refused_first(
 def test_what_is_no_run_is_refused(tmp_path: Path, call: Call) -> None:
     """A file that is none, and one that is not there."""
     (tmp_path / "none.pft").write_text("none")
-    refused(call("export", tmp_path / "none.pft", "--to", tmp_path / "x.csv"), 1, "none.pft is no saved run")
-    refused(call("export", tmp_path / "gone.pft", "--to", tmp_path / "x.csv"), 1, "there is no file")
+    refused(call("export", tmp_path / "none.pft", "--to", tmp_path / "x.csv"), 1, "none.pft is not a saved run")
+    refused(call("export", tmp_path / "gone.pft", "--to", tmp_path / "x.csv"), 1, "does not exist")
 
 
 def test_the_recording_of_a_run_is_looked_for(clip: Path, tmp_path: Path, call: Call) -> None:

@@ -143,7 +143,7 @@ def test_the_overlay_is_written_as_a_film(call: Call, clip: Path, tmp_path: Path
         (("ball", "--video", "{clip}", "--points", "p.json"), "ball takes no mark of kind 'points', only box"),
         (("prism", "--video", "{clip}"), "is simulated and takes no --video"),
         (("head", "--video", "{clip}", "--box", "1,2,3"), "--box expected 4 finite numbers"),
-        (("head", "--video", "{clip}", "--points", "none.json"), "there is no file none.json"),
+        (("head", "--video", "{clip}", "--points", "none.json"), "the file none.json does not exist"),
         (("head", "--video", "{clip}", "--truth", "{boxes}"), "expected the columns frame, yaw_deg"),
         (("head", "--video", "{nobody}"), "found none"),
         (("head", "--video", "{clip}", "--box", "0,0,30,30"), "face"),
@@ -201,7 +201,7 @@ def test_the_model_of_the_last_frame_is_written(call: Call, tmp_path: Path) -> N
         ),
         ("head", "face", "got 'face'"),
         ("ball", "face.obj", "a run of ball can be exported as .csv, .parquet, "),
-        ("head", "nowhere/face.obj", "there is no folder"),
+        ("head", "nowhere/face.obj", "does not exist"),
     ],
 )
 def test_what_cannot_be_exported_is_refused(call: Call, tmp_path: Path, experiment: str, name: str, words: str) -> None:

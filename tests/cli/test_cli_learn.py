@@ -126,11 +126,11 @@ def test_people_see_the_beginning_of_a_file_only(learned: Path, call: Call) -> N
         (("learn", "ball", "--out", "/nowhere/x.json"), 1, ("/nowhere/x.json cannot be written",)),
         (("learn", "ball", "--tracker", "none", "--out", "x.json"), 2, ("a tracker of ball is one of",)),
         (("learn", "ball", "--axis", "nothing=1", "--out", "x.json"), 2, ("ball has no parameter 'nothing'",)),
-        (("learn", "there_is_none.pft", "--out", "x.json"), 1, ("there is no file",)),
+        (("learn", "there_is_none.pft", "--out", "x.json"), 1, ("the file there_is_none.pft does not exist",)),
         (("run", "sine", "--learned", "x.json"), 2, ("sine takes no --learned",)),
-        (("run", "ball", "--learned", "there_is_none.json"), 1, ("there is no file there_is_none.json",)),
-        (("run", "ball", "--set", "learned=@there_is_none.json"), 1, ("there is no file there_is_none.json",)),
-        (("run", "ball", "--set", "learned=nonsense"), 2, ("learned must be a learned motion (it is no JSON",)),
+        (("run", "ball", "--learned", "there_is_none.json"), 1, ("the file there_is_none.json does not exist",)),
+        (("run", "ball", "--set", "learned=@there_is_none.json"), 1, ("the file there_is_none.json does not exist",)),
+        (("run", "ball", "--set", "learned=nonsense"), 2, ("learned must be a learned motion (it is not JSON",)),
     ],
 )
 def test_what_cannot_be_learned_or_used_is_refused(
@@ -156,7 +156,7 @@ def test_files_that_hold_no_text_or_no_states_are_refused(saved: Path, call: Cal
     refused(call("run", "ball", "--learned", large), 1, "KiB allowed")
     refused(call("run", "ball", "--learned", empty), 1, "empty.json is empty")
     garbage.rename(tmp_path / "garbage.pft")
-    refused(call("learn", tmp_path / "garbage.pft", "--out", tmp_path / "x.json"), 1, "is no saved run")
+    refused(call("learn", tmp_path / "garbage.pft", "--out", tmp_path / "x.json"), 1, "is not a saved run")
     refused(call("learn", saved, "--seed", 3, "--out", tmp_path / "x.json"), 2, "leave out what only makes new ones")
 
 

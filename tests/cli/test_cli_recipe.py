@@ -78,7 +78,7 @@ def test_a_mark_is_drawn_on_the_first_picture(call: Call, clip: Path, tmp_path: 
         ("{", 1, "recipe.json is not JSON"),
         ("[]", 2, "recipe must be"),
         ('{"experiment": "ball", "colour": 1}', 2, "colour must be left out"),
-        ('{"experiment": "chess"}', 2, "there is no experiment 'chess'"),
+        ('{"experiment": "chess"}', 2, "got 'chess'"),
         (
             '{"experiment": "ball", "seed": 9007199254740993}',
             2,
@@ -111,4 +111,4 @@ def test_wrong_marks_are_refused(call: Call, clip: Path, options: tuple[str, ...
 
 def test_a_missing_recipe_is_named(call: Call, tmp_path: Path) -> None:
     """A file that is not there is said to be so."""
-    refused(call("show-recipe", tmp_path / "none.json"), 1, "there is no file")
+    refused(call("show-recipe", tmp_path / "none.json"), 1, "does not exist")

@@ -21,8 +21,8 @@ from tests.cli.commands import FRAMES, Call, on_clip, refused
         (("dance",), ("dance",)),
         (("run",), ("experiment",)),
         (("run", "ball", "--trackr", "apf"), ("--trackr", "--tracker")),
-        (("run", "cube"), ("there is no experiment 'cube'", "ball", "sine")),
-        (("show", "cube"), ("there is no experiment 'cube'",)),
+        (("run", "cube"), ("the experiment must be one of ", "ball", "sine", "got 'cube'")),
+        (("show", "cube"), ("the experiment must be one of ", "got 'cube'")),
         (("run", "ball", "--tracker", "magic"), ("one of", "h-spf", "got 'magic'")),
         (("run", "ball", "--preset", "fwe"), ("the preset of ball must be one of works, too-wide,", "got 'fwe'")),
         (("sweep", "ball", "--preset", "fwe"), ("the preset of ball must be one of works, too-wide,", "got 'fwe'")),
@@ -106,11 +106,11 @@ def test_files_that_are_missing_or_wrong_are_named(call: Call, clip: Path, tmp_p
     refused(
         call("run", "ball", "--video", tmp_path / "none.mp4", "--box", "1,2,3,4"),
         1,
-        "there is no file or folder",
+        "does not exist",
         "none.mp4",
     )
-    refused(call(*on_clip(clip, "--truth", tmp_path / "none.csv")), 1, "there is no file", "none.csv")
-    refused(call("replay", tmp_path / "none.pft"), 1, "there is no file", "none.pft")
+    refused(call(*on_clip(clip, "--truth", tmp_path / "none.csv")), 1, "does not exist", "none.csv")
+    refused(call("replay", tmp_path / "none.pft"), 1, "does not exist", "none.pft")
     for content in (b"", b"PK\x05\x06" + bytes(18), b"no video at all, and no run either" * 100):
         wrong = tmp_path / "wrong.mp4"
         wrong.write_bytes(content)
@@ -124,7 +124,7 @@ def test_files_that_are_missing_or_wrong_are_named(call: Call, clip: Path, tmp_p
 def test_places_that_cannot_be_written_are_refused_before_anything_is_computed(call: Call, tmp_path: Path) -> None:
     """A missing folder, or a folder in the file's place, is noticed at once."""
     for option, name in (("--out", "run.pft"), ("--video-out", "film.mp4")):
-        refused(call("run", "ball", option, tmp_path / "nowhere" / name), 1, "there is no folder", "nowhere")
+        refused(call("run", "ball", option, tmp_path / "nowhere" / name), 1, "does not exist", "nowhere")
         (tmp_path / name).mkdir()
         refused(call("run", "ball", option, tmp_path / name), 1, "is a folder")
 

@@ -149,9 +149,9 @@ def test_nothing_is_overwritten(call: Call, tmp_path: Path) -> None:
         (("ball", "--set", "sample_cout=5"), "did you mean sample_count"),
         (("ball", "--set", "layout=1", "--set", "layout=2"), "--set gives layout twice"),
         (("ball", "--axis", "layout=1", "--set", "layout=2"), "is an axis of the sweep and cannot have a fixed value"),
-        (("ball", "--set", "tracker=apf"), "tracker is no fixed value"),
+        (("ball", "--set", "tracker=apf"), "tracker is not a fixed value"),
         (("ball", "--jobs", "1", "--cluster", "x:1"), "--cluster computes on its own workers and takes no --jobs"),
-        (("balls",), "there is no experiment 'balls'"),
+        (("balls",), "got 'balls'"),
         ((), "name an experiment"),
         (("ball",), "--out FILE.parquet says where the result goes"),
         (("ball", "--out", "x.csv"), "--out must end in .parquet"),
@@ -176,11 +176,11 @@ def test_wrong_use_is_told(
 @pytest.mark.parametrize(
     ("arguments", "reason"),
     [
-        (("--resume", "none.parquet"), "there is no sweep none.parquet, neither finished nor begun"),
-        (("--resume", "text.parquet"), "text.parquet is no Parquet file, or was cut short"),
-        (("report", "none.parquet"), "there is no file none.parquet"),
-        (("report", "text.parquet"), "text.parquet is no Parquet file, or was cut short"),
-        (("ball", "--out", "nowhere/a.parquet"), "cannot be written: there is no folder"),
+        (("--resume", "none.parquet"), "the sweep none.parquet does not exist, neither finished nor begun"),
+        (("--resume", "text.parquet"), "text.parquet is not a Parquet file, or was cut short"),
+        (("report", "none.parquet"), "the file none.parquet does not exist"),
+        (("report", "text.parquet"), "text.parquet is not a Parquet file, or was cut short"),
+        (("ball", "--out", "nowhere/a.parquet"), "cannot be written: the folder"),
     ],
 )
 def test_what_cannot_be_done_is_told(

@@ -81,7 +81,7 @@ def test_a_model_of_an_experiment_runs_alone() -> None:
         ("log_likelihood", np.zeros(7), r"log_likelihood returned of shape \(7,\); expected \(50,\)"),
         ("log_likelihood", np.full(50, np.nan), "log_likelihood returned NaN for 50 of 50 particles"),
         ("log_likelihood", np.full(50, -np.inf), "-inf for all 50 particles of frame 0: none is near"),
-        ("log_likelihood", "no", "log_likelihood returned str, which is no array of numbers"),
+        ("log_likelihood", "no", "log_likelihood returned str, which is not an array of numbers"),
     ],
 )
 def test_wrong_answers_are_refused(function: str, answer: object, sentence: str) -> None:

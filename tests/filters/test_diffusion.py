@@ -152,12 +152,12 @@ def spread(raw: dict[str, Any]) -> list[list[float]]:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "it is no JSON"),
-        ("no", "it is no JSON"),
+        ("", "it is not JSON"),
+        ("no", "it is not JSON"),
         (LEARNED.text[:700], "it was cut short"),
-        ("[" * 100_000, "it is no JSON"),
-        ("[]", "it is no learned motion, as `pftrack learn` writes it"),
-        ('{"points": []}', "it is no learned motion, as `pftrack learn` writes it"),
+        ("[" * 100_000, "it is not the JSON"),
+        ("[]", "it is not a learned motion, as `pftrack learn` writes it"),
+        ('{"points": []}', "it is not a learned motion, as `pftrack learn` writes it"),
         (altered(lambda raw: raw.update(version=2)), "it has format 2, and this version of pftrack reads 1"),
         (altered(lambda raw: raw.update(experiment="ball")), "it was learned in 'ball', and this is 'fish'"),
         (altered(lambda raw: raw.pop("spreads")), "spreads: field required"),

@@ -73,5 +73,5 @@ def test_the_open_run_is_offered_as_a_file() -> None:
 def test_without_a_file_what_is_built_in_is_used() -> None:
     """An empty text stands for what comes with the experiment; another is read, or refused as a parameter is."""
     assert GUIDANCE.parse("").text == BUILT_IN
-    with pytest.raises(ParameterError, match=r"learned must be a learned motion \(it is no JSON"):
+    with pytest.raises(ParameterError, match=r"learned must be a learned motion \(it is not JSON"):
         GUIDANCE.parse("nonsense")

@@ -205,7 +205,7 @@ def test_files_of_a_comparison_on_a_clip_count_both_frames(tmp_path: Path) -> No
     told = json.loads((tmp_path / "both.json").read_text())
     assert [run["recipe"]["frames"] for run in told["runs"]] == [12, 17]
     assert told["settings"] == compared.as_dict()["settings"]
-    with pytest.raises(ConflictError, match="there is no error to draw"):
+    with pytest.raises(ConflictError, match="no error can be drawn"):
         export_comparison(compared, tmp_path / "both.png")
     with pytest.raises(ConflictError, match=r"can be exported as \.csv, \.png, \.svg, \.json; got 'both.docx'"):
         export_comparison(compared, tmp_path / "both.docx")

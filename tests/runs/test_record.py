@@ -128,10 +128,10 @@ def test_foreign_files_are_refused(run: Run, tmp_path: Path) -> None:
     with zipfile.ZipFile(foreign, "w") as archive:
         archive.writestr("other.json", "{}")
     for path, word in (
-        (tmp_path / "missing.pft", "no file"),
+        (tmp_path / "missing.pft", "does not exist"),
         (cut, "cut short"),
-        (text, "no saved run"),
-        (foreign, "no saved run"),
+        (text, "not a saved run"),
+        (foreign, "not a saved run"),
     ):
         with pytest.raises(RefusedError, match=word):
             load(path)
@@ -148,7 +148,7 @@ def test_a_damaged_archive_is_told_from_a_whole_one(run: Run, tmp_path: Path, me
     data[start : start + 40] = bytes([0xFF]) * 40
     path.write_bytes(data)
     if member == "run.json":
-        with pytest.raises(RefusedError, match=r"a\.pft is no saved run, or was cut short"):
+        with pytest.raises(RefusedError, match=r"a\.pft is not a saved run, or was cut short"):
             read(path)
     else:
         assert read_saved(path).record == read(path)
@@ -179,7 +179,7 @@ def test_numbers_that_unpack_to_too_much_are_left_out(
         ({"version": 3}, "format 3"),
         ({"version": "x"}, "version is missing or wrong"),
         ({"seed": "many"}, "seed"),
-        ({"experiment": "cards"}, "no experiment 'cards'"),
+        ({"experiment": "cards"}, "got 'cards'"),
         ({"tracker": "magic"}, "tracker must be one of"),
         ({"timeline": [{"frame": 0, "values": {"colour_of_magic": 8}}]}, "colour_of_magic"),
         ({"timeline": [{"frame": 3, "values": {"sample_count": 0}}]}, "between 1 and"),

@@ -262,9 +262,9 @@ DESCRIPTION = b'{"version": %s, "components": [], "frame_rate_hz": 30, "clip": n
     ("entries", "words"),
     [
         ({"chunks/000000/particles.npy": np.zeros((3, 0))}, "must have the same 1 to 400 components"),
-        ({"chunks/000000/rows.npy": np.array([ROW], "<f8")}, "its rows are none"),
-        ({"chunks/000000/rows.npy": np.array([[*ROW[:4], 2, 0, 0, 0, 0]])}, "its rows are none"),
-        ({"chunks/000000/rows.npy": b"\x93NUMPY\x01\x00\x04\x00(((("}, "an entry is no array"),
+        ({"chunks/000000/rows.npy": np.array([ROW], "<f8")}, "its rows cannot be read"),
+        ({"chunks/000000/rows.npy": np.array([[*ROW[:4], 2, 0, 0, 0, 0]])}, "its rows cannot be read"),
+        ({"chunks/000000/rows.npy": b"\x93NUMPY\x01\x00\x04\x00(((("}, "an entry is not an array"),
         ({"chunks/000000/log_weights.npy": header_of(np.dtype("<f8"), ())}, "not as many numbers as it says"),
         ({"times.npy": np.zeros(0)}, "its times do not rise"),
         ({"times.npy": np.array([0.0, 5e-324])}, "its times do not rise"),
@@ -308,7 +308,7 @@ def test_a_clip_may_be_a_file_of_its_own(tmp_path: Path) -> None:
     assert pftrack.load(path, recording=elsewhere).source.size == (64, 48)
     write_clip(clip, shade=39)
     assert "is another clip than its own" in open_sequence(path).index.warnings[0]
-    with pytest.raises(RefusedError, match=r"another one than clip\.mp4"):
+    with pytest.raises(RefusedError, match=r"the clip is not clip\.mp4"):
         pftrack.load(path, recording=clip)
 
 

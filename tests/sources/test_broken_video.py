@@ -128,7 +128,7 @@ def test_a_relative_path_that_looks_like_an_address_is_a_file(
 ) -> None:
     """A relative path such as `http:/host/clip.mp4` is looked for in the folder, not in the network."""
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(RefusedError, match="no such file or folder"):
+    with pytest.raises(RefusedError, match="the file or folder does not exist"):
         open_sequence(Path("http://127.0.0.1:1/clip.mp4"))
 
 
@@ -219,5 +219,5 @@ def test_pictures_of_different_sizes_are_refused(tmp_path: Path, make_film: Film
 @pytest.mark.parametrize("name", ["missing.mp4", "/dev/null", "/dev/zero"])
 def test_what_is_no_file_is_refused(tmp_path: Path, name: str) -> None:
     """A path that leads nowhere, or to a device, is refused before anything is read."""
-    with pytest.raises(RefusedError, match="there is no such file or folder"):
+    with pytest.raises(RefusedError, match="the file or folder does not exist"):
         open_sequence(tmp_path / name)

@@ -207,7 +207,7 @@ def test_no_bytes_are_too_odd_to_be_told_from_results() -> None:
         ("frame,x,y,w,h\n0,1,2,3,four\n", "h must be a number"),
         ("1,1,2,3,4,5,1\n1,1,2,3,4,5,1\n", "two boxes in frame 0"),
         ("1,2,3,0\n", "no box with an area"),
-        ("hello", "none of results"),
+        ("hello", "does not hold results"),
     ],
 )
 def test_what_is_wrong_is_said(text: str | bytes, words: str) -> None:

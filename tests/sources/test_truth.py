@@ -145,7 +145,7 @@ def test_a_mark_has_a_part_for_each_column() -> None:
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
     """A file that is not there is said to be not there; a folder is said to be none."""
-    with pytest.raises(RefusedError, match=r"there is no file .*none\.csv"):
+    with pytest.raises(RefusedError, match=r"the file .*none\.csv does not exist"):
         read_truth(tmp_path / "none.csv")
     with pytest.raises(RefusedError, match="cannot be read: Is a directory"):
         read_truth(tmp_path)

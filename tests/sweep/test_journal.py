@@ -127,9 +127,9 @@ def foreign(folder: Path, finished: Result) -> dict[str, Path]:
 @pytest.mark.parametrize(
     ("name", "reason"),
     [
-        ("text", "is no Parquet file, or was cut short"),
-        ("empty", "is no Parquet file, or was cut short"),
-        ("short", "is no Parquet file, or was cut short"),
+        ("text", "is not a Parquet file, or was cut short"),
+        ("empty", "is not a Parquet file, or was cut short"),
+        ("short", "is not a Parquet file, or was cut short"),
         ("strange", "is a Parquet file, but none that a sweep wrote"),
         ("newer", "is of format 2, this version of pftrack reads format 1"),
         ("broken", "does not fit this version of pftrack"),
@@ -150,7 +150,7 @@ def test_what_is_not_there_is_told(tmp_path: Path) -> None:
     """Neither a result nor a folder: the sentence says so."""
     with pytest.raises(SweepError, match="neither finished nor begun"):
         resume(tmp_path / "none.parquet")
-    with pytest.raises(SweepError, match="there is no file"):
+    with pytest.raises(SweepError, match=r"the file .* does not exist"):
         read_result(tmp_path / "none.parquet")
     (tmp_path / "bare.parquet.partial").mkdir()
     with pytest.raises(SweepError, match=r"it has no plan\.json"):

@@ -107,7 +107,7 @@ def test_lengths_and_trackers_have_defaults() -> None:
 @pytest.mark.parametrize(
     ("changes", "reason"),
     [
-        ({"experiment": "balls"}, "there is no experiment 'balls'"),
+        ({"experiment": "balls"}, "got 'balls'"),
         ({"axes": (WIDTHS, WIDTHS)}, "the axis occlusion_width_px can be given only once"),
         ({"axes": (Axis("tracker", ("apf",)),)}, "the trackers can be given only once"),
         ({"axes": (Axis("occlusion_width_px", ()),)}, "is empty"),
@@ -120,7 +120,7 @@ def test_lengths_and_trackers_have_defaults() -> None:
         ({"values": {"occlusion_width_px": 5.0}}, "is an axis of the sweep and cannot have a fixed value"),
         ({"values": {"sample_count": 0}}, "sample_count must be a whole number between 1 and 100000, got 0"),
         ({"values": {"sampel_count": 5}}, "did you mean sample_count"),
-        ({"values": {"tracker": "apf"}}, "tracker is no fixed value"),
+        ({"values": {"tracker": "apf"}}, "tracker is not a fixed value"),
         ({"trials": 400_000}, "3 occlusion_width_px x 2 trackers x 400,000 trials are 2,400,000"),
         ({"values": {"gamma_min_px": 30.0}}, "every condition of the sweep is impossible"),
     ],

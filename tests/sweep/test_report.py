@@ -200,10 +200,10 @@ def test_a_sweep_is_exported_as_table_and_as_pictures(finished: Result, tmp_path
     ("name", "plot", "words"),
     [
         ("map.png", None, "the plots of this sweep are curves, success, error.*; say which one is wanted"),
-        ("map.png", "gain", "there is none called 'gain'"),
+        ("map.png", "gain", "got 'gain'"),
         ("rows.csv", "error", "a plot can be written as a picture"),
         ("rows.xlsx", None, r"a sweep can be exported as \.csv"),
-        ("nowhere/rows.csv", None, "there is no folder"),
+        ("nowhere/rows.csv", None, "the folder .* does not exist"),
     ],
 )
 def test_what_a_sweep_cannot_be_exported_as(

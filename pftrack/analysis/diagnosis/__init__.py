@@ -100,7 +100,7 @@ NEVER = "The target is not lost in any frame computed so far."
 HELD: dict[Witness, str] = {
     "truth": NEVER,
     "tracker": NEVER,
-    "": "pftrack cannot tell whether the target is lost: there is no truth, the tracker does not report it, and "
+    "": "pftrack cannot tell whether the target is lost: the truth is unknown, the tracker reports no losses, and "
     "P(lost) is not calibrated on recordings. Mark the target in a few pictures (in a session the key T).",
 }
 """The sentence on a run that has not lost its target, by its witness."""

@@ -217,7 +217,7 @@ class Finder:
 
 
 Make: TypeAlias = Callable[[Any, Sequence[Diagnostics]], bytes]
-"""(the tracker's state, the rows of all frames from 0 to this one) -> the file; an `ConflictError` says why not."""
+"""(the tracker's state, the rows of all frames from 0 to this one) -> the file; a `ConflictError` says why not."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -273,11 +273,11 @@ def find_export(exports: Iterable[N], name: str) -> N:
     """Return the export of a name, or with a suffix.
 
     Raises:
-        RefusedError: There is none.
+        RefusedError: No export has it; the sentence lists all of them.
     """
     offered = tuple(exports)
     found = [one for one in offered if name in {one.name, one.suffix}]
     if not found:
         known = ", ".join(one.name for one in offered) or "none"
-        raise RefusedError(f"there is no export {name!r}; there are {known}", "export", value=name)
+        raise RefusedError(f"the export must be one of {known}, got {name!r}", "export", value=name)
     return found[0]

@@ -380,7 +380,7 @@ def find_open_hand(features: HandFeatures, tips: Floats | None = None) -> OpenHa
         tips: (5, 2) where a person has marked the tips, thumb first, px of the picture; None if nobody has.
 
     Raises:
-        RefusedError: There is none, with the reason.
+        RefusedError: The picture shows no open hand; the sentence says why.
     """
     if not features.finding.ok:
         raise RefusedError(features.finding.value)

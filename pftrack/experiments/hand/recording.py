@@ -206,7 +206,7 @@ def propose(features: HandFeatures) -> ProposedTips:
         features: Of the silhouette.
 
     Raises:
-        RefusedError: It shows no hand, or none of which at least two fingers are seen, with the reason.
+        RefusedError: It shows no hand with at least two visible fingers; the sentence says why.
     """
     try:
         hand = find_open_hand(features)

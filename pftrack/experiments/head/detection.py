@@ -350,7 +350,7 @@ def detect(grey: NDArray[np.uint8]) -> DetectedFace:
         grey: (height, width), 8 bit.
 
     Raises:
-        RefusedError: There is no upright frontal face that is wholly in the picture.
+        RefusedError: The picture does not show a whole upright face from the front.
     """
     height, width = grey.shape
     if min(height, width) < LEAST_FACE_PX:
@@ -397,7 +397,7 @@ def in_box(grey: NDArray[np.uint8], box: Box) -> DetectedFace:
         box: Around the face, px.
 
     Raises:
-        RefusedError: There is no such face in the box.
+        RefusedError: The box does not hold such a face.
     """
     height, width = grey.shape
     x, y, w, h = box

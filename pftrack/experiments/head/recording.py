@@ -121,7 +121,7 @@ def first_face(sequence: FrameSequence, start: int) -> tuple[int, Floats]:
     It is the first one, or a better start soon after it.
 
     Raises:
-        RefusedError: There is none; it says what is wrong with the picture `start`.
+        RefusedError: No picture shows one; the sentence says what is wrong with the picture `start`.
     """
     refused = "expected a face with two eyes, found none"
     for sighting in search(sequence, to_search(start, sequence.frame_count - 1)):
@@ -193,7 +193,7 @@ def read_poses(path: Path) -> PoseTable:
         path: A comma-separated file with the columns frame, yaw_deg, pitch_deg, roll_deg and any others.
 
     Raises:
-        RefusedError: The file is missing, is no such table, or a line of it is wrong.
+        RefusedError: The file is missing, is not such a table, or has a wrong line.
     """
     rows, warnings = read_table(path, POSE_FORM)
     poses = {frame: (yaw, pitch, roll) for frame, (yaw, pitch, roll) in rows.items()}

@@ -351,7 +351,7 @@ def experiment_of(recipe: Recipe) -> Experiment:
     """Return the experiment of a recipe, with the filters that the recipe brings.
 
     Raises:
-        RefusedError: There is none of that name that can be used.
+        RefusedError: The experiment is unknown or cannot be used.
         FilterFileError: A filter cannot be used here, or nobody has said that it is trusted.
     """
     return extend(recipe.experiment, recipe.filters)
@@ -365,7 +365,7 @@ def extend(experiment_id: str, filters: Mapping[str, Sequence[str]]) -> Experime
         filters: All versions of each file by the name of its tracker, the first first.
 
     Raises:
-        RefusedError: There is none of that name that can be used.
+        RefusedError: The experiment is unknown or cannot be used.
         FilterFileError: The experiment takes none, or a file cannot be used with it.
     """
     if not filters:
@@ -541,7 +541,7 @@ def outline(experiment_id: str, names: Iterable[str]) -> Experiment:
     """Return an experiment with trackers of these names, none of which can take a step.
 
     Raises:
-        RefusedError: There is none of that name that can be used.
+        RefusedError: The experiment is unknown or cannot be used.
         FilterFileError: The experiment takes no filters from files.
     """
     return _outline(experiment_id, tuple(names))

@@ -414,7 +414,7 @@ def read_declaration(
     try:
         models, refused = _models(_raw(path), trackers)
     except (KeyError, TypeError, ValueError) as error:
-        raise ValueError(f"{path.name} is no file of loss probabilities ({type(error).__name__}: {error})") from None
+        raise ValueError(f"{path.name} is not a file of loss probabilities ({type(error).__name__}: {error})") from None
     return LossDeclaration(scenes, signals, models, refused)
 
 

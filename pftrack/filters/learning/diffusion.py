@@ -156,8 +156,8 @@ class Learned(BaseModel):
             chart: The chart of that experiment.
 
         Raises:
-            RefusedError: It is no such file, was cut short, is of another version, experiment or chart, or its numbers
-                are no covariance.
+            RefusedError: It is not such a file, was cut short, is of another version, experiment or chart, or its
+                numbers are not a covariance.
         """
         raw = _parse(text)
         if raw.get("version") != VERSION:
@@ -305,11 +305,11 @@ def _parse(text: str) -> dict[str, Any]:
         raw = json.loads(text)
     except json.JSONDecodeError as error:
         cut = text.lstrip().startswith("{") and error.pos >= len(text.rstrip()) - 1
-        raise RefusedError("it was cut short" if cut else f"it is no JSON ({error})") from None
+        raise RefusedError("it was cut short" if cut else f"it is not JSON ({error})") from None
     except (RecursionError, ValueError):
-        raise RefusedError("it is no JSON of a learned motion") from None
+        raise RefusedError("it is not the JSON of a learned motion") from None
     if not isinstance(raw, dict) or raw.get("format") != "pftrack-learned":
-        raise RefusedError("it is no learned motion, as `pftrack learn` writes it")
+        raise RefusedError("it is not a learned motion, as `pftrack learn` writes it")
     return raw
 
 
@@ -367,7 +367,7 @@ class Guidance:
         """Return what a file says that was learned; of an empty text, what is built in.
 
         Raises:
-            ParameterError: It is no learned file, or one of another experiment, chart or version.
+            ParameterError: It is not a learned file, or one of another experiment, chart or version.
         """
         try:
             return _read(text or self.built_in, self.experiment, self.chart)

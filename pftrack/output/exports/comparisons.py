@@ -94,7 +94,7 @@ def export_comparison(comparison: Comparison, path: Path) -> None:
     """Write a comparison, as far as its runs have been computed, to a file of the kind that its name asks for.
 
     Raises:
-        ConflictError: There is no such kind of file, or there is nothing to draw.
+        ConflictError: The kind of file is unknown, or no error can be drawn.
         OSError: The file cannot be written; what was there before is still there.
     """
     found = next((one for one in COMPARISON_FORMATS if path.name.lower().endswith(f".{one.suffix}")), None)
@@ -132,7 +132,7 @@ def _picture(comparison: Comparison, form: str) -> bytes:
     rows = comparison.rows
     errors = [np.array([np.nan if row.error is None else row.error for row in each]) for each in rows]
     if not any(np.isfinite(each).any() for each in errors):
-        raise ConflictError("there is no error to draw: the truth of these frames is not known")
+        raise ConflictError("no error can be drawn: the truth of these frames is unknown")
     title = " · ".join(comparison.names)
     figure = draw_errors(
         [np.where(np.isfinite(each), each, np.nan) for each in errors],

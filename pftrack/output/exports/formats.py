@@ -202,7 +202,7 @@ def export_at(experiment: Experiment, path: Path, plot: str | None = None) -> Ru
         plot: Id of the one plot that is wanted in a picture.
 
     Raises:
-        ConflictError: There is no such kind of file, no such folder or no such plot.
+        ConflictError: The kind of file, its folder or the plot does not exist.
     """
     offered = exports_of(experiment)
     name = path.name.lower()
@@ -212,7 +212,7 @@ def export_at(experiment: Experiment, path: Path, plot: str | None = None) -> Ru
         raise ConflictError(f"a run of {experiment.id} can be exported as {known}; got {path.name!r}")
     folder = path.absolute().parent
     if not folder.is_dir():
-        raise ConflictError(f"{path} cannot be written: there is no folder {folder}")
+        raise ConflictError(f"{path} cannot be written: the folder {folder} does not exist")
     if path.is_dir():
         raise ConflictError(f"{path} is a folder, not a file to write")
     # Of two with the same suffix the experiment's own comes last, and is meant.
@@ -233,7 +233,7 @@ def export(run: Run, path: Path, *, plot: str | None = None) -> Exported:
         plot: Id of the one plot that is wanted in a picture; all if not given.
 
     Raises:
-        ConflictError: There is no such kind of file or no such plot, or it cannot be made of this run.
+        ConflictError: The kind of file or the plot does not exist, or it cannot be made of this run.
         OSError: The file cannot be written; what was there before is still there.
     """
     kind = export_at(run.experiment, path, plot)
@@ -273,7 +273,7 @@ def check_plot(experiment: Experiment, kind: RunExport, plot: str | None) -> Non
     """Make sure that a plot that is wanted can be exported so.
 
     Raises:
-        ConflictError: The kind is no picture of plots, or there is no such plot.
+        ConflictError: The kind is not a picture of plots, or the plot does not exist.
     """
     known = [one.id for one in experiment.plots]
     if plot is not None and kind.group != "plots":

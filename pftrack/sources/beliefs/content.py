@@ -69,7 +69,7 @@ def entries_of(file: BinaryIO) -> dict[str, Entry]:
     """Return all entries that are whole, by name.
 
     Raises:
-        RefusedError: It is no recording of beliefs, or has too many entries.
+        RefusedError: It is not a recording of beliefs, or has too many entries.
     """
     end = file.seek(0, io.SEEK_END)
     found: dict[str, Entry] = {}
@@ -95,7 +95,7 @@ def entries_of(file: BinaryIO) -> dict[str, Entry]:
             raise RefusedError(f"the recording has more than {MOST_ENTRIES:,} entries")
         place = start + packed
     if next(iter(found), None) != RECORDING_ENTRY:
-        raise RefusedError("the file is no recording of beliefs, or was cut short at its beginning")
+        raise RefusedError("the file is not a recording of beliefs, or was cut short at its beginning")
     return found
 
 
@@ -139,7 +139,7 @@ def shape_of(file: BinaryIO, entry: Entry) -> Stored:
         version = np.lib.format.read_magic(file)
         shape, fortran, dtype = np.lib.format.read_array_header_1_0(file)
     except (ValueError, SyntaxError, TypeError, EOFError, TokenError):
-        raise RefusedError("the recording is damaged: an entry is no array") from None
+        raise RefusedError("the recording is damaged: an entry is not an array") from None
     start = file.tell()
     is_ours = version == (1, 0) and not fortran and dtype in DTYPES and len(shape) > 0 and min(shape) >= 0
     if not is_ours or dtype.itemsize * math.prod(shape) != entry.start + entry.size - start:
@@ -242,7 +242,7 @@ class Content:
             or rows.dtype.kind != "i"
             or not _fits(rows[:, FIRST_COUNT:])
         ):
-            raise RefusedError("the recording is damaged: its rows are none")
+            raise RefusedError("the recording is damaged: its rows cannot be read")
         self._rows += len(rows)
         if self._rows > MOST_ROWS:
             raise RefusedError(f"the recording speaks of targets more than the {MOST_ROWS:,} times that are allowed")

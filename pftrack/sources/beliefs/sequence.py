@@ -68,7 +68,7 @@ class BeliefSequence(FrameSequence):
             beside: Where a clip is looked for that the recording names only.
 
         Raises:
-            RefusedError: It is no recording of beliefs, its clip cannot be read, or it exceeds the limits.
+            RefusedError: It is not a recording of beliefs, its clip cannot be read, or it exceeds the limits.
         """
         self.name = name
         self._file, self._lock = file, threading.Lock()
@@ -247,13 +247,13 @@ def open_clip(file: BinaryIO, name: str, sha256: str, limits: Limits, index: Fra
         index: From an earlier survey of the same content.
 
     Raises:
-        RefusedError: It is no video and no GIF, or exceeds the limits.
+        RefusedError: It is neither a video nor a GIF, or exceeds the limits.
     """
     from pftrack.sources.video import VideoSequence  # noqa: PLC0415 - it loads decoders
 
     found = sniff(file.read(HEAD_BYTES))
     if found.kind not in {"video", "gif"}:
-        raise RefusedError("the clip of the recording is no video and no GIF")
+        raise RefusedError("the clip of the recording is neither a video nor a GIF")
     check_bytes(file.seek(0, io.SEEK_END), limits, "the clip has")
     file.seek(0)
     return VideoSequence(file, found, name=name, sha256=sha256, limits=limits, index=index)
@@ -281,7 +281,7 @@ def find_clip(
         return io.BufferedReader(_Part(file, entry)), ""
     if given is not None:
         if about.clip_sha256 and _digest_of(given, limits) != about.clip_sha256:
-            raise RefusedError(f"the clip is another one than {about.clip}, of which the recording is")
+            raise RefusedError(f"the clip is not {about.clip}, on which the recording was made")
         return given.open("rb"), ""
     if not about.clip_sha256:
         return None, ""

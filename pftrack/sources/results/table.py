@@ -121,7 +121,7 @@ def table_of(
             empty += 1
             continue
         if max(map(abs, sides)) > FURTHEST_PX:
-            raise RefusedError(f"frame {box.frame} has a box at {box.x:g}, {box.y:g}, which is no pixel of a picture")
+            raise RefusedError(f"frame {box.frame} has a box at {box.x:g}, {box.y:g}, which is outside every picture")
         if (box.frame, box.target) in found:
             raise RefusedError(f"target {box.target} has two boxes in frame {box.frame}; one is allowed")
         found[box.frame, box.target] = box
@@ -239,7 +239,7 @@ def preview(text: str) -> Preview:
         text: Its beginning.
 
     Raises:
-        RefusedError: It is no table with columns enough.
+        RefusedError: It is not a table, or has too few columns.
     """
     table = read_table(text)
     header = table.header
@@ -257,7 +257,7 @@ def rename(data: bytes, columns: Mapping[str, int]) -> bytes:
         columns: Places of columns by what they are, such as {"frame": 0, "x": 3}.
 
     Raises:
-        RefusedError: There is no such column, or these do not make a box.
+        RefusedError: A column does not exist, or these columns do not make a box.
     """
     text = decode(data)
     header = read_table(text).header

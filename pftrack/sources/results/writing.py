@@ -324,7 +324,7 @@ def read_results(
         return read_rows(data, whole, first_pixel)
     readers: dict[str, Callable[[bytes], ResultTable]] = {"cvat": read_cvat, "coco": read_coco, "csv": read_csv}
     if found is None:
-        raise RefusedError(f"the file is none of results; expected {', '.join(FORMS.values())}")
+        raise RefusedError(f"the file does not hold results; expected {', '.join(FORMS.values())}")
     return readers[found](data)
 
 

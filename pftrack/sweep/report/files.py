@@ -498,7 +498,7 @@ def export_result(result: Result, path: Path, *, plot: str | None = None) -> tup
         plot: Name of the map or of the curves that a picture shows.
 
     Raises:
-        ConflictError: There is no such kind of file, no such folder or no such map; it names those that there are.
+        ConflictError: The kind of file, its folder or the map does not exist; the sentence names those that do.
         OSError: The file cannot be written; what was there before is still there.
     """
     name, folder = path.name.lower(), path.absolute().parent
@@ -507,7 +507,7 @@ def export_result(result: Result, path: Path, *, plot: str | None = None) -> tup
         known = ", ".join(f".{suffix}" for suffix in SUFFIXES)
         raise ConflictError(f"a sweep can be exported as {known}; got {path.name!r}")
     if not folder.is_dir():
-        raise ConflictError(f"{path} cannot be written: there is no folder {folder}")
+        raise ConflictError(f"{path} cannot be written: the folder {folder} does not exist")
     if form in {"png", "svg"}:
         write_whole(path, _picture(result, "png" if form == "png" else "svg", plot))
         return (path,)
@@ -526,7 +526,7 @@ def export_result(result: Result, path: Path, *, plot: str | None = None) -> tup
 def _picture(result: Result, form: style.PictureForm, name: str | None) -> bytes:
     known = figures(Study.of(result))
     if name not in known:
-        wanted = "say which one is wanted" if name is None else f"there is none called {name!r}"
+        wanted = "say which one is wanted" if name is None else f"got {name!r}"
         raise ConflictError(f"the plots of this sweep are {', '.join(known) or 'none'}; {wanted}")
     manifest = manifest_of_result(result)
     return style.encode(known[name](), form, f"{manifest['title']}: {name}", manifest)

@@ -108,7 +108,7 @@ def find(wanted: str, lessons: Mapping[str, Lesson] = LESSONS) -> Lesson:
         lessons: Among which it is looked for; those of lecturers may be added.
 
     Raises:
-        RefusedError: There is none; the sentence lists those that there are.
+        RefusedError: The lesson is unknown; the sentence lists all of them.
     """
     if wanted in lessons:
         return lessons[wanted]
@@ -116,4 +116,4 @@ def find(wanted: str, lessons: Mapping[str, Lesson] = LESSONS) -> Lesson:
     if wanted.isdecimal() and int(wanted) in numbered:
         return numbered[int(wanted)]
     known = [f"{lesson.number} {name}" if lesson.number else name for name, lesson in lessons.items()]
-    raise RefusedError(f"there is no lesson {wanted[:40]!r}; there are {', '.join(known)}", "lesson", value=wanted)
+    raise RefusedError(f"the lesson must be one of {', '.join(known)}, got {wanted[:40]!r}", "lesson", value=wanted)

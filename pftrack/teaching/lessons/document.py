@@ -200,7 +200,7 @@ def decode(data: bytes) -> str:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data[: error.start].count(b"\n") + 1
-        raise DocumentError(line, "this is no UTF-8; save the file with that encoding") from None
+        raise DocumentError(line, "this is not UTF-8; save the file with that encoding") from None
 
 
 def document_of(text: str) -> Document:
@@ -232,7 +232,7 @@ def _read(text: str, places: dict[Place, int]) -> dict[str, Any]:
     except yaml.MarkedYAMLError as error:
         line = error.problem_mark.line + 2 if error.problem_mark else 1
         remedy = "put a text that has a : or a bracket into quotes, and indent with spaces"
-        raise DocumentError(line, f"the head is no YAML: {error.problem}; {remedy}") from None
+        raise DocumentError(line, f"the head is not YAML: {error.problem}; {remedy}") from None
     except yaml.reader.ReaderError as error:
         line = text.encode()[: error.position].count(b"\n") + 2
         raise DocumentError(line, "there is a character that YAML does not allow") from None
@@ -270,7 +270,7 @@ def _build(node: yaml.Node, place: Place, loader: Any, places: dict[Place, int])
     try:
         value = loader.construct_object(node)
     except (ValueError, OverflowError):
-        raise DocumentError(node.start_mark.line + 2, f"{node.value[:40]!r} is no value; put it in quotes") from None
+        raise DocumentError(node.start_mark.line + 2, f"{node.value[:40]!r} is not a value; put it in quotes") from None
     if isinstance(value, int) and abs(value) >= LARGEST_NUMBER:
         raise DocumentError(node.start_mark.line + 2, f"{node.value[:40]!r} is too large a number")
     if isinstance(value, bool) and node.value.lower() not in {"true", "false"}:

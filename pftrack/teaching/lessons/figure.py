@@ -397,7 +397,7 @@ class Number:
 
 @dataclass(frozen=True, slots=True)
 class Shown:
-    """What a demonstration comes to at some parameters.
+    """What a demonstration shows at some parameters.
 
     Attributes:
         figure: What is drawn.
@@ -504,6 +504,6 @@ def _trace(layout: Any, numbers: Given, said: Mapping[str, object]) -> Any:  # n
 
 
 def ceiling(value: float) -> float:
-    """Return the next of 1, 1.5, 2, 3, 5, 7 and their powers of ten that is no less than a positive value."""
+    """Return the next of 1, 1.5, 2, 3, 5, 7 and their powers of ten that is at least a positive value."""
     power = 10.0 ** math.floor(math.log10(value))
     return next(factor * power for factor in (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0) if value <= factor * power)

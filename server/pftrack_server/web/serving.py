@@ -79,7 +79,7 @@ class Connection(HttpToolsProtocol):
     def send_400_response(self, msg: str) -> None:
         """Refuse what is not HTTP, or no address, in the shape of every error."""
         del msg  # plain text
-        answer = response(HTTPStatus.BAD_REQUEST, shape("What was sent is no valid HTTP request"), CLOSING)
+        answer = response(HTTPStatus.BAD_REQUEST, shape("The request is not valid HTTP"), CLOSING)
         lines = [STATUS_LINE[answer.status_code], *(b"%b: %b\r\n" % header for header in answer.raw_headers), b"\r\n"]
         self.transport.write(b"".join(lines) + bytes(answer.body))
         self.transport.close()

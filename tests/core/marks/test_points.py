@@ -55,7 +55,7 @@ def test_what_is_no_list_of_points_is_refused(tmp_path: Path, name: str, text: s
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
     """A file that is not there, or is a folder, is said to be so."""
-    with pytest.raises(ValueError, match=r"there is no file .*none\.csv"):
+    with pytest.raises(ValueError, match=r"the file .*none\.csv does not exist"):
         FacePoints.parse(str(tmp_path / "none.csv"))
     with pytest.raises(ValueError, match="cannot be read: Is a directory"):
         FacePoints.parse(str(tmp_path))

@@ -186,7 +186,7 @@ class TestMistakes:
             ),
             ("def propagate(states):\n    return states * float('nan')\n", 1, "not finite for 60 of 60 particles"),
             ("def propagate(states):\n    states += 1\n    return states\n", 2, "read-only"),
-            ("def propagate(states):\n    return 'here'\n", 1, "returned str, which is no array of numbers"),
+            ("def propagate(states):\n    return 'here'\n", 1, "returned str, which is not an array of numbers"),
             ("def log_likelihood(states):\n    return states[:, 0] * float('nan')\n", 1, "NaN for 60 of 60 particles"),
             ("def log_likelihood(states):\n    return states\n", 1, "of shape (60, 4); expected (60,)"),
             ("def resample(log_weights):\n    return [0.5] * 60\n", 1, "as whole numbers"),

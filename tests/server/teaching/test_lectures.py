@@ -34,7 +34,7 @@ BOMB = "a: &a [x, x]\nb: &b [*a, *a]"
 HOSTILE = {
     "no head": ("title: x", "Line 1: the file begins with a head"),
     "no end": ("---\ntitle: x", "Line 1: the head that begins here"),
-    "not text": (b"---\ntitle: \xff\xfe\n---\n", "Line 2: this is no UTF-8"),
+    "not text": (b"---\ntitle: \xff\xfe\n---\n", "Line 2: this is not UTF-8"),
     "bomb": (f"---\ntitle: x\n{BOMB}\n---\n", "Line 3: references"),
     "tag": ("---\ntitle: !!python/object/apply:os.getcwd []\n---\n", "Line 2: the tag"),
     "deep": (f"---\ntitle: x\nitems: {'[' * 90}{']' * 90}\n---\n", "nested more than"),

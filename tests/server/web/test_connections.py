@@ -65,7 +65,7 @@ def test_what_is_not_http_is_refused_as_everything_is(server: Server, said: byte
         answer = http.client.HTTPResponse(raw)
         answer.begin()
         assert (answer.status, answer.headers["content-type"]) == (400, "application/json")
-        assert json.loads(answer.read()) == {"error": {"message": "What was sent is no valid HTTP request"}}
+        assert json.loads(answer.read()) == {"error": {"message": "The request is not valid HTTP"}}
         assert is_closed(raw)
 
 

@@ -76,7 +76,7 @@ USES = """uses:
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("experiment: ball", "experiment: bowl", "there is no experiment 'bowl'"),
+        ("experiment: ball", "experiment: bowl", "got 'bowl'"),
         ("tracker: condensation", "tracker: condensatoin", "did you mean condensation?"),
         ("frame: 4", "frame: 4000", "`frame` is 4000, and the last of"),
         ("plots: [error]", "plots: [eror]", "did you mean error?"),
