@@ -14,7 +14,7 @@ from pftrack.core.model.preset import ORDER, Failure
 from pftrack.core.model.recipe import Recipe
 from pftrack.core.model.series import Known
 from pftrack.core.model.tracker import Diagnostics
-from pftrack.core.refusal import RefusedError
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.loss import loss_words
 from pftrack.runs.run import Run
@@ -107,14 +107,14 @@ def entry(experiments: Mapping[str, Experiment], name: str) -> Entry:
     """Return a failure by its id or its number.
 
     Raises:
-        RefusedError: The failure is unknown; the sentence lists all of them.
+        ParameterError: The failure is unknown; the sentence lists all of them.
     """
     entries = gallery(experiments)
     for each in entries:
         if name in {each.failure.id, str(each.number)}:
             return each
     known = ", ".join(f"{each.number} {each.failure.id}" for each in entries)
-    raise RefusedError(f"the failure must be one of {known}, got {name!r}", "failure", value=name)
+    raise ParameterError("failure", name, f"one of {known}")
 
 
 def run_failure(shown: Entry, *, cured: bool = False, seed: int | None = None) -> FailureRun:

@@ -32,7 +32,7 @@ from pftrack.core.model.series import Plot, Reading
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Kind
 from pftrack.core.model.tracker import Step
-from pftrack.core.refusal import RefusedError
+from pftrack.core.refusal import ParameterError, RefusedError
 from pftrack.experiments.experiment import INTERFACE, Experiment
 
 __all__ = [
@@ -215,10 +215,7 @@ def find(experiment_id: str) -> Experiment:
     broken = next((plugin for plugin in EXPERIMENTS.plugins if plugin.name == experiment_id), None)
     if broken is not None:
         raise RefusedError(broken.report[:1].lower() + broken.report[1:], "experiment", value=experiment_id)
-    known = ", ".join(EXPERIMENTS)
-    raise RefusedError(
-        f"the experiment must be one of {known}, got {experiment_id!r}", "experiment", value=experiment_id
-    )
+    raise ParameterError("experiment", experiment_id, f"one of {', '.join(EXPERIMENTS)}")
 
 
 def find_for(kind: Kind) -> Experiment:

@@ -151,8 +151,10 @@ def read_words(
     if list(trackers) != list(said.titles):
         given = f"{', '.join(said.titles)}; expected {', '.join(trackers)}"
         raise ValueError(f"{folder.name}/experiment.yaml: it has titles of the trackers {given}")
-    own = frames or {}
-    declared = (replace(each, frames=own.get(each.name, each.frames)) for each in said.measures)
+    values = {each.name: each.frames for each in said.measures} | dict(frames or {})
+    if unknown := list(values)[len(said.measures) :]:
+        raise ValueError(f"{folder.name}/experiment.yaml: it lacks the measures {', '.join(unknown)}")
+    declared = (replace(each, frames=values[each.name]) for each in said.measures)
     return {
         **said.texts,
         "measures": (*measures, *declared),

@@ -32,7 +32,7 @@ from time import process_time
 
 from pydantic import with_config
 
-from pftrack.core.refusal import RefusedError
+from pftrack.core.refusal import ParameterError
 from pftrack.core.texts import CLOSED, read_as
 from pftrack.reproduce.finding import Entry, Finding, Form, Record, hash_sources, not_run
 from pftrack.reproduce.pool import Pool
@@ -103,13 +103,13 @@ def reproduce(
             again.
 
     Raises:
-        RefusedError: A result is unknown; the sentence lists all of them.
+        ParameterError: A result is unknown; the sentence lists all of them.
         SweepError: The folder holds other sweeps under the same names, or the workers failed.
         OSError: The folder or the record cannot be written.
     """
     for name in names:
         if name not in RESULTS:
-            raise RefusedError(f"the result must be one of {', '.join(RESULTS)}, got {name!r}", "result", value=name)
+            raise ParameterError("result", name, f"one of {', '.join(RESULTS)}")
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
     form: Form = "full" if full else "quick"

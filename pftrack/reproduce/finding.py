@@ -27,12 +27,12 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, SupportsFloat, TypeAlias
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, TypeAdapter, ValidationError, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, RootModel, TypeAdapter, ValidationError, model_validator
 
 from pftrack.core.arrays import Floats
 from pftrack.core.files import write_whole
 from pftrack.core.model.parameters import Value
-from pftrack.core.texts import read_as, read_texts, refusal
+from pftrack.core.texts import read_as, read_texts, read_whole, refusal
 from pftrack.experiments import EXPERIMENTS
 
 Verdict: TypeAlias = Literal["reproduced", "better", "differs", "our own figure", "not run"]
@@ -42,7 +42,7 @@ Ground: TypeAlias = Literal[
     "stated", "chosen", "share", "trials", "fewer", "own", "half", "lawns", "eleven", "seeds", "successes", "ends"
 ]
 
-GROUNDS = TypeAdapter(dict[Ground, str]).validate_python(read_texts(Path(__file__).with_name("grounds.yaml"))[0])
+GROUNDS = read_whole(RootModel[dict[Ground, str]], Path(__file__).with_name("grounds.yaml")).root
 """Why a tolerance is what it is."""
 
 Key: TypeAlias = str | int | float

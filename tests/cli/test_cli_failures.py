@@ -52,5 +52,5 @@ def test_a_failure_is_drawn_for_print(call: Call, tmp_path: Path) -> None:
 
 def test_a_failure_that_is_not_there_is_refused(call: Call) -> None:
     """An unknown name or number, or a seed that is none, is wrong use, and says what there is."""
-    refused(call("failures", "run", "11"), 2, "the failure must be one of 1 sample-impoverishment", "got '11'")
+    refused(call("failures", "run", "11"), 2, "failure must be one of 1 sample-impoverishment", "got '11'")
     refused(call("failures", "run", "4", "--seed", "x"), 2, "--seed must be a whole number", "'x'")

@@ -9,6 +9,8 @@ import pftrack.experiments
 from pftrack.core.model.series import ERROR, Reading
 from pftrack.experiments import find
 from pftrack.experiments.declared import ERRORS, read_words
+from pftrack.experiments.linkage import experiment as linkage
+from pftrack.experiments.structure import experiment as structure
 
 FISH = find("fish")
 
@@ -58,10 +60,25 @@ def test_a_mistake_is_named_with_its_line(folder: Path, old: str, new: str, mess
 
 def test_measures_of_a_file_are_of_the_errors_by_default(tmp_path: Path) -> None:
     """A mistake in one is named with its line, as in other sections."""
-    structure, own = find("structure"), Path(pftrack.experiments.__file__).parent / "structure"
-    assert read_words(own, structure.trackers)["measures"][-1] == structure.measures[-1]
-    assert structure.measures[-1].frames is ERRORS
+    known, own = find("structure"), Path(pftrack.experiments.__file__).parent / "structure"
+    assert read_words(own, known.trackers)["measures"][-1] == known.measures[-1]
+    assert known.measures[-1].frames is ERRORS
     text = (own / "experiment.yaml").read_text("utf-8").replace("how: until", "hou: until")
     (tmp_path / "experiment.yaml").write_text(text, "utf-8")
     with pytest.raises(ValueError, match=r"line \d+: measures.frames_to_shape has an unknown field 'hou'"):
-        read_words(tmp_path, structure.trackers)
+        read_words(tmp_path, known.trackers)
+
+
+def test_values_of_a_measure_that_no_file_declares_are_refused(folder: Path) -> None:
+    """So a misspelt name does not leave the measure with the errors."""
+    with pytest.raises(ValueError, match=r"fish/experiment\.yaml: it lacks the measures beauty"):
+        read_words(folder, FISH.trackers, frames={"beauty": ERRORS})
+
+
+def test_numbers_in_the_words_of_measures_are_those_of_the_code() -> None:
+    """Files repeat them."""
+    last = find("linkage").measure_named("final_direction_error_deg")
+    assert f"last {linkage.LAST_FRAMES} " in last.title
+    assert f"last {linkage.LAST_FRAMES} " in last.description
+    for name in (structure.WITHIN, "frames_to_shape"):
+        assert f"at most {structure.FOUND_PERCENT:g} %" in find("structure").measure_named(name).description

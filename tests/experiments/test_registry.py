@@ -132,7 +132,7 @@ def test_the_registry_is_a_mapping() -> None:
     assert "nothing" not in EXPERIMENTS
     assert EXPERIMENTS.get("nothing") is None
     assert all(experiment.id == name for name, experiment in EXPERIMENTS.items())
-    with pytest.raises(RefusedError, match=r"the experiment must be one of ball, histogram, fish, .*, got 'nothing'"):
+    with pytest.raises(RefusedError, match=r"experiment must be one of ball, histogram, fish, .*, got 'nothing'"):
         find("nothing")
 
 

@@ -116,7 +116,7 @@ def test_a_file_that_is_no_recipe_is_told(tmp_path: Path, content: str | None, s
 
 def test_what_cannot_be_run_is_refused_with_a_sentence(run: pftrack.Run, tmp_path: Path) -> None:
     """An experiment, preset, parameter or recording that does not exist is named, with those that there are."""
-    with pytest.raises(RefusedError, match=r"the experiment must be one of ball, .*, got 'bal'"):
+    with pytest.raises(RefusedError, match=r"experiment must be one of ball, .*, got 'bal'"):
         pftrack.run("bal")
     with pytest.raises(RefusedError, match="the preset of ball must be one of works"):
         pftrack.run("ball", preset="best")

@@ -2,7 +2,7 @@
 
 import math
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 
@@ -100,6 +100,11 @@ def test_a_range_is_its_middle_and_half_its_width() -> None:
     stated = Statement(result="x", between=[62.0, 64.0], tolerance=1.5, ground="chosen")
     assert (stated.judge(65.5).tolerance, stated.judge(65.5).verdict) == (2.5, "reproduced")
     assert stated.judge(65.6).fails
+
+
+def test_every_ground_has_its_words() -> None:
+    """A tolerance says why it is what it is."""
+    assert finding.GROUNDS.keys() == set(get_args(finding.Ground))
 
 
 @pytest.mark.parametrize("path", STUDIES, ids=lambda path: path.stem)

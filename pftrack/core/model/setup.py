@@ -24,7 +24,7 @@ from pftrack.core.model.recipe import Footage
 from pftrack.core.model.series import Series
 from pftrack.core.model.source import Frame, FrameSequence, Source
 from pftrack.core.model.tracker import Diagnostics
-from pftrack.core.refusal import RefusedError
+from pftrack.core.refusal import ParameterError
 
 # An experiment that takes recordings may declare how it looks at a target that was marked or found
 # (`Experiment.suits`). The answer is a number from 0 to 1, the words that go with it, and what would help.
@@ -273,11 +273,11 @@ def find_export(exports: Iterable[N], name: str) -> N:
     """Return the export of a name, or with a suffix.
 
     Raises:
-        RefusedError: No export has it; the sentence lists all of them.
+        ParameterError: No export has it; the sentence lists all of them.
     """
     offered = tuple(exports)
     found = [one for one in offered if name in {one.name, one.suffix}]
     if not found:
         known = ", ".join(one.name for one in offered) or "none"
-        raise RefusedError(f"the export must be one of {known}, got {name!r}", "export", value=name)
+        raise ParameterError("export", name, f"one of {known}")
     return found[0]

@@ -10,7 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Final
 
-from pftrack.core.refusal import RefusedError
+from pftrack.core.refusal import ParameterError
 from pftrack.teaching.lessons.figure import Figure, Number, Shown
 from pftrack.teaching.lessons.lesson import (
     Check,
@@ -108,7 +108,7 @@ def find(wanted: str, lessons: Mapping[str, Lesson] = LESSONS) -> Lesson:
         lessons: Among which it is looked for; those of lecturers may be added.
 
     Raises:
-        RefusedError: The lesson is unknown; the sentence lists all of them.
+        ParameterError: The lesson is unknown; the sentence lists all of them.
     """
     if wanted in lessons:
         return lessons[wanted]
@@ -116,4 +116,4 @@ def find(wanted: str, lessons: Mapping[str, Lesson] = LESSONS) -> Lesson:
     if wanted.isdecimal() and int(wanted) in numbered:
         return numbered[int(wanted)]
     known = [f"{lesson.number} {name}" if lesson.number else name for name, lesson in lessons.items()]
-    raise RefusedError(f"the lesson must be one of {', '.join(known)}, got {wanted[:40]!r}", "lesson", value=wanted)
+    raise ParameterError("lesson", wanted, f"one of {', '.join(known)}")

@@ -1,5 +1,6 @@
 """Exercises: right solutions pass whatever the seed is, and each kind of mistake is found by its property."""
 
+import inspect
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 
 from pftrack.experiments.own.code import FUNCTIONS, trust
-from pftrack.teaching.exercises import Verdict, exercise_named_in, read_exercises
+from pftrack.teaching.exercises import Verdict, exercise_named_in, properties, read_exercises
 from pftrack.teaching.exercises.grading import check, check_text, results, table_of
 from pftrack.teaching.exercises.properties import PROPERTIES
 from pftrack.teaching.exercises.submission import Check, Exercise, Submission, bernstein_margin, moments_on_grid
@@ -55,6 +56,14 @@ class TestShipped:
     def test_every_property_is_asked_for(self) -> None:
         """By one exercise at least."""
         assert {check.property for each in SHIPPED.exercises.values() for check in each.checks} == PROPERTIES.keys()
+
+    def test_every_verdict_has_its_words(self) -> None:
+        """The file declares what the code says by name, and nothing else."""
+        source = inspect.getsource(properties)
+        for name, what in re.findall(r'"([a-z-]+) ([a-z]+)"[,)]', source):
+            assert name not in PROPERTIES or what in PROPERTIES[name].words
+        for name, each in PROPERTIES.items():
+            assert all(f'"{name} {what}"' in source or f'"{what}"' in source for what in each.words), name
 
     @pytest.mark.parametrize("name", SOLUTIONS)
     def test_the_right_solution_has_all_points(self, name: str) -> None:

@@ -126,7 +126,7 @@ BAD = {
         12,
         "`unlocked` names occlusion_with_px, which ball does not have; did you mean occlusion_width_px?",
     ),
-    "experiment": (changed("experiment: ball", "experiment: bowl"), 4, "the experiment must be one of ball"),
+    "experiment": (changed("experiment: ball", "experiment: bowl"), 4, "experiment must be one of ball"),
     "tracker": (changed("tracker: condensation", "tracker: condensatoin"), 5, "did you mean condensation?"),
     "bounds": (changed("sample_count: 50", "sample_count: 0"), 9, "sample_count must be a whole number between"),
     "parameter": (changed("process_noise_px: 2", "proces_noise_px: 2"), 11, "did you mean process_noise_px?"),

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from pftrack.teaching.lessons.course.resampling import (
+    LOOK,
     WEIGHTS,
     ResamplingParameters,
     Scheme,
@@ -16,6 +17,13 @@ from pftrack.teaching.lessons.course.resampling import (
 )
 
 SCHEMES: tuple[Scheme, ...] = "systematic", "stratified", "multinomial"
+
+
+def test_the_axis_of_copies_names_the_weights() -> None:
+    """The file repeats them."""
+    axis = LOOK.panels["copies"].x
+    assert axis.names == tuple(f"{weight:g}" for weight in WEIGHTS)
+    assert (axis.low, axis.high) == (-0.6, len(WEIGHTS) - 0.4)
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
