@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from pftrack.core.files import part_of, settle, write_whole
+from pftrack.core.files import part_of, read_text, settle, write_whole
 
 
 def test_a_file_is_replaced(tmp_path: Path) -> None:
@@ -41,3 +41,15 @@ def test_parts_have_names_of_their_own(tmp_path: Path) -> None:
     settle(second, path)
     settle(first, path)
     assert path.read_bytes() == b"first"
+
+
+def test_a_text_is_read_up_to_a_size(tmp_path: Path) -> None:
+    """A mark of byte order is left out; a file that is larger, or not a text, is refused."""
+    path = tmp_path / "a.txt"
+    path.write_bytes(b"\xef\xbb\xbf" + b"a" * 1021)
+    assert read_text(path, 1024) == "a" * 1021
+    with pytest.raises(ValueError, match=r"^a\.txt is larger than the 0 KiB allowed$"):
+        read_text(path, 1023)
+    path.write_bytes(b"\xff\xfe\xfd")
+    with pytest.raises(ValueError, match=r"^a\.txt is not a text$"):
+        read_text(path, 1024)

@@ -44,3 +44,12 @@ def test_the_refusal_of_a_validator_is_raised_as_it_is() -> None:
     with pytest.raises(ValidationError) as none:
         _Odd(count="many")
     assert first_problem(none.value.errors())["loc"] == ("count",)
+
+
+def test_any_refusal_of_a_validator_is_raised_as_it_is() -> None:
+    """Not only that of a value."""
+    error = FilterFileError("own.py", 3, "the name x is not defined")
+    wrapped = [{"type": "value_error", "loc": (), "ctx": {"error": error}}, {"type": "missing", "loc": ("a",)}]
+    with pytest.raises(FilterFileError) as raised:
+        first_problem(wrapped)
+    assert raised.value is error

@@ -211,3 +211,13 @@ def test_a_whole_experiment_is_compiled_and_kept(tmp_path: Path, monkeypatch: py
     assert len(first.seconds) > 5
     assert not second.seconds
     assert first.ready == second.ready == memory.ready(["sine"])
+
+
+def test_an_idle_process_helps_the_fullest_from_its_end() -> None:
+    """Of what is begun it takes the last case of the experiment of which most wait; its own it takes in order."""
+    schedule = Schedule(["short", "long"])
+    for name, count in (("short", 3), ("long", 5)):
+        assert schedule.take(None) == (name, 0)
+        schedule.on_begin(name, count)
+    assert schedule.take(None) == ("long", 4)
+    assert schedule.take("short") == ("short", 1)

@@ -240,3 +240,11 @@ def test_a_run_on_oblong_pixels_says_that_they_were_made_square(oblong: Path, tm
     again.finish()
     assert again.estimates_sha256 == today.estimates_sha256
     assert today.diagnostics[-1].estimate[0] == pytest.approx(74, abs=3)
+
+
+def test_a_large_description_is_not_read(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A small archive may hold a thousand times as much."""
+    save(run, tmp_path / "a.pft")
+    monkeypatch.setattr(record, "LARGEST_RECORD_BYTES", 10)
+    with pytest.raises(RefusedError, match=r"a\.pft is not a saved run: its description is larger"):
+        read(tmp_path / "a.pft")

@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pftrack.core.refusal import RefusedError
-from pftrack.sources.truth import BOX_FORM, BOXES, read_truth, write_table
+from pftrack.sources import truth
+from pftrack.sources.truth import BOX_FORM, BOXES, read_table, read_truth, write_table
 
 DATA = Path(__file__).parents[2] / ".." / "shared" / "data"
 
@@ -167,3 +168,12 @@ def test_the_tables_of_real_clips_are_read(clip: str, labelled: int) -> None:
     if not path.exists():
         pytest.skip("the sample clips are not beside this checkout")
     assert len(read_truth(path).boxes) == labelled
+
+
+def test_a_large_file_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is not read, and the sentence names the limit."""
+    monkeypatch.setattr(truth, "LARGEST_FILE_BYTES", 20)
+    path = tmp_path / "a.csv"
+    path.write_text("frame,x,y,w,h\n4,10,20,5,3\n")
+    with pytest.raises(RefusedError, match=r"a\.csv is larger than the 0 MiB allowed"):
+        read_table(path, BOX_FORM)

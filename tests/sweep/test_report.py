@@ -51,6 +51,7 @@ def test_every_figure_is_a_picture_with_something_on_it(report: Report) -> None:
 def test_tables_say_what_the_cells_say(report: Report, finished: Result) -> None:
     """Rates of trackers and along the axes are those of the cells, in the report and in its file."""
     by_tracker, measures, along, *_ = report.tables
+    assert by_tracker.columns[-1] == "lost frames"  # a column without a value is left out
     for row in by_tracker.rows:
         assert row[2] == f"{cells(finished)[row[0]].rate[0, 0]:.3f}"
     of_axis = cells(finished, "occlusion_width_px")
