@@ -31,7 +31,7 @@ def test_a_failure_is_found_by_id_and_by_number() -> None:
     """`3` and its id are the same failure; an unknown one is refused with a list of all."""
     assert entry(EXPERIMENTS, "3") == entry(EXPERIMENTS, "look-alike-capture")
     for wrong in ("0", "11", "", "look-alike"):
-        with pytest.raises(RefusedError, match=r"there are 1 sample-impoverishment, 2 overconfident-weights"):
+        with pytest.raises(RefusedError, match=r"must be one of 1 sample-impoverishment, 2 overconfident-weights"):
             entry(EXPERIMENTS, wrong)
 
 

@@ -48,7 +48,7 @@ def test_what_is_no_box_is_refused(tmp_path: Path, text: str, said: str) -> None
 
 def test_folders_without_sequences_are_refused(tmp_path: Path) -> None:
     """So is a folder that holds none, and one that does not exist."""
-    with pytest.raises(RefusedError, match="no sequence"):
+    with pytest.raises(RefusedError, match="is not a sequence"):
         find_sequences(tmp_path)
-    with pytest.raises(RefusedError, match="no folder"):
+    with pytest.raises(RefusedError, match="does not exist"):
         find_sequences(tmp_path / "none")

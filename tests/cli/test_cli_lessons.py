@@ -99,8 +99,8 @@ def test_export_writes_a_notebook_with_the_values_given(call: Call, tmp_path: Pa
 @pytest.mark.parametrize(
     ("arguments", "parts"),
     [
-        (("check", "nothing"), ("no lesson 'nothing'", "1 probability", "3 bayes")),
-        (("figure", "99", "--out", "a.png"), ("no lesson '99'",)),
+        (("check", "nothing"), ("lesson must be one of 1 probability", "3 bayes", "got 'nothing'")),
+        (("figure", "99", "--out", "a.png"), ("lesson must be one of ", "got '99'")),
         (("figure", "1", "--out", "a.gif"), (".png or .svg or .pdf or .json", "a.gif")),
         (("figure", "1", "--out", "a"), ("expected a file", "'a'")),
         (("figure", "1", "--out", "a.png", "--set", "count"), ("name=value", "'count'")),
@@ -115,7 +115,7 @@ def test_export_writes_a_notebook_with_the_values_given(call: Call, tmp_path: Pa
         (("figure", "1", "--out", "a.png", "--seed", "-1"), ("--seed must be a whole number",)),
         (("figure", "1"), ("--out",)),
         (("export", "1", "--notebook", "a.txt"), ("expected a file .ipynb", "a.txt")),
-        (("export", "nothing", "--notebook", "a.ipynb"), ("no lesson 'nothing'",)),
+        (("export", "nothing", "--notebook", "a.ipynb"), ("lesson must be one of ", "got 'nothing'")),
         ((), ("command",)),
         (("nothing",), ("nothing",)),
     ],

@@ -92,5 +92,5 @@ def test_a_file_of_probabilities_comes_back(tmp_path: Path) -> None:
     raw = json.loads(path.read_text("utf-8"))
     for wrong in ({}, raw | {"version": 2}, raw | {"trackers": {"nobody": raw["trackers"]["h-spf"]}}):
         path.write_text(json.dumps(wrong), "utf-8")
-        with pytest.raises(ValueError, match="no file of loss probabilities"):
+        with pytest.raises(ValueError, match="is not a file of loss probabilities"):
             read_declaration(path, BALL.trackers, scenes)

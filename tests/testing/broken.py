@@ -334,7 +334,7 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
     "only a noisy source depends on the seed": (lambda: showing(Quiet), "frame 0 depends on the seed"),
     "another process comes to the same numbers": (
         lambda: replace(SOUND, id="unlisted"),
-        "another process cannot compute the run: .*no experiment 'unlisted'",
+        "another process cannot compute the run: .*got 'unlisted'",
     ),
     "a batch comes to the numbers of live runs": (
         lambda: folding(lambda done: {"estimates": done.estimates + 1e-9}),

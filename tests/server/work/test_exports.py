@@ -98,7 +98,7 @@ def test_what_is_not_offered_is_not_there(client: httpx.Client) -> None:
     session = begin(client, experiment="sine")
     assert [one["name"] for one in session["exports"]] == [one.name for one in FORMATS]
     answer = client.post(f"/api/v1/sessions/{session['id']}/exports/face-obj")
-    assert "no export 'face-obj'; there are csv" in error_of(answer, 404)["message"]
+    assert "xport must be one of csv" in error_of(answer, 404)["message"]
 
 
 def pictures_in(film: Path) -> int:
@@ -151,7 +151,7 @@ def test_a_saved_run_is_exported_from_its_file(client: httpx.Client, tmp_path: P
     assert (place.name, pd.read_csv(place)["frame"].tolist()) == ("sine-condensation-7.csv", list(range(8)))
     said = error_of(client.post(f"{address}/png", params={"plot": "gain"}), 409)["message"]
     assert "ine has no plot 'gain', only error, sigma" in said
-    assert "no export 'docx'; there are csv" in error_of(client.post(f"{address}/docx"), 404)["message"]
+    assert "xport must be one of csv" in error_of(client.post(f"{address}/docx"), 404)["message"]
 
 
 def test_a_file_that_is_too_large_or_stopped_leaves_nothing(start_server: Callable[..., Any]) -> None:

@@ -355,7 +355,7 @@ class TestFiles:
     @pytest.mark.parametrize(
         ("values", "line", "words"),
         [
-            ({"experiment": "sinus"}, 4, "no experiment 'sinus'"),
+            ({"experiment": "sinus"}, 4, "got 'sinus'"),
             ({"functions": "[resampel]"}, 5, "did you mean resample?"),
             ({"checks": "[{property: unbaised}]"}, 6, "did you mean unbiased?"),
             ({"checks": "[{property: unbiased, options: {drawn: 5}}]"}, 6, "did you mean draws?"),
