@@ -1,5 +1,6 @@
 """The panel proposes values and shows what the session says."""
 
+import asyncio
 import threading
 import time
 
@@ -154,3 +155,20 @@ def test_a_second_browser_sees_what_the_first_one_does(session: Session, site: S
         other.uuid("Particles")
         peer.move("Particles", 123)
         wait_for(lambda: other.control("Particles")["value"] == 123)
+
+
+def test_what_is_moved_while_the_viewer_closes_leaves_no_timer(session: Session, peer: Peer) -> None:
+    """It would set the controls of a scene that has ended, seconds later."""
+    panel = session.viewer._panel
+    peer.move("Occluder width (px)", 70)
+    wait_for(lambda: session.changes)
+
+    async def close() -> None:
+        closing = asyncio.ensure_future(session.viewer.close())
+        await asyncio.sleep(0)
+        panel._propose("occlusion_width_px", 80.0)
+        await closing
+
+    session.loop.call(close)
+    assert panel._timer is not None
+    assert panel._timer.cancelled()

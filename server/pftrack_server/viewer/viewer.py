@@ -95,10 +95,10 @@ class Viewer:
 
     async def close(self) -> None:
         """Disconnect all browsers and end the viser server; a second call does nothing."""
-        if self._work.cancel():
-            self._panel.close()
-            self._server.stop()
+        self._work.cancel()
+        self._server.stop()
         await self.endpoint.wait_closed()
+        self._panel.close()  # last, since whoever moves a control until then sets its timer anew
 
     async def _join(self, client: viser.ClientHandle) -> None:
         line = viser_server.connection_of(client)

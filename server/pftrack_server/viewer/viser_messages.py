@@ -100,6 +100,6 @@ def drop_bad_values(server: viser.ViserServer) -> None:
 
 
 def remove_handlers(server: viser.ViserServer) -> None:
-    """Make a server deaf to requests for a tunnel and to uploads, should any ever get past `is_allowed`."""
+    """Make a server deaf to requests for a tunnel and to uploads, should any ever get past `kind_of`."""
     for message in UNWANTED:
         server._websock_server.unregister_handler(message)  # noqa: SLF001 - there is no public way
