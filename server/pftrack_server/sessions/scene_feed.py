@@ -5,8 +5,8 @@ so handing it one costs nothing. The worker gets credit for its next drawing whe
 looks on: in a crowd, drawings that no browser takes up would keep everybody waiting.
 
 What people do on the panel are commands of the session. A slider that is dragged asks for twenty values a second. While
-a command is under way the newest value of each parameter waits, and all of them go together. Nobody waits for the
-answer, so a refusal is told to all who look on.
+another command is under way one change waits for its turn and takes up the newest value of each parameter. Nobody waits
+for the answer, so a refusal is told to all who look on.
 """
 
 import asyncio
@@ -21,7 +21,7 @@ from pftrack_server.core.errors import REFUSALS, detail_of, shape
 from pftrack_server.core.panel import PanelDescription, PanelValues
 from pftrack_server.core.pictures import SceneDrawing
 from pftrack_server.sessions.spec import SessionDescription
-from pftrack_server.sessions.worker.protocol import COMMAND, ChangeValues, Command
+from pftrack_server.sessions.worker.protocol import COMMAND, ChangeValues, Command, Order
 from pftrack_server.store.disk_budget import failure_message
 
 if TYPE_CHECKING:
@@ -36,8 +36,7 @@ class SceneFeed:
 
     Args:
         credit: Lets the worker send one drawing.
-        command_lock: Held while a command of the session is under way.
-        carry_out: Carries out a command of the panel.
+        carry_out: Carries out a command of the panel, and calls `note_turn` before it is sent.
         on_refusal: Called with the inside of an error.
 
     Attributes:
@@ -48,16 +47,14 @@ class SceneFeed:
         self,
         *,
         credit: Callable[[], None],
-        command_lock: asyncio.Lock,
         carry_out: Callable[[Command], Awaitable[object]],
         on_refusal: Callable[[dict[str, Any]], None],
     ) -> None:
         self._credit = credit
-        self._command_lock = command_lock
         self._carry_out = carry_out
         self._on_refusal = on_refusal
         self._viewer: Viewer | None = None
-        self._values: dict[str, Any] = {}
+        self._waiting: ChangeValues | None = None
         self._commands: set[asyncio.Task[None]] = set()
         self.watchers = 0
 
@@ -112,20 +109,26 @@ class SceneFeed:
         self._try(lambda viewer: viewer.refuse(message))
 
     def ask(self, body: dict[str, Any]) -> None:
-        """Carry out a command; new values go together with what else is asked for until the session is free."""
+        """Carry out a command; new values join the change that waits for its turn, where there is one."""
         try:
             command = COMMAND.validate_python(body)
         except ValidationError as error:
             first = error.errors()[0]
             self._on_refusal(shape(f"{first['loc'][-1] if first['loc'] else 'kind'}: {first['msg']}"))
             return
-        idle = not self._values
         if isinstance(command, ChangeValues):
-            self._values.update(command.values)
-        if idle or not isinstance(command, ChangeValues):
-            task = asyncio.ensure_future(self._send(command))
-            self._commands.add(task)
-            task.add_done_callback(self._commands.discard)
+            if self._waiting is not None:
+                self._waiting.values.update(command.values)
+                return
+            self._waiting = command
+        task = asyncio.ensure_future(self._send(command))
+        self._commands.add(task)
+        task.add_done_callback(self._commands.discard)
+
+    def note_turn(self, order: Order) -> None:
+        """Take note that an order is about to be sent: no other value can join it."""
+        if order is self._waiting:
+            self._waiting = None
 
     def drop_commands(self) -> None:
         """Carry out nothing more."""
@@ -134,10 +137,6 @@ class SceneFeed:
 
     async def _send(self, command: Command) -> None:
         """Carry out a command, and tell if it fails."""
-        if isinstance(command, ChangeValues):
-            async with self._command_lock:
-                values, self._values = self._values, {}
-            command = ChangeValues(values=values)
         try:
             await self._carry_out(command)
         except REFUSALS as error:

@@ -44,7 +44,6 @@ class Session(SessionState):
         self._command_lock = asyncio.Lock()
         self.scene_feed = SceneFeed(
             credit=lambda: self._credit("scene"),
-            command_lock=self._command_lock,
             carry_out=self.command,
             on_refusal=self._tell_refusal,
         )
@@ -130,6 +129,8 @@ class Session(SessionState):
             await self._stop_worker()
             self.stream.close()
         self.scene_feed.drop_commands()
+        if self._reopening is not None:
+            await self._reopening
         await self.scene_feed.close()
 
     def check(self, *, after_gap: bool) -> None:
@@ -202,6 +203,7 @@ class Session(SessionState):
             Exception: Whatever refused it, as the worker raised it.
         """
         async with self._command_lock if order.queues else nullcontext():
+            self.scene_feed.note_turn(order)
             if self._makes_branch(order) and len(self.spec.branches) >= self._settings.max_branches:
                 raise ConflictError(f"A session holds at most {self._settings.max_branches} branches; start another.")
             if self.worker is None:

@@ -56,13 +56,11 @@ class Theatre:
 
     def __init__(self) -> None:
         self.credits = 0
-        self.sent: list[Command] = []
+        self.sent: list[Command | str] = []
         self.refused: list[dict[str, Any]] = []
         self.error: Exception | None = None
         self.door = asyncio.Lock()
-        self.scene_feed = SceneFeed(
-            credit=self._credit, command_lock=self.door, carry_out=self._carry_out, on_refusal=self.refused.append
-        )
+        self.scene_feed = SceneFeed(credit=self._credit, carry_out=self._carry_out, on_refusal=self.refused.append)
 
     def _credit(self) -> None:
         self.credits += 1
@@ -70,7 +68,10 @@ class Theatre:
     async def _carry_out(self, command: Command) -> None:
         if self.error is not None:
             raise self.error
-        self.sent.append(command)
+        async with self.door:
+            self.scene_feed.note_turn(command)
+            self.sent.append(command.model_copy(deep=True))
+            await asyncio.sleep(0)
 
     def open(self) -> Puppet:
         assert self.scene_feed.open(DESCRIPTION, PanelValues({"n": 1}, "apf", 7)) is ENDPOINT
@@ -162,6 +163,30 @@ def test_what_waits_goes_together(act: Act) -> None:
             await asyncio.sleep(0)
         await asyncio.sleep(0.01)
         assert theatre.sent == [ChangeValues(values={"n": 2, "m": 1})]
+
+    act(scene)
+
+
+def test_a_change_keeps_its_place(act: Act) -> None:
+    """What a page asks for meanwhile comes after it; values that come once it is sent are another change."""
+
+    async def scene(theatre: Theatre) -> None:
+        ask = theatre.open().requests["on_command"]
+
+        async def ask_from_page() -> None:
+            async with theatre.door:
+                theatre.sent.append("page")
+                ask({"kind": "change", "values": {"n": 3}})
+
+        async with theatre.door:
+            ask({"kind": "change", "values": {"n": 1}})
+            await asyncio.sleep(0)
+            page = asyncio.create_task(ask_from_page())
+            await asyncio.sleep(0)
+            ask({"kind": "change", "values": {"n": 2}})
+        await page
+        await asyncio.sleep(0.01)
+        assert theatre.sent == [ChangeValues(values={"n": 2}), "page", ChangeValues(values={"n": 3})]
 
     act(scene)
 
