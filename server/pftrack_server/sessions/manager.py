@@ -134,7 +134,7 @@ class Manager:
             Exception: Whatever refused the spec, or failed in preparing.
         """
         await asyncio.to_thread(self._store.disk_budget.check)
-        while len(self._sessions) >= self._settings.max_stored_sessions:
+        while spec.id not in self._sessions and len(self._sessions) >= self._settings.max_stored_sessions:
             await self._drop_oldest(spec)
         if spec.id in self._sessions:
             raise ConflictError(f"There is already a session {spec.id}.")
@@ -270,8 +270,10 @@ class Manager:
 
     def _is_held(self, session: Session) -> bool:
         """Return whether a session has a worker, a visitor, a name or bookmarks, or is followed by a class."""
-        spec, asleep = session.spec, session.phase in {Phase.SUSPENDED, Phase.CRASHED}
-        return bool(not asleep or session.visitors or spec.name or spec.bookmarks or self.is_followed(spec.id))
+        spec = session.spec
+        # One without a description is still on its way to its first worker.
+        used = session.live or not spec.description or session.visitors or spec.name or spec.bookmarks
+        return bool(used or self.is_followed(spec.id))
 
     async def config(self, spec: SessionSpec) -> WorkerConfig:
         """Return what a worker needs to make the active branch of a spec."""
