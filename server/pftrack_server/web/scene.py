@@ -1,5 +1,8 @@
 """The scene: viser's client and its websocket, at the session's own address and on the server's own port."""
 
+import asyncio
+from importlib import import_module
+
 from fastapi import APIRouter, Request, WebSocket
 from starlette.responses import RedirectResponse, Response
 
@@ -45,14 +48,12 @@ def page(session: ASession) -> Response:
 @router.websocket("/{session}/")
 async def websocket(websocket: WebSocket, session: str, manager: AManager) -> None:
     """Join a browser to the session's scene."""
-    from pftrack_server.viewer import bridge  # noqa: PLC0415 - see `client_file`
-
-    found = manager.find(session)
-    if found is None:
+    # See `client_file`; in a thread, since it takes 0.3 s and more, and the page may have come from an earlier server.
+    viewer = await asyncio.to_thread(import_module, "pftrack_server.viewer")
+    if (found := manager.find(session)) is None:
         await websocket.accept()
         await websocket.close(GONE, "There is no such session; it may have been ended.")
         return
-    endpoint = found.open_scene()
     guest = guest_of(websocket.scope)
     with found.scene_feed.watch():
-        await bridge(websocket, endpoint, looks_only=guest is not None and not guest.may_steer(session))
+        await viewer.bridge(websocket, found.open_scene(), looks_only=bool(guest and not guest.may_steer(session)))
