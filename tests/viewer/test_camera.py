@@ -134,6 +134,16 @@ def test_what_a_browser_says_before_it_has_heard_of_the_preset_raises_nothing(se
     wait_for(lambda: session.viewer._cameras.relief == 1.0)
 
 
+def test_a_camera_that_is_nowhere_raises_nothing(session: Session, peer: Peer) -> None:
+    """One browser that sends NaN would give all others heights of NaN."""
+    session.show(drawing(), 0)
+    wait_for(lambda: "/particles" in peer.nodes and "Position" in peer.camera)
+    peer.look(wide=800, high=600, position=(float("nan"), 0.0, 500.0))
+    peer.move("Particles", 42)  # taken up after the camera
+    wait_for(lambda: session.values["sample_count"] == 42)
+    assert session.viewer._cameras.relief == 0.0
+
+
 def test_where_a_browser_came_from_raises_nothing_after_the_preset_was_reached(session: Session, peer: Peer) -> None:
     """While viser sets it up, its camera can jump back to its very first place; it is sent to the preset again."""
     session.show(drawing(), 0)

@@ -267,7 +267,8 @@ class Cameras:
         before = self.relief
         towards = position - target
         tilt = float(np.arccos(np.clip(towards[2] / max(float(np.linalg.norm(towards)), 1e-9), -1.0, 1.0)))
-        # Whoever looks at something else sees nothing of the picture's heights.
-        watcher.tilt = tilt if watcher.raises and watcher.preset in PRESETS else 0.0
+        # Whoever looks at something else sees nothing of the picture's heights; a browser may send NaN.
+        counts = watcher.raises and watcher.preset in PRESETS and np.isfinite(tilt)
+        watcher.tilt = tilt if counts else 0.0
         if self.relief != before:
             self._on_relief()

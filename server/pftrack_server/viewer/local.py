@@ -306,12 +306,11 @@ class Player:
             self.run = run.branch(run.position, values)
 
     def _restart(self, values: Mapping[str, Value], seed: int) -> None:
-        run = self.run
-        known = {"tracker": run.tracker_at(run.position), **flat(run.parameters_at(run.position)), **values}
+        run, in_force = self.run, self._in_force
+        known = {"tracker": in_force.tracker, **in_force.values, **values}
         tracker = str(known.pop("tracker"))
         changes = (Change(0, known),)
-        made = Run(run.experiment, run.setup, tracker=tracker, seed=seed, frames=run.frames, timeline=changes)
-        self.run = made
+        self.run = Run(run.experiment, run.setup, tracker=tracker, seed=seed, frames=run.frames, timeline=changes)
 
     def _draw(self) -> tuple[SceneDrawing, int]:
         run = self.run
