@@ -33,7 +33,7 @@ class ErrorBody(BaseModel):
 
 
 class ApiError(Exception):
-    """What is answered with another status than a refusal of the library."""
+    """An error of the server, with its own HTTP status."""
 
     status: int = HTTPStatus.BAD_REQUEST
 
@@ -43,55 +43,55 @@ REFUSALS = (ApiError, RefusedError)
 
 
 class DamagedError(ApiError):
-    """What was stored of a thing cannot be read; it can be deleted."""
+    """A stored record cannot be read; it can be deleted."""
 
     status = HTTPStatus.GONE
 
 
 class EndedError(ApiError):
-    """It was there, and is over."""
+    """The resource existed and has ended."""
 
     status = HTTPStatus.GONE
 
 
 class ForbiddenError(ApiError):
-    """Whoever asks may not do this."""
+    """The client has no right to do this."""
 
     status = HTTPStatus.FORBIDDEN
 
 
 class CrowdedError(ApiError):
-    """There are too many of them already."""
+    """A limit on clients or connections is reached."""
 
     status = HTTPStatus.TOO_MANY_REQUESTS
 
 
 class NotFoundError(ApiError):
-    """There is no such thing, or no longer."""
+    """The resource does not exist, or no longer."""
 
     status = HTTPStatus.NOT_FOUND
 
 
 class TooLargeError(ApiError):
-    """More bytes than allowed."""
+    """The body or file has more bytes than allowed."""
 
     status = HTTPStatus.REQUEST_ENTITY_TOO_LARGE
 
 
 class DiskFullError(ApiError):
-    """The disk, or what is allowed of it, has no room for more."""
+    """The disk, or the server's share of it, is full."""
 
     status = HTTPStatus.INSUFFICIENT_STORAGE
 
 
 class ClientGoneError(ApiError):
-    """Nobody waits for the answer any more."""
+    """The client hung up before the answer was ready."""
 
     status = 499  # as web servers write it down, in no standard
 
 
 class UnavailableError(ApiError):
-    """The server cannot do it now; later it may."""
+    """The server cannot do this now, but may later."""
 
     status = HTTPStatus.SERVICE_UNAVAILABLE
 

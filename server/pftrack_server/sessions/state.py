@@ -180,7 +180,7 @@ class SessionState:
     # ------------------------------------------------------------ reports of the worker
 
     def begin(self, ready: Ready) -> None:
-        """Take over what a new worker has made of the spec, and greet all listeners again."""
+        """Apply the run that a new worker has made, and greet all pages again."""
         if not self._goes_to(ready.run.phase(ready.description.frames)):
             return
         self.spec.description = self._with_first_preset(ready.description)
@@ -193,7 +193,7 @@ class SessionState:
         self.stream.greet()
 
     def describe(self, description: SessionDescription) -> None:
-        """Take over what is fixed from now on, and greet all listeners again."""
+        """Replace the description, and greet all pages again."""
         kept = self._with_first_preset(description)
         # A filter that was saved has sliders of its own, which come first.
         about = list(dict.fromkeys((*description.about, *kept.about)))
@@ -211,7 +211,7 @@ class SessionState:
         return description.model_copy(update={"about": first.about, "watch": first.watch, "subject": first.subject})
 
     def advance(self, changes: Mapping[str, Any], rows: Sequence[dict[str, Any]] = ()) -> None:
-        """Take down and tell what has changed of the run, and the diagnostics of frames just computed."""
+        """Apply the run's changes and new diagnostics, and send them to the pages."""
         run = self.spec.run.model_copy(update=changes)
         if not (changes or rows) or not self._goes_to(run.phase(self.description.frames)):
             return
@@ -228,15 +228,15 @@ class SessionState:
             self._on_values()
 
     def enter(self, phase: Phase, message: str | None = None) -> None:
-        """Go to a phase in which the run does not play; where the table has no way to it, stay.
+        """Enter a phase in which the run does not play, if the table allows it.
 
-        So a worker that ends once its session is closed does not crash it any more.
+        So a worker that ends after its session was closed does not make it crashed.
         """
         if self._goes_to(phase, message):
             self._tell()
 
     def _goes_to(self, phase: Phase, message: str | None = None) -> bool:
-        """Go to a phase; return whether the table has a way to it, or the session is in it."""
+        """Enter a phase if the table allows it; return whether the session is in it now."""
         leads = phase is self.phase or phase in TRANSITIONS[self.phase]
         if leads:
             self.phase, self.message = phase, message
@@ -246,7 +246,7 @@ class SessionState:
         return self._histories.setdefault(branch, History())
 
     def _new_branch(self, run: RunSnapshot) -> BranchSpec:
-        """Take note of a branch that the worker made."""
+        """Add a branch that the worker made."""
         parent = self.spec.branch
         made = BranchSpec(
             title=self._branch_title(run, self.spec.branches[parent].run), parent=parent, frame=run.position, run=run
@@ -280,12 +280,12 @@ class SessionState:
     # ------------------------------------------------------------ what people do to it
 
     def set_truth(self, truth: dict[int, tuple[float, ...]] | None) -> None:
-        """Measure it by another truth from its next worker on."""
+        """Replace the truth; the next worker measures the run by it."""
         self.spec.truth = truth
         self.dirty = True
 
     def rename(self, name: str) -> None:
-        """Call it so; by its clip or preset if that is empty."""
+        """Name the session; an empty name restores that of its clip or preset."""
         self.spec.name = name
         self.dirty = True
         self._tell()
@@ -297,13 +297,13 @@ class SessionState:
         self._tell()
 
     def note(self, remark: str | None) -> None:
-        """Take down what a person should know of it."""
+        """Keep a remark that people should read, or drop it."""
         self.spec.remark = remark
         self.dirty = True
         self._tell()
 
     def bookmark(self, name: str, note: str) -> Bookmark:
-        """Remember the frame that is shown.
+        """Bookmark the frame that is shown.
 
         Raises:
             ConflictError: It holds as many as it may.
@@ -327,7 +327,7 @@ class SessionState:
         self._tell()
 
     def _tell(self, rows: Sequence[dict[str, Any]] = ()) -> None:
-        """Tell the pages rows, and what of all that moves is new to them."""
+        """Send the pages new rows and the fields that have changed."""
         before, self.snapshot = self.snapshot, self._snapshot_now()
         news = differences(before, self.snapshot)
         if news or rows:
