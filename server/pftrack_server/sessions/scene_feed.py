@@ -130,11 +130,6 @@ class SceneFeed:
         if order is self._waiting:
             self._waiting = None
 
-    def drop_commands(self) -> None:
-        """Carry out nothing more."""
-        for task in list(self._commands):
-            task.cancel()
-
     async def _send(self, command: Command) -> None:
         """Carry out a command, and tell if it fails."""
         try:

@@ -128,7 +128,6 @@ class Session(SessionState):
         async with self._command_lock:
             await self._stop_worker()
             self.stream.close()
-        self.scene_feed.drop_commands()
         if self._reopening is not None:
             await self._reopening
         await self.scene_feed.close()
