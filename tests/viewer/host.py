@@ -363,8 +363,8 @@ class Peer:
             self.controls.get(message["uuid"], {}).update(message["updates"])
         elif kind == "NotificationShowMessage":
             self.notes.append(message["props"]["body"])
-        elif kind == "SceneNodeUpdateMessage":
-            self.nodes[message["name"]].update(message["updates"])
+        elif kind in {"SceneNodeUpdateMessage", "SetPositionMessage"}:
+            self.nodes.get(message["name"], {}).update(message.get("updates", {"position": message.get("position")}))
         elif kind == "SetSceneNodeVisibilityMessage":
             self.visible[message["name"]] = message["visible"]
         elif kind == "RemoveSceneNodeMessage":

@@ -92,6 +92,19 @@ def test_an_answer_that_comes_while_the_question_leaves_holds_nothing(ask_always
     run(scene())
 
 
+def test_what_delays_the_question_is_not_counted(ask_always: None) -> None:
+    """The browser's time begins when the question has left."""
+
+    async def scene() -> None:
+        websocket: Any = Websocket()
+        websocket.delay_s = 0.2
+        connection = Connection(websocket, None)
+        await connection.send(b"frame")
+        assert time.monotonic() - connection._asked < 0.1
+
+    run(scene())
+
+
 def frame_of(peer: Peer) -> int:
     """Return the frame that a browser shows, by the number of its particles."""
     return len(peer.nodes["/particles"]["points"]) // 12 - 50

@@ -3,9 +3,11 @@
 import asyncio
 import threading
 import time
+from typing import Any
 
 from pftrack.core.model.parameters import Value
 from pftrack_server.core.panel import PanelValues
+from pftrack_server.viewer.panel import REST_S
 from tests.viewer.host import DECLARATIONS, Peer, Session, Site, drawing
 from tests.waiting import wait_for
 
@@ -83,6 +85,9 @@ def test_a_value_that_was_changed_by_the_session_wins_once_the_hand_rests(sessio
     for value in (20, 60, 100):
         peer.move("Occluder width (px)", value)
         time.sleep(0.06)
+    wait_for(lambda: session.values["occlusion_width_px"] == 50.0)
+    timer: Any = session.viewer._panel._timer
+    assert timer.when() <= session.loop.loop.time() + REST_S, "the session has answered, so only rest is waited for"
     wait_for(lambda: peer.control("Occluder width (px)")["value"] == 50.0)
     assert session.values["occlusion_width_px"] == 50.0
 

@@ -205,6 +205,13 @@ def test_a_failure_beside_the_drawing_ends_nothing(
     assert capsys.readouterr().out.count("RuntimeError: on purpose") == 1
 
 
+def test_the_scene_tells_which_frame_it_shows(session: Session, peer: Peer) -> None:
+    """A node that nobody sees stands there, where the page around looks for it."""
+    for frame in (7, 3):
+        session.show(drawing(frame), frame)
+        wait_for(lambda frame=frame: peer.nodes.get("/frame", {}).get("position") == [float(frame), 0.0, 0.0])
+
+
 def test_an_unchanged_picture_is_not_sent_again(session: Session, peer: Peer) -> None:
     """While paused only what a parameter moves is sent, also when the same file comes from another worker."""
     shown = drawing()

@@ -208,6 +208,23 @@ def test_the_sender_waits_until_a_message_is_taken() -> None:
     play(scene)
 
 
+def test_who_comes_is_waited_for_no_longer() -> None:
+    """What was shown before anybody came is drawn for the first browser, before it has said anything."""
+
+    async def scene(made: viser.ViserServer, reached: Endpoint) -> None:
+        async def take(message: bytes) -> None:
+            del message
+
+        waiting = asyncio.ensure_future(reached.wait_for_browser())
+        await asyncio.sleep(0.01)
+        assert not waiting.done()
+        joined = join(reached, Websocket(take))
+        await asyncio.wait_for(waiting, 5)
+        joined.cancel()
+
+    play(scene)
+
+
 def test_leaving_ends_a_connection_whose_message_is_never_taken() -> None:
     """A browser that hangs and is given up must not keep its place in the scene."""
 

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from pftrack.core.model.recipe import Change, Recipe
+from pftrack.core.refusal import ConflictError
 from pftrack.experiments import find
 from pftrack_server.sessions.spec import (
     AWAKE,
@@ -19,7 +20,7 @@ from pftrack_server.sessions.spec import (
     SessionSpec,
     TrackerPublic,
 )
-from pftrack_server.sessions.state import History, SessionState
+from pftrack_server.sessions.state import MOST_BOOKMARKS, History, SessionState
 from pftrack_server.sessions.worker.protocol import Ready
 
 BALL = find("ball")
@@ -225,6 +226,29 @@ def test_what_is_worth_writing_down(ear: Ear) -> None:
     assert is_dirty()
     state.bookmark("m", "")
     assert is_dirty()
+    state.begin(Ready(DESCRIPTION, START, [row(0)]))
+    assert is_dirty()
+    state.describe(DESCRIPTION)
+    assert is_dirty()
+
+
+def test_another_description_reaches_panel_and_pages(ear: Ear) -> None:
+    """The sliders of a filter that was saved come before those of the beginning, each once."""
+    ear.state.spec.description = DESCRIPTION.model_copy(update={"about": ["n", "m"]})
+    ear.heard.clear()
+    panel = ear.panel
+    ear.state.describe(DESCRIPTION.model_copy(update={"about": ["own", "m"]}))
+    assert ear.state.view().about == ["own", "m", "n"]
+    assert (ear.panel, ear.heard) == (panel + 1, [{"type": "hello"}])
+
+
+def test_bookmarks_have_a_limit(ear: Ear) -> None:
+    """The last one that is allowed is kept, the next refused."""
+    for number in range(MOST_BOOKMARKS):
+        ear.state.bookmark(f"m{number}", "")
+    with pytest.raises(ConflictError, match=str(MOST_BOOKMARKS)):
+        ear.state.bookmark("m", "")
+    assert len(ear.state.spec.bookmarks) == MOST_BOOKMARKS
 
 
 def test_bookmarks_in_the_order_of_frames(ear: Ear) -> None:
