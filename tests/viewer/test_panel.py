@@ -71,6 +71,7 @@ def test_a_refused_value_springs_back_with_a_reason(session: Session, peer: Peer
     peer.move("Occluder width (px)", 70)
     wait_for(lambda: session.changes)
     wait_for(lambda: peer.notes == ["gamma_min_px must be at most gamma_max_px, got 70"])
+    assert not session.viewer._panel._touched, "it springs back at once"
     wait_for(lambda: peer.control("Occluder width (px)")["value"] == 40.0)
 
 
@@ -144,6 +145,14 @@ def test_the_seed_is_shown_and_another_one_begins_the_run_anew(session: Session,
     wait_for(lambda: peer.control("Seed")["value"] == 9_007_199_254_740_991)
     assert len(session.transport) == 1
     session.transport.clear()
+
+
+def test_where_a_change_leaves_the_branch_is_shown_at_once(session: Session, peer: Peer) -> None:
+    """Also before another frame is; a speed that is not offered leaves the choice as it was."""
+    assert peer.control("Speed")["value"] == "1x"
+    session.tell(PanelValues({}, "h-spf", 7, speed=3.0, branch_point=12))
+    wait_for(lambda: any("branch from frame 12." in str(item.get("content")) for item in list(peer.controls.values())))
+    assert peer.control("Speed")["value"] == "1x"
 
 
 def test_the_caption_of_the_frame_is_shown(session: Session, peer: Peer) -> None:

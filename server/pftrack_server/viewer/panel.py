@@ -376,8 +376,7 @@ def _to_handle(declaration: Declaration, value: Value) -> Handle:
 def _from_handle(declaration: Declaration, shown: Handle) -> Value:
     if declaration.kind == "colour":
         return "#{:02x}{:02x}{:02x}".format(*shown)
-    # JavaScript has but one kind of numbers.
-    return int(shown) if isinstance(shown, float) and declaration.kind == "integer" and shown.is_integer() else shown
+    return shown  # type: ignore[no-any-return]  # viser casts it to the type that the control has
 
 
 def _other(value: Handle) -> Handle:
