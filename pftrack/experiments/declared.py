@@ -19,15 +19,7 @@ from pydantic import TypeAdapter, ValidationError, with_config
 from typing_extensions import TypedDict
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.band import (
-    STANDARD_CALIBRATION,
-    Calibration,
-    DeviationBand,
-    EstimateBand,
-    FlagBand,
-    IntervalBand,
-    Miscalibration,
-)
+from pftrack.core.model import band
 from pftrack.core.model.drawing import Key, Layer, Viewpoint, World
 from pftrack.core.model.glossary import Citation, Term, cite
 from pftrack.core.model.measures import EvaluatedRun, Measure
@@ -42,7 +34,7 @@ from pftrack.experiments.shared.sketch import POINT_LAYERS
 
 for _kind in (
     *(Layer, World, Viewpoint, Plot, Reading, Term, ExampleSweep, Tour, Scenes),
-    *(Calibration, Miscalibration, EstimateBand, DeviationBand, IntervalBand, FlagBand),
+    *(band.Calibration, band.Miscalibration, band.EstimateBand, band.DeviationBand, band.IntervalBand, band.FlagBand),
 ):
     with_config(CLOSED)(_kind)  # pydantic refuses unknown fields of them in files; in Python they are called as ever
 
@@ -116,7 +108,7 @@ class Words(_Texts):
 
 @with_config(CLOSED)
 class _Quality(TypedDict):
-    calibration: NotRequired[Calibration]
+    calibration: NotRequired[band.Calibration]
     scenes: NotRequired[Scenes]
     signals: NotRequired[tuple[str, ...]]
 
@@ -200,7 +192,7 @@ def _read_quality(folder: Path, trackers: Mapping[str, Tracker]) -> Quality:
     loss, scenes = NOTHING_DECLARED, said.get("scenes")
     if scenes is not None:
         loss = read_declaration(folder / "loss_probability.json", trackers, scenes, said.get("signals", ()))
-    return Quality(said.get("calibration", STANDARD_CALIBRATION), loss)
+    return Quality(said.get("calibration", band.STANDARD_CALIBRATION), loss)
 
 
 def _shared(path: Path) -> dict[str, Mapping[str, object]]:

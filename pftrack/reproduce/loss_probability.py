@@ -29,14 +29,7 @@ from pftrack.core.model.parameters import Value, revise
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.head.parameters import AS_PUBLISHED
-from pftrack.experiments.shared.loss_probability import (
-    FIRST_JUDGED,
-    MOST_ERROR,
-    Logistic,
-    Past,
-    Scenes,
-    follow_features,
-)
+from pftrack.experiments.shared import loss_probability
 from pftrack.output.figures.style import CURVE_COLOURS, INK, LETTERS_PT, TWO_COLUMNS_IN, new_figure
 from pftrack.reproduce.finding import Findings, References
 from pftrack.reproduce.pool import Pool, begin, recipe, rows_of
@@ -236,13 +229,13 @@ def witness(case: Case) -> Witnessed:
     run = begin(recipe(case.experiment, case.tracker, drawn, seed=case.number, frames=frames))
     run.finish()
     series = {one.name: one for one in experiment.trackers[case.tracker].series}
-    _, features = follow_features(case.signals, series, Past(), run.diagnostics)
+    _, features = loss_probability.follow_features(case.signals, series, loss_probability.Past(), run.diagnostics)
     verdicts = [row.lost for row in run.diagnostics[1:]]
     known = np.array([one is not None for one in verdicts])
     return Witnessed(features[known], np.array([one is True for one in verdicts])[known])
 
 
-def judge(regression: Logistic, seen: Sequence[Witnessed]) -> Judgement:
+def judge(regression: loss_probability.Logistic, seen: Sequence[Witnessed]) -> Judgement:
     """Return how good probabilities are in runs."""
     told = [(regression.probabilities(one.features), one.lost) for one in seen]
     probabilities, lost = (np.concatenate(column) for column in zip(*told, strict=True))
@@ -304,12 +297,14 @@ def loss_probabilities(pool: Pool, full: bool) -> Findings:
     for name in EXPERIMENTS.own:
         declared = EXPERIMENTS[name].quality.loss_probability
         for tracker, model in declared.models.items():
-            numbers = range(FIRST_JUDGED, FIRST_JUDGED + scenes_of(EXPERIMENTS[name]).judged)
+            numbers = range(
+                loss_probability.FIRST_JUDGED, loss_probability.FIRST_JUDGED + scenes_of(EXPERIMENTS[name]).judged
+            )
             judged = judge(model.regression, pool.map(witness, cases(name, tracker, numbers, model.signals)))
             yield from _findings(judged, name, tracker)
             scored[name, tracker] = judged
         for tracker, error in declared.refused.items():
-            why = "refused" if error > MOST_ERROR else "seldom"
+            why = "refused" if error > loss_probability.MOST_ERROR else "seldom"
             yield REFERENCES.not_run(why, name, tracker, error=error)
     pool.draw(lambda: draw_scores(scored))
 
@@ -324,7 +319,7 @@ def _findings(found: Judgement, *keys: str) -> Findings:
     yield REFERENCES.judge("delay", found.delays.median, *keys, holds=True)
 
 
-def scenes_of(experiment: Experiment) -> Scenes:
+def scenes_of(experiment: Experiment) -> loss_probability.Scenes:
     """Return the scenes on which the probabilities of an experiment are fitted and judged.
 
     Raises:

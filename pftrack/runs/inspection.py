@@ -15,15 +15,7 @@ import numpy as np
 from pydantic import ConfigDict, Field, with_config
 
 from pftrack.core.arrays import Floats, Ints
-from pftrack.core.model.likelihood import (
-    Cloud,
-    Component,
-    Genealogy,
-    LikelihoodMap,
-    Part,
-    count_descendants,
-    trace,
-)
+from pftrack.core.model import likelihood
 from pftrack.core.model.model import Model, State
 from pftrack.core.model.series import Known
 from pftrack.core.model.tracker import Step, Tracker
@@ -34,7 +26,7 @@ from pftrack.runs.run import Run
 # other filters, or one whose parents are not known, ends all lines.
 
 
-def find_ancestor(particle: int, clouds: Sequence[Cloud | None]) -> int | None:
+def find_ancestor(particle: int, clouds: Sequence[likelihood.Cloud | None]) -> int | None:
     """Return what a particle of the last of some clouds was in the first; None if its line began in between."""
     for before, cloud in zip(clouds[-2::-1], clouds[:0:-1], strict=True):
         parents = _parents(before, cloud)
@@ -44,7 +36,7 @@ def find_ancestor(particle: int, clouds: Sequence[Cloud | None]) -> int | None:
     return particle if particle >= 0 else None
 
 
-def find_heir(particle: int, clouds: Sequence[Cloud | None]) -> int | None:
+def find_heir(particle: int, clouds: Sequence[likelihood.Cloud | None]) -> int | None:
     """Return what has become of a particle of the first of some clouds in the last; None if its line has ended."""
     for before, cloud in pairwise(clouds):
         parents = _parents(before, cloud)
@@ -57,7 +49,7 @@ def find_heir(particle: int, clouds: Sequence[Cloud | None]) -> int | None:
     return particle
 
 
-def known_parents(clouds: Sequence[Cloud | None]) -> list[Ints]:
+def known_parents(clouds: Sequence[likelihood.Cloud | None]) -> list[Ints]:
     """Return the parents of the particles of clouds that end with the last one, as far back as all are known.
 
     Those of the first cloud are left out: their parents are not among the clouds.
@@ -66,12 +58,12 @@ def known_parents(clouds: Sequence[Cloud | None]) -> list[Ints]:
     return _until_unknown(pairs)[::-1]
 
 
-def parents_onward(clouds: Sequence[Cloud | None]) -> list[Ints]:
+def parents_onward(clouds: Sequence[likelihood.Cloud | None]) -> list[Ints]:
     """Return the parents of the particles of clouds after the first one, as far on as all are known."""
     return _until_unknown(pairwise(clouds))
 
 
-def _until_unknown(pairs: Iterable[tuple[Cloud | None, Cloud | None]]) -> list[Ints]:
+def _until_unknown(pairs: Iterable[tuple[likelihood.Cloud | None, likelihood.Cloud | None]]) -> list[Ints]:
     found: list[Ints] = []
     for before, cloud in pairs:
         parents = _parents(before, cloud)
@@ -81,7 +73,7 @@ def _until_unknown(pairs: Iterable[tuple[Cloud | None, Cloud | None]]) -> list[I
     return found
 
 
-def _parents(before: Cloud | None, cloud: Cloud | None) -> Ints | None:
+def _parents(before: likelihood.Cloud | None, cloud: likelihood.Cloud | None) -> Ints | None:
     """Return the parents of particles among those of the frame before; None if these are of other filters."""
     if cloud is None or cloud.ancestors is None or before is None or cloud.filters != before.filters:
         return None
@@ -160,8 +152,8 @@ class Finding:
     place: Floats | None
     title: str
     log_likelihood: float | None
-    parts: tuple[Part, ...]
-    state: tuple[tuple[Component, float], ...]
+    parts: tuple[likelihood.Part, ...]
+    state: tuple[tuple[likelihood.Component, float], ...]
     particle: ParticleFinding | None = None
 
 
@@ -172,7 +164,7 @@ class Inspection:
         """Begin to look."""
         self.run = run
         self._steps: dict[int, Step] = {}
-        self._clouds: dict[int, Cloud | None] = {}
+        self._clouds: dict[int, likelihood.Cloud | None] = {}
 
     @property
     def tracker(self) -> Tracker:
@@ -185,7 +177,7 @@ class Inspection:
         return self.run.parameters_at(self.run.position + 1)
 
     @property
-    def cloud(self) -> Cloud | None:
+    def cloud(self) -> likelihood.Cloud | None:
         """The particles of the frame."""
         return _cloud(self.run, self.run.current)
 
@@ -240,7 +232,7 @@ class Inspection:
         known = self._known(model)
         return self._ask(model, known, state, self._place(model, known, state), own)
 
-    def update_parts(self) -> tuple[Part, ...]:
+    def update_parts(self) -> tuple[likelihood.Part, ...]:
         """Return what the tracker's step of the frame was made of, with the values that it was taken with."""
         step, model = self.run.current, self.tracker.model
         return () if model is None else model.update_parts(self.before, step.state, step.frame, step.parameters)
@@ -273,7 +265,7 @@ class Inspection:
         near = np.flatnonzero(off <= np.nanmin(off))
         return int(near[cloud.log_weights[near].argmax()]) if len(near) else None
 
-    def map(self, size: tuple[int, int]) -> LikelihoodMap | None:
+    def map(self, size: tuple[int, int]) -> likelihood.LikelihoodMap | None:
         """Return the likelihood all over a picture of a width and height, px; None of a tracker that has none."""
         model = self.tracker.model
         if model is None or not model.has_place:
@@ -281,7 +273,7 @@ class Inspection:
         step = self.run.current
         return model.map(self.before, step.state, step.frame, self.parameters, size)
 
-    def genealogy(self, particle: int | None = None) -> Genealogy | None:
+    def genealogy(self, particle: int | None = None) -> likelihood.Genealogy | None:
         """Return the ancestors of the frame's particles as far back as they are known; None without.
 
         Args:
@@ -291,7 +283,7 @@ class Inspection:
         if cloud is None or cloud.ancestors is None:
             return None
         among = slice(None) if particle is None else cloud.siblings(particle)
-        return trace(self.run.position, known_parents(self._past(GENERATIONS)), len(cloud), among)
+        return likelihood.trace(self.run.position, known_parents(self._past(GENERATIONS)), len(cloud), among)
 
     def follow(self, particle: int, frame: int) -> int | None:
         """Return what a particle of another frame is in the frame that is shown: its ancestor, or its heaviest child.
@@ -305,10 +297,10 @@ class Inspection:
         clouds = self._window(min(frame, position), max(frame, position))
         return find_ancestor(particle, clouds) if position <= frame else find_heir(particle, clouds)
 
-    def _particle(self, cloud: Cloud, particle: int, model: Model) -> ParticleFinding:
+    def _particle(self, cloud: likelihood.Cloud, particle: int, model: Model) -> ParticleFinding:
         past = self._past(GENERATIONS)
         known = known_parents(past)
-        lineage = trace(self.run.position, known, len(cloud)).places[::-1, particle]
+        lineage = likelihood.trace(self.run.position, known, len(cloud)).places[::-1, particle]
         lineage = lineage[lineage >= 0]
         first = self.run.position + 1 - len(lineage)
         line = [(each, at) for each, at in zip(reversed(past), lineage, strict=False) if each is not None]
@@ -329,7 +321,7 @@ class Inspection:
             tuple(lineage[1:].tolist()),
             first if len(lineage) <= len(known) else None,
             path,
-            tuple(count_descendants(particle, parents_onward(following))),
+            tuple(likelihood.count_descendants(particle, parents_onward(following))),
         )
 
     def _ask(
@@ -357,14 +349,14 @@ class Inspection:
     def _place(self, model: Model, known: State, state: Floats) -> Floats | None:
         return model.place(state[None], known)[0] if model.has_place else None
 
-    def _past(self, count: int) -> list[Cloud | None]:
+    def _past(self, count: int) -> list[likelihood.Cloud | None]:
         """Return the clouds of the last frames up to the one that is shown, at most so many."""
         current = _kept(self.run, self.run.current)
         size = 0 if current is None else _bytes(current)
         kept = min(count, max(2, KEPT_BYTES // max(size, 1)))
         return self._window(max(self.run.position - kept + 1, 0), self.run.position)
 
-    def _window(self, first: int, last: int) -> list[Cloud | None]:
+    def _window(self, first: int, last: int) -> list[likelihood.Cloud | None]:
         position = self.run.position
         self._clouds = {index: cloud for index, cloud in self._clouds.items() if abs(index - position) < GENERATIONS}
         self._clouds[position] = _kept(self.run, self.run.current)
@@ -378,11 +370,11 @@ class Inspection:
         return [self._clouds[index] for index in range(first, last + 1)]
 
 
-def _cloud(run: Run, step: Step) -> Cloud | None:
+def _cloud(run: Run, step: Step) -> likelihood.Cloud | None:
     return run.experiment.trackers[step.tracker].cloud(step.state)
 
 
-def _kept(run: Run, step: Step) -> Cloud | None:
+def _kept(run: Run, step: Step) -> likelihood.Cloud | None:
     """Return of a step's cloud what paths and genealogies need, without the rest of the state."""
     cloud = _cloud(run, step)
     if cloud is None:
@@ -392,6 +384,6 @@ def _kept(run: Run, step: Step) -> Cloud | None:
     return replace(cloud, states=states.copy(), log_likelihoods=None)
 
 
-def _bytes(cloud: Cloud) -> int:
+def _bytes(cloud: likelihood.Cloud) -> int:
     arrays = (cloud.states, cloud.log_weights, cloud.ancestors, cloud.places)
     return sum(array.nbytes for array in arrays if array is not None)

@@ -22,15 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats, Ints
-from pftrack.core.numerics.statistics import (
-    chi_square,
-    fisher_exact,
-    holm,
-    paired_mean_interval,
-    paired_rate_interval,
-    rank_sum,
-    wilson,
-)
+from pftrack.core.numerics import statistics
 from pftrack.sweep import arrow
 from pftrack.sweep.axis import Axis, SweepError
 from pftrack.sweep.journal import Result
@@ -241,7 +233,7 @@ def significance(
         correction: "holm" for the whole map at the level, "none" for every cell by itself, as Bando has it.
         test: "chi-square" as in Bando 2007, "fisher" for small counts too.
     """
-    tested = chi_square if test == "chi-square" else fisher_exact
+    tested = statistics.chi_square if test == "chi-square" else statistics.fisher_exact
     p_values = tested(first.successes, first.judged, second.successes, second.judged)
     return code_significance(p_values, first.rate - second.rate, level=level, correction=correction)
 
@@ -258,7 +250,7 @@ def code_significance(
         correction: See `significance`.
     """
     if correction == "holm":
-        p_values = holm(p_values)
+        p_values = statistics.holm(p_values)
     codes = np.full(p_values.shape, Code.NOT_SIGNIFICANT, dtype=np.uint8)
     codes[np.isnan(p_values)] = Code.NOT_APPLICABLE
     significant = p_values < level
@@ -269,7 +261,7 @@ def code_significance(
 
 def _map(counts: Counts, tracker: int) -> CellMap:
     sums = {name: it[tracker] for name, it in counts.sums.items()}
-    low, high = wilson(sums["success_sum"], sums["success_count"], CONFIDENCE)
+    low, high = statistics.wilson(sums["success_sum"], sums["success_count"], CONFIDENCE)
     names = ("success", "mean_error", "lost_frames", *(measure.name for measure in counts.plan.measures))
     with np.errstate(invalid="ignore", divide="ignore"):
         means = {name: sums[f"{name}_sum"] / sums[f"{name}_count"] for name in names}
@@ -510,7 +502,7 @@ def compare(
         counted = significance(maps[first], maps[second], test=test)
         return Comparison(quantity, first, second, difference, paired, test, counted.p_values, counted.effect)
     # The effect is positive where the first values are smaller.
-    found = [rank_sum(*pair) for pair in zip(samples.values[first], samples.values[second], strict=True)]
+    found = [statistics.rank_sum(*pair) for pair in zip(samples.values[first], samples.values[second], strict=True)]
     p_values, effect = (
         np.array([getattr(each, name) for each in found]).reshape(samples.shape)
         for name in ("p_value", "rank_biserial")
@@ -533,10 +525,10 @@ def _pair(quantity: Quantity, samples: Samples, first: str, second: str) -> Pair
     mean = np.array([each.mean() if len(each) else np.nan for each in gains])
     if quantity.name == "success":
         only_first, only_second = (np.array([int((sign * each > 0).sum()) for each in gains]) for sign in (1, -1))
-        low, high = paired_rate_interval(only_first, only_second, pairs, CONFIDENCE)
+        low, high = statistics.paired_rate_interval(only_first, only_second, pairs, CONFIDENCE)
     else:
         deviation = np.array([_deviation(each) for each in gains])
-        low, high = paired_mean_interval(mean, deviation, pairs, CONFIDENCE)
+        low, high = statistics.paired_mean_interval(mean, deviation, pairs, CONFIDENCE)
     shape = samples.shape
     return Paired(mean.reshape(shape), low.reshape(shape), high.reshape(shape), pairs.reshape(shape))
 

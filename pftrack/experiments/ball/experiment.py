@@ -18,29 +18,13 @@ from pftrack.core.model.parameters import revise
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import FrameSequence, Truth
 from pftrack.core.model.tracker import Diagnostics, Step
-from pftrack.experiments.ball.model import (
-    COLOURED,
-    GUIDANCE,
-    GUIDED_TRACKERS,
-    TRACKERS,
-    BallTrackerParameters,
-    ScoringParameters,
-)
+from pftrack.experiments.ball import model
 from pftrack.experiments.ball.scene import BallSceneParameters, BallSource, look_beside, suits
 from pftrack.experiments.declared import read_words
 from pftrack.experiments.experiment import Experiment, Video
+from pftrack.experiments.shared import sketch
 from pftrack.experiments.shared.recording import RecordingParameters, RecordingSource
 from pftrack.experiments.shared.reports import JudgedByBox
-from pftrack.experiments.shared.sketch import (
-    FRAME_HEIGHT_PX,
-    at_height,
-    caption,
-    distance,
-    draw_point,
-    error_words,
-    paths,
-    success_region,
-)
 from pftrack.filters import kalman
 from pftrack.filters.dynamics import smooth
 from pftrack.vision.likelihoods import chromaticity
@@ -50,7 +34,7 @@ FOLDER = Path(__file__).parent
 TRAIL_FRAMES = 60
 
 
-class SimulatedBallParameters(ScoringParameters, BallTrackerParameters, BallSceneParameters):
+class SimulatedBallParameters(model.ScoringParameters, model.BallTrackerParameters, BallSceneParameters):
     """The simulated scene and its trackers."""
 
     @property
@@ -64,7 +48,7 @@ class SimulatedBallParameters(ScoringParameters, BallTrackerParameters, BallScen
         return kalman.steady_lag(acceleration, self.process_noise_px, self.measurement_noise_px)
 
 
-class RecordedBallParameters(JudgedByBox, RecordingParameters, BallTrackerParameters):
+class RecordedBallParameters(JudgedByBox, RecordingParameters, model.BallTrackerParameters):
     """A recording with an overlay, and its trackers."""
 
 
@@ -122,35 +106,37 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     """Draw a point that is followed, the region of success, and the path so far, true, estimated and smoothed."""
     state, row, target = step.state, step.diagnostics, step.frame.target
     path = past[max(row.frame - TRAIL_FRAMES, 0) : row.frame + 1]
-    primitives = draw_point(step, other, step.parameters.gamma_px)
+    primitives = sketch.draw_point(step, other, step.parameters.gamma_px)
     if target is not None:
-        primitives["gate"] = success_region(target, step.parameters)
-    primitives |= paths(path, np.array([past_row.estimate for past_row in path]))
+        primitives["gate"] = sketch.success_region(target, step.parameters)
+    primitives |= sketch.paths(path, np.array([past_row.estimate for past_row in path]))
     known = [past_row for past_row in path if past_row.truth]
     if known:
-        ages = FRAME_HEIGHT_PX * (row.frame - np.array([past_row.frame for past_row in known]))
-        truths = at_height(np.array([past_row.truth for past_row in known]), 1.0 + ages)
+        ages = sketch.FRAME_HEIGHT_PX * (row.frame - np.array([past_row.frame for past_row in known]))
+        truths = sketch.at_height(np.array([past_row.truth for past_row in known]), 1.0 + ages)
         primitives["true space-time"] = Polyline(truths, COLOURS["truth"], 3.0, "path through time")
     if state.lineage is not None and state.particles is not None:
         lineage, last = state.lineage, len(state.lineage.paths)
         recalled = np.array([smooth(lineage, state.particles, age) for age in range(last)])
-        primitives["smoothed"] = Polyline(at_height(recalled, 2.0), COLOURS["second"], 2.0, "smoothed path")
+        primitives["smoothed"] = Polyline(sketch.at_height(recalled, 2.0), COLOURS["second"], 2.0, "smoothed path")
     height, width, _ = step.frame.picture.shape
     return Drawing(width, height, primitives, _caption(step))
 
 
 def _caption(step: Step) -> str:
     row = step.diagnostics
-    learned = step.tracker in GUIDED_TRACKERS and f"learned from {GUIDANCE.parse(step.parameters.learned).origin}"
+    learned = (
+        step.tracker in model.GUIDED_TRACKERS and f"learned from {model.GUIDANCE.parse(step.parameters.learned).origin}"
+    )
     samples = row.vector("samples")
     drawn = "{:g} by prediction, {:g} by observation".format(*samples) if samples is not None else ""
-    return caption(row, step.tracker_title, learned or "", drawn, error_words(row, " px"))
+    return sketch.caption(row, step.tracker_title, learned or "", drawn, sketch.error_words(row, " px"))
 
 
 EXPERIMENT = Experiment(
-    **read_words(FOLDER, TRACKERS, measures=PICTURE_MEASURES),
+    **read_words(FOLDER, model.TRACKERS, measures=PICTURE_MEASURES),
     id="ball",
-    model=COLOURED,
+    model=model.COLOURED,
     simulate=simulate,
     video=Video(
         wire,
@@ -162,8 +148,8 @@ EXPERIMENT = Experiment(
         clip_about=("sample_count", "gamma_px", "process_noise_px", "background_level", "colour_model"),
     ),
     draw=draw,
-    error=distance,
+    error=sketch.distance,
     lost=lambda errors, sizes, parameters: errors > parameters.lost_radii * sizes / 2,
-    exports=(GUIDANCE.export,),
-    guidance=GUIDANCE,
+    exports=(model.GUIDANCE.export,),
+    guidance=model.GUIDANCE,
 )

@@ -24,14 +24,7 @@ from pftrack.core.model.setup import NOT_AT_ALL, WELL, Suitability
 from pftrack.core.model.source import Frame, FrameSequence, History, Target
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.ball.model import colour_model
-from pftrack.experiments.shared.recording import (
-    OverlayParameters,
-    distracter_radius,
-    occlusion_width,
-    paint,
-    rgb,
-    strip,
-)
+from pftrack.experiments.shared import recording
 from pftrack.experiments.shared.reports import PointState
 from pftrack.experiments.shared.sketch import BETTER_BY, beside, frames_of_a_second, looked_at, remark
 from pftrack.vision.likelihoods import chromaticity
@@ -53,11 +46,11 @@ UPRIGHT_SHARE = 0.618
 """How often a bouncing ball goes up and down in the time to the other side and back: its path does not soon repeat."""
 
 
-class BallSceneParameters(OverlayParameters, group=GROUP):
+class BallSceneParameters(recording.OverlayParameters, group=GROUP):
     """The scene: how the ball moves and what it looks like."""
 
-    occlusion_width_px: float = occlusion_width(40)
-    distracter_radius_px: float = distracter_radius(4)
+    occlusion_width_px: float = recording.occlusion_width(40)
+    distracter_radius_px: float = recording.distracter_radius(4)
     ball_radius_px: float = parameter(
         5, "Ball radius", "Radius of the ball.", unit="px", within=(1, 60, 0.5), useful=(1, 20)
     )
@@ -186,7 +179,7 @@ def _zigzag(turns: float) -> float:
 
 def _target(parameters: BallSceneParameters, turns: float) -> Target:
     u, v = _centre(parameters, turns)
-    left, right = strip(parameters, parameters.image_width_px)
+    left, right = recording.strip(parameters, parameters.image_width_px)
     radius = parameters.ball_radius_px
     hidden = left <= u - radius and u + radius < right
     return Target(np.array([u, v]), 2 * radius, hidden=hidden, extent=(2 * radius, 2 * radius))
@@ -198,18 +191,18 @@ def _picture(
 ) -> NDArray[np.uint8]:
     """Draw the scene without noise; two periods of Bando's scene stay in the cache for the next run."""
     image = _ground(parameters.image_width_px, parameters.image_height_px, parameters.background_colour).copy()
-    colour = np.array(rgb(parameters.ball_colour))
+    colour = np.array(recording.rgb(parameters.ball_colour))
     for u, v, radius, *light in (*look_alikes, (*_centre(parameters, turns), parameters.ball_radius_px)):
         shade = np.rint(colour * (light[0] if light else 1.0)).astype(int).tolist()
         paint_disc(image, u, v, float(radius), tuple(shade))
-    paint(image, parameters, parameters.ball_colour)
+    recording.paint(image, parameters, parameters.ball_colour)
     image.flags.writeable = False
     return image
 
 
 @lru_cache(maxsize=4)
 def _ground(width: int, height: int, colour: str) -> NDArray[np.uint8]:
-    return np.full((height, width, 3), rgb(colour), dtype=np.uint8)
+    return np.full((height, width, 3), recording.rgb(colour), dtype=np.uint8)
 
 
 # Whether a target can be followed by its colour: how far its surroundings share it, and what would help.

@@ -10,22 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.drawing import (
-    COLOURS,
-    VIRIDIS,
-    Arrows,
-    Colour,
-    Drawing,
-    Ellipse,
-    Ellipsoids,
-    Links,
-    Picture,
-    Points,
-    Polyline,
-    Primitive,
-    Text,
-    WorldDrawing,
-)
+from pftrack.core.model import drawing
 from pftrack.core.model.measures import PICTURE_MEASURES
 from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.setup import Setup
@@ -33,6 +18,7 @@ from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.experiments.declared import read_words, read_worlds
 from pftrack.experiments.experiment import Experiment, Video
+from pftrack.experiments.fish import scene
 from pftrack.experiments.fish.model import (
     CAP_PX,
     GOLDFISH,
@@ -46,27 +32,8 @@ from pftrack.experiments.fish.model import (
     tail_line,
 )
 from pftrack.experiments.fish.parameters import FISH, GUIDANCE, FishTrackerParameters
-from pftrack.experiments.fish.scene import (
-    FishBody,
-    FishSceneParameters,
-    FishSource,
-    FishTarget,
-    RecordedFishParameters,
-    suits,
-    wire,
-)
 from pftrack.experiments.fish.trackers import TRACKERS
-from pftrack.experiments.shared.sketch import (
-    at_height,
-    caption,
-    circle,
-    colours,
-    distance,
-    dots,
-    error_words,
-    lines,
-    particle_clouds,
-)
+from pftrack.experiments.shared import sketch
 from pftrack.filters.learning.charts import changes
 from pftrack.filters.learning.diffusion import Diffusion
 
@@ -87,65 +54,65 @@ LINES_IN_LENGTH, LINE_WIDTHS_PX = 13.0, (0.7, 3.0)
 """Widths of lines in the half length of a fish, and bounds of their width."""
 
 
-def fish(pose: Floats, shape: FishShape, colour: Colour, layer: str, name: str) -> dict[str, Primitive]:
+def fish(pose: Floats, shape: FishShape, colour: drawing.Colour, layer: str, name: str) -> dict[str, drawing.Primitive]:
     """Draw a pose (4,) as an ellipse with a tail, and a stroke to the head."""
     ahead = np.array([np.cos(pose[2]), np.sin(pose[2])])
     axes = np.stack([shape.half_length * ahead, shape.half_width * np.array([-ahead[1], ahead[0]])])
-    centre = at_height(pose[:2], 2.0)
+    centre = sketch.at_height(pose[:2], 2.0)
     width = float(np.clip(shape.half_length / LINES_IN_LENGTH, *LINE_WIDTHS_PX))
     head = pose[:2] + shape.half_length * ahead
-    stroke = at_height(np.vstack([head - 0.3 * shape.half_length * ahead, head]), 2.0)
+    stroke = sketch.at_height(np.vstack([head - 0.3 * shape.half_length * ahead, head]), 2.0)
     return {
-        f"{name} body": Ellipse(centre, axes.astype(np.float32), colour, width, layer),
-        f"{name} tail": Polyline(at_height(tail_line(pose, shape), 2.0), colour, width, layer),
-        f"{name} head": Polyline(stroke, colour, width, layer),
+        f"{name} body": drawing.Ellipse(centre, axes.astype(np.float32), colour, width, layer),
+        f"{name} tail": drawing.Polyline(sketch.at_height(tail_line(pose, shape), 2.0), colour, width, layer),
+        f"{name} head": drawing.Polyline(stroke, colour, width, layer),
     }
 
 
-def draw_particles(state: FishState, shape: FishShape, width: int) -> dict[str, Primitive]:
+def draw_particles(state: FishState, shape: FishShape, width: int) -> dict[str, drawing.Primitive]:
     """Draw all particles as points at their centres, and some of them as whole fish."""
     states = state.particles.states
     poses = states[:, [0, 1, 4, 5]]
-    clouds = particle_clouds(poses[:, :2], state.particles, 0, width / 200.0)
+    clouds = sketch.particle_clouds(poses[:, :2], state.particles, 0, width / 200.0)
     return {
-        "many": outlines(_some(poses, MANY), shape, COLOURS["prediction"], 0.5, "many particles"),
-        "few": outlines(_some(poses, FEW), shape, COLOURS["prediction"], 1.0, "ten particles"),
+        "many": outlines(_some(poses, MANY), shape, drawing.COLOURS["prediction"], 0.5, "many particles"),
+        "few": outlines(_some(poses, FEW), shape, drawing.COLOURS["prediction"], 1.0, "ten particles"),
         "centres": clouds["weights"],
     }
 
 
-def outlines(poses: Floats, shape: FishShape, colour: Colour, width: float, layer: str) -> Links:
+def outlines(poses: Floats, shape: FishShape, colour: drawing.Colour, width: float, layer: str) -> drawing.Links:
     """Draw poses (n, 4) as outlines with tails, all of them one primitive."""
     around = body_points(poses, shape, OUTLINE_POINTS)
     segments = np.concatenate(
         [np.stack([around, np.roll(around, -1, axis=1)], axis=2), tail_line(poses, shape)[:, None]], axis=1
     )
-    return lines(segments.reshape(-1, 2, 2), colour, width, layer, height=1.0)
+    return sketch.lines(segments.reshape(-1, 2, 2), colour, width, layer, height=1.0)
 
 
-def draw_edges(edges: Edges) -> dict[str, Primitive]:
+def draw_edges(edges: Edges) -> dict[str, drawing.Primitive]:
     """Draw the distance image, dark near the edges, and the edges themselves."""
     rows, columns = np.nonzero(edges.edges)
     return {
-        "distances": Picture(_TABLE[edges.distances[1:-1, 1:-1]], "distance image"),
-        "edges": dots(np.column_stack([columns, rows]), COLOURS["lost"], 1.5, "edges", height=1.0),
+        "distances": drawing.Picture(_TABLE[edges.distances[1:-1, 1:-1]], "distance image"),
+        "edges": sketch.dots(np.column_stack([columns, rows]), drawing.COLOURS["lost"], 1.5, "edges", height=1.0),
     }
 
 
-def draw_truth(target: Target | None) -> dict[str, Primitive]:
+def draw_truth(target: Target | None) -> dict[str, drawing.Primitive]:
     """Draw the true fish, or a circle where only its place is known."""
-    if isinstance(target, FishTarget):
-        return fish(target.pose, target.shape, COLOURS["truth"], "truth", "true")
+    if isinstance(target, scene.FishTarget):
+        return fish(target.pose, target.shape, drawing.COLOURS["truth"], "truth", "true")
     if target is not None:
-        return {"true place": circle(target.position, target.size / 2.0, COLOURS["truth"], "truth")}
+        return {"true place": sketch.circle(target.position, target.size / 2.0, drawing.COLOURS["truth"], "truth")}
     return {}
 
 
-def draw_path(past: Sequence[Diagnostics], frame: int) -> dict[str, Primitive]:
+def draw_path(past: Sequence[Diagnostics], frame: int) -> dict[str, drawing.Primitive]:
     """Draw where the estimate was in the last three seconds."""
     rows = past[max(frame - TRAIL_FRAMES, 0) : frame + 1]
     places = np.array([row.estimate for row in rows]).reshape(-1, 2)
-    return {"path": Polyline(at_height(places, 1.0), COLOURS["estimate"], 2.0, "path")}
+    return {"path": drawing.Polyline(sketch.at_height(places, 1.0), drawing.COLOURS["estimate"], 2.0, "path")}
 
 
 def _some(poses: Floats, count: int) -> Floats:
@@ -155,7 +122,9 @@ def _some(poses: Floats, count: int) -> Floats:
     return poses[np.linspace(0, len(poses) - 1, count).astype(np.int64)]
 
 
-_TABLE = np.array(VIRIDIS, np.uint8)[np.minimum(np.arange(256) * len(VIRIDIS) // (QUARTERS * CAP_PX), len(VIRIDIS) - 1)]
+_TABLE = np.array(drawing.VIRIDIS, np.uint8)[
+    np.minimum(np.arange(256) * len(drawing.VIRIDIS) // (QUARTERS * CAP_PX), len(drawing.VIRIDIS) - 1)
+]
 """Colour of each distance."""
 
 MODES_WORLD, CHANGES_WORLD = read_worlds(Path(__file__).parent)
@@ -175,7 +144,7 @@ AXIS_SD = 4.4
 NAMES = (("turn", (1.0, 0.0, 0.0)), ("bend", (0.0, 1.0, 0.0)), ("across", (0.0, 0.0, 1.0)))
 
 
-def modes_world(parameters: FishTrackerParameters, frame: int) -> WorldDrawing:
+def modes_world(parameters: FishTrackerParameters, frame: int) -> drawing.WorldDrawing:
     """Draw the mode that is chosen: the fish at rest, a fan along the mode, and the ghost."""
     diffusion = _learned_diffusion(parameters)
     sway = np.cos(2.0 * np.pi * frame / SWAY_FRAMES) if parameters.mode_sways else 1.0
@@ -184,14 +153,16 @@ def modes_world(parameters: FishTrackerParameters, frame: int) -> WorldDrawing:
     rest = np.array([0.0, 0.0, UP, 0.0])
     fan = np.array([_move(rest, _change(diffusion, parameters.shown_mode, share)) for share in FAN])
     ghost = _move(rest, change)
-    drawn: dict[str, Primitive] = {
-        "fan": outlines(fan, GOLDFISH, COLOURS["hidden"], 1.0, "learned motion"),
-        "rest": outlines(rest[None], GOLDFISH, COLOURS["truth"], 1.5, "learned motion"),
-        **_ghost(ghost, COLOURS["prediction"]),
+    drawn: dict[str, drawing.Primitive] = {
+        "fan": outlines(fan, GOLDFISH, drawing.COLOURS["hidden"], 1.0, "learned motion"),
+        "rest": outlines(rest[None], GOLDFISH, drawing.COLOURS["truth"], 1.5, "learned motion"),
+        **_ghost(ghost, drawing.COLOURS["prediction"]),
     }
     push = ARROW * (ghost[:2] - rest[:2])
     ends = np.array([[[0.0, 0.0, 0.0], [*push, 0.0]]], np.float32)
-    drawn["push"] = Arrows(ends if np.hypot(*push) > 1.0 else ends[:0], COLOURS["prediction"], 2.0, "learned motion")
+    drawn["push"] = drawing.Arrows(
+        ends if np.hypot(*push) > 1.0 else ends[:0], drawing.COLOURS["prediction"], 2.0, "learned motion"
+    )
     said = (
         f"{round(change[0]):+d} px ahead",
         f"{round(change[1]):+d} px aside",
@@ -201,26 +172,26 @@ def modes_world(parameters: FishTrackerParameters, frame: int) -> WorldDrawing:
     weight = np.abs(diffusion.modes[:, parameters.shown_mode - 1])
     label = ", ".join(said[i] for i in range(4) if weight[i] > SAID_FROM)
     place = np.array([0.0, LABEL_AT, 0.0], np.float32)
-    drawn["label"] = Text(place, label, COLOURS["camera"], "learned motion", anchor="middle")
-    return WorldDrawing(MODES_WORLD, drawn)
+    drawn["label"] = drawing.Text(place, label, drawing.COLOURS["camera"], "learned motion", anchor="middle")
+    return drawing.WorldDrawing(MODES_WORLD, drawn)
 
 
 def changes_world(
     state: FishState, parameters: FishTrackerParameters, past: Sequence[Diagnostics], frame: int
-) -> WorldDrawing:
+) -> drawing.WorldDrawing:
     """Draw the changes of all particles and of the estimate beside what was learned."""
     diffusion = _learned_diffusion(parameters)
     length = shape(parameters).half_length / GOLDFISH.half_length
     sd = diffusion.sd[[2, 3, 1]] * np.array([1.0, 1.0, length])
-    drawn: dict[str, Primitive] = {"axes": _axes()}
+    drawn: dict[str, drawing.Primitive] = {"axes": _axes()}
     for name, way in NAMES[:2]:  # the third one's would stand in the middle of the view from the front
         place = (0.85 * AXIS_SD * np.array(way)).astype(np.float32)
-        drawn[f"name {name}"] = Text(place, name, COLOURS["camera"], "axes", anchor="middle")
+        drawn[f"name {name}"] = drawing.Text(place, name, drawing.COLOURS["camera"], "axes", anchor="middle")
     covariance = diffusion.correlation[np.ix_([2, 3, 1], [2, 3, 1])] * parameters.diffusion_scale**2
-    drawn["learned"] = Ellipsoids(
+    drawn["learned"] = drawing.Ellipsoids(
         np.zeros((1, 3), np.float32),
         np.asarray(covariance[None], np.float32),
-        colours(1, COLOURS["observation"]),
+        sketch.colours(1, drawing.COLOURS["observation"]),
         0.25,
         "learned motion",
     )
@@ -232,7 +203,7 @@ def changes_world(
     made = changes(known, FISH, parameters.motion_reading)[:, [2, 3, 1]] / sd if len(known) > 2 else np.zeros((0, 3))
     drawn["path"] = _points(made[:-1], "estimate", 0.12, "path")
     drawn["estimate"] = _points(made[-1:], "estimate", 0.3, "estimate")
-    return WorldDrawing(CHANGES_WORLD, drawn)
+    return drawing.WorldDrawing(CHANGES_WORLD, drawn)
 
 
 def _learned_diffusion(parameters: FishTrackerParameters) -> Diffusion:
@@ -254,43 +225,43 @@ def _move(pose: Floats, change: Floats) -> Floats:
     return np.array([x, y, theta, pose[3] + change[3]])
 
 
-def _ghost(pose: Floats, colour: Colour) -> dict[str, Primitive]:
+def _ghost(pose: Floats, colour: drawing.Colour) -> dict[str, drawing.Primitive]:
     around = body_points(pose, GOLDFISH, OUTLINE_POINTS)
     body = np.zeros((OUTLINE_POINTS + 1, 3), np.float32)
     body[:, :2] = np.vstack([around, around[:1]])
     tail = np.zeros((2, 3), np.float32)
     tail[:, :2] = tail_line(pose, GOLDFISH)
     return {
-        "ghost body": Polyline(body, colour, 3.0, "learned motion"),
-        "ghost tail": Polyline(tail, colour, 3.0, "learned motion"),
+        "ghost body": drawing.Polyline(body, colour, 3.0, "learned motion"),
+        "ghost tail": drawing.Polyline(tail, colour, 3.0, "learned motion"),
     }
 
 
-def _points(places: Floats, colour: str, size: float, layer: str) -> Points:
-    return dots(places[np.square(places).sum(axis=1) < SEEN**2], COLOURS[colour], size, layer)
+def _points(places: Floats, colour: str, size: float, layer: str) -> drawing.Points:
+    return sketch.dots(places[np.square(places).sum(axis=1) < SEEN**2], drawing.COLOURS[colour], size, layer)
 
 
-def _axes() -> Links:
+def _axes() -> drawing.Links:
     ends = [[[-AXIS_SD * way for way in ways], [AXIS_SD * way for way in ways]] for _, ways in NAMES]
-    return Links(np.array(ends, np.float32), COLOURS["hidden"], 1.0, "axes")
+    return drawing.Links(np.array(ends, np.float32), drawing.COLOURS["hidden"], 1.0, "axes")
 
 
 FOLDER = Path(__file__).parent
 
 
-class SimulatedFishParameters(FishTrackerParameters, FishSceneParameters):
+class SimulatedFishParameters(FishTrackerParameters, scene.FishSceneParameters):
     """The simulated tank and its trackers."""
 
 
 def simulate() -> Setup:
     """Wire the simulated tank."""
-    return Setup(FishSource, SimulatedFishParameters())
+    return Setup(scene.FishSource, SimulatedFishParameters())
 
 
 def measure(frame: Frame, state: FishState) -> Mapping[str, SeriesValue]:
     """Compare heading and bend with the truth, where it is a fish's; the true heading is within half a turn of ours."""
     target = frame.target
-    if not isinstance(target, FishTarget):
+    if not isinstance(target, scene.FishTarget):
         return {}
     heading, bend = _wrap(state.mean[4] - target.theta), state.mean[5] - target.phi
     return {
@@ -305,31 +276,31 @@ def is_missed(state: FishState, target: Target) -> bool:
     """Return whether the estimate lies outside the fish's silhouette, where that is known."""
     if not np.isfinite(state.estimate).all():
         return True
-    return isinstance(target, FishTarget) and not target.holds(state.estimate)
+    return isinstance(target, scene.FishTarget) and not target.holds(state.estimate)
 
 
-def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
+def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> drawing.Drawing:
     """Draw a frame, the learned modes, and the changes that particles draw."""
     image, state, row, parameters = step.frame.picture, step.state, step.diagnostics, step.parameters
     height, width, _ = image.shape
     body = shape(parameters)
-    primitives: dict[str, Primitive] = {"picture": Picture(image)}
+    primitives: dict[str, drawing.Primitive] = {"picture": drawing.Picture(image)}
     primitives |= draw_edges(find_edges(step.frame, parameters))
     primitives |= draw_particles(state, body, width)
     primitives |= draw_truth(step.frame.target)
     second = None if other is None else other.vector("body")
     if second is not None:
-        primitives |= fish(np.array(second), body, COLOURS["second"], "second run", "second")
-    primitives |= fish(state.pose, body, COLOURS["estimate"], "estimate", "estimated")
+        primitives |= fish(np.array(second), body, drawing.COLOURS["second"], "second run", "second")
+    primitives |= fish(state.pose, body, drawing.COLOURS["estimate"], "estimate", "estimated")
     primitives |= draw_path(past, row.frame)
     worlds = (modes_world(parameters, row.frame), changes_world(state, parameters, past, row.frame))
-    return Drawing(width, height, primitives, _caption(step), worlds)
+    return drawing.Drawing(width, height, primitives, _caption(step), worlds)
 
 
 def _caption(step: Step) -> str:
     row = step.diagnostics
     particles = f"{len(step.state.particles)} particles"
-    return caption(row, step.tracker_title, particles, error_words(row, " px", "outside the fish"))
+    return sketch.caption(row, step.tracker_title, particles, sketch.error_words(row, " px", "outside the fish"))
 
 
 def _wrap(angle: float) -> float:
@@ -341,16 +312,16 @@ EXPERIMENT = Experiment(
     id="fish",
     simulate=simulate,
     video=Video(
-        wire,
-        recorded=lambda _kind: RecordedFishParameters(),
-        marks=(FishBody,),
+        scene.wire,
+        recorded=lambda _kind: scene.RecordedFishParameters(),
+        marks=(scene.FishBody,),
         wanted="a body: head, root and tip of the tail, and half width",
         advice="Mark the whole body in a picture in which it is nearly straight.",
-        suits=suits,
+        suits=scene.suits,
         clip_title="Fish by its outline",
     ),
     draw=draw,
-    error=distance,
+    error=sketch.distance,
     missed=is_missed,
     measure=measure,
     guidance=GUIDANCE,

@@ -27,29 +27,13 @@ from pftrack.core.model.setup import Finder, Setup, Sighting, Suitability, grade
 from pftrack.core.model.source import Frame, FrameSequence, Target, Truth
 from pftrack.core.model.tracker import Diagnostics
 from pftrack.core.refusal import RefusedError
+from pftrack.experiments.hand import first_pose
 from pftrack.experiments.hand.fingers import HandFeatures, features_of
-from pftrack.experiments.hand.first_pose import (
-    FlatHand,
-    OpenHand,
-    SeenFinger,
-    around_hand,
-    find_open_hand,
-    fit_hand,
-    hand_of,
-    measure_finger,
-    misfit_of,
-    similar,
-)
 from pftrack.experiments.hand.model import NO_FINGER, HandState, HandTrackerParameters
 from pftrack.experiments.hand.scene import HandTarget
 from pftrack.experiments.hand.shape import FINGERS, HIGH, finger_slice, joints
 from pftrack.experiments.hand.silhouette import Finding, suggest_parameters
-from pftrack.experiments.shared.recording import (
-    RecordedBackdrop,
-    RecordingParameters,
-    RecordingSource,
-    frames_to_search,
-)
+from pftrack.experiments.shared import recording
 from pftrack.filters.beam import backtrack
 
 TIPS = {
@@ -98,7 +82,7 @@ class HandTips(FeaturePoints):
         return np.array([self.points.get(name, (np.nan, np.nan)) for name in TIPS])
 
 
-to_search = partial(frames_to_search, closely=60, most=400)
+to_search = partial(recording.frames_to_search, closely=60, most=400)
 """Each picture takes some ms."""
 
 FAR_MARK, LOST_MARK = 0.25, 0.6
@@ -108,7 +92,7 @@ GROWTH_SD = 0.015
 """By which share a hand may grow from picture to picture, as it does when it comes nearer to a real camera."""
 
 
-class RecordedHandParameters(RecordingParameters, HandTrackerParameters):
+class RecordedHandParameters(recording.RecordingParameters, HandTrackerParameters):
     """A recording with an overlay, and its trackers."""
 
 
@@ -128,9 +112,9 @@ def wire(sequence: FrameSequence, mark: HandTips | None, start: int, truth: Trut
         start, mark = _first(sequence, start)
         mark.check(sequence.size)
     parameters = _parameters(sequence, start)
-    hand = find_open_hand(_features(sequence, start, parameters), mark.tips)
+    hand = first_pose.find_open_hand(_features(sequence, start, parameters), mark.tips)
     target = HandTarget.of(hand.pose, hand.scale, hand.shape, hand.shape, hidden=None)
-    source = RecordingSource(sequence, (0.0, 0.0, 1.0, 1.0), start, None, start=target)
+    source = recording.RecordingSource(sequence, (0.0, 0.0, 1.0, 1.0), start, None, start=target)
     return Setup(lambda _seed, _parameters: source, parameters, Footage.of(sequence, mark, start, truth))
 
 
@@ -142,7 +126,7 @@ def search(sequence: FrameSequence, frames: Sequence[int]) -> Iterator[Sighting]
     for place, frame in enumerate(frames):
         features = _features(sequence, frame, _parameters(sequence, frame))
         try:
-            found = find_open_hand(features)
+            found = first_pose.find_open_hand(features)
         except RefusedError as error:
             if len(frames) == 1:
                 yield _guess(features, frame, str(error))
@@ -152,7 +136,7 @@ def search(sequence: FrameSequence, frames: Sequence[int]) -> Iterator[Sighting]
             yield Sighting(frame, _tips(found), sure=True, remarks=found.remarks)
 
 
-def _tips(found: OpenHand) -> HandTips:
+def _tips(found: first_pose.OpenHand) -> HandTips:
     """Return the tips of an open hand that was found."""
     return HandTips.of(HandTarget.of(found.pose, found.scale, found.shape, found.shape).tips)
 
@@ -209,7 +193,7 @@ def propose(features: HandFeatures) -> ProposedTips:
         RefusedError: It shows no hand with at least two visible fingers; the sentence says why.
     """
     try:
-        hand = find_open_hand(features)
+        hand = first_pose.find_open_hand(features)
     except RefusedError as error:
         if not features.finding.ok or not 2 <= len(features.protrusions) <= 4:
             raise
@@ -221,10 +205,12 @@ def _of_some(features: HandFeatures, reason: str) -> ProposedTips:
     """Return the tips of the choice of fingers that fits best."""
     mask = features.silhouette.mask
     choices = [
-        (misfit_of(mask, hand) + _unusual(seen), number, hand, seen)
+        (first_pose.misfit_of(mask, hand) + _unusual(seen), number, hand, seen)
         for number, (hand, seen) in enumerate(_choices(features))
     ]
-    fits = [(fit_hand(mask, hand), seen) for _, _, hand, seen in sorted(choices, key=itemgetter(0, 1))[:FITTED]]
+    fits = [
+        (first_pose.fit_hand(mask, hand), seen) for _, _, hand, seen in sorted(choices, key=itemgetter(0, 1))[:FITTED]
+    ]
     fit, seen = min(fits, key=lambda found: found[0].cost + _unusual(found[1]))
     if fit.misfit > LARGEST_MISFIT:
         raise RefusedError(reason)
@@ -240,24 +226,26 @@ def _of_some(features: HandFeatures, reason: str) -> ProposedTips:
     return ProposedTips(features.silhouette.in_picture(tips), tuple(finger in seen for finger in range(5)), (taken,))
 
 
-def _choices(features: HandFeatures) -> Iterator[tuple[FlatHand, dict[int, SeenFinger]]]:
+def _choices(features: HandFeatures) -> Iterator[tuple[first_pose.FlatHand, dict[int, first_pose.SeenFinger]]]:
     """Yield hands with some fingers raised and the others folded, and which fingers the protrusions are."""
     depths = cv2.distanceTransform(features.silhouette.mask.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     row, column = divmod(int(np.argmax(depths)), depths.shape[1])
     palm = np.array([column, row], np.float64)
-    around = around_hand([measure_finger(protrusion) for protrusion in features.protrusions], palm)
+    around = first_pose.around_hand(
+        [first_pose.measure_finger(protrusion) for protrusion in features.protrusions], palm
+    )
     for chosen in combinations(range(5), len(around)):
         for side in (1.0, -1.0):
             seen = dict(zip(chosen, around[:: int(side)], strict=True))
-            found = similar(seen, features.wrist, side, palm)
-            hand = hand_of(found.wrist, found.turn, found.scale, side, seen)
+            found = first_pose.similar(seen, features.wrist, side, palm)
+            hand = first_pose.hand_of(found.wrist, found.turn, found.scale, side, seen)
             for finger in set(range(5)) - seen.keys():
                 flexions = finger_slice(finger)
                 hand.pose[flexions.start + 1 : flexions.stop] = FOLDED * HIGH[flexions.start + 1 : flexions.stop]
             yield hand, seen
 
 
-def _unusual(seen: dict[int, SeenFinger]) -> float:
+def _unusual(seen: dict[int, first_pose.SeenFinger]) -> float:
     return 0.0 if tuple(sorted(seen)) in USUAL else UNUSUAL
 
 
@@ -271,7 +259,7 @@ def suits(sequence: FrameSequence, footage: Footage, parameters: RecordedHandPar
     """
     features, tips = _features(sequence, footage.start, parameters), HandTips.read(footage.mark).tips
     try:
-        hand = find_open_hand(features, tips)
+        hand = first_pose.find_open_hand(features, tips)
     except RefusedError as error:
         return Suitability(
             0.0, str(error), ("change how the hand is separated from the background, or begin with another picture",)
@@ -286,7 +274,7 @@ def suits(sequence: FrameSequence, footage: Footage, parameters: RecordedHandPar
         remark += f"; where it fits best the tip of the {FINGERS[worst]} is {away[worst]:.2f} palms from its mark"
         turned = tips[::-1].copy()
         try:
-            other = _fit(find_open_hand(features, turned), turned)
+            other = _fit(first_pose.find_open_hand(features, turned), turned)
         except RefusedError:
             other = 0.0
         if other > value:
@@ -298,13 +286,13 @@ def suits(sequence: FrameSequence, footage: Footage, parameters: RecordedHandPar
     return Suitability(value, remark, tuple(advice), better)
 
 
-def _fit(hand: OpenHand, tips: Floats) -> float:
+def _fit(hand: first_pose.OpenHand, tips: Floats) -> float:
     """Return how well a hand fits, 0..1: the worse of its cover of the silhouette and its tips' distance from marks."""
     covered = grade(max(1.0 - hand.misfit, 0.0), 0.5, 0.8)
     return min(covered, grade(max(1.0 - float(_distances(hand, tips).max()), 0.0), 1.0 - LOST_MARK, 1.0 - FAR_MARK))
 
 
-def _distances(hand: OpenHand, tips: Floats) -> Floats:
+def _distances(hand: first_pose.OpenHand, tips: Floats) -> Floats:
     """Return how far the tips of a hand are from those that are marked (5, 2), px, in palms (5,)."""
     own = HandTarget.of(hand.pose, hand.scale, hand.shape, hand.shape).tips
     return np.asarray(np.hypot(*(own - tips).T) / hand.scale)
@@ -321,19 +309,19 @@ def _first(sequence: FrameSequence, start: int) -> tuple[int, HandTips]:
     reason = ""
     for frame in to_search(start, sequence.frame_count - 1):
         try:
-            return frame, _tips(find_open_hand(_features(sequence, frame, _parameters(sequence, frame))))
+            return frame, _tips(first_pose.find_open_hand(_features(sequence, frame, _parameters(sequence, frame))))
         except RefusedError as error:
             reason = reason or str(error)
     raise ValueError(f"{reason}; or mark the tips of its fingers")
 
 
 def _parameters(sequence: FrameSequence, frame: int) -> RecordedHandParameters:
-    suggested = suggest_parameters(sequence.picture(frame), RecordedBackdrop(sequence), frame)
+    suggested = suggest_parameters(sequence.picture(frame), recording.RecordedBackdrop(sequence), frame)
     return revise(RecordedHandParameters(), {"growth_sd": GROWTH_SD, **suggested})
 
 
 def _features(sequence: FrameSequence, frame: int, parameters: RecordedHandParameters) -> HandFeatures:
-    return features_of(sequence.picture(frame), parameters, RecordedBackdrop(sequence))
+    return features_of(sequence.picture(frame), parameters, recording.RecordedBackdrop(sequence))
 
 
 RIGHT_TIPS_PALMS, RIGHT_PALM_RAD, RIGHT_FLEXION_RAD = 0.20, 0.30, 0.30

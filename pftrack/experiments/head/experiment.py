@@ -38,37 +38,12 @@ from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.core.numerics.elementary import wrap
 from pftrack.experiments.declared import read_words
 from pftrack.experiments.experiment import Experiment, Video
+from pftrack.experiments.head import recording
 from pftrack.experiments.head.appearance import HeadMemory
 from pftrack.experiments.head.parameters import HeadTrackerParameters
-from pftrack.experiments.head.recording import (
-    FINDER,
-    POSES,
-    FaceBox,
-    FacePoints,
-    RecordedHeadParameters,
-    suits,
-    wire,
-)
 from pftrack.experiments.head.scene import HeadSceneParameters, HeadSource
 from pftrack.experiments.head.trackers import TRACKERS
-from pftrack.experiments.shared.pose import SHOWN_OF_POSES
-from pftrack.experiments.shared.pose.drawing import (
-    beside,
-    camera,
-    dashes,
-    draw_with_rim,
-    feature_clouds,
-    feature_marks,
-    feature_names,
-    is_lost,
-    mean_error_deg,
-    model_points,
-    place_points,
-    pose_axes,
-    pose_measure,
-    pose_series,
-    true_marks,
-)
+from pftrack.experiments.shared.pose import SHOWN_OF_POSES, drawing
 from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.experiments.shared.sketch import caption, colours, dots, error_words
 from pftrack.sources.tracks import write
@@ -82,7 +57,9 @@ FOLDER = Path(__file__).parent
 
 SHAPE_ERROR = Series("shape_error_mm", "distance of the face model from the driver's face", "mm")
 
-WORDS = read_words(FOLDER, TRACKERS, SHOWN_OF_POSES, POSE_MEASURES) | {"series": (*pose_series(FEATURES), SHAPE_ERROR)}
+WORDS = read_words(FOLDER, TRACKERS, SHOWN_OF_POSES, POSE_MEASURES) | {
+    "series": (*drawing.pose_series(FEATURES), SHAPE_ERROR)
+}
 
 (HEAD_WORLD,) = WORDS["worlds"]
 
@@ -154,7 +131,7 @@ class PlacedHead:
         towards = shape.normals @ -(rotation(self.theta) @ self._memory.turn)[2]
         near = towards[edges].mean(axis=1) > 0.0
         return {
-            f"hidden {name} lines": dashes(places[~near], colour, width, layer, length=2.0),
+            f"hidden {name} lines": drawing.dashes(places[~near], colour, width, layer, length=2.0),
             f"{name} lines": Links(places[near], colour, width, layer),
         }
 
@@ -170,7 +147,7 @@ class PlacedHead:
 
     def _draw(self, points_mm: Floats) -> NDArray[np.float32]:
         """Return where points (n, 3) of the model are drawn, (n, 3) px."""
-        places = place_points(self.state, points_mm @ self._memory.turn.T, self.theta)
+        places = drawing.place_points(self.state, points_mm @ self._memory.turn.T, self.theta)
         places[:, :2] += self.shift_px
         return places.astype(np.float32)
 
@@ -202,7 +179,7 @@ def _grid_lines(height: int, width: int, every_row: int, every_column: int) -> I
 
 def head_measure(frame: Frame, state: PoseState) -> Mapping[str, SeriesValue]:
     """Return the measurements of the pose, and of a face model that grows its distance from the truth."""
-    values = dict(pose_measure(frame, state))
+    values = dict(drawing.pose_measure(frame, state))
     memory: HeadMemory = state.memory
     known = None if frame.target is None else frame.target.landmarks
     if memory.growth is not None and known is not None:
@@ -476,16 +453,16 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
         primitives |= second.lines("second", COLOURS["second"], 1.5, "second run", few=True)
         primitives["second look"] = second.look(COLOURS["second"], 2.0, "second run")
     if not memory.lost:
-        primitives |= feature_clouds(state, mark)
-        primitives |= model_points(state, mark)
-        primitives |= feature_marks(state, FEATURES)
-        names = beside(state.feature_means, memory.model.points_mm[:, :2], height)
-        primitives |= feature_names(state, FEATURES, names, TITLES)
+        primitives |= drawing.feature_clouds(state, mark)
+        primitives |= drawing.model_points(state, mark)
+        primitives |= drawing.feature_marks(state, FEATURES)
+        names = drawing.beside(state.feature_means, memory.model.points_mm[:, :2], height)
+        primitives |= drawing.feature_names(state, FEATURES, names, TITLES)
         primitives["look"] = head.look(COLOURS["estimate"], 3.0, "viewing direction")
-        primitives |= pose_axes(state, memory.turn @ memory.model["nose"], AXES_MM)
+        primitives |= drawing.pose_axes(state, memory.turn @ memory.model["nose"], AXES_MM)
     if step.frame.target is not None:
         primitives |= _truth(state, step.frame.target, mark)
-    primitives |= camera(state, (width, height))
+    primitives |= drawing.camera(state, (width, height))
     return Drawing(width, height, primitives, _caption(step, past), (head_world(state, step.frame.target),))
 
 
@@ -496,8 +473,8 @@ def _truth(state: PoseState, target: Target, size: float) -> dict[str, Primitive
     lines["true look"] = head.look(COLOURS["truth"], 1.0, "truth")
     drawn: dict[str, Primitive] = {}
     for name, line in lines.items():
-        drawn |= draw_with_rim(name, line)
-    return drawn if target.landmarks is None else drawn | true_marks(target.landmarks, size)
+        drawn |= drawing.draw_with_rim(name, line)
+    return drawn if target.landmarks is None else drawn | drawing.true_marks(target.landmarks, size)
 
 
 def _apart(state: PoseState, target: Target) -> Floats:
@@ -563,17 +540,17 @@ EXPERIMENT = Experiment(
     guidance=SimulatedHeadParameters.guidance,
     simulate=simulate,
     draw=draw,
-    error=mean_error_deg,
-    lost=is_lost,
+    error=drawing.mean_error_deg,
+    lost=drawing.is_lost,
     video=Video(
-        wire,
-        recorded=lambda _kind: RecordedHeadParameters(),
-        marks=(FacePoints, FaceBox),
+        recording.wire,
+        recorded=lambda _kind: recording.RecordedHeadParameters(),
+        marks=(recording.FacePoints, recording.FaceBox),
         wanted="features of a face, or a box around it",
         advice="Left and right are the person's own.",
-        finder=FINDER,
-        suits=suits,
-        truth=POSES,
+        finder=recording.FINDER,
+        suits=recording.suits,
+        truth=recording.POSES,
         clip_about=("sample_count", "face_model", "hidden_weight", "template_renewal", "pose_band", "find_again"),
     ),
     scale=float(np.rad2deg(1.0)),

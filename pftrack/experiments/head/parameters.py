@@ -16,16 +16,8 @@ from pftrack.core.model.parameters import Parameters, Value, parameter
 from pftrack.core.numerics.elementary import exponential
 from pftrack.core.refusal import ParameterError
 from pftrack.experiments.head.appearance import EYE_DISTANCE_PX
+from pftrack.experiments.shared.pose import calibrated
 from pftrack.experiments.shared.pose import calibrated as pose
-from pftrack.experiments.shared.pose.calibrated import (
-    LAYERED,
-    UPPER,
-    PoseTrackerParameters,
-    joint_particles,
-    particles_per_feature,
-    pose_guidance,
-    seen_moments,
-)
 from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.vision.face import FEATURES, FaceModel, fit_similarity, mean_model, spread_mm2
 from pftrack.vision.face import FEATURES as FEATURE_NAMES
@@ -71,7 +63,7 @@ AS_PUBLISHED: dict[str, Value] = {**pose.AS_PUBLISHED, "templates": "flat", "fac
 """What Bando 2007 has and the defaults have not."""
 
 
-class _Face(Parameters, group=UPPER):
+class _Face(Parameters, group=calibrated.UPPER):
     """Which face is followed, by which camera."""
 
     face_model: Literal["growing", "mean", "personal"] = parameter(
@@ -109,7 +101,7 @@ class _Look(Parameters, group=LOOK, constants={"templates_by_pose": False}):
         "then where the pose has it, in place of clinging to what looks most like it. A second filter takes all "
         "features for visible, and the one that explains the pictures better is believed. 0 is Bando's: never hidden.",
         within=(0, 2, 0.01),
-        trackers=LAYERED,
+        trackers=calibrated.LAYERED,
     )
     template_scale: float = parameter(
         1,
@@ -132,7 +124,7 @@ class _Look(Parameters, group=LOOK, constants={"templates_by_pose": False}):
     )
 
 
-class _Relief(Parameters, group=RELIEF, trackers=LAYERED):
+class _Relief(Parameters, group=RELIEF, trackers=calibrated.LAYERED):
     """What templates in relief allow."""
 
     slack_px: float = parameter(
@@ -209,13 +201,15 @@ class _Growth(Parameters, group=GROWTH, constants={"model_restarts": 0}):
     )
 
 
-class HeadTrackerParameters(_Growth, _Loss, _Relief, _Look, _Face, PoseTrackerParameters, group=pose.FEATURES):
+class HeadTrackerParameters(
+    _Growth, _Loss, _Relief, _Look, _Face, calibrated.PoseTrackerParameters, group=pose.FEATURES
+):
     """The trackers of a solid's points, with templates as what the points look like."""
 
-    guidance = pose_guidance("head")
+    guidance = calibrated.pose_guidance("head")
 
-    sample_count: int = particles_per_feature(len(FEATURE_NAMES))
-    joint_sample_count: int = joint_particles(5000, "; Bando's 25,000 take a tenth of a second a frame")
+    sample_count: int = calibrated.particles_per_feature(len(FEATURE_NAMES))
+    joint_sample_count: int = calibrated.joint_particles(5000, "; Bando's 25,000 take a tenth of a second a frame")
 
     @property
     def pose_change(self) -> float:
@@ -315,13 +309,13 @@ def learn(
     variances = position_variances(state, correlations, eye_distance_px, parameters.sd_floor_px)
     if np.isfinite(variances[:, 0]).sum() < FEWEST_FEATURES:
         return growth
-    means, *_ = seen_moments(state.belief)
+    means, *_ = calibrated.seen_moments(state.belief)
     return growing.step(growth, means - state.solid.principal_px, variances)
 
 
 def position_variances(state: PoseState, correlations: Floats, eye_distance_px: float, sd_floor_px: float) -> Floats:
     """Return variances (F, 2) px^2 of the features' positions, infinite where a feature is not recognised."""
-    means, own, few = seen_moments(state.belief)
+    means, own, few = calibrated.seen_moments(state.belief)
     told = np.maximum(own, sd_floor_px**2)
     slip_px = SLIP_PX * eye_distance_px / EYE_DISTANCE_PX
     slip = slip_px**2 * exponential(2.0 * SLIP_DECADES * LN_10 * (1.0 - np.clip(correlations, 0.0, 1.0)))

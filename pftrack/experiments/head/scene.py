@@ -21,21 +21,7 @@ from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.source import Frame, History, Landmarks, Target
 from pftrack.core.numerics.matrices import product
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.experiments.head.painting import (
-    LEFT_MM,
-    STEP_MM,
-    TOP_MM,
-    albedo,
-    background,
-    blur,
-    cover,
-    expose,
-    lit,
-    project,
-    rasterise,
-    with_lenses,
-    with_sunglasses,
-)
+from pftrack.experiments.head import painting
 from pftrack.vision.face import FEATURES, FaceModel, HeadMesh, head_mesh, mean_model, person
 
 # What can be turned in the simulated scene of a driver's head.
@@ -281,7 +267,7 @@ class HeadSource:
         noise = Stream(self._seed, index, Purpose.SCENE).standard_normal(
             grey.size if parameters.image_noise_sd > 0 else 0
         )
-        image = expose(grey, float(parameters.image_noise_sd), noise)
+        image = painting.expose(grey, float(parameters.image_noise_sd), noise)
         image.flags.writeable = False
         return Frame(index, index / FRAME_RATE_HZ, image_rgb=image, target=target)
 
@@ -311,12 +297,14 @@ class HeadSource:
         turn = rotation(theta)
         sun, sun_share, gain = _light(time)
         strength = parameters.sun_strength * sun_share
-        light = lit(product(mesh.normals, turn.T), sun, AMBIENT, parameters.lamp_strength, strength)
+        light = painting.lit(product(mesh.normals, turn.T), sun, AMBIENT, parameters.lamp_strength, strength)
         centre = (float(self.centre_px[0]), float(self.centre_px[1]))
-        pixels, inverse_depths = project(product(mesh.vertices_mm, turn.T) + translation, self.focal_px, centre)
-        grey = background(parameters.person, self.size[0]).copy()
+        pixels, inverse_depths = painting.project(
+            product(mesh.vertices_mm, turn.T) + translation, self.focal_px, centre
+        )
+        grey = painting.background(parameters.person, self.size[0]).copy()
         depth_buffer = np.zeros(grey.shape, np.float32)
-        rasterise(
+        painting.rasterise(
             grey,
             depth_buffer,
             mesh.triangles,
@@ -325,13 +313,13 @@ class HeadSource:
             mesh.vertices_mm,
             light,
             texture,
-            (LEFT_MM, TOP_MM, STEP_MM),
+            (painting.LEFT_MM, painting.TOP_MM, painting.STEP_MM),
             (HAIR_BEHIND_MM, HAIR),
         )
         hidden = np.zeros(grey.shape, np.bool_)
-        cover(grey, hidden, parameters.hand_cover, parameters.pillar_width_px, parameters.pillar_offset_px)
-        grey = blur(grey * np.float32(gain), parameters.blur_px * self.size[0] / REFERENCE_WIDTH)
-        points, depths = project(product(self.model.points_mm, turn.T) + translation, self.focal_px, centre)
+        painting.cover(grey, hidden, parameters.hand_cover, parameters.pillar_width_px, parameters.pillar_offset_px)
+        grey = painting.blur(grey * np.float32(gain), parameters.blur_px * self.size[0] / REFERENCE_WIDTH)
+        points, depths = painting.project(product(self.model.points_mm, turn.T) + translation, self.focal_px, centre)
         visible = _visible(points, 1.0 / depths, depth_buffer, hidden)
         target = HeadTarget(
             position=theta,
@@ -376,15 +364,15 @@ def _visible(
 def _mesh(seed: int, face: str, sunglasses: bool) -> HeadMesh:
     model = _model(seed, face)
     mesh = head_mesh(model, LONGITUDES, LATITUDES)
-    return with_lenses(mesh, model) if sunglasses else mesh
+    return painting.with_lenses(mesh, model) if sunglasses else mesh
 
 
 @lru_cache(maxsize=8)
 def _texture(seed: int, face: str, sunglasses: bool) -> NDArray[np.float32]:
     model = _model(seed, face)
     if sunglasses:
-        return with_sunglasses(_texture(seed, face, False), model)
-    return albedo(model, seed)
+        return painting.with_sunglasses(_texture(seed, face, False), model)
+    return painting.albedo(model, seed)
 
 
 def _model(seed: int, face: str) -> FaceModel:

@@ -22,21 +22,10 @@ from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Tracker
 from pftrack.core.numerics.random import Gaussian, Stream
 from pftrack.experiments.declared import read_reported
-from pftrack.experiments.head import appearance
+from pftrack.experiments.head import appearance, first_sight
 from pftrack.experiments.head import parameters as face_growth
 from pftrack.experiments.head.appearance import SEARCH_EVERY, FirstSight, HeadMemory, around, widen
 from pftrack.experiments.head.detection import find_again
-from pftrack.experiments.head.first_sight import (
-    EYES,
-    Found,
-    form_of,
-    growth_of,
-    is_same_face,
-    model_of,
-    pose_found,
-    reliefs_of,
-    solid_of,
-)
 from pftrack.experiments.head.parameters import HeadTrackerParameters, position_variances
 from pftrack.experiments.shared.pose import SHOWN_OF_POSES
 from pftrack.experiments.shared.pose import methods as pose
@@ -175,20 +164,20 @@ def _begin(
     method: Method, sight: FirstSight, parameters: HeadTrackerParameters, rng: Stream, growth: Growing | None = None
 ) -> PoseState:
     """Begin at first sight, with what is known of the person's face from before."""
-    form, points_px = form_of(parameters), sight.points_px
+    form, points_px = first_sight.form_of(parameters), sight.points_px
     templates = sight.templates(form.template_scale)
-    growth = growth or growth_of(sight, form, parameters)
-    model = model_of(sight, form, growth)
-    solid, turn = solid_of(sight, model, form)
+    growth = growth or first_sight.growth_of(sight, form, parameters)
+    model = first_sight.model_of(sight, form, growth)
+    solid, turn = first_sight.solid_of(sight, model, form)
     belief = pose.begin(solid, points_px, parameters, method, rng)
-    bent = reliefs_of(sight, model, form)
+    bent = first_sight.reliefs_of(sight, model, form)
     memory = HeadMemory(templates, sight, form, model, turn, around(points_px), growth=growth, reliefs=bent)
     return PoseState(solid, belief, belief.pose, np.ones(len(points_px), np.bool_), memory=memory)
 
 
 def _form(state: PoseState, parameters: HeadTrackerParameters) -> PoseState:
     """Make solid and templates again where the parameters that they depend on have changed."""
-    memory, form = state.memory, form_of(parameters)
+    memory, form = state.memory, first_sight.form_of(parameters)
     if not isinstance(memory, HeadMemory):
         raise TypeError(f"expected the state of a tracker of heads, got one with {type(memory).__name__}")
     if form == memory.form:
@@ -200,15 +189,15 @@ def _form(state: PoseState, parameters: HeadTrackerParameters) -> PoseState:
             memory,
             templates=templates,
             form=resized,
-            reliefs=reliefs_of(memory.sight, memory.model, resized),
+            reliefs=first_sight.reliefs_of(memory.sight, memory.model, resized),
         )
     if form == memory.form:
         return replace(state, memory=memory)
     kept = memory.growth is not None and form.learned_from == memory.form.learned_from
-    growth = memory.growth if kept else growth_of(memory.sight, form, parameters)
-    model = model_of(memory.sight, form, growth)
-    solid, turn = solid_of(memory.sight, model, form, memory.enlarged)
-    bent = reliefs_of(memory.sight, model, form)
+    growth = memory.growth if kept else first_sight.growth_of(memory.sight, form, parameters)
+    model = first_sight.model_of(memory.sight, form, growth)
+    solid, turn = first_sight.solid_of(memory.sight, model, form, memory.enlarged)
+    bent = first_sight.reliefs_of(memory.sight, model, form)
     memory = replace(memory, form=form, model=model, turn=turn, growth=growth, reliefs=bent)
     return replace(pose.transfer(state, solid, parameters), memory=memory)
 
@@ -220,7 +209,7 @@ def _grow(state: PoseState) -> PoseState:
     if growth is None or np.abs(growth.shape - memory.model.points_mm).max() < LEAST_CHANGE_MM:
         return state
     model = FaceModel(growth.shape)
-    solid, turn = solid_of(memory.sight, model, memory.form, memory.enlarged)
+    solid, turn = first_sight.solid_of(memory.sight, model, memory.form, memory.enlarged)
     return replace(state, solid=solid, memory=replace(memory, model=model, turn=turn))
 
 
@@ -231,7 +220,7 @@ def _search(
     memory: HeadMemory = state.memory
     if memory.lost_frames % SEARCH_EVERY == 1:
         face = find_again(grey, memory.box, memory.model)
-        if face is not None and is_same_face(grey, memory.sight, face.points_px):
+        if face is not None and first_sight.is_same_face(grey, memory.sight, face.points_px):
             return _resume(method, state, grey, face.points_px, parameters, rng)
     return replace(
         state,
@@ -257,12 +246,12 @@ def _resume(
     growth = None if memory.growth is None else face_growth.widen_motion(memory.growth)
     if memory.reliefs is None and not SAME_SIZE[0] <= moved.scale <= SAME_SIZE[1]:
         return _begin(method, FirstSight(grey, points_px, memory.sight.own), parameters, rng, growth)
-    solid, turn = solid_of(memory.sight, memory.model, memory.form, moved.scale)
+    solid, turn = first_sight.solid_of(memory.sight, memory.model, memory.form, moved.scale)
     roll = math.atan2(moved.rotation[1, 0], moved.rotation[0, 0])
     found = _judge_face(memory, solid, grey, points_px, roll, parameters)
     scale = moved.scale * found.scale
     if found.scale != 1.0:
-        solid, turn = solid_of(memory.sight, memory.model, memory.form, scale)
+        solid, turn = first_sight.solid_of(memory.sight, memory.model, memory.form, scale)
     theta = Gaussian(found.theta, FOUND_SD_RAD**2 * np.eye(3))
     spread_px = FOUND_SPREAD * memory.box[2] / 1.5
     belief = pose.begin(solid, found.points_px, parameters, method, rng, theta=theta, spread_px=spread_px)
@@ -285,17 +274,17 @@ def _judge_face(
     points_px: Floats,
     roll_rad: float,
     parameters: HeadTrackerParameters,
-) -> Found:
+) -> first_sight.Found:
     """Return how a face stands that was found: from the front but perhaps rolled, if templates are flat."""
     bent = memory.reliefs
     if bent is None:
-        return Found(np.array([0.0, 0.0, roll_rad]), 1.0, points_px)
+        return first_sight.Found(np.array([0.0, 0.0, roll_rad]), 1.0, points_px)
 
     def scores(slopes: Floats, positions: Floats) -> Floats:
         look = appearance.Look(grey, memory.sight, separation.project_views(bent, slopes))
         return _log_likelihood(look, parameters, positions)
 
-    return pose_found(solid, points_px[EYES], roll_rad, scores)
+    return first_sight.pose_found(solid, points_px[first_sight.EYES], roll_rad, scores)
 
 
 def _grey(frame: Frame) -> NDArray[np.uint8]:

@@ -30,6 +30,7 @@ from pftrack.core.numerics.matrices import product
 from pftrack.core.refusal import ParameterError
 from pftrack.experiments.declared import read_words
 from pftrack.experiments.experiment import PICTURES, Experiment, Video
+from pftrack.experiments.linkage import scene
 from pftrack.experiments.linkage.draw import (
     depth_world,
     draw_belief,
@@ -39,15 +40,6 @@ from pftrack.experiments.linkage.draw import (
     truth,
 )
 from pftrack.experiments.linkage.model import LINKS
-from pftrack.experiments.linkage.scene import (
-    NAMES,
-    LinkageSource,
-    LinkageTarget,
-    LinkMeasurements,
-    in_degrees,
-    in_radians,
-    measure_points,
-)
 from pftrack.experiments.linkage.state import LinkageParameters, LinkageState, SimulatedLinkageParameters
 from pftrack.experiments.linkage.trackers import TRACKERS, Region, contains
 from pftrack.experiments.shared.recording import OccluderParameters, RecordedFrames, paint_strip, strip
@@ -153,7 +145,9 @@ def track_points(sequence: TrackSequence, columns: list[int], first: int) -> Cal
 class RecordedLinkage(RecordedFrames):
     """The frames of a recording with four points of a chain in each; `start` is guessed from those of the first."""
 
-    def __init__(self, sequence: FrameSequence, first: int, start: LinkageTarget, at: Callable[[int], Points]) -> None:
+    def __init__(
+        self, sequence: FrameSequence, first: int, start: scene.LinkageTarget, at: Callable[[int], Points]
+    ) -> None:
         """Wire a recording up from the picture `first` on.
 
         Args:
@@ -176,11 +170,11 @@ class RecordedLinkage(RecordedFrames):
         points, sd = self._at(index)
         left, right = strip(parameters, self.size[0])
         seen = np.isfinite(points).all(axis=1) & ~((left <= points[:, 0]) & (points[:, 0] < right))
-        measured = measure_points(points, sd, seen)
+        measured = scene.measure_points(points, sd, seen)
         return Frame(index, float(self._times_s[index]), image_rgb=image, measurements=measured)
 
 
-def guess(points: Floats) -> LinkageTarget:
+def guess(points: Floats) -> scene.LinkageTarget:
     """Return a chain in space that is seen at four points (4, 2), px.
 
     Any plane that is not seen edge-on holds such a chain. The one that is taken slopes away from the camera from root
@@ -202,8 +196,8 @@ def guess(points: Floats) -> LinkageTarget:
     theta = theta - 2.0 * np.pi * np.round(theta / (2.0 * np.pi))
     theta[0] = 0.0
     position = np.concatenate([np.zeros(5), theta, lengths])
-    return LinkageTarget(
-        in_degrees(position),
+    return scene.LinkageTarget(
+        scene.in_degrees(position),
         size=float(np.ptp(points, axis=0).max()),
         hidden=None,
         theta=theta,
@@ -235,20 +229,20 @@ class LinkagePoints(FeaturePoints):
     instruction: ClassVar[str] = (
         "Drag the points to the root, which is the first joint, the other two joints and the tip."
     )
-    features: ClassVar[Mapping[str, str]] = {name: name[:1].upper() + name[1:] for name in NAMES}
-    joined: ClassVar[tuple[tuple[str, str], ...]] = tuple(pairwise(NAMES))
+    features: ClassVar[Mapping[str, str]] = {name: name[:1].upper() + name[1:] for name in scene.NAMES}
+    joined: ClassVar[tuple[tuple[str, str], ...]] = tuple(pairwise(scene.NAMES))
     offered: ClassVar[Mapping[str, tuple[float, float]]] = {
-        name: (x, 0.5) for name, x in zip(NAMES, np.linspace(0.3, 0.7, len(NAMES)).tolist(), strict=True)
+        name: (x, 0.5) for name, x in zip(scene.NAMES, np.linspace(0.3, 0.7, len(scene.NAMES)).tolist(), strict=True)
     }
 
     def check(self, size: tuple[int, int]) -> None:
         """Refuse points outside the picture, a point that is not marked, and a link without length."""
         super().check(size)
-        for name in NAMES:
+        for name in scene.NAMES:
             if name not in self.points:
                 raise ParameterError(f"mark.points.{name}", None, "marked: root, both joints and the tip are needed")
         apart = np.sqrt(np.square(np.diff(self.places, axis=0)).sum(axis=1))
-        for name, length in zip(NAMES[1:], apart.tolist(), strict=True):
+        for name, length in zip(scene.NAMES[1:], apart.tolist(), strict=True):
             if length < SHORTEST_PX:
                 bound = f"at least {SHORTEST_PX:g} px from the point before it, so that the link is seen"
                 raise ParameterError(f"mark.points.{name}", self.points[name], bound)
@@ -256,13 +250,13 @@ class LinkagePoints(FeaturePoints):
     @property
     def places(self) -> Floats:
         """(4, 2) of the points in their order, px."""
-        return np.array([self.points[name] for name in NAMES])
+        return np.array([self.points[name] for name in scene.NAMES])
 
     @classmethod
     def of_target(cls, target: Target) -> "LinkagePoints | None":
         """Return the points of a chain that is known, if all its links can be seen."""
         mark = super().of_target(target)
-        if mark is None or len(mark.points) < len(NAMES):
+        if mark is None or len(mark.points) < len(scene.NAMES):
             return None
         apart = np.square(np.diff(mark.places, axis=0)).sum(axis=1)
         return mark if bool((apart >= SHORTEST_PX**2).all()) else None
@@ -314,12 +308,12 @@ def _columns(sequence: TrackSequence, mark: LinkagePoints | None, start: int) ->
     """
     there = sequence.positions[start]
     if mark is None:
-        if len(sequence.names) != len(NAMES):
-            bound = f"tracks of {len(NAMES)} points, or marks at root, joints and tip that say which are meant"
+        if len(sequence.names) != len(scene.NAMES):
+            bound = f"tracks of {len(scene.NAMES)} points, or marks at root, joints and tip that say which are meant"
             raise ParameterError("footage", len(sequence.names), bound)
         if not np.isfinite(there).all():
             raise ParameterError("start", start, "a frame in which all four points are seen")
-        return list(range(len(NAMES)))
+        return list(range(len(scene.NAMES)))
     columns: dict[str, int] = {}
     for name, place in mark.points.items():
         apart = np.hypot(*(there - np.array(place)).T)
@@ -336,7 +330,7 @@ def _columns(sequence: TrackSequence, mark: LinkagePoints | None, start: int) ->
             raise ParameterError(f"mark.points.{name}", place, bound)
         columns[name] = nearest
     mark.check(sequence.size)
-    return [columns[name] for name in NAMES]
+    return [columns[name] for name in scene.NAMES]
 
 
 def _bounds(points: Floats) -> dict[str, Value]:
@@ -403,7 +397,7 @@ def _unit_vectors(positions: Floats) -> Floats:
 def measure(frame: Frame, state: LinkageState) -> Mapping[str, SeriesValue]:
     """Return the true lengths and directions, within half a turn of the believed ones, and whether regions hold it."""
     target = frame.target
-    if not isinstance(target, LinkageTarget):
+    if not isinstance(target, scene.LinkageTarget):
         return {}
     absolute = np.cumsum(target.theta)
     near = absolute + 2.0 * np.pi * np.round((state.directions - absolute) / (2.0 * np.pi))
@@ -426,7 +420,7 @@ def is_missed(state: LinkageState, target: Target) -> bool | None:
     The middle of all that is possible may be far from the truth: regions hold no point to be the likeliest.
     """
     if isinstance(state.belief, Beam) and all(isinstance(member, Region) for member in state.belief.members):
-        return not contains(state, in_radians(target.position))
+        return not contains(state, scene.in_radians(target.position))
     return None
 
 
@@ -441,7 +435,7 @@ def _is_mirrored(believed: Floats, true: Floats) -> bool:
     return bool(((off_mirror < off) & (off > CLEARLY_RAD)).any())
 
 
-def _excess(state: LinkageState, directions: Floats, target: LinkageTarget) -> float:
+def _excess(state: LinkageState, directions: Floats, target: scene.LinkageTarget) -> float:
     """Return the largest error of a length or direction over its deviation; a range is two to either side."""
     lows, highs = state.low[-LINKS:], state.high[-LINKS:]
     errors = np.concatenate([np.abs(target.r - (lows + highs) / 2.0), np.abs(state.directions - directions)])
@@ -476,7 +470,7 @@ FOLDER = Path(__file__).parent
 
 def simulate() -> Setup:
     """Wire the simulated chain."""
-    return Setup(LinkageSource, SimulatedLinkageParameters(), success=HELD_AT_END.name)
+    return Setup(scene.LinkageSource, SimulatedLinkageParameters(), success=HELD_AT_END.name)
 
 
 def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
@@ -486,11 +480,11 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     height, width, _ = frame.picture.shape
     longest = float(max(width, height))
     primitives: dict[str, Primitive] = {"picture": Picture(frame.picture), **draw_measurements(frame, state)}
-    if isinstance(frame.target, LinkageTarget):
+    if isinstance(frame.target, scene.LinkageTarget):
         primitives |= truth(frame.target, state, longest)
     second = None
     if other is not None and len(other.estimate) == len(state.mean):
-        second = in_radians(np.array(other.estimate))
+        second = scene.in_radians(np.array(other.estimate))
     if second is not None:
         primitives |= second_run(second, state, longest)
     primitives |= draw_belief(state, parameters.shown_hypothesis, longest)
@@ -521,12 +515,12 @@ def _caption(step: Step) -> str:
 def _unseen(frame: Frame) -> list[str]:
     """Return the names of the points that were not measured; of links seen as lines, which of these were not."""
     if frame.measurements is None:
-        return list(NAMES)
-    if isinstance(frame.measurements, LinkMeasurements):
+        return list(scene.NAMES)
+    if isinstance(frame.measurements, scene.LinkMeasurements):
         missing = np.flatnonzero(np.isnan(frame.measurements.offsets_px)).tolist()
         return [f"link {link + 1}" for link in missing]
     known = np.asarray(np.isfinite(frame.measurements.points_px).all(axis=1))
-    return [name for name, seen in zip(NAMES[-len(known) :], known.tolist(), strict=True) if not seen]
+    return [name for name, seen in zip(scene.NAMES[-len(known) :], known.tolist(), strict=True) if not seen]
 
 
 EXPERIMENT = Experiment(

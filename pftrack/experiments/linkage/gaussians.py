@@ -20,20 +20,8 @@ from pftrack.core.arrays import Floats
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.matrices import contiguous_copy, solve_system
 from pftrack.core.numerics.random import Gaussian, Stream
+from pftrack.experiments.linkage import model
 from pftrack.experiments.linkage.linearised import Candidates, Filtering, candidates, predict
-from pftrack.experiments.linkage.model import (
-    LINKS,
-    Chain,
-    Constraints,
-    describe,
-    in_coordinates,
-    log_image_lengths,
-    observed_rows,
-    project_all,
-    read_observation,
-    recentre,
-    reference_attitude,
-)
 from pftrack.experiments.linkage.scene import LinkageTarget
 from pftrack.experiments.linkage.state import NOTHING, Events, LinkageState, LinkageTrackerParameters
 from pftrack.filters import unscented
@@ -53,12 +41,12 @@ LEAST_WIDTH = 1e-3
 """Of a box, rad or px: a narrower one is taken as that wide, so that its Gaussian has an inverse."""
 
 
-def chains(state: LinkageState, parameters: LinkageTrackerParameters) -> Beam[Chain]:
+def chains(state: LinkageState, parameters: LinkageTrackerParameters) -> Beam[model.Chain]:
     """Return the Gaussians of a state: its own, or one made of what it believes in."""
     if isinstance(state.belief, ParticleSet):
         mean, covariance = state.belief.moments
-        return Beam.of(from_moments(mean, covariance, reference_attitude(state.reference)))
-    own = tuple(member for member in state.belief.members if isinstance(member, Chain))
+        return Beam.of(from_moments(mean, covariance, model.reference_attitude(state.reference)))
+    own = tuple(member for member in state.belief.members if isinstance(member, model.Chain))
     if len(own) == len(state.belief.members):
         return Beam(own, state.belief.log_weights, state.belief.parents)
     return Beam.of(box(state.low, state.high, state.reference, parameters))
@@ -69,7 +57,7 @@ def box(
     high: Floats,
     reference: Floats | None,
     parameters: LinkageTrackerParameters,
-) -> Chain:
+) -> model.Chain:
     """Return the Gaussian of a box (d,) of estimates, of which the centre does not move yet."""
     width = np.maximum(high - low, LEAST_WIDTH)
     return gaussian(0.5 * (low + high), width * width / 12.0, reference, parameters)
@@ -80,28 +68,28 @@ def gaussian(
     variances: Floats,
     reference: Floats | None,
     parameters: LinkageTrackerParameters,
-) -> Chain:
+) -> model.Chain:
     """Return a Gaussian that does not move yet, given mean and variances (d,) of an estimate."""
     rate = parameters.start_rate_variance_rad2
     if reference is None:
-        state = np.concatenate([mean[:LINKS], np.zeros(LINKS), mean[LINKS:]])
-        spread = np.concatenate([variances[:LINKS], np.full(LINKS, rate), variances[LINKS:]])
-        return Chain(state, np.diag(spread), reference_attitude(None))
+        state = np.concatenate([mean[: model.LINKS], np.zeros(model.LINKS), mean[model.LINKS :]])
+        spread = np.concatenate([variances[: model.LINKS], np.full(model.LINKS, rate), variances[model.LINKS :]])
+        return model.Chain(state, np.diag(spread), model.reference_attitude(None))
     kept = [0, 1, 2, 3, 4, 6, 7]
     rates = np.array([rate, rate, rate, ROOT_RATE_VARIANCE_PX2, ROOT_RATE_VARIANCE_PX2, rate, rate])
-    state = np.concatenate([mean[kept], np.zeros(len(kept)), mean[-LINKS:]])
-    spread = np.concatenate([variances[kept], rates, variances[-LINKS:]])
-    return from_moments(state, np.diag(spread), reference_attitude(reference))
+    state = np.concatenate([mean[kept], np.zeros(len(kept)), mean[-model.LINKS :]])
+    spread = np.concatenate([variances[kept], rates, variances[-model.LINKS :]])
+    return from_moments(state, np.diag(spread), model.reference_attitude(reference))
 
 
-def from_moments(mean: Floats, covariance: Floats, reference: Floats) -> Chain:
+def from_moments(mean: Floats, covariance: Floats, reference: Floats) -> model.Chain:
     """Return the Gaussian of moments (n,) and (n, n) in which omega is relative to the reference, a quaternion (4,).
 
     In space its own attitude takes omega over.
     """
     state, spread = contiguous_copy(mean), contiguous_copy(covariance)
-    attitude = recentre(state, spread, contiguous_copy(reference))
-    return Chain(state, spread, attitude)
+    attitude = model.recentre(state, spread, contiguous_copy(reference))
+    return model.Chain(state, spread, attitude)
 
 
 SAME_ANGLE_RAD, SAME_LENGTH_PX = 0.05, 2.0
@@ -115,16 +103,18 @@ DEVIATIONS_SHOWN = 2.0
 
 
 @lru_cache(maxsize=64)
-def constraints(parameters: LinkageTrackerParameters, in_space: bool) -> Constraints:
+def constraints(parameters: LinkageTrackerParameters, in_space: bool) -> model.Constraints:
     """Return what is known of joints and lengths, on the coordinates of a state."""
-    return in_coordinates(parameters.bounds.constraints(in_space=in_space), 17 if in_space else 9)
+    return model.in_coordinates(parameters.bounds.constraints(in_space=in_space), 17 if in_space else 9)
 
 
 @lru_cache(maxsize=64)
 def noise(parameters: LinkageTrackerParameters, in_space: bool) -> Floats:
     """Return the standard deviations (p,) of the accelerations of a pose, rad or px per frame^2."""
     turning, moving = float(parameters.acceleration_rad), float(parameters.root_acceleration_px)
-    return np.array([turning, turning, turning, moving, moving, turning, turning] if in_space else [turning] * LINKS)
+    return np.array(
+        [turning, turning, turning, moving, moving, turning, turning] if in_space else [turning] * model.LINKS
+    )
 
 
 def start(target: Target, frame: Frame, parameters: LinkageTrackerParameters, rng: Stream) -> LinkageState:
@@ -139,7 +129,7 @@ def start(target: Target, frame: Frame, parameters: LinkageTrackerParameters, rn
 
 
 def state_of(
-    beam: Beam[Chain],
+    beam: Beam[model.Chain],
     reference: Floats | None,
     origin_px: Floats,
     log_evidence: float = 0.0,
@@ -152,8 +142,8 @@ def state_of(
     The estimate is the best member's. The box holds two deviations of all members that are at least a hundredth as
     probable; what is less so may stay in a beam that has room, but is not believed in.
     """
-    attitude = reference_attitude(reference)
-    told = [describe(member.mean, member.covariance, member.attitude, attitude) for member in beam.members]
+    attitude = model.reference_attitude(reference)
+    told = [model.describe(member.mean, member.covariance, member.attitude, attitude) for member in beam.members]
     mean, spread, directions, directions_sd = told[beam.best]
     believed = [told[k] for k in np.flatnonzero(beam.log_weights >= beam.log_weights.max() - LN_100)]
     lows = [estimate - DEVIATIONS_SHOWN * deviations for estimate, deviations, _, _ in believed]
@@ -195,7 +185,7 @@ def filter_step(
     members = [beam.members[place] for place in places]
     bounds = constraints(parameters, state.in_space)
     given = Filtering(
-        read_observation(frame, state.origin_px, in_space=state.in_space),
+        model.read_observation(frame, state.origin_px, in_space=state.in_space),
         float(parameters.observation_variance_px2),
         noise(parameters, state.in_space),
         *bounds,
@@ -225,7 +215,7 @@ def filter_step(
         lambda one, other: _same(poses[one], poses[other]),
     )
     chosen = best.members
-    following = tuple(Chain(found.means[k], found.covariances[k], found.attitudes[k]) for k in chosen)
+    following = tuple(model.Chain(found.means[k], found.covariances[k], found.attitudes[k]) for k in chosen)
     parents = np.array(places)[best.parents] if _has_chains(state) else np.full(len(chosen), -1)
     events = _events(found, chosen, poses, beam.log_weights[places], outlier=outlier)
     # Of an observation that is left out by all, how far it was from the nearest.
@@ -236,21 +226,21 @@ def filter_step(
         state.origin_px,
         float(found.log_evidences[chosen[0]]),
         events,
-        NormalisedInnovation(float(found.distances[told]) ** 2, len(observed_rows(given.seen))) if told else None,
+        NormalisedInnovation(float(found.distances[told]) ** 2, len(model.observed_rows(given.seen))) if told else None,
         tuple(given.seen[:, 0].tolist()),
     )
 
 
 def _has_chains(state: LinkageState) -> bool:
     """Whether the members of a beam are Gaussians, which those of the next one can come from."""
-    return isinstance(state.belief, Beam) and isinstance(state.belief.members[0], Chain)
+    return isinstance(state.belief, Beam) and isinstance(state.belief.members[0], model.Chain)
 
 
 def _same(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
     """Whether two poses, directions and lengths, are one hypothesis."""
-    return all(abs(a - b) < SAME_ANGLE_RAD for a, b in zip(one[:LINKS], other[:LINKS], strict=True)) and all(
-        abs(a - b) < SAME_LENGTH_PX for a, b in zip(one[LINKS:], other[LINKS:], strict=True)
-    )
+    return all(
+        abs(a - b) < SAME_ANGLE_RAD for a, b in zip(one[: model.LINKS], other[: model.LINKS], strict=True)
+    ) and all(abs(a - b) < SAME_LENGTH_PX for a, b in zip(one[model.LINKS :], other[model.LINKS :], strict=True))
 
 
 def _events(
@@ -297,14 +287,14 @@ def unscented_step(
     mean, covariance = predict(
         contiguous_copy(chain.mean), contiguous_copy(chain.covariance), noise(parameters, state.in_space)
     )
-    seen = read_observation(frame, state.origin_px, in_space=state.in_space)
-    rows = observed_rows(seen)
+    seen = model.read_observation(frame, state.origin_px, in_space=state.in_space)
+    rows = model.observed_rows(seen)
     log_evidence, cut, outlier, innovation = 0.0, 0, False, None
     if len(rows):
         spread, values = float(parameters.observation_variance_px2) * np.eye(len(rows)), seen[rows, 0]
 
         def observe(states: Floats) -> Floats:
-            flat = project_all(contiguous_copy(states.reshape(-1, states.shape[-1])), chain.attitude, seen)
+            flat = model.project_all(contiguous_copy(states.reshape(-1, states.shape[-1])), chain.attitude, seen)
             return np.asarray(flat[:, rows].reshape(*states.shape[:-1], len(rows)))
 
         expected, covariances, _ = unscented.transform(mean[None], covariance[None], observe)
@@ -313,13 +303,13 @@ def unscented_step(
         outlier = innovation.squared > parameters.outlier_limit_sd**2
         if not outlier:
             updated, log_evidence = unscented.update(Gaussian(mean, covariance), values, observe, spread)
-            log_evidence += log_image_lengths(mean, chain.attitude, seen)
+            log_evidence += model.log_image_lengths(mean, chain.attitude, seen)
             mean, covariance = contiguous_copy(updated.mean), contiguous_copy(updated.covariance)
             cut = truncate(mean, covariance, (*constraints(parameters, state.in_space),))
     mean, covariance = contiguous_copy(mean), contiguous_copy(covariance)
-    attitude = recentre(mean, covariance, chain.attitude)
+    attitude = model.recentre(mean, covariance, chain.attitude)
     parents = np.full(1, beam.best if _has_chains(state) else -1)
-    following = Beam((Chain(mean, covariance, attitude),), np.zeros(1), parents)
+    following = Beam((model.Chain(mean, covariance, attitude),), np.zeros(1), parents)
     events = Events(truncated=cut, outlier=outlier)
     return state_of(
         following,

@@ -25,45 +25,10 @@ from pftrack.core.numerics.matrices import pinhole
 from pftrack.core.numerics.random import Gaussian, Generator, Stream
 from pftrack.experiments.declared import read_words
 from pftrack.experiments.experiment import Experiment
-from pftrack.experiments.prism.scene import (
-    EDGES,
-    FACES,
-    NAMES,
-    PRINCIPAL_PX,
-    SIZE_PX,
-    VERTICES_MM,
-    PrismParameters,
-    PrismSource,
-    PrismTarget,
-    visible_faces,
-)
+from pftrack.experiments.prism import scene
 from pftrack.experiments.shared.filtered import Update
-from pftrack.experiments.shared.pose import SHOWN_OF_POSES
+from pftrack.experiments.shared.pose import SHOWN_OF_POSES, calibrated, drawing
 from pftrack.experiments.shared.pose import methods as pose
-from pftrack.experiments.shared.pose.calibrated import (
-    FEATURES,
-    PoseTrackerParameters,
-    particles_per_feature,
-    pose_and_band,
-    pose_guidance,
-)
-from pftrack.experiments.shared.pose.drawing import (
-    beside,
-    camera,
-    dashes,
-    feature_clouds,
-    feature_marks,
-    feature_names,
-    heights,
-    is_lost,
-    mean_error_deg,
-    model_points,
-    place_points,
-    pose_axes,
-    pose_measure,
-    pose_series,
-    true_marks,
-)
 from pftrack.experiments.shared.pose.layered import FeatureLikelihood
 from pftrack.experiments.shared.pose.methods import METHODS, Method, measurement, report
 from pftrack.experiments.shared.pose.state import Belief, PoseModel, PoseState, Solid, project_all
@@ -103,12 +68,12 @@ SEEN_FACTOR = 3.0
 """A vertex counts as hidden if its measurement is noisier than the best one by this factor."""
 
 
-class TrackedPrismParameters(PoseTrackerParameters, PrismParameters, group=FEATURES):
+class TrackedPrismParameters(calibrated.PoseTrackerParameters, scene.PrismParameters, group=calibrated.FEATURES):
     """The scene, whose camera is known, and its trackers."""
 
-    guidance = pose_guidance("prism")
+    guidance = calibrated.pose_guidance("prism")
 
-    sample_count: int = particles_per_feature(len(VERTICES_MM))
+    sample_count: int = calibrated.particles_per_feature(len(scene.VERTICES_MM))
 
 
 def start(method: Method, target: Target, frame: Frame, parameters: TrackedPrismParameters, rng: Stream) -> PoseState:
@@ -123,16 +88,16 @@ def step(method: Method, state: PoseState, frame: Frame, parameters: TrackedPris
     """Weigh particles by the measured vertices."""
     belief = pose.advance(state, lambda known: MODEL.weigh(known, frame, parameters), parameters, method, rng)
     switched = pose.has_switched(state.belief, belief)
-    angles, excess = pose_and_band(state.excess_px2, state.solid, belief, parameters)
+    angles, excess = calibrated.pose_and_band(state.excess_px2, state.solid, belief, parameters)
     return PoseState(state.solid, belief, angles, recognised_points(measured_of(frame)), switched, excess_px2=excess)
 
 
 def solid_of(points_mm: Floats, parameters: TrackedPrismParameters) -> Solid:
     """Return the prism with vertices (8, 3) mm before the scene's camera."""
     scale = parameters.focal_length_px / parameters.distance_mm
-    reference = np.column_stack([scale * np.eye(2, 3), PRINCIPAL_PX])
+    reference = np.column_stack([scale * np.eye(2, 3), scene.PRINCIPAL_PX])
     place = np.array([0.0, 0.0, parameters.distance_mm])
-    return Solid(points_mm, reference, float(parameters.focal_length_px), PRINCIPAL_PX, place)
+    return Solid(points_mm, reference, float(parameters.focal_length_px), scene.PRINCIPAL_PX, place)
 
 
 def recognised_points(measured: Measurements) -> Bools:
@@ -218,7 +183,7 @@ class Prism(PoseModel):
     @property
     @override
     def series(self) -> tuple[Series, ...]:
-        return report("rb-pf", NAMES)
+        return report("rb-pf", scene.NAMES)
 
     @override
     def measure(self, state: PoseState) -> Mapping[str, SeriesValue]:
@@ -231,11 +196,11 @@ def _walk_sd(parameters: TrackedPrismParameters) -> Floats:
     return np.concatenate([np.full(3, np.deg2rad(parameters.pose_noise_deg)), np.full(3, shift_mm)])
 
 
-MODEL = Prism("measured vertices", NAMES)
+MODEL = Prism("measured vertices", scene.NAMES)
 
 
 def _tracker(method: Method) -> Tracker:
-    series = report(method, NAMES)
+    series = report(method, scene.NAMES)
     return Tracker(
         method, partial(start, method), partial(step, method), series=series, measure=measurement(series), model=MODEL
     )
@@ -246,12 +211,12 @@ TRACKERS: dict[str, Tracker] = {method: _tracker(method) for method in METHODS}
 
 FOLDER = Path(__file__).parent
 
-WORDS = read_words(FOLDER, TRACKERS, SHOWN_OF_POSES, POSE_MEASURES) | {"series": pose_series(NAMES)}
+WORDS = read_words(FOLDER, TRACKERS, SHOWN_OF_POSES, POSE_MEASURES) | {"series": drawing.pose_series(scene.NAMES)}
 
 Placed: TypeAlias = tuple[Floats, Bools]
 """Corners (8, 3) px, and which faces (6,) are seen."""
 
-SEEN_BY = np.array([[{a, b} <= set(face) for face in FACES] for a, b in EDGES])
+SEEN_BY = np.array([[{a, b} <= set(face) for face in scene.FACES] for a, b in scene.EDGES])
 """(12, 6) which edges belong to which faces."""
 
 AXES_MM = 8.0
@@ -265,7 +230,7 @@ TICK = np.array([[-4.0, 0.0, 0.0], [4.0, 0.0, 0.0]], dtype=np.float32)
 
 def simulate() -> Setup:
     """Wire the prism with Bando's values."""
-    return Setup(PrismSource, TrackedPrismParameters())
+    return Setup(scene.PrismSource, TrackedPrismParameters())
 
 
 def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
@@ -275,50 +240,52 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     """
     del past
     frame, state, row = step.frame, step.state, step.diagnostics
-    width, height = SIZE_PX
-    primitives: dict[str, Primitive] = {"picture": Picture(paper(*SIZE_PX))}
+    width, height = scene.SIZE_PX
+    primitives: dict[str, Primitive] = {"picture": Picture(paper(*scene.SIZE_PX))}
     if frame.measurements is not None:
         points = at_height(frame.measurements.points_px, 1.0)
         primitives["measurements"] = Links(points[:, None] + TICK, COLOURS["hidden"], 2.0, "measurements")
-    primitives |= feature_clouds(state, 3.0)
+    primitives |= drawing.feature_clouds(state, 3.0)
     primitives |= _edges("estimated", _place_solid(state, state.estimate), COLOURS["estimate"], 3.0, "estimate")
     if other is not None:
         theta = np.array(other.estimate) / EXPERIMENT.scale
         primitives |= _edges("second", _place_solid(state, theta), COLOURS["second"], 1.5, "second run")
     target = frame.target
-    if isinstance(target, PrismTarget):
+    if isinstance(target, scene.PrismTarget):
         primitives |= _edges("true", _true(state, target), COLOURS["truth"], 1.0, "truth")
-    primitives |= model_points(state, 4.0)
-    primitives |= feature_marks(state, NAMES)
-    primitives |= feature_names(state, NAMES, beside(state.project(VERTICES_MM), VERTICES_MM[:, :2], height))
+    primitives |= drawing.model_points(state, 4.0)
+    primitives |= drawing.feature_marks(state, scene.NAMES)
+    primitives |= drawing.feature_names(
+        state, scene.NAMES, drawing.beside(state.project(scene.VERTICES_MM), scene.VERTICES_MM[:, :2], height)
+    )
     if target is not None and target.landmarks is not None:
-        primitives |= true_marks(target.landmarks, 3.0)
-    primitives |= pose_axes(state, np.zeros(3), AXES_MM)
-    primitives |= camera(state, SIZE_PX)
+        primitives |= drawing.true_marks(target.landmarks, 3.0)
+    primitives |= drawing.pose_axes(state, np.zeros(3), AXES_MM)
+    primitives |= drawing.camera(state, scene.SIZE_PX)
     return Drawing(width, height, primitives, caption(row, step.tracker_title, error_words(row, "°")))
 
 
 def _place_solid(state: PoseState, theta: Floats) -> Placed:
     """Return the solid where it is believed to be, at these angles."""
-    return place_points(state, VERTICES_MM, theta), visible_faces(theta, state.translation_mm)
+    return drawing.place_points(state, scene.VERTICES_MM, theta), scene.visible_faces(theta, state.translation_mm)
 
 
-def _true(state: PoseState, target: PrismTarget) -> Placed:
+def _true(state: PoseState, target: scene.PrismTarget) -> Placed:
     """Return the solid where it is, over the same picture."""
-    corners = VERTICES_MM @ rotation(target.position).T + target.translation_mm
-    pixels = pinhole(corners, state.solid.focal_px) + PRINCIPAL_PX
-    seen = visible_faces(target.position, target.translation_mm)
-    return np.column_stack([pixels, heights(state, corners[:, 2])]), seen
+    corners = scene.VERTICES_MM @ rotation(target.position).T + target.translation_mm
+    pixels = pinhole(corners, state.solid.focal_px) + scene.PRINCIPAL_PX
+    seen = scene.visible_faces(target.position, target.translation_mm)
+    return np.column_stack([pixels, drawing.heights(state, corners[:, 2])]), seen
 
 
 def _edges(name: str, placed: Placed, colour: Colour, width: float, layer: str) -> dict[str, Primitive]:
     """Draw a prism's edges, those between two hidden faces dashed."""
     corners, seen = placed
-    edges = corners[np.array(EDGES)].astype(np.float32)
+    edges = corners[np.array(scene.EDGES)].astype(np.float32)
     front = (SEEN_BY & seen).any(axis=1)
     return {
         f"{name} edges": Links(edges[front], colour, width, layer),
-        f"{name} hidden edges": dashes(edges[~front], colour, width, layer),
+        f"{name} hidden edges": drawing.dashes(edges[~front], colour, width, layer),
     }
 
 
@@ -327,10 +294,10 @@ EXPERIMENT = Experiment(
     id="prism",
     simulate=simulate,
     draw=draw,
-    error=mean_error_deg,
-    lost=is_lost,
+    error=drawing.mean_error_deg,
+    lost=drawing.is_lost,
     scale=float(np.rad2deg(1.0)),
-    measure=pose_measure,
+    measure=drawing.pose_measure,
     exports=(TrackedPrismParameters.guidance.export,),
     guidance=TrackedPrismParameters.guidance,
     model=MODEL,

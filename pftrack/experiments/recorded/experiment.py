@@ -33,18 +33,8 @@ from pftrack.experiments.recorded.scene import (
     overlap,
     place_of,
 )
+from pftrack.experiments.shared import sketch
 from pftrack.experiments.shared.reports import loss_share
-from pftrack.experiments.shared.sketch import (
-    at_height,
-    caption,
-    circle,
-    error_words,
-    paper,
-    particle_clouds,
-    paths,
-    rectangle,
-    uncertainty,
-)
 from pftrack.sources.beliefs.content import SelectionParameters
 from pftrack.sources.beliefs.sequence import BeliefSequence
 from pftrack.sources.results.table import Box
@@ -100,7 +90,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     state: BeliefState = step.state
     row, beliefs = step.diagnostics, state.beliefs
     plane = beliefs.plane
-    image = step.frame.image_rgb if step.frame.image_rgb is not None else paper(*plane.size)
+    image = step.frame.image_rgb if step.frame.image_rgb is not None else sketch.paper(*plane.size)
     height, width, _ = image.shape
     dot = max(width, height) / 160
     primitives: dict[str, Primitive] = {"picture": Picture(image)}
@@ -111,21 +101,21 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     if state.particles is not None:
         states = state.particles.states[:, list(beliefs.components)]
         shown = _finite(_on(plane, states))
-        primitives |= particle_clouds(shown, state.particles, 0, dot)
+        primitives |= sketch.particle_clouds(shown, state.particles, 0, dot)
     if state.covariance is not None and np.isfinite(state.covariance).all() and len(state.estimate) > 1:
         scale = np.array(plane.scale)
         spread = state.covariance * scale[:, None] * scale
         middle = _on(plane, state.estimate[None])[0]
-        primitives["covariance"] = uncertainty(_finite(middle), spread, COLOURS["estimate"], "uncertainty")
+        primitives["covariance"] = sketch.uncertainty(_finite(middle), spread, COLOURS["estimate"], "uncertainty")
     primitives |= _truths(step, dot)
     if other is not None and len(other.estimate) == len(state.estimate):
         there = _finite(_on(plane, np.array(other.estimate)[None])[0])
-        primitives["second"] = circle(there, 1.5 * dot, COLOURS["second"], "second run")
+        primitives["second"] = sketch.circle(there, 1.5 * dot, COLOURS["second"], "second run")
     colour = COLOURS["estimate" if beliefs.present else "hidden"]
     primitives |= _target(beliefs.selected, state, colour, dot, "estimate", named=bool(beliefs.others))
     path = past[max(row.frame - TRAIL_FRAMES, 0) : row.frame + 1]
     places = _finite(_on(plane, np.array([each.estimate for each in path])))
-    primitives |= paths(path, places)
+    primitives |= sketch.paths(path, places)
     return Drawing(width, height, primitives, _caption(step))
 
 
@@ -141,7 +131,7 @@ def _caption(step: Step) -> str:
         parts.append(f"overlap {overlap:.2f}")
     if beliefs.switches:
         parts.append("a number changes")
-    return caption(row, *parts, error_words(row, ""))
+    return sketch.caption(row, *parts, sketch.error_words(row, ""))
 
 
 def _target(
@@ -155,9 +145,9 @@ def _target(
         drawn[name] = _box(belief.box, colour, layer, 2.0)
     else:
         corner = _finite(_on(state.beliefs.plane, place_of(belief, state.beliefs.components)[None])[0])
-        drawn[name] = circle(corner, dot, colour, layer, height=2.0)
+        drawn[name] = sketch.circle(corner, dot, colour, layer, height=2.0)
     if named:
-        drawn[f"{name} number"] = Text(at_height(corner, 2.0), str(belief.target), colour, layer)
+        drawn[f"{name} number"] = Text(sketch.at_height(corner, 2.0), str(belief.target), colour, layer)
     return drawn
 
 
@@ -173,7 +163,7 @@ def _truths(step: Step, dot: float) -> dict[str, Primitive]:
     place = _finite(_on(state.beliefs.plane, target.position[None])[0])
     if target.extent is not None and not drawn:
         drawn["truth"] = _box(_true_box(target, target.extent), COLOURS["truth"], "truth", 1.0)
-    return drawn | {"true place": circle(place, 0.6 * dot, COLOURS["truth"], "truth")}
+    return drawn | {"true place": sketch.circle(place, 0.6 * dot, COLOURS["truth"], "truth")}
 
 
 def _names(state: BeliefState) -> dict[str, Primitive]:
@@ -187,13 +177,13 @@ def _names(state: BeliefState) -> dict[str, Primitive]:
         side, scale, shift = plane.size[axis], plane.scale[axis], plane.shift[axis]
         ends = sorted(((0.0 - shift) / scale, (side - shift) / scale)) if scale else (0.0, 0.0)
         words = f"{name}, {ends[0]:.3g} to {ends[1]:.3g}"
-        position = at_height(np.array(place))
+        position = sketch.at_height(np.array(place))
         drawn[f"name {axis}"] = Text(position, words, COLOURS["hidden"], "components", "start" if axis else "middle")
     return drawn
 
 
 def _box(box: Floats, colour: Colour, layer: str, height: float) -> Polyline:
-    return rectangle(box[:2] - 0.5, box[2:], colour, layer, height)
+    return sketch.rectangle(box[:2] - 0.5, box[2:], colour, layer, height)
 
 
 def _on(plane: Plane, states: Floats) -> Floats:

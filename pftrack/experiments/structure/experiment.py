@@ -12,20 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Bools, Floats, Ints
-from pftrack.core.model.drawing import (
-    COLOURS,
-    Arrows,
-    Colour,
-    Drawing,
-    Ellipse,
-    Ellipsoids,
-    Links,
-    Mesh,
-    Picture,
-    Primitive,
-    Text,
-    WorldDrawing,
-)
+from pftrack.core.model import drawing
 from pftrack.core.model.measures import EvaluatedRun
 from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.setup import Setup
@@ -154,24 +141,26 @@ WIDEST = 0.15
 """Half axis of an ellipse of uncertainty, as a share of the picture's height: a larger one says no more than a ring."""
 
 
-def draw_measurements(state: StructureState, height: float) -> dict[str, Primitive]:
+def draw_measurements(state: StructureState, height: float) -> dict[str, drawing.Primitive]:
     """Draw where the points were, where they are and how sure that is; of what is hardly seen a ring at the shape's."""
     seen, names = state.seen, state.body.names
     positions = seen.filled[-TRAIL_FRAMES:] + state.principal_px
     deviations = np.sqrt(seen.variances[-TRAIL_FRAMES:])
     sure = (SIGMAS * deviations.max(axis=2) < WIDEST * height) & _near(positions, height)
     ways = np.stack([positions[:-1], positions[1:]], axis=2)[sure[1:] & sure[:-1]]
-    drawn: dict[str, Primitive] = {"trails": lines(ways, COLOURS["hidden"], 1.0, "trails")}
-    drawn["points"] = dots(positions[-1][sure[-1]], COLOURS["observation"], DOT_PX, "points")
+    drawn: dict[str, drawing.Primitive] = {"trails": lines(ways, drawing.COLOURS["hidden"], 1.0, "trails")}
+    drawn["points"] = dots(positions[-1][sure[-1]], drawing.COLOURS["observation"], DOT_PX, "points")
     believed = _estimated_points(state)
     shown = sure[-1] | _near(believed, height)
     for number in np.flatnonzero(shown):
         if sure[-1, number]:
             half_axes = (SIGMAS * np.diag(deviations[-1, number])).astype(np.float32)
             centre = at_height(positions[-1, number], 1.0)
-            drawn[f"noise {names[number]}"] = Ellipse(centre, half_axes, COLOURS["observation"], 1.0, "noise")
+            drawn[f"noise {names[number]}"] = drawing.Ellipse(
+                centre, half_axes, drawing.COLOURS["observation"], 1.0, "noise"
+            )
         else:
-            ring = circle(believed[number], RING_PX, COLOURS["hidden"], "points", height=2.0)
+            ring = circle(believed[number], RING_PX, drawing.COLOURS["hidden"], "points", height=2.0)
             drawn[f"hidden {names[number]}"] = ring
     return drawn
 
@@ -194,38 +183,38 @@ def _project(state: StructureState, points: Floats) -> Floats:
     return pinhole(inside, state.focal_px) + state.principal_px
 
 
-def shape_in_picture(state: StructureState, height: float) -> dict[str, Primitive]:
+def shape_in_picture(state: StructureState, height: float) -> dict[str, drawing.Primitive]:
     """Draw the shape as it is believed to be seen: its points, and the edges between them."""
-    return _body("shape", _estimated_points(state), state.body.edges, COLOURS["estimate"], 2.0, "shape", height)
+    return _body("shape", _estimated_points(state), state.body.edges, drawing.COLOURS["estimate"], 2.0, "shape", height)
 
 
-def second_in_picture(state: StructureState, points: Floats, height: float) -> dict[str, Primitive]:
+def second_in_picture(state: StructureState, points: Floats, height: float) -> dict[str, drawing.Primitive]:
     """Draw the shape (n, 3) of a second run, laid on this one's and seen by its camera."""
     places = _project(state, fit_similarity(points, state.placed.points)(points))
-    return _body("second", places, state.body.edges, COLOURS["second"], 1.5, "second run", height)
+    return _body("second", places, state.body.edges, drawing.COLOURS["second"], 1.5, "second run", height)
 
 
-def true_in_picture(target: BodyTarget, height: float) -> dict[str, Primitive]:
+def true_in_picture(target: BodyTarget, height: float) -> dict[str, drawing.Primitive]:
     """Draw the body as it truly is seen, what is hidden dashed."""
     marks = target.landmarks
     if marks is None:
         return {}
     edges = target.shape.edges
     shown = marks.visible[edges].all(axis=1)
-    drawn = _body("true", marks.points_px, edges[shown], COLOURS["truth"], 1.0, "truth", height)
+    drawn = _body("true", marks.points_px, edges[shown], drawing.COLOURS["truth"], 1.0, "truth", height)
     ends = at_height(marks.points_px[edges[~shown]], 1.5)
-    return drawn | {"true hidden edges": dashes(ends, COLOURS["truth"], 1.0, "truth")}
+    return drawn | {"true hidden edges": dashes(ends, drawing.COLOURS["truth"], 1.0, "truth")}
 
 
 def _body(
     name: str,
     places: Floats,
     edges: Ints,
-    colour: Colour,
+    colour: drawing.Colour,
     width: float,
     layer: str,
     height: float,
-) -> dict[str, Primitive]:
+) -> dict[str, drawing.Primitive]:
     near = _near(places, height)
     arms = 3.0 * np.array([[[-1.0, 0.0], [1.0, 0.0]], [[0.0, -1.0], [0.0, 1.0]]])
     crosses = (places[near][:, None, None] + arms).reshape(-1, 2, 2)
@@ -247,7 +236,7 @@ LARGEST_SD = 1e6
 """Of a point, in sizes of the body: a larger ellipsoid is not drawn, and might not be a number of 32 bits."""
 
 
-def shape_world(state: StructureState, target: Target | None, second: Floats | None = None) -> WorldDrawing:
+def shape_world(state: StructureState, target: Target | None, second: Floats | None = None) -> drawing.WorldDrawing:
     """Draw the shape, how sure each point is, the true shape where it is known, and from where it is seen.
 
     Args:
@@ -262,25 +251,25 @@ def shape_world(state: StructureState, target: Target | None, second: Floats | N
         points, turn = lay(points), turn @ lay.rotation.T
         covariances = lay.scale**2 * (lay.rotation @ covariances @ lay.rotation.T)
     near = np.linalg.norm(points, axis=1) < RADIUS
-    drawn: dict[str, Primitive] = {}
+    drawn: dict[str, drawing.Primitive] = {}
     if true is not None:
-        drawn["true edges"] = Links(_segments(true, body.edges), COLOURS["truth"], 1.0, "truth")
-        drawn["true points"] = dots(true, COLOURS["truth"], 0.5 * POINT, "truth")
+        drawn["true edges"] = drawing.Links(_segments(true, body.edges), drawing.COLOURS["truth"], 1.0, "truth")
+        drawn["true points"] = dots(true, drawing.COLOURS["truth"], 0.5 * POINT, "truth")
     sd = np.sqrt(np.trace(covariances, axis1=1, axis2=2) / 3.0)
     faces = body.triangles[near[body.triangles].all(axis=1)] if len(body.triangles) else body.triangles
     if placed.known:
         sureness = np.clip((UNSURE - sd) / (UNSURE - SURE), 0.0, 1.0)
         opacity = (MOST_OPAQUE * sureness).astype(np.float32)
         held = np.where(near[:, None], points, 0.0).astype(np.float32)
-        each = colours(len(points), COLOURS["estimate"])
-        drawn["surface"] = Mesh(held, faces.astype(np.int32), each, opacity, "surface")
-    drawn["edges"] = Links(_segments(points, body.edges), COLOURS["estimate"], 2.0, "shape")
-    drawn["points"] = dots(points[near], COLOURS["estimate"], POINT, "shape")
+        each = colours(len(points), drawing.COLOURS["estimate"])
+        drawn["surface"] = drawing.Mesh(held, faces.astype(np.int32), each, opacity, "surface")
+    drawn["edges"] = drawing.Links(_segments(points, body.edges), drawing.COLOURS["estimate"], 2.0, "shape")
+    drawn["points"] = dots(points[near], drawing.COLOURS["estimate"], POINT, "shape")
     bounded = near & (sd < LARGEST_SD)
-    drawn["uncertainty"] = Ellipsoids(
+    drawn["uncertainty"] = drawing.Ellipsoids(
         points[bounded].astype(np.float32),
         covariances[bounded].astype(np.float32),
-        colours(int(bounded.sum()), COLOURS["observation"]),
+        colours(int(bounded.sum()), drawing.COLOURS["observation"]),
         0.25,
         "uncertainty",
     )
@@ -288,25 +277,29 @@ def shape_world(state: StructureState, target: Target | None, second: Floats | N
         drawn |= _scatter(points, near, body.names)
     if second is not None:
         other = fit_similarity(second, points)(second)
-        drawn["second edges"] = Links(_segments(other, body.edges), COLOURS["second"], 1.5, "second run")
+        drawn["second edges"] = drawing.Links(
+            _segments(other, body.edges), drawing.COLOURS["second"], 1.5, "second run"
+        )
         inside = other[np.linalg.norm(other, axis=1) < RADIUS]
-        drawn["second points"] = dots(inside, COLOURS["second"], 0.7 * POINT, "second run")
+        drawn["second points"] = dots(inside, drawing.COLOURS["second"], 0.7 * POINT, "second run")
     way = -turn[2]
     ends = np.outer((CAMERA_AT, CAMERA_TO), way)[None].astype(np.float32)
-    drawn["camera"] = Arrows(ends, COLOURS["camera"], 2.0, "camera")
-    return WorldDrawing(SHAPE_WORLD, drawn)
+    drawn["camera"] = drawing.Arrows(ends, drawing.COLOURS["camera"], 2.0, "camera")
+    return drawing.WorldDrawing(SHAPE_WORLD, drawn)
 
 
-def _scatter(points: Floats, near: Bools, names: tuple[str, ...]) -> dict[str, Primitive]:
+def _scatter(points: Floats, near: Bools, names: tuple[str, ...]) -> dict[str, drawing.Primitive]:
     """Draw what gives depth to points with nothing between them: stems down to a floor, and their names."""
     feet = points * np.array([1.0, 0.0, 1.0]) + np.array([0.0, FLOOR, 0.0])
     inside = near & (np.linalg.norm(feet, axis=1) < RADIUS)
     stems = np.stack([points, feet], axis=1)[inside].astype(np.float32)
-    drawn: dict[str, Primitive] = {"stems": Links(stems, COLOURS["hidden"], 0.5, "shape")}
+    drawn: dict[str, drawing.Primitive] = {"stems": drawing.Links(stems, drawing.COLOURS["hidden"], 0.5, "shape")}
     for number in np.flatnonzero(near)[:MOST_NAMES]:
         place = points[number].astype(np.float32) * np.float32(NAME_AT)
         if np.linalg.norm(place) < RADIUS:
-            drawn[f"name {names[number]}"] = Text(place, names[number], COLOURS["camera"], "names", anchor="middle")
+            drawn[f"name {names[number]}"] = drawing.Text(
+                place, names[number], drawing.COLOURS["camera"], "names", anchor="middle"
+            )
     return drawn
 
 
@@ -341,7 +334,7 @@ def wire(sequence: FrameSequence, _mark: None, start: int, _truth: Truth | None)
     return Setup(lambda _seed, _parameters: source, StructureTrackerParameters(), success=WITHIN)
 
 
-def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
+def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> drawing.Drawing:
     """Draw a frame: what is measured, the shape and the truth over it; and the shape in its own world.
 
     The shape of a second run is laid on this one's and seen as that is: a row holds only the shape.
@@ -349,7 +342,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     del past
     frame, state = step.frame, step.state
     width, height = (round(float(side)) for side in 2.0 * state.principal_px)
-    primitives: dict[str, Primitive] = {"picture": Picture(paper(width, height))}
+    primitives: dict[str, drawing.Primitive] = {"picture": drawing.Picture(paper(width, height))}
     primitives |= draw_measurements(state, height)
     if isinstance(frame.target, BodyTarget):
         primitives |= true_in_picture(frame.target, height)
@@ -358,7 +351,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
         primitives |= second_in_picture(state, second, height)
     if state.placed.known:
         primitives |= shape_in_picture(state, height)
-    return Drawing(width, height, primitives, _caption(step), (shape_world(state, frame.target, second),))
+    return drawing.Drawing(width, height, primitives, _caption(step), (shape_world(state, frame.target, second),))
 
 
 def _caption(step: Step) -> str:

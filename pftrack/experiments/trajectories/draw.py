@@ -22,18 +22,7 @@ from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats, Ints
 from pftrack.core.files import csv_text
-from pftrack.core.model.drawing import (
-    COLOURS,
-    VIRIDIS,
-    Arrows,
-    Colour,
-    Links,
-    Mesh,
-    Points,
-    Primitive,
-    Text,
-    WorldDrawing,
-)
+from pftrack.core.model import drawing
 from pftrack.core.model.setup import Export
 from pftrack.core.model.tracker import Diagnostics
 from pftrack.experiments.declared import read_worlds
@@ -74,7 +63,7 @@ FURTHEST = 4.0
 """What is further from the picture's corner than so many of its longer sides is not drawn."""
 
 
-def trails(state: TrajectoriesState, longest: float) -> dict[str, Primitive]:
+def trails(state: TrajectoriesState, longest: float) -> dict[str, drawing.Primitive]:
     """Draw the last frames of all tracks, flat and through time, and the measurements that are outliers.
 
     Args:
@@ -90,23 +79,27 @@ def trails(state: TrajectoriesState, longest: float) -> dict[str, Primitive]:
     wrong = state.outliers[:TRAIL_FRAMES] & np.isfinite(ends).all(axis=(2, 3))
     astray = ends[:few][wrong[:few]]
     risen = 1.0 + FRAME_HEIGHT_PX * np.nonzero(wrong)[0][:, None].astype(np.float64)
-    drawn: dict[str, Primitive] = {
-        "raw": Links(_join(raw[:flat], 1.0), COLOURS["observation"], 1.0, "measurements"),
-        "raw points": _dots(raw[0], COLOURS["observation"], DOT_PX, "measurements"),
-        "filtered": Links(_join(filtered[:flat], 1.2), COLOURS["prediction"], 1.5, "filtered"),
-        "smoothed": Links(_join(smoothed[:flat], 1.4), COLOURS["estimate"], 2.0, "smoothed"),
-        "outliers": lines(astray, COLOURS["lost"], 1.0, "outliers", height=1.6),
-        "outlier points": _dots(astray[:, 1], COLOURS["lost"], DOT_PX + 1.0, "outliers"),
-        "space-time": Links(_join(smoothed, 1.0, FRAME_HEIGHT_PX), COLOURS["estimate"], 2.0, "paths through time"),
-        "outlier space-time": lines(ends[wrong], COLOURS["lost"], 1.5, "measured paths through time", height=risen),
-        "raw space-time": Links(
-            _join(raw, 1.0, FRAME_HEIGHT_PX), COLOURS["observation"], 1.0, "measured paths through time"
+    drawn: dict[str, drawing.Primitive] = {
+        "raw": drawing.Links(_join(raw[:flat], 1.0), drawing.COLOURS["observation"], 1.0, "measurements"),
+        "raw points": _dots(raw[0], drawing.COLOURS["observation"], DOT_PX, "measurements"),
+        "filtered": drawing.Links(_join(filtered[:flat], 1.2), drawing.COLOURS["prediction"], 1.5, "filtered"),
+        "smoothed": drawing.Links(_join(smoothed[:flat], 1.4), drawing.COLOURS["estimate"], 2.0, "smoothed"),
+        "outliers": lines(astray, drawing.COLOURS["lost"], 1.0, "outliers", height=1.6),
+        "outlier points": _dots(astray[:, 1], drawing.COLOURS["lost"], DOT_PX + 1.0, "outliers"),
+        "space-time": drawing.Links(
+            _join(smoothed, 1.0, FRAME_HEIGHT_PX), drawing.COLOURS["estimate"], 2.0, "paths through time"
+        ),
+        "outlier space-time": lines(
+            ends[wrong], drawing.COLOURS["lost"], 1.5, "measured paths through time", height=risen
+        ),
+        "raw space-time": drawing.Links(
+            _join(raw, 1.0, FRAME_HEIGHT_PX), drawing.COLOURS["observation"], 1.0, "measured paths through time"
         ),
     }
     return drawn
 
 
-def true_trails(state: TrajectoriesState, target: object, index: int, longest: float) -> dict[str, Primitive]:
+def true_trails(state: TrajectoriesState, target: object, index: int, longest: float) -> dict[str, drawing.Primitive]:
     """Draw where the points truly were, where that is known."""
     ages = range(min(len(state.raw), TRUE_FRAMES))
     known = [true_positions(target, state, index - age) for age in ages]
@@ -115,35 +108,35 @@ def true_trails(state: TrajectoriesState, target: object, index: int, longest: f
     if not rows:
         return {}
     return {
-        "true": Links(_join(np.array(rows[:flat]), 1.1), COLOURS["truth"], 1.0, "true paths"),
-        "true points": _dots(rows[0], COLOURS["truth"], 3.0, "truth"),
-        "true space-time": Links(
-            _join(np.array(rows), 1.0, FRAME_HEIGHT_PX), COLOURS["truth"], 1.0, "paths through time"
+        "true": drawing.Links(_join(np.array(rows[:flat]), 1.1), drawing.COLOURS["truth"], 1.0, "true paths"),
+        "true points": _dots(rows[0], drawing.COLOURS["truth"], 3.0, "truth"),
+        "true space-time": drawing.Links(
+            _join(np.array(rows), 1.0, FRAME_HEIGHT_PX), drawing.COLOURS["truth"], 1.0, "paths through time"
         ),
     }
 
 
-def draw_selected(state: TrajectoriesState, longest: float) -> dict[str, Primitive]:
+def draw_selected(state: TrajectoriesState, longest: float) -> dict[str, drawing.Primitive]:
     """Draw a ring around the selected track, and its particles where it has some."""
-    drawn: dict[str, Primitive] = {}
+    drawn: dict[str, drawing.Primitive] = {}
     if state.particles is not None:
         states, shares = state.particles
         # The heaviest first, so that those stay that stand for many.
         order = np.argsort(-shares, kind="stable")[:MOST_DRAWN]
         inside = _near(states[order], longest)
-        drawn["particles"] = _dots(inside, COLOURS["prediction"], PARTICLE_PX, "particles", height=2.0)
+        drawn["particles"] = _dots(inside, drawing.COLOURS["prediction"], PARTICLE_PX, "particles", height=2.0)
     estimate = _near(state.estimate[None], longest)[0]
     if np.isfinite(estimate).all():
-        drawn["estimate"] = circle(estimate, RING_PX, COLOURS["estimate"], "selected track", height=2.2)
+        drawn["estimate"] = circle(estimate, RING_PX, drawing.COLOURS["estimate"], "selected track", height=2.2)
     return drawn
 
 
-def second_estimate(estimate: tuple[float, ...], longest: float) -> dict[str, Primitive]:
+def second_estimate(estimate: tuple[float, ...], longest: float) -> dict[str, drawing.Primitive]:
     """Draw where a second run has its selected track."""
     place = _near(np.array([estimate], dtype=np.float64), longest)[0]
     if not np.isfinite(place).all():
         return {}
-    return {"second": circle(place, 1.6 * RING_PX, COLOURS["second"], "second run", height=2.1)}
+    return {"second": circle(place, 1.6 * RING_PX, drawing.COLOURS["second"], "second run", height=2.1)}
 
 
 def _near(positions: Floats, longest: float) -> Floats:
@@ -161,7 +154,7 @@ def _join(rows: Floats, height: float, lift: float = 0.0) -> NDArray[np.float32]
     return at_height(ends[known], levels)
 
 
-def _dots(positions: Floats, colour: Colour, size: float, layer: str, *, height: float = 1.8) -> Points:
+def _dots(positions: Floats, colour: drawing.Colour, size: float, layer: str, *, height: float = 1.8) -> drawing.Points:
     return dots(positions[np.isfinite(positions).all(axis=1)], colour, size, layer, height=height)
 
 
@@ -252,23 +245,23 @@ class TemplateSearch:
         return cls(template, cut(grey, place[None], len(template))[0], around, place, costs, reach)
 
 
-def in_picture(sought: TemplateSearch) -> dict[str, Primitive]:
+def in_picture(sought: TemplateSearch) -> dict[str, drawing.Primitive]:
     """Draw the window in which the corner was looked for, the template at its match, and what looks alike."""
     half = len(sought.template) / 2.0
     places = sought.around + _peaks(sought.costs)[1:] - sought.reach
     return {
-        "window": _square(sought.around, sought.reach + half, COLOURS["observation"], 1.0),
-        "template": _square(sought.place, half, COLOURS["prediction"], 2.0),
-        "look-alikes": dots(places, COLOURS["lost"], 3.0, "search", height=1.7),
+        "window": _square(sought.around, sought.reach + half, drawing.COLOURS["observation"], 1.0),
+        "template": _square(sought.place, half, drawing.COLOURS["prediction"], 2.0),
+        "look-alikes": dots(places, drawing.COLOURS["lost"], 3.0, "search", height=1.7),
     }
 
 
-def search_world(sought: TemplateSearch) -> WorldDrawing:
+def search_world(sought: TemplateSearch) -> drawing.WorldDrawing:
     """Draw the costs of all places as a surface, the best and those nearly as good, the template and what was found."""
     reach, costs = sought.reach, sought.costs
     shown = min(reach, SHOWN_PX)
     near = slice(reach - shown, reach + shown + 1)
-    drawn: dict[str, Primitive] = {}
+    drawn: dict[str, drawing.Primitive] = {}
     peaks = _peaks(costs)
     if len(peaks):
         heights = _heights(costs)
@@ -276,21 +269,21 @@ def search_world(sought: TemplateSearch) -> WorldDrawing:
         offsets = (peaks - reach) * [1.0, -1.0]
         marks = np.column_stack([offsets, heights[peaks[:, 1], peaks[:, 0]] + 0.4]).astype(np.float32)
         inside = (np.abs(offsets) <= shown).all(axis=1)
-        each = colours(len(marks), COLOURS["lost"])
-        each[0] = COLOURS["prediction"]
-        drawn["peaks"] = Points(marks[inside], each[inside], MARK, "search")
+        each = colours(len(marks), drawing.COLOURS["lost"])
+        each[0] = drawing.COLOURS["prediction"]
+        drawn["peaks"] = drawing.Points(marks[inside], each[inside], MARK, "search")
     pieces = {"looked for": sought.template, "found": sought.found}
     for side, (name, piece) in zip((-1, 1), pieces.items(), strict=True):
         drawn[name] = _piece(piece, side * BESIDE)
         above = np.array([side * BESIDE, PIECE_AT, FLOOR + len(piece) * PIXEL + 2.0], np.float32)
-        drawn[f"{name}, name"] = Text(above, name, COLOURS["camera"], "search", "middle")
-    return WorldDrawing(SEARCH_WORLD, drawn)
+        drawn[f"{name}, name"] = drawing.Text(above, name, drawing.COLOURS["camera"], "search", "middle")
+    return drawing.WorldDrawing(SEARCH_WORLD, drawn)
 
 
-def empty_search_world() -> WorldDrawing:
+def empty_search_world() -> drawing.WorldDrawing:
     """Say that nothing is looked for, as in a table of tracks."""
-    text = Text(np.zeros(3, np.float32), "no picture to look in", COLOURS["hidden"], "search", "middle")
-    return WorldDrawing(SEARCH_WORLD, {"nothing": text})
+    text = drawing.Text(np.zeros(3, np.float32), "no picture to look in", drawing.COLOURS["hidden"], "search", "middle")
+    return drawing.WorldDrawing(SEARCH_WORLD, {"nothing": text})
 
 
 def _peaks(costs: Floats) -> Ints:
@@ -310,17 +303,17 @@ def _heights(costs: Floats) -> Floats:
     return np.asarray(FLOOR + HEIGHT * shares)
 
 
-def _surface(heights: Floats, reach: int) -> Mesh:
+def _surface(heights: Floats, reach: int) -> drawing.Mesh:
     """Draw heights (n, n) as a surface, yellow where it is high."""
     side = len(heights)
     steps = np.arange(-reach, reach + 1, dtype=np.float64)
     across, down = np.meshgrid(steps, -steps)
     vertices = np.stack([across, down, heights], axis=-1).reshape(-1, 3).astype(np.float32)
     colours = rendering.viridis((heights.ravel() - FLOOR) / HEIGHT)
-    return Mesh(vertices, grid_faces(side, side), colours, 1.0, "search")
+    return drawing.Mesh(vertices, grid_faces(side, side), colours, 1.0, "search")
 
 
-def _piece(grey: NDArray[np.uint8], middle: float) -> Mesh:
+def _piece(grey: NDArray[np.uint8], middle: float) -> drawing.Mesh:
     """Draw a small picture upright behind the costs, a square for each pixel."""
     size = len(grey)
     rows, columns = (each.ravel() for each in np.indices(grey.shape))
@@ -330,10 +323,10 @@ def _piece(grey: NDArray[np.uint8], middle: float) -> Mesh:
     first = 4 * np.arange(size * size)
     colours = np.repeat(np.repeat(grey.ravel(), 4)[:, None], 3, axis=1)
     faces = np.concatenate([np.stack([first, first + k, first + k + 1], axis=1) for k in (1, 2)]).astype(np.int32)
-    return Mesh(vertices.reshape(-1, 3).astype(np.float32), faces, colours, 1.0, "search")
+    return drawing.Mesh(vertices.reshape(-1, 3).astype(np.float32), faces, colours, 1.0, "search")
 
 
-def _square(middle: Ints, half: float, colour: Colour, width: float) -> Links:
+def _square(middle: Ints, half: float, colour: drawing.Colour, width: float) -> drawing.Links:
     x, y = middle.tolist()
     corners = np.array([[x - half, y - half], [x + half, y - half], [x + half, y + half], [x - half, y + half]])
     return lines(np.stack([corners, np.roll(corners, -1, axis=0)], axis=1), colour, width, "search", height=1.6)
@@ -361,27 +354,27 @@ TICKS = (
 CROSS, POINT = 0.15, 0.1
 
 
-def scales_world(state: TrajectoriesState, parameters: TrajectoriesTrackerParameters) -> WorldDrawing:
+def scales_world(state: TrajectoriesState, parameters: TrajectoriesTrackerParameters) -> drawing.WorldDrawing:
     """Draw the likelihood of the scales, the particles that have scales of their own, and the scales that are given."""
     given = np.log10([parameters.noise_variance_px2, parameters.drive_variance_px2]) / 2.0
-    drawn: dict[str, Primitive] = {"axes": Arrows(_axes(), COLOURS["hidden"], 1.5, "scales")}
+    drawn: dict[str, drawing.Primitive] = {"axes": drawing.Arrows(_axes(), drawing.COLOURS["hidden"], 1.5, "scales")}
     for number, (text, sigma, tau) in enumerate(TICKS):
         place = np.array([*_place(np.log10([sigma, tau])), 0.0], np.float32)
-        drawn[f"tick {number}"] = Text(place, text, COLOURS["camera"], "scales", "middle")
+        drawn[f"tick {number}"] = drawing.Text(place, text, drawing.COLOURS["camera"], "scales", "middle")
     track = state.raw[:FRAMES, state.selected][::-1] if state.raw.shape[1] else np.zeros((0, 2))
     if np.isfinite(track).all(axis=1).sum() > 2:
         drawn["likelihood"] = _likelihood_surface(np.ascontiguousarray(track), float(parameters.start_spread_px))
     laws = state.belief.laws(state.selected) if isinstance(state.belief, Cloud) else None
     if laws is None:
-        drawn["given"] = Links(_cross(_place(given)), COLOURS["estimate"], 2.5, "scales")
+        drawn["given"] = drawing.Links(_cross(_place(given)), drawing.COLOURS["estimate"], 2.5, "scales")
     else:
         logs, shares = laws
         order = np.argsort(-shares, kind="stable")[:MOST_POINTS]
         places = _place(logs[order] / (2.0 * np.log(10.0)))
         inside = places[(np.abs(places) <= HALF).all(axis=1)]
         raised = SURFACE_HEIGHT + 0.05
-        drawn["particles of the scales"] = dots(inside, COLOURS["prediction"], POINT, "scales", height=raised)
-    return WorldDrawing(SCALES_WORLD, drawn)
+        drawn["particles of the scales"] = dots(inside, drawing.COLOURS["prediction"], POINT, "scales", height=raised)
+    return drawing.WorldDrawing(SCALES_WORLD, drawn)
 
 
 def _place(logs: Floats) -> Floats:
@@ -402,7 +395,7 @@ def _cross(place: Floats) -> NDArray[np.float32]:
     return np.concatenate([flat, np.full((2, 2, 1), SURFACE_HEIGHT + 0.05)], axis=2).astype(np.float32)
 
 
-def _likelihood_surface(track: Floats, start_sd: float) -> Mesh:
+def _likelihood_surface(track: Floats, start_sd: float) -> drawing.Mesh:
     """Draw the likelihood of a track (T, 2) over the plane, the higher and lighter the likelier."""
     across, up = (np.linspace(-half, half, STEPS) for half in HALF)
     x, y = (values.ravel() for values in np.meshgrid(across, up, indexing="ij"))
@@ -410,5 +403,5 @@ def _likelihood_surface(track: Floats, start_sd: float) -> Mesh:
     logs = log_likelihoods(track, noise, drive, start_sd)
     shares = np.clip(1.0 + (logs - logs.max()) / DEEPEST, 0.0, 1.0)
     vertices = np.column_stack([x, y, SURFACE_HEIGHT * shares]).astype(np.float32)
-    colours = np.array(VIRIDIS, np.uint8)[np.rint(shares * (len(VIRIDIS) - 1)).astype(np.int64)]
-    return Mesh(vertices, grid_faces(STEPS, STEPS), colours, 0.85, "scales")
+    colours = np.array(drawing.VIRIDIS, np.uint8)[np.rint(shares * (len(drawing.VIRIDIS) - 1)).astype(np.int64)]
+    return drawing.Mesh(vertices, grid_faces(STEPS, STEPS), colours, 0.85, "scales")

@@ -28,17 +28,7 @@ from pftrack.core.model.source import FrameIndex
 from pftrack.core.refusal import ConflictError, RefusedError
 from pftrack.core.texts import Origin, read_as
 from pftrack.experiments.experiment import Experiment
-from pftrack.output.exports.files import (
-    believed_file,
-    csv_of,
-    gif_of,
-    json_lines_of,
-    mp4_of,
-    npz_of,
-    parquet_of,
-    run_notebook,
-    true_file,
-)
+from pftrack.output.exports import files
 from pftrack.runs.manifest import bibtex_of, extent_of, manifest_of
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import extent_series
@@ -339,22 +329,22 @@ def _recipe(run: Run) -> bytes:
 def _boxes(name: str) -> Write:
     """Return what writes boxes, given the name of the export: which of them, and the form."""
     which, _, form = name.partition("-")
-    make = believed_file if which == "boxes" else true_file
+    make = files.believed_file if which == "boxes" else files.true_file
     return _at_once(lambda run: make(run, cast("Form", form)))
 
 
 WRITERS: Mapping[str, Write] = {
-    "csv": _table(csv_of),
-    "parquet": _table(parquet_of),
-    "npz": _table(npz_of),
-    "jsonl": _table(json_lines_of),
-    "mp4": _table(mp4_of),
-    "gif": _table(gif_of),
+    "csv": _table(files.csv_of),
+    "parquet": _table(files.parquet_of),
+    "npz": _table(files.npz_of),
+    "jsonl": _table(files.json_lines_of),
+    "mp4": _table(files.mp4_of),
+    "gif": _table(files.gif_of),
     "png": _plots("png"),
     "svg": _plots("svg"),
     "frame-png": _at_once(_still),
     "html": write_page,
-    "notebook": _at_once(run_notebook),
+    "notebook": _at_once(files.run_notebook),
     "recipe": _at_once(_recipe),
     "bibtex": _at_once(lambda run: bibtex_of(run).encode()),
 }

@@ -11,18 +11,7 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple, TypeAlias
 
 from pftrack.core.refusal import RefusedError
-from pftrack.sources.cells import (
-    BOX_NAMES,
-    COLUMN_NAMES,
-    LARGEST_FRAME,
-    decode,
-    delimiter_of,
-    find_columns,
-    frame_in,
-    number_in,
-    places_of,
-    read_table,
-)
+from pftrack.sources import cells
 from pftrack.sources.limits import HEAD_BYTES
 
 Form: TypeAlias = Literal["mot", "otb", "vot", "cvat", "coco", "csv"]
@@ -111,9 +100,9 @@ def table_of(
     found: dict[tuple[int, int], Box] = {}
     empty = 0
     for box in boxes:
-        if not (0 <= box.frame <= LARGEST_FRAME and 0 <= box.target <= LARGEST_NUMBER):
+        if not (0 <= box.frame <= cells.LARGEST_FRAME and 0 <= box.target <= LARGEST_NUMBER):
             raise RefusedError(
-                f"frames count from 0 to {LARGEST_FRAME:,} and targets to {LARGEST_NUMBER:,}; "
+                f"frames count from 0 to {cells.LARGEST_FRAME:,} and targets to {LARGEST_NUMBER:,}; "
                 f"got frame {box.frame} and target {box.target}"
             )
         sides = (box.x, box.y, box.w, box.h)
@@ -144,7 +133,7 @@ class ColumnMeaning:
     title: str
 
 
-MEANINGS = tuple(ColumnMeaning(what, column.asks) for what, column in COLUMN_NAMES.boxes.items())
+MEANINGS = tuple(ColumnMeaning(what, column.asks) for what, column in cells.COLUMN_NAMES.boxes.items())
 
 WAYS = (("x", "y", "w", "h"), ("x", "y", "right", "bottom"), ("centre_x", "centre_y", "w", "h"))
 MOST_NAMES = 10_000
@@ -172,8 +161,8 @@ class Preview:
 
 def columns_in(header: Sequence[str]) -> dict[str, int] | None:
     """Return in which column what is; None if these are no columns of boxes."""
-    places = places_of(header)
-    found = find_columns(places, BOX_NAMES)
+    places = cells.places_of(header)
+    found = cells.find_columns(places, cells.BOX_NAMES)
     if "frame" not in found or {"x3", "y3"} <= places.keys() or not any(set(way) <= found.keys() for way in WAYS):
         polygon = "frame" in found and {"x1", "y1", "x2", "y2", "x3", "y3"} <= places.keys()
         return {"frame": found["frame"]} if polygon else None
@@ -186,7 +175,7 @@ def read_csv(data: bytes) -> ResultTable:
     Raises:
         RefusedError: It has other columns, or a line of it is wrong.
     """
-    table = read_table(decode(data))
+    table = cells.read_table(cells.decode(data))
     header = table.header
     places = columns_in(header)
     if places is None:
@@ -207,13 +196,13 @@ def _box_of(
     line: int, row: Sequence[str], places: Mapping[str, int], names: dict[str, int], corners: Sequence[int]
 ) -> Box:
     def number(what: str) -> float:
-        return number_in(line, what, row[places[what]])
+        return cells.number_in(line, what, row[places[what]])
 
-    frame = frame_in(line, row[places["frame"]])
+    frame = cells.frame_in(line, row[places["frame"]])
     target = _target(row[places["target"]].strip(), names) if "target" in places else 1
     score = number("score") if "score" in places else math.nan
     if corners:
-        return Box(frame, target, *around(number_in(line, "corner", row[place]) for place in corners), score)
+        return Box(frame, target, *around(cells.number_in(line, "corner", row[place]) for place in corners), score)
     if not {"w", "h"} <= places.keys():
         x, y = number("x"), number("y")
         return Box(frame, target, x, y, number("right") - x, number("bottom") - y, score)
@@ -241,12 +230,12 @@ def preview(text: str) -> Preview:
     Raises:
         RefusedError: It is not a table, or has too few columns.
     """
-    table = read_table(text)
+    table = cells.read_table(text)
     header = table.header
     if len(header) < FEWEST_COLUMNS or not any(header):
         raise RefusedError(f"expected a table with {FEWEST_COLUMNS} columns or more, got {len(header)}", "text")
     rows = [tuple(row) for _, row in itertools.islice(table.rows, ROWS_SHOWN)]
-    return Preview(tuple(header), tuple(rows), find_columns(places_of(header), BOX_NAMES), MEANINGS)
+    return Preview(tuple(header), tuple(rows), cells.find_columns(cells.places_of(header), cells.BOX_NAMES), MEANINGS)
 
 
 def rename(data: bytes, columns: Mapping[str, int]) -> bytes:
@@ -259,9 +248,9 @@ def rename(data: bytes, columns: Mapping[str, int]) -> bytes:
     Raises:
         RefusedError: A column does not exist, or these columns do not make a box.
     """
-    text = decode(data)
-    header = read_table(text).header
-    unknown = [what for what, place in columns.items() if what not in BOX_NAMES or not 0 <= place < len(header)]
+    text = cells.decode(data)
+    header = cells.read_table(text).header
+    unknown = [what for what, place in columns.items() if what not in cells.BOX_NAMES or not 0 <= place < len(header)]
     if unknown:
         raise RefusedError(f"the table has no column for {', '.join(unknown)[:80]}; it has {len(header)} columns")
     line, _, rest = text.partition("\n")
@@ -271,7 +260,7 @@ def rename(data: bytes, columns: Mapping[str, int]) -> bytes:
         raise RefusedError(
             "expected the frame, and of the box two edges or its middle, and its size or the other edges"
         )
-    return f"{delimiter_of(line).join(renamed)}\n{rest}".encode()
+    return f"{cells.delimiter_of(line).join(renamed)}\n{rest}".encode()
 
 
 # Text of nothing but numbers: MOTChallenge, OTB and VOT, told apart by how many there are in a line.
@@ -317,7 +306,7 @@ def form_of_lines(lines: Sequence[str]) -> Form | None:
 def read_rows(data: bytes, form: Form, first_pixel: int | None = None) -> ResultTable:
     """Read OTB or VOT text: a line is a frame of the one target."""
     origin = first_pixel if first_pixel is not None else int(form == "otb")
-    lines = [line for line in decode(data).splitlines() if line.strip()]
+    lines = [line for line in cells.decode(data).splitlines() if line.strip()]
     boxes = []
     for frame, line in enumerate(lines):
         x, y, w, h = rectangle(f"line {frame + 1}", line)
@@ -348,7 +337,7 @@ def rectangle(place: str, line: str) -> tuple[float, float, float, float]:
 def read_mot(data: bytes, first_frame: int | None = None, first_pixel: int | None = None) -> ResultTable:
     """Read MOTChallenge text; of ground truth, what does not count is left out."""
     rows: list[list[float]] = []
-    for number, line in enumerate(decode(data).splitlines(), 1):
+    for number, line in enumerate(cells.decode(data).splitlines(), 1):
         if not line.strip():
             continue
         numbers = numbers_of(line)
@@ -393,7 +382,7 @@ def _rises(rows: Sequence[Sequence[float]]) -> bool:
 
 def form_of(data: bytes) -> Form | None:
     """Return the form of a file by its beginning; None if it is none of results."""
-    text = decode(data[:HEAD_BYTES]).lstrip()
+    text = cells.decode(data[:HEAD_BYTES]).lstrip()
     if not text.isprintable() and any(ord(letter) < 32 and not letter.isspace() for letter in text):
         return None  # no text
     if text.startswith("<"):
@@ -407,4 +396,4 @@ def form_of(data: bytes) -> Form | None:
     whole = lines[:-1] if len(data) >= HEAD_BYTES and len(lines) > 1 else lines
     if (found := form_of_lines(whole)) is not None:
         return found
-    return "csv" if lines and columns_in(read_table(text).header) is not None else None
+    return "csv" if lines and columns_in(cells.read_table(text).header) is not None else None

@@ -16,23 +16,14 @@ from xml.sax.saxutils import quoteattr
 
 from pftrack.core.refusal import RefusedError
 from pftrack.sources.cells import decode
-from pftrack.sources.results.table import (
-    FORMS,
-    Box,
-    Form,
-    ResultTable,
-    form_of,
-    form_of_lines,
-    read_csv,
-    read_mot,
-    read_rows,
-    table_of,
-)
+from pftrack.sources.results import table
 
-Write = Callable[[Sequence[Box], int, tuple[int, int], float], str]
+Write = Callable[[Sequence[table.Box], int, tuple[int, int], float], str]
 
 
-def write_results(form: Form, boxes: Sequence[Box], *, frames: int, size: tuple[int, int], rate_hz: float) -> bytes:
+def write_results(
+    form: table.Form, boxes: Sequence[table.Box], *, frames: int, size: tuple[int, int], rate_hz: float
+) -> bytes:
     """Return the content of a file.
 
     Args:
@@ -45,8 +36,8 @@ def write_results(form: Form, boxes: Sequence[Box], *, frames: int, size: tuple[
     return _WRITERS[form](boxes, frames, size, rate_hz).encode()
 
 
-def _mot(boxes: Sequence[Box], _frames: int, _size: tuple[int, int], _rate: float) -> str:
-    def line(box: Box) -> str:
+def _mot(boxes: Sequence[table.Box], _frames: int, _size: tuple[int, int], _rate: float) -> str:
+    def line(box: table.Box) -> str:
         score = 1.0 if math.isnan(box.score) else box.score
         place = ",".join(_text(side) for side in (box.x + 1, box.y + 1, box.w, box.h, score))
         return f"{box.frame + 1},{box.target},{place},-1,-1,-1\n"
@@ -54,9 +45,9 @@ def _mot(boxes: Sequence[Box], _frames: int, _size: tuple[int, int], _rate: floa
     return "".join(map(line, boxes))
 
 
-def _rows(boxes: Sequence[Box], frames: int, origin: int, without: str) -> str:
+def _rows(boxes: Sequence[table.Box], frames: int, origin: int, without: str) -> str:
     chosen = boxes[0].target if boxes else 0
-    known: Mapping[int, Box] = {box.frame: box for box in boxes if box.target == chosen}
+    known: Mapping[int, table.Box] = {box.frame: box for box in boxes if box.target == chosen}
 
     def line(frame: int) -> str:
         if frame not in known:
@@ -67,15 +58,15 @@ def _rows(boxes: Sequence[Box], frames: int, origin: int, without: str) -> str:
     return "".join(f"{line(frame)}\n" for frame in range(frames))
 
 
-def _otb(boxes: Sequence[Box], frames: int, _size: tuple[int, int], _rate: float) -> str:
+def _otb(boxes: Sequence[table.Box], frames: int, _size: tuple[int, int], _rate: float) -> str:
     return _rows(boxes, frames, 1, "NaN,NaN,NaN,NaN")
 
 
-def _vot(boxes: Sequence[Box], frames: int, _size: tuple[int, int], _rate: float) -> str:
+def _vot(boxes: Sequence[table.Box], frames: int, _size: tuple[int, int], _rate: float) -> str:
     return _rows(boxes, frames, 0, "0")
 
 
-def _cvat(boxes: Sequence[Box], frames: int, size: tuple[int, int], _rate: float) -> str:
+def _cvat(boxes: Sequence[table.Box], frames: int, size: tuple[int, int], _rate: float) -> str:
     """Write what CVAT takes up for a video: every box is a keyframe, and one outside ends each stretch of frames."""
     shape = "<original_size><width>{}</width><height>{}</height></original_size>".format(*size)
     lines = [
@@ -96,13 +87,13 @@ def _cvat(boxes: Sequence[Box], frames: int, size: tuple[int, int], _rate: float
     return "\n".join([*lines, "</annotations>", ""])
 
 
-def _cvat_box(box: Box, frame: int, *, outside: int) -> str:
+def _cvat_box(box: table.Box, frame: int, *, outside: int) -> str:
     edges = (box.x, box.y, box.x + box.w, box.y + box.h)
     said = " ".join(f'{name}="{side:.4f}"' for name, side in zip(("xtl", "ytl", "xbr", "ybr"), edges, strict=True))
     return f'    <box frame="{frame}" outside="{outside}" occluded="0" keyframe="1" {said} z_order="0"></box>'
 
 
-def _coco(boxes: Sequence[Box], frames: int, size: tuple[int, int], rate_hz: float) -> str:
+def _coco(boxes: Sequence[table.Box], frames: int, size: tuple[int, int], rate_hz: float) -> str:
     width, height = size
     annotations = []
     for number, box in enumerate(boxes, 1):
@@ -143,7 +134,7 @@ def _text(number: float) -> str:
     return f"{number:.4f}".rstrip("0").rstrip(".")
 
 
-_WRITERS: Mapping[Form, Write] = {
+_WRITERS: Mapping[table.Form, Write] = {
     "mot": _mot,
     "otb": _otb,
     "vot": _vot,
@@ -155,7 +146,7 @@ TRACK = ("track_id", "instance_id", "id")
 FRAME = ("frame_id", "frame_index", "mot_frame_id")
 
 
-def read_coco(data: bytes) -> ResultTable:
+def read_coco(data: bytes) -> table.ResultTable:
     """Read a file; of several videos the first.
 
     Raises:
@@ -173,7 +164,7 @@ def read_coco(data: bytes) -> ResultTable:
         raise RefusedError("expected COCO's images and annotations with bbox and track_id") from None
 
 
-def _read(raw: Any) -> ResultTable:  # noqa: ANN401 - JSON
+def _read(raw: Any) -> table.ResultTable:  # noqa: ANN401 - JSON
     listed = isinstance(raw, list)
     annotations: Sequence[Mapping[str, Any]] = raw if listed else raw["annotations"]
     images = [] if listed else list(raw.get("images", []))
@@ -181,7 +172,7 @@ def _read(raw: Any) -> ResultTable:  # noqa: ANN401 - JSON
     told: list[str] = []
     if any("bboxes" in one for one in annotations):
         boxes = list(_by_video(annotations, told))
-        return table_of("coco", boxes, remarks=told, names=_called(annotations, names))
+        return table.table_of("coco", boxes, remarks=told, names=_called(annotations, names))
     videos = list(dict.fromkeys(one.get("video_id") for one in images))
     if len(videos) > 1:
         told.append(f"It has {len(videos)} videos; the first was taken.")
@@ -194,10 +185,10 @@ def _read(raw: Any) -> ResultTable:  # noqa: ANN401 - JSON
         if one["image_id"] in place:
             track = next((one[name] for name in TRACK if name in one), number + 1)
             x, y, w, h = (float(side) for side in one["bbox"])
-            boxes.append(Box(place[one["image_id"]], int(track), x, y, w, h, float(one.get("score", math.nan))))
+            boxes.append(table.Box(place[one["image_id"]], int(track), x, y, w, h, float(one.get("score", math.nan))))
     if not any("track_id" in one or "instance_id" in one for one in annotations):
         told.append("Annotations have no track_id: each box has a number of its own.")
-    return table_of("coco", boxes, remarks=told, frames=len(images), names=_called(annotations, names))
+    return table.table_of("coco", boxes, remarks=told, frames=len(images), names=_called(annotations, names))
 
 
 def _frames(images: Sequence[Mapping[str, Any]], told: list[str], *, listed: bool) -> list[int]:
@@ -215,7 +206,7 @@ def _frames(images: Sequence[Mapping[str, Any]], told: list[str], *, listed: boo
     return [number - first for number in numbers]
 
 
-def _by_video(annotations: Sequence[Mapping[str, Any]], told: list[str]) -> Iterator[Box]:
+def _by_video(annotations: Sequence[Mapping[str, Any]], told: list[str]) -> Iterator[table.Box]:
     videos = list(dict.fromkeys(one["video_id"] for one in annotations))
     if len(videos) > 1:
         told.append(f"It has {len(videos)} videos; the first was taken.")
@@ -226,7 +217,7 @@ def _by_video(annotations: Sequence[Mapping[str, Any]], told: list[str]) -> Iter
         for frame, box in enumerate(one["bboxes"]):
             if box is not None:
                 x, y, w, h = (float(side) for side in box)
-                yield Box(frame, track, x, y, w, h, float(one.get("score", math.nan)))
+                yield table.Box(frame, track, x, y, w, h, float(one.get("score", math.nan)))
 
 
 def _called(annotations: Sequence[Mapping[str, Any]], names: Mapping[int, str]) -> dict[int, str]:
@@ -242,7 +233,7 @@ def _called(annotations: Sequence[Mapping[str, Any]], names: Mapping[int, str]) 
 MOST_DIGITS = 9
 
 
-def read_cvat(data: bytes) -> ResultTable:
+def read_cvat(data: bytes) -> table.ResultTable:
     """Read a file; where a target is `outside`, it has no box, and polygons and others are passed over.
 
     Raises:
@@ -270,9 +261,9 @@ def read_cvat(data: bytes) -> ResultTable:
             if box.get("outside") == "1":
                 continue
             left, top, right, bottom = (_number(box, name) for name in ("xtl", "ytl", "xbr", "ybr"))
-            boxes.append(Box(_whole(box, "frame"), target, left, top, right - left, bottom - top))
+            boxes.append(table.Box(_whole(box, "frame"), target, left, top, right - left, bottom - top))
     told = [f"{passed} shapes that are no boxes were passed over."] if passed else []
-    return table_of("cvat", boxes, remarks=told, frames=min(frames, 10_000_000), names=names)
+    return table.table_of("cvat", boxes, remarks=told, frames=min(frames, 10_000_000), names=names)
 
 
 def _whole(element: Any, name: str) -> int:  # noqa: ANN401 - an element has no public type that all Pythons share
@@ -300,8 +291,8 @@ LARGEST_FILE_BYTES = 64 * 1024 * 1024
 
 
 def read_results(
-    data: bytes, *, form: Form | None = None, first_frame: int | None = None, first_pixel: int | None = None
-) -> ResultTable:
+    data: bytes, *, form: table.Form | None = None, first_frame: int | None = None, first_pixel: int | None = None
+) -> table.ResultTable:
     """Read the content of a file.
 
     Args:
@@ -315,22 +306,26 @@ def read_results(
     """
     if len(data) > LARGEST_FILE_BYTES:
         raise RefusedError(f"results may have at most {LARGEST_FILE_BYTES // 1024**2} MiB")
-    found = form or form_of(data)
+    found = form or table.form_of(data)
     if found == "mot":
-        return read_mot(data, first_frame, first_pixel)
+        return table.read_mot(data, first_frame, first_pixel)
     if found in {"otb", "vot"}:
         # Only the whole file tells whether all of its numbers are whole ones.
-        whole = form or form_of_lines(decode(data).splitlines()) or found
-        return read_rows(data, whole, first_pixel)
-    readers: dict[str, Callable[[bytes], ResultTable]] = {"cvat": read_cvat, "coco": read_coco, "csv": read_csv}
+        whole = form or table.form_of_lines(decode(data).splitlines()) or found
+        return table.read_rows(data, whole, first_pixel)
+    readers: dict[str, Callable[[bytes], table.ResultTable]] = {
+        "cvat": read_cvat,
+        "coco": read_coco,
+        "csv": table.read_csv,
+    }
     if found is None:
-        raise RefusedError(f"the file does not hold results; expected {', '.join(FORMS.values())}")
+        raise RefusedError(f"the file does not hold results; expected {', '.join(table.FORMS.values())}")
     return readers[found](data)
 
 
 def read_results_file(
-    path: Path, *, form: Form | None = None, first_frame: int | None = None, first_pixel: int | None = None
-) -> ResultTable:
+    path: Path, *, form: table.Form | None = None, first_frame: int | None = None, first_pixel: int | None = None
+) -> table.ResultTable:
     """Read a file; see `read_results`.
 
     Raises:

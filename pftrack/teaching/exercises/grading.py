@@ -13,20 +13,9 @@ from pathlib import Path
 from time import monotonic
 from typing import Any, Final
 
+from pftrack import process
 from pftrack.experiments.own.code import FilterFileError, trust
 from pftrack.experiments.own.extension import name_of
-from pftrack.process import (
-    MEBIBYTE,
-    BackgroundLoop,
-    Budget,
-    Ending,
-    Fault,
-    ForkServer,
-    Outcome,
-    Refusal,
-    Reply,
-    run_task,
-)
 from pftrack.teaching.exercises.library import exercise_named_in
 from pftrack.teaching.exercises.properties import PROPERTIES
 from pftrack.teaching.exercises.submission import Check, Exercise, SettledError, Submission, Verdict
@@ -196,12 +185,12 @@ def _row(name: str, found: Mapping[str, Any], properties: Sequence[str]) -> tupl
 
 PRELOAD: Final = "pftrack.teaching.exercises.preload"
 LONGEST_WORDS: Final = 2000
-BUDGET: Final = Budget(
-    memory_bytes=1024 * MEBIBYTE,
+BUDGET: Final = process.Budget(
+    memory_bytes=1024 * process.MEBIBYTE,
     cpu_seconds=120.0,
     silence_s=90.0,
-    file_bytes=16 * MEBIBYTE,
-    answer_bytes=4 * MEBIBYTE,
+    file_bytes=16 * process.MEBIBYTE,
+    answer_bytes=4 * process.MEBIBYTE,
 )
 """For one submission; a right one of those that are shipped takes some seconds."""
 
@@ -221,7 +210,7 @@ def grade(
     *,
     exercise: str | None = None,
     seed: int = 0,
-    budget: Budget = BUDGET,
+    budget: process.Budget = BUDGET,
     jobs: int = 1,
 ) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield each submission's name and results, as `results` has them, as they come.
@@ -234,10 +223,10 @@ def grade(
         budget: What each may take.
         jobs: How many are checked at the same time.
     """
-    fork_server = ForkServer(PRELOAD)
+    fork_server = process.ForkServer(PRELOAD)
     left, checked = iter(files.items()), dict[Future[dict[str, Any]], str]()
     try:
-        with BackgroundLoop("grading") as loop:
+        with process.BackgroundLoop("grading") as loop:
             while True:
                 for name, path in islice(left, jobs - len(checked)):
                     checked[loop.submit(_grade(fork_server, path, exercises, exercise, seed, budget))] = name
@@ -250,19 +239,19 @@ def grade(
 
 
 async def _grade(
-    fork_server: ForkServer,
+    fork_server: process.ForkServer,
     path: Path,
     exercises: Mapping[str, Exercise],
     exercise: str | None,
     seed: int,
-    budget: Budget,
+    budget: process.Budget,
 ) -> dict[str, Any]:
     try:
         wanted, tracker, text = _read(path, exercises, exercise)
     except (OSError, ValueError) as error:
         return _nothing(str(error), None)
-    outcome = await run_task(fork_server, check_confined, wanted, tracker, text, seed, budget=budget)
-    if not isinstance(outcome, Reply):
+    outcome = await process.run_task(fork_server, check_confined, wanted, tracker, text, seed, budget=budget)
+    if not isinstance(outcome, process.Reply):
         return _nothing(_problem(outcome, budget), wanted)
     try:
         report, network = _report_of(outcome.value, wanted, path.name)
@@ -332,15 +321,15 @@ def _nothing(problem: str, exercise: Exercise | None) -> dict[str, Any]:
     return {"score": 0.0, "max_score": most, "output": problem, "extra_data": extra, "tests": []}
 
 
-def _problem(outcome: Outcome, budget: Budget) -> str:
+def _problem(outcome: process.Outcome, budget: process.Budget) -> str:
     match outcome:
-        case Refusal(message=message):
+        case process.Refusal(message=message):
             return message
-        case Fault(name=name):
+        case process.Fault(name=name):
             return f"It could not be checked: {name}"
-        case Ending.OUT_OF_TIME:
+        case process.Ending.OUT_OF_TIME:
             return f"It said nothing for {budget.silence_s:g} s and was stopped."
-        case Ending.OUT_OF_CPU_TIME:
+        case process.Ending.OUT_OF_CPU_TIME:
             return f"It took more than the {budget.cpu_seconds:g} s of processor time that it may use."
         case _:
             return "Its process was ended or has ended itself; perhaps it took more memory than it may."
