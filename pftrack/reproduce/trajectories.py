@@ -9,14 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats, Ints
+from pftrack.experiments.trajectories import scene
 from pftrack.experiments.trajectories.scene import CORNERS_FRAMES as FRAMES
-from pftrack.experiments.trajectories.scene import (
-    REFERENCE_PX,
-    TRUE_PATH,
-    CornerSource,
-    TracksSceneParameters,
-    simulate,
-)
 from pftrack.filters.trajectories.cloud import Cloud
 from pftrack.filters.trajectories.gaussian import logs_mode
 from pftrack.filters.trajectories.whole import GRID, Method, Settings, Smoothed, follow, likelihood_surface, track_error
@@ -38,17 +32,17 @@ DEEPEST = 100.0
 def track_figure(found: Mapping[str, Smoothed]) -> "Figure":
     """Draw how far measurements and positions are aside of the truth, of the run whose error is the median."""
     figure, panels = new_figure(5.6, rows=len(found), share="xy")
-    frames = np.arange(len(TRUE_PATH))
+    frames = np.arange(len(scene.TRUE_PATH))
     for panel, (name, one) in zip(panels, found.items(), strict=True):
         panel.axhline(0.0, color=INK["truth"], linewidth=0.8)
-        aside = REFERENCE_PX[:, 0] - TRUE_PATH[:, 0]
+        aside = scene.REFERENCE_PX[:, 0] - scene.TRUE_PATH[:, 0]
         panel.plot(frames, aside, ".", color=INK["observation"], label="measured")
-        off = track_error(one.filtered, TRUE_PATH[:, None])
+        off = track_error(one.filtered, scene.TRUE_PATH[:, None])
         middle = int(np.argsort(off)[len(off) // 2])
         for kind, colour, positions in zip(
             ("smoothed", "filtered"), CURVE_COLOURS, (one.smoothed, one.filtered), strict=False
         ):
-            panel.plot(frames, positions[:, middle, 0] - TRUE_PATH[:, 0], color=colour, label=kind)
+            panel.plot(frames, positions[:, middle, 0] - scene.TRUE_PATH[:, 0], color=colour, label=kind)
         write_title(panel, TITLES[name])
         panel.set_ylabel("aside, px")
         panel.set_ylim(-25.0, 15.0)
@@ -137,7 +131,7 @@ def pictures(pool: Pool, full: bool) -> Findings:
 
 def measure(run: Run) -> Scene:
     """Compare the matches of a run, and what each filter smooths of them, with the truth."""
-    if not isinstance(run.source, CornerSource):
+    if not isinstance(run.source, scene.CornerSource):
         raise TypeError("corners are followed on the scene of pictures")
     points, first, matches, paths = run.source.points_px, np.zeros(len(run.source.points_px), np.int64), [], []
     for step in run:
@@ -192,7 +186,7 @@ def errors(pool: Pool, full: bool) -> Findings:
     yield from [one for name, medians in table.items() for one in REFERENCES.judge_all("error", medians, name)]
     yield from _orderings(table)
     for name, one in found.items():
-        off = np.linalg.norm(one.filtered - TRUE_PATH[:, None], axis=2)[OUTLIERS]
+        off = np.linalg.norm(one.filtered - scene.TRUE_PATH[:, None], axis=2)[OUTLIERS]
         for frame, errors_px in zip(OUTLIERS.tolist(), off, strict=True):
             more = 0.0 if name == "lg" else _three_errors_of_median(errors_px)
             yield REFERENCES.judge("outlier", np.median(errors_px), name, frame, more=more, ground="trials")
@@ -222,11 +216,13 @@ def _three_errors_of_median(values: Floats) -> float:
 def _runs(item: tuple[Method, float]) -> Smoothed:
     """Follow the reference track with 101 different sets of random numbers."""
     method, noise = item
-    return follow(method, np.repeat(REFERENCE_PX[:, None], 1 if method == "lg" else RUNS, axis=1), Settings(noise, 1.0))
+    return follow(
+        method, np.repeat(scene.REFERENCE_PX[:, None], 1 if method == "lg" else RUNS, axis=1), Settings(noise, 1.0)
+    )
 
 
 def _medians(found: Smoothed) -> tuple[float, float]:
-    filtered, smoothed = (track_error(one, TRUE_PATH[:, None]) for one in (found.filtered, found.smoothed))
+    filtered, smoothed = (track_error(one, scene.TRUE_PATH[:, None]) for one in (found.filtered, found.smoothed))
     return float(np.median(filtered)), float(np.median(smoothed))
 
 
@@ -255,7 +251,7 @@ def _laws(found: Smoothed) -> Findings:
 
 
 def _surface(method: Method) -> Floats:
-    return likelihood_surface(method, REFERENCE_PX, Settings())
+    return likelihood_surface(method, scene.REFERENCE_PX, Settings())
 
 
 def _maximum(name: str, surface: Floats, best: tuple[float, float]) -> Finding:
@@ -265,8 +261,8 @@ def _maximum(name: str, surface: Floats, best: tuple[float, float]) -> Finding:
 
 
 def _clean() -> Floats:
-    track = REFERENCE_PX.copy()
-    track[OUTLIERS, 0] = TRUE_PATH[OUTLIERS, 0]
+    track = scene.REFERENCE_PX.copy()
+    track[OUTLIERS, 0] = scene.TRUE_PATH[OUTLIERS, 0]
     return track
 
 
@@ -304,7 +300,7 @@ class Trial:
 
 def _track_of(trial: Trial) -> Floats:
     values = {"track_count": 1, "reference_track": False, "outlier_scale_px2": trial.scale_px2}
-    return simulate(trial.seed, TracksSceneParameters.model_validate(values))[0][:, 0]
+    return scene.simulate(trial.seed, scene.TracksSceneParameters.model_validate(values))[0][:, 0]
 
 
 def _best_pair(trial: Trial) -> tuple[int, int]:

@@ -16,37 +16,7 @@ from numpy.typing import NDArray
 from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.geometry import convex_hull, fill, spans
 from pftrack.core.numerics.compiled import compiled
-from pftrack.experiments.hand.candidates import (
-    HIDDEN,
-    HIGHEST,
-    LOWEST,
-    PALMS,
-    assign,
-    finger_candidates,
-    half_steps,
-    palm_candidates,
-)
-from pftrack.experiments.hand.likelihood import (
-    CELL_ANGLES,
-    PictureTables,
-    cell_log_fit,
-    displacements,
-    finger_fit,
-    finger_fits,
-    ideals_of,
-    reaches,
-    unexplained_cost,
-    x_p,
-)
-from pftrack.experiments.hand.model import (
-    PALM_FIT_SD,
-    STILL_COST,
-    Predictions,
-    Task,
-    log_prior,
-    log_shares,
-    palm_log_shares,
-)
+from pftrack.experiments.hand import candidates, likelihood, model
 from pftrack.experiments.hand.shape import HIGH, LOW, capsule, joints, palm_points, parts
 from pftrack.filters.beam import Beam, select_best
 from pftrack.filters.particles import normalise
@@ -63,7 +33,7 @@ SPREAD_MOVE, FLEXION_MOVE = 0.05, 0.15
 
 
 @compiled
-def differences(poses: Floats, seen: PictureTables, task: Task) -> Ints:
+def differences(poses: Floats, seen: likelihood.PictureTables, task: model.Task) -> Ints:
     """Return by how many pixels (M,) the silhouettes of poses (M, 25) differ from the one that was seen."""
     found = np.empty(poses.shape[0], np.int64)
     for n in range(poses.shape[0]):
@@ -76,10 +46,10 @@ def differences(poses: Floats, seen: PictureTables, task: Task) -> Ints:
 def improve(
     pose: Floats,
     origin: int,
-    predictions: Predictions,
+    predictions: model.Predictions,
     assignment: Ints,
-    seen: PictureTables,
-    task: Task,
+    seen: likelihood.PictureTables,
+    task: model.Task,
 ) -> tuple[Floats, float]:
     """Return a pose (25,) uphill of one, and its log score.
 
@@ -101,7 +71,7 @@ def improve(
             move = share * PALM_MOVES[i] * (task.settings.unit if i < 2 else 1.0)
             for way in range(2):
                 moved = best.copy()
-                moved[i] = min(max(moved[i] + (move if way else -move), LOWEST[i]), HIGHEST[i])
+                moved[i] = min(max(moved[i] + (move if way else -move), candidates.LOWEST[i]), candidates.HIGHEST[i])
                 there = log_score(moved, origin, predictions, assignment, seen, task)
                 if there > score:
                     best, score = moved, there
@@ -131,17 +101,17 @@ def improve(
 def log_score(
     pose: Floats,
     origin: int,
-    predictions: Predictions,
+    predictions: model.Predictions,
     assignment: Ints,
-    seen: PictureTables,
-    task: Task,
+    seen: likelihood.PictureTables,
+    task: model.Task,
 ) -> float:
     """Return the log posterior of a hand up to a constant; the arguments are those of `improve`."""
     settings = task.settings
     score = _log_prior(pose, origin, predictions, task)
     score -= 0.5 * pose[4] * pose[4] / (settings.straight_sd * settings.straight_sd)
-    misfit = x_p(convex_hull(palm_points(pose, task.scale, task.shape)), seen, task.scale)
-    score -= 0.5 * misfit * misfit / (PALM_FIT_SD * PALM_FIT_SD)
+    misfit = likelihood.x_p(convex_hull(palm_points(pose, task.scale, task.shape)), seen, task.scale)
+    score -= 0.5 * misfit * misfit / (model.PALM_FIT_SD * model.PALM_FIT_SD)
     for finger in range(5):
         score += _finger_fit(pose, finger, assignment[finger], seen, task)
     corners, counts = parts(pose, task.scale, task.shape)
@@ -150,12 +120,12 @@ def log_score(
 
 
 @compiled
-def _log_prior(pose: Floats, origin: int, predictions: Predictions, task: Task) -> float:
-    return log_prior(log_shares(pose, predictions, task.settings), origin, task.settings.reference)
+def _log_prior(pose: Floats, origin: int, predictions: model.Predictions, task: model.Task) -> float:
+    return model.log_prior(model.log_shares(pose, predictions, task.settings), origin, task.settings.reference)
 
 
 @compiled
-def _cover(differing: int, seen: PictureTables, task: Task) -> float:
+def _cover(differing: int, seen: likelihood.PictureTables, task: model.Task) -> float:
     share = differing / (task.settings.cover_sd * seen.area)
     return -share * share
 
@@ -171,10 +141,10 @@ def differing(mask: Bools, silhouette: Bools) -> int:
 
 
 @compiled
-def _finger_fit(pose: Floats, finger: int, protrusion: int, seen: PictureTables, task: Task) -> float:
+def _finger_fit(pose: Floats, finger: int, protrusion: int, seen: likelihood.PictureTables, task: model.Task) -> float:
     """Return the log likelihood of one finger of a pose (25,), which is moved freely and so stands for no cell."""
     places = joints(pose, task.scale, task.shape)[finger]
-    return finger_fit(
+    return likelihood.finger_fit(
         places, np.empty((0, 4, 2)), np.empty(0), task.shape.radii[finger], protrusion, seen, task, -np.inf
     )
 
@@ -185,10 +155,12 @@ def _move_finger(pose: Floats, finger: int, way: int, share: float) -> None:
     at = 5 + 4 * finger
     sign = 1.0 if way % 2 else -1.0
     if way < 2:
-        pose[at] = min(max(pose[at] + sign * share * SPREAD_MOVE, LOWEST[at]), HIGHEST[at])
+        pose[at] = min(max(pose[at] + sign * share * SPREAD_MOVE, candidates.LOWEST[at]), candidates.HIGHEST[at])
         return
     for j in range(1, 4):
-        pose[at + j] = min(max(pose[at + j] + sign * share * FLEXION_MOVE, LOWEST[at + j]), HIGHEST[at + j])
+        pose[at + j] = min(
+            max(pose[at + j] + sign * share * FLEXION_MOVE, candidates.LOWEST[at + j]), candidates.HIGHEST[at + j]
+        )
 
 
 @compiled
@@ -198,8 +170,8 @@ def _added_pixels(
     others: Bools,
     marks: NDArray[np.int32],
     mark: int,
-    seen: PictureTables,
-    task: Task,
+    seen: likelihood.PictureTables,
+    task: model.Task,
 ) -> int:
     """Return by how many pixels more a hand differs from the silhouette with one finger than without it.
 
@@ -250,10 +222,10 @@ class Hands(NamedTuple):
 
 @compiled
 def search(
-    predictions: Predictions,
+    predictions: model.Predictions,
     ideals: Floats,
-    seen: PictureTables,
-    task: Task,
+    seen: likelihood.PictureTables,
+    task: model.Task,
 ) -> Hands:
     """Return the best hand of every palm that fits.
 
@@ -265,22 +237,22 @@ def search(
     """
     palms, scores, origins = _palms(predictions, ideals, seen, task)
     count = palms.shape[0]
-    assignments = np.full((count, 5), HIDDEN)
+    assignments = np.full((count, 5), candidates.HIDDEN)
     for i in range(predictions.poses.shape[0]):
         used = False
         for n in range(count):
             used = used or origins[n] == i
         if used:
-            angles, priors, counts = finger_candidates(predictions.poses[i], task)
-            halves = half_steps(predictions.poses[i], task)
+            angles, priors, counts = candidates.finger_candidates(predictions.poses[i], task)
+            halves = candidates.half_steps(predictions.poses[i], task)
             for n in range(count):
                 if origins[n] == i:
                     scores[n] += _give_fingers(
                         palms[n], assignments[n], angles, priors, counts, halves, ideals[i, 1:], seen, task
                     )
     for n in range(count):
-        shares = log_shares(palms[n], predictions, task.settings)
-        scores[n] += log_prior(shares, origins[n], task.settings.reference) - shares[origins[n]]
+        shares = model.log_shares(palms[n], predictions, task.settings)
+        scores[n] += model.log_prior(shares, origins[n], task.settings.reference) - shares[origins[n]]
         if not task.settings.reference:
             origins[n] = np.argmax(shares)
     return Hands(palms, scores, origins, assignments)
@@ -295,8 +267,8 @@ def _give_fingers(
     counts: Ints,
     halves: Floats,
     ideals: Floats,
-    seen: PictureTables,
-    task: Task,
+    seen: likelihood.PictureTables,
+    task: model.Task,
 ) -> float:
     """Put the best fingers into a pose (25,), and which protrusion shows each (5,), in place; return their log score.
 
@@ -313,7 +285,7 @@ def _give_fingers(
     """
     protrusions, most = seen.lengths.shape[0], counts.max()
     places = np.empty((5, most, 4, 3))
-    moves = np.empty((5, most, CELL_ANGLES if task.settings.cells else 0, 4, 2))
+    moves = np.empty((5, most, likelihood.CELL_ANGLES if task.settings.cells else 0, 4, 2))
     for k in range(most):
         for finger in range(5):
             _put(pose, finger, angles[finger, min(k, counts[finger] - 1)])
@@ -323,7 +295,7 @@ def _give_fingers(
             moves[:, k] = _moves(pose, placed, halves, task)
     fits, chosen = np.empty((5, protrusions + 1)), np.empty((5, protrusions + 1), np.int64)
     for finger in range(5):
-        fits[finger], chosen[finger] = finger_fits(
+        fits[finger], chosen[finger] = likelihood.finger_fits(
             places[finger],
             moves[finger],
             ideals[finger],
@@ -335,8 +307,8 @@ def _give_fingers(
         )
     costs = np.empty(protrusions)
     for p in range(protrusions):
-        costs[p] = unexplained_cost(seen.lengths[p], task.settings.unit)
-    score, best = assign(fits, costs)
+        costs[p] = likelihood.unexplained_cost(seen.lengths[p], task.settings.unit)
+    score, best = candidates.assign(fits, costs)
     for finger in range(5):
         assignment[finger] = best[finger]
         _put(pose, finger, angles[finger, chosen[finger, best[finger]]])  # hidden is the last column, and -1
@@ -344,7 +316,7 @@ def _give_fingers(
 
 
 @compiled
-def _moves(pose: Floats, places: Floats, halves: Floats, task: Task) -> Floats:
+def _moves(pose: Floats, places: Floats, halves: Floats, task: model.Task) -> Floats:
     """Return by how much joints and tips (5, 5, 4, 2) move for half a step of each angle of a finger's cell, px."""
     moved = pose.copy()
     for finger in range(5):
@@ -355,25 +327,27 @@ def _moves(pose: Floats, places: Floats, halves: Floats, task: Task) -> Floats:
         for j in range(6 + 4 * finger, 9 + 4 * finger):
             moved[j] += halves[finger, 4]
     flexed = joints(moved, task.scale, task.shape)
-    return displacements(pose, places, spread, flexed, halves[0, :3], task.scale, task.shape.side)
+    return likelihood.displacements(pose, places, spread, flexed, halves[0, :3], task.scale, task.shape.side)
 
 
 @compiled
-def _palms(predictions: Predictions, ideals: Floats, seen: PictureTables, task: Task) -> tuple[Floats, Floats, Ints]:
+def _palms(
+    predictions: model.Predictions, ideals: Floats, seen: likelihood.PictureTables, task: model.Task
+) -> tuple[Floats, Floats, Ints]:
     """Return the best palms that differ: poses (M, 25), scores (M,), and predictions (M,)."""
-    many = PALMS * predictions.poses.shape[0]
+    many = candidates.PALMS * predictions.poses.shape[0]
     poses, scores, origins = np.empty((many, 25)), np.empty(many), np.empty(many, np.int64)
     others = np.zeros(many)  # what the other predictions add to a palm's prior
     tried = 0
     for i in range(predictions.poses.shape[0]):
-        around, priors = palm_candidates(predictions.poses[i], task)
+        around, priors = candidates.palm_candidates(predictions.poses[i], task)
         for n in range(around.shape[0]):
-            misfit = x_p(convex_hull(palm_points(around[n], task.scale, task.shape)), seen, task.scale)
+            misfit = likelihood.x_p(convex_hull(palm_points(around[n], task.scale, task.shape)), seen, task.scale)
             score = priors[n] + predictions.log_weights[i]
-            score += cell_log_fit(misfit * misfit, ideals[i, 0], PALM_FIT_SD)
+            score += likelihood.cell_log_fit(misfit * misfit, ideals[i, 0], model.PALM_FIT_SD)
             if not task.settings.reference:
-                shares = palm_log_shares(around[n], predictions)
-                others[tried] = log_prior(shares, i, False) - shares[i]
+                shares = model.palm_log_shares(around[n], predictions)
+                others[tried] = model.log_prior(shares, i, False) - shares[i]
             scores[tried], origins[tried] = score if misfit <= MOST_X_P else -np.inf, i
             for j in range(25):
                 poses[tried, j] = around[n, j]
@@ -391,7 +365,9 @@ def _palms(predictions: Predictions, ideals: Floats, seen: PictureTables, task: 
 
 
 @compiled
-def _best_that_differ(poses: Floats, scores: Floats, count: int, seen: PictureTables, task: Task, reach: bool) -> Ints:
+def _best_that_differ(
+    poses: Floats, scores: Floats, count: int, seen: likelihood.PictureTables, task: model.Task, reach: bool
+) -> Ints:
     """Return the places of the best of the first `count` poses whose palms differ, at most `palm_count`, best first.
 
     Args:
@@ -418,7 +394,7 @@ def _best_that_differ(poses: Floats, scores: Floats, count: int, seen: PictureTa
             for j in range(2, 5):
                 apart = max(apart, abs(poses[best, j] - poses[other, j]))
             differs = differs and apart > ALIKE_PALMS
-        if differs and (not reach or reaches(poses[best], seen, task)):
+        if differs and (not reach or likelihood.reaches(poses[best], seen, task)):
             chosen[size] = best
             size += 1
     return chosen[:size]
@@ -480,8 +456,8 @@ def predictions(members: Floats, origins: Floats) -> Floats:
 def follow(
     before: Beam[Floats],
     expected: Floats,
-    seen: PictureTables,
-    task: Task,
+    seen: likelihood.PictureTables,
+    task: model.Task,
     width: int,
 ) -> Found:
     """Return the hands of a frame.
@@ -494,16 +470,16 @@ def follow(
         width: How many hands are kept.
     """
     members = np.array(before.members)
-    log_priors = np.concatenate([before.log_weights, before.log_weights - STILL_COST])
-    wanted = Predictions(expected, log_priors)
-    hands = search(wanted, ideals_of(expected, seen, task), seen, task)
+    log_priors = np.concatenate([before.log_weights, before.log_weights - model.STILL_COST])
+    wanted = model.Predictions(expected, log_priors)
+    hands = search(wanted, likelihood.ideals_of(expected, seen, task), seen, task)
     if not len(hands.scores):
         best = int(np.argmax(log_priors))
         hands = Hands(
             expected[[best]],
             np.array([log_priors[best] - NO_PALM_COST]),
             np.array([best]),
-            np.full((1, 5), HIDDEN),
+            np.full((1, 5), candidates.HIDDEN),
         )
     order = np.argsort(-hands.scores, kind="stable")[:COMPARED]
     poses, scores, origins = hands.poses[order], hands.scores[order], hands.predictions[order]
@@ -527,11 +503,11 @@ def follow(
 def _regrow(
     pose: Floats,
     origin: int,
-    wanted: Predictions,
+    wanted: model.Predictions,
     assignment: Ints,
     score: float,
-    seen: PictureTables,
-    task: Task,
+    seen: likelihood.PictureTables,
+    task: model.Task,
 ) -> tuple[Floats, float]:
     """Return a pose (25,) and how many times as large as before its hand is: as large, or a step larger or smaller.
 

@@ -18,19 +18,9 @@ from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.geometry import convex_hull, distance_to_polygon, fill, row_sums, spans, sum_within
 from pftrack.core.numerics.compiled import compiled, read_only
 from pftrack.core.numerics.elementary import sines_cosines
+from pftrack.experiments.hand import model
 from pftrack.experiments.hand.candidates import HIGHEST, LOWEST, MOST_PROTRUSIONS, half_steps
 from pftrack.experiments.hand.fingers import HandFeatures
-from pftrack.experiments.hand.model import (
-    HIDDEN_COST,
-    HIDDEN_FIT_SD,
-    JOINT_COST,
-    LAST_JOINT,
-    MIDDLE_JOINT,
-    HandState,
-    HandTrackerParameters,
-    Task,
-    settings,
-)
 from pftrack.experiments.hand.shape import ANGLES, joints, palm_axes, palm_points, parts
 from pftrack.filters.particles import normalise
 
@@ -240,7 +230,7 @@ def finger_fits(
     count: int,
     radii: Floats,
     seen: PictureTables,
-    task: Task,
+    task: model.Task,
 ) -> tuple[Floats, Ints]:
     """Return the best candidate of a finger for each protrusion, and for none.
 
@@ -281,7 +271,7 @@ def finger_fit(
     radii: Floats,
     protrusion: int,
     seen: PictureTables,
-    task: Task,
+    task: model.Task,
     least: float,
 ) -> float:
     """Return the log likelihood of a finger that a protrusion shows, or none.
@@ -297,15 +287,15 @@ def finger_fit(
         least: What is not above it is of no interest: then -inf may be returned.
     """
     if not 0 <= protrusion < seen.lengths.shape[0]:
-        if least >= -HIDDEN_COST:
+        if least >= -model.HIDDEN_COST:
             return -np.inf
         misfit = hidden_x_p(places, radii, seen, task.scale)
-        return -HIDDEN_COST + cell_log_fit(misfit * misfit, ideals, HIDDEN_FIT_SD)
+        return -model.HIDDEN_COST + cell_log_fit(misfit * misfit, ideals, model.HIDDEN_FIT_SD)
     axis = seen.axes[protrusion, : seen.lengths[protrusion]]
     best = -np.inf
-    lowest = LAST_JOINT if task.settings.reference else MIDDLE_JOINT
+    lowest = model.LAST_JOINT if task.settings.reference else model.MIDDLE_JOINT
     for end in range(TIP, lowest - 1, -1):
-        price = JOINT_COST if end < TIP else 0.0
+        price = model.JOINT_COST if end < TIP else 0.0
         across, down = axis[0, 0] - places[end, 0], axis[0, 1] - places[end, 1]
         square = across * across + down * down
         beyond = max(np.sqrt(square) - farthest(moves, end), 0.0) / task.settings.tip_sd
@@ -415,14 +405,14 @@ class View:
         seen: What is looked up in the picture.
     """
 
-    def __init__(self, state: HandState, found: HandFeatures, parameters: HandTrackerParameters) -> None:
+    def __init__(self, state: model.HandState, found: HandFeatures, parameters: model.HandTrackerParameters) -> None:
         """Look at what was found in a frame for the hand of a state."""
         self._found, self._state = found, state
         scale = state.scale / found.silhouette.reduction
-        given = settings(parameters, scale)
+        given = model.settings(parameters, scale)
         if found.wrist is None:
             given = given._replace(wrist_sd=UNSEEN * given.wrist_sd)
-        self.task = Task(scale, state.shape, given)
+        self.task = model.Task(scale, state.shape, given)
         self.seen: PictureTables = tables_of(found.silhouette.mask, fingers(found, state.scale))
 
     def into(self, poses: Floats) -> Floats:
@@ -486,7 +476,7 @@ MARGIN = 0.12
 
 
 @compiled
-def postures(pose: Floats, task: Task) -> Floats:
+def postures(pose: Floats, task: model.Task) -> Floats:
     """Return joints and tips (5, n, 2) of the fingers of a palm (25,) in postures up to their limits, px."""
     moved, points = pose.copy(), np.empty((5, 4 * SPREADS * FLEXIONS, 2))
     for posture in range(SPREADS * FLEXIONS):
@@ -503,7 +493,7 @@ def postures(pose: Floats, task: Task) -> Floats:
 
 
 @compiled
-def reaches(pose: Floats, seen: PictureTables, task: Task) -> bool:
+def reaches(pose: Floats, seen: PictureTables, task: model.Task) -> bool:
     """Tell whether each protrusion lies where a finger of a palm (25,) can be, from its tip to its other end."""
     points, margin = postures(pose, task), MARGIN * task.scale
     reached = np.zeros(seen.lengths.shape[0], np.bool_)
@@ -522,7 +512,7 @@ def reaches(pose: Floats, seen: PictureTables, task: Task) -> bool:
 
 
 @compiled
-def ideal_x_p(predicted: Floats, drawn: PictureTables, task: Task) -> Floats:
+def ideal_x_p(predicted: Floats, drawn: PictureTables, task: model.Task) -> Floats:
     """Return x_p* (6, n) in points of the cell: of the palm, and of each finger if it is hidden.
 
     Args:
@@ -556,7 +546,7 @@ def ideal_x_p(predicted: Floats, drawn: PictureTables, task: Task) -> Floats:
     return found
 
 
-def ideals_of(predictions: Floats, seen: PictureTables, task: Task) -> Floats:
+def ideals_of(predictions: Floats, seen: PictureTables, task: model.Task) -> Floats:
     """Return x_p* (I, 6, n) around predictions (I, 25); (I, 6, 0) if hands stand for no cells."""
     if not task.settings.cells:
         return np.empty((len(predictions), 6, 0))

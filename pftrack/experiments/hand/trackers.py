@@ -28,33 +28,11 @@ from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponential, exponentials, logarithms
 from pftrack.core.numerics.random import Stream, standard_normals, uniforms
 from pftrack.core.refusal import RefusedError
+from pftrack.experiments.hand import likelihood, model
 from pftrack.experiments.hand.beams import alike, differences, differing, follow, predictions
 from pftrack.experiments.hand.candidates import HIGHEST, LOWEST, assign, flexion_limits
 from pftrack.experiments.hand.fingers import HandFeatures, features_of
 from pftrack.experiments.hand.first_pose import find_open_hand
-from pftrack.experiments.hand.likelihood import (
-    PictureTables,
-    View,
-    finger_fit,
-    fingers,
-    unexplained_cost,
-    wrist_offset,
-    x_p,
-)
-from pftrack.experiments.hand.model import (
-    NO_FINGER,
-    PALM_FIT_SD,
-    SERIES,
-    SPREAD_SD,
-    STILL_COST,
-    TILT_SD,
-    TURN_SD,
-    HandState,
-    HandTrackerParameters,
-    Settings,
-    Task,
-    measure,
-)
 from pftrack.experiments.hand.scene import HandTarget
 from pftrack.experiments.hand.shape import ANGLES, joints, palm_points, parts
 from pftrack.experiments.shared.reports import CLOUD, hypotheses_cloud
@@ -63,7 +41,7 @@ from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.filters.resampling import parents
 
 
-def waiting(state: HandState, found: HandFeatures, reason: str) -> HandState:
+def waiting(state: model.HandState, found: HandFeatures, reason: str) -> model.HandState:
     """Return a state that stays as it is, and says why."""
     count = len(state.beam)
     beam = Beam(state.beam.members, state.beam.log_weights, np.arange(count))
@@ -81,7 +59,7 @@ def waiting(state: HandState, found: HandFeatures, reason: str) -> HandState:
     )
 
 
-def judge(before: HandState, state: HandState, parameters: HandTrackerParameters) -> HandState:
+def judge(before: model.HandState, state: model.HandState, parameters: model.HandTrackerParameters) -> model.HandState:
     """Return a state that says so if its best hand does not fit, and that is lost if none has for some frames."""
     share = float(state.fit[state.beam.best])
     if share <= parameters.highest_misfit:
@@ -92,18 +70,18 @@ def judge(before: HandState, state: HandState, parameters: HandTrackerParameters
     return replace(state, misfits=misfits, finding=reason, lost=lost, searching=lost)
 
 
-def restart(state: HandState, found: HandFeatures) -> HandState:
+def restart(state: model.HandState, found: HandFeatures) -> model.HandState:
     """Return the state that begins with the open hand of a frame; or one that waits, and says why there is none."""
     try:
         hand = find_open_hand(found)
     except RefusedError as reason:
         return replace(waiting(state, found, str(reason)), lost=True)
-    return HandState(
+    return model.HandState(
         Beam.of(hand.pose),
         hand.pose[None],
         hand.shape,
         hand.scale,
-        wrist_offset(hand.pose, found),
+        likelihood.wrist_offset(hand.pose, found),
         np.full(1, hand.misfit),
         protrusions=len(found.protrusions),
     )
@@ -154,8 +132,8 @@ def sample(
     wrists: Floats,
     count: int,
     still_share: float,
-    seen: PictureTables,
-    task: Task,
+    seen: likelihood.PictureTables,
+    task: model.Task,
     seed: int,
     frame: int,
 ) -> Drawn:
@@ -176,7 +154,7 @@ def sample(
     following, weights = np.empty((count, 2 * ANGLES)), np.empty(count)
     costs = np.empty(seen.lengths.shape[0])
     for p in range(costs.shape[0]):
-        costs[p] = unexplained_cost(seen.lengths[p], task.settings.unit)
+        costs[p] = likelihood.unexplained_cost(seen.lengths[p], task.settings.unit)
     for n in range(count):
         pose, fit = _with_fingers(expected[n], costs, seen, task, seed, frame, n)
         corners, counts = parts(pose, task.scale, task.shape)
@@ -196,8 +174,8 @@ def _palms(
     wrists: Floats,
     count: int,
     still_share: float,
-    seen: PictureTables,
-    task: Task,
+    seen: likelihood.PictureTables,
+    task: model.Task,
     seed: int,
     frame: int,
 ) -> tuple[Floats, Ints, float]:
@@ -208,7 +186,7 @@ def _palms(
     normals = standard_normals(seed, frame, TRACK, 1, 5 * many).reshape(5, many)
     still = uniforms(seed, frame, TRACK, 2, many)
     poses, weights = np.empty((many, ANGLES)), np.empty(many)
-    sds = np.array([settings.wrist_sd, settings.wrist_sd, TURN_SD, TILT_SD, TURN_SD])
+    sds = np.array([settings.wrist_sd, settings.wrist_sd, model.TURN_SD, model.TILT_SD, model.TURN_SD])
     for n in range(many):
         state, pose = states[chosen[n]], poses[n]
         for i in range(ANGLES):
@@ -218,7 +196,9 @@ def _palms(
             if i < 5:
                 pose[i] += sds[i] * normals[i, n]
             pose[i] = min(max(pose[i], LOWEST[i]), HIGHEST[i])
-        misfit = x_p(convex_hull(palm_points(pose, task.scale, task.shape)), seen, task.scale) / PALM_FIT_SD
+        misfit = (
+            likelihood.x_p(convex_hull(palm_points(pose, task.scale, task.shape)), seen, task.scale) / model.PALM_FIT_SD
+        )
         bent = pose[4] / settings.straight_sd
         weights[n] = -0.5 * (misfit * misfit + bent * bent)
     normalised, log_sum = normalise(weights)
@@ -235,8 +215,8 @@ def _palms(
 def _with_fingers(
     expected: Floats,
     costs: Floats,
-    seen: PictureTables,
-    task: Task,
+    seen: likelihood.PictureTables,
+    task: model.Task,
     seed: int,
     frame: int,
     n: int,
@@ -263,7 +243,7 @@ def _with_fingers(
             at = finger * CANDIDATES + k
             for p in range(protrusions + 1):
                 radii = task.shape.radii[finger]
-                fit = finger_fit(places[finger], no_moves, no_ideals, radii, p, seen, task, -np.inf)
+                fit = likelihood.finger_fit(places[finger], no_moves, no_ideals, radii, p, seen, task, -np.inf)
                 log_fits[finger, p, k] = fit + gains[at]
     means = np.empty((5, protrusions + 1))
     for finger in range(5):
@@ -303,7 +283,7 @@ def _draw_finger(
     finger: int,
     normals: Floats,
     numbers: Floats,
-    settings: Settings,
+    settings: model.Settings,
 ) -> tuple[float, float]:
     """Draw a finger of a pose in place; return its bend and the density of drawing it from anywhere, in flexion_sd."""
     at = 5 + 4 * finger
@@ -312,19 +292,19 @@ def _draw_finger(
     turn, bend = normals[0], normals[1]
     if numbers[0] < ANYWHERE:
         bend = (lowest + numbers[1] * (highest - lowest) - middle) / settings.flexion_sd
-    pose[at] = min(max(pose[at] + SPREAD_SD * turn, LOWEST[at]), HIGHEST[at])
+    pose[at] = min(max(pose[at] + model.SPREAD_SD * turn, LOWEST[at]), HIGHEST[at])
     for j in range(1, 4):
         pose[at + j] = min(max(pose[at + j] + settings.flexion_sd * bend, LOWEST[at + j]), HIGHEST[at + j])
     return bend, settings.flexion_sd / (highest - lowest)
 
 
-Follow: TypeAlias = Callable[[HandState, HandFeatures, HandTrackerParameters, Stream], HandState]
+Follow: TypeAlias = Callable[[model.HandState, HandFeatures, model.HandTrackerParameters, Stream], model.HandState]
 
 SHOWN = 4
 """Hands that are shown of a cloud of particles."""
 
 
-def features(frame: Frame, parameters: HandTrackerParameters) -> HandFeatures:
+def features(frame: Frame, parameters: model.HandTrackerParameters) -> HandFeatures:
     """Return silhouette and protrusions of a frame; those of the last frames are kept.
 
     Raises:
@@ -333,41 +313,45 @@ def features(frame: Frame, parameters: HandTrackerParameters) -> HandFeatures:
     return features_of(frame.picture, parameters, frame.backdrop)
 
 
-def start(target: Target, frame: Frame, parameters: HandTrackerParameters, rng: Stream) -> HandState:
+def start(target: Target, frame: Frame, parameters: model.HandTrackerParameters, rng: Stream) -> model.HandState:
     """Begin with the pose of an open hand; how far the wrist that is seen is from the model's is measured then."""
     del rng
     if not isinstance(target, HandTarget):
         raise TypeError(f"a tracker of hands begins at the pose of one, got {type(target).__name__}")
     found = features(frame, parameters)
-    return HandState(
+    return model.HandState(
         Beam.of(target.pose),
         target.pose[None],
         target.model,
         target.scale,
-        wrist_offset(target.pose, found),
+        likelihood.wrist_offset(target.pose, found),
         np.full(1, np.nan),
         protrusions=len(found.protrusions),
         finding=found.finding.value,
     )
 
 
-def step(follow: Follow, state: HandState, frame: Frame, parameters: HandTrackerParameters, rng: Stream) -> HandState:
+def step(
+    follow: Follow, state: model.HandState, frame: Frame, parameters: model.HandTrackerParameters, rng: Stream
+) -> model.HandState:
     """Take one frame; or wait, if its silhouette cannot be that of a hand, or the hand was lost and is not yet open."""
     found = features(frame, parameters)
     if not found.finding.ok:
         return waiting(state, found, found.finding.value)
     if state.lost or state.waited > parameters.patience_frames:
         return restart(state, found)
-    if not fingers(found, state.scale):
-        return waiting(state, found, NO_FINGER)
+    if not likelihood.fingers(found, state.scale):
+        return waiting(state, found, model.NO_FINGER)
     fresh = replace(state, protrusions=len(found.protrusions), finding="", waited=0, misfits=0, searching=False)
     return judge(state, follow(fresh, found, parameters, rng), parameters)
 
 
-def _by_beam(state: HandState, found: HandFeatures, parameters: HandTrackerParameters, rng: Stream) -> HandState:
+def _by_beam(
+    state: model.HandState, found: HandFeatures, parameters: model.HandTrackerParameters, rng: Stream
+) -> model.HandState:
     """Take a frame in which a hand may be, with a beam."""
     del rng
-    view, before = View(state, found, parameters), np.array(state.beam.members)
+    view, before = likelihood.View(state, found, parameters), np.array(state.beam.members)
     members = view.into(before)
     expected = view.with_wrists(predictions(members, view.into(state.origins)))
     hands = follow(state.beam, expected, view.seen, view.task, parameters.beam_width)
@@ -383,16 +367,18 @@ def _by_beam(state: HandState, found: HandFeatures, parameters: HandTrackerParam
     )
 
 
-def _by_particles(state: HandState, found: HandFeatures, parameters: HandTrackerParameters, rng: Stream) -> HandState:
+def _by_particles(
+    state: model.HandState, found: HandFeatures, parameters: model.HandTrackerParameters, rng: Stream
+) -> model.HandState:
     """Take a frame in which a hand may be, with particles; a beam is where they begin."""
-    view = View(state, found, parameters)
+    view = likelihood.View(state, found, parameters)
     particles = state.particles
     if particles is None:
         poses = np.hstack([np.array(state.beam.members), state.origins])
         particles = ParticleSet(poses, state.beam.log_weights, np.arange(len(poses)))
     members = view.into(particles.states[:, :ANGLES])
     states = np.hstack([members, view.into(particles.states[:, ANGLES:])])
-    still = float(exponential(-STILL_COST))
+    still = float(exponential(-model.STILL_COST))
     cloud = sample(
         states,
         particles.log_weights,
@@ -421,13 +407,15 @@ class Hands(Model):
     """What is believed of a hand: particles, or the poses that are kept."""
 
     @override
-    def cloud(self, state: HandState) -> Cloud:
+    def cloud(self, state: model.HandState) -> Cloud:
         if state.particles is not None:
             return Cloud(state.particles.states, state.particles.log_weights, state.particles.ancestors)
         return hypotheses_cloud(np.array(state.beam.members), state.beam.log_weights, state.beam.parents)
 
     @override
-    def update_parts(self, before: HandState, state: HandState, frame: Frame, parameters: Values) -> tuple[Part, ...]:
+    def update_parts(
+        self, before: model.HandState, state: model.HandState, frame: Frame, parameters: Values
+    ) -> tuple[Part, ...]:
         """Return how each pose that is kept fits the silhouette."""
         rows = np.column_stack([100.0 * state.beam.weights, 100.0 * state.fit])
         names = tuple(str(place) for place in range(1, len(rows) + 1))
@@ -440,8 +428,8 @@ def _tracker(name: str, follow: Follow, *series: Series) -> Tracker:
         name,
         start,
         partial(step, follow),
-        series=(*SERIES, *series),
-        measure=measure,
+        series=(*model.SERIES, *series),
+        measure=model.measure,
         searching=attrgetter("searching"),
         model=Hands(),
     )

@@ -31,19 +31,8 @@ from pftrack.experiments.shared.reports import PointState
 from pftrack.experiments.shared.sampling import LoopModel, Motion, crop
 from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.filters.resampling import systematic
+from pftrack.vision.likelihoods import histogram
 from pftrack.vision.likelihoods.counting import BINS, Space, bin_colours, bin_table
-from pftrack.vision.likelihoods.histogram import (
-    NO_BACKGROUND,
-    Background,
-    Window,
-    background_of,
-    fit,
-    rho_map,
-    roots_of,
-    shares,
-    similarities,
-    similarity,
-)
 from pftrack.vision.matching import camera_shift, small_grey
 
 DIMENSION = 5
@@ -66,7 +55,7 @@ class Look:
 
     patch_rgb: NDArray[np.uint8]
     middle: Floats
-    window: Window
+    window: histogram.Window
     size_px: tuple[float, float]
 
 
@@ -93,7 +82,7 @@ class HistogramState(PointState):
     kernel: bool
     parts: tuple[int, int]
     model: Floats
-    background: Background
+    background: histogram.Background
     background_use: tuple[bool, float]
     view: NDArray[np.uint8] | None
     likeness: float = 1.0
@@ -106,19 +95,19 @@ class HistogramState(PointState):
         return float(exponential(self.posterior.mean[SIZE]))
 
     @property
-    def window(self) -> Window:
+    def window(self) -> histogram.Window:
         """The window at the estimate."""
         first = self.first_window
         half_width, half_height = (
             int(np.floor(self.scale * half + 0.5)) for half in (first.reach_across_px, first.reach_down_px)
         )
-        return Window(half_width, half_height, self.kernel, self.parts)
+        return histogram.Window(half_width, half_height, self.kernel, self.parts)
 
     @property
-    def first_window(self) -> Window:
+    def first_window(self) -> histogram.Window:
         """The window that was marked."""
         first = self.look.window
-        return Window(first.reach_across_px, first.reach_down_px, self.kernel, self.parts)
+        return histogram.Window(first.reach_across_px, first.reach_down_px, self.kernel, self.parts)
 
     @property
     def whole_model(self) -> Floats:
@@ -138,7 +127,7 @@ SURROUNDINGS = 2
 
 def first_look(image_rgb: NDArray[np.uint8], position: Floats, parameters: HistogramTrackerParameters) -> Look:
     """Return how a target looks, px."""
-    window = Window(int(parameters.window_width_px) // 2, int(parameters.window_height_px) // 2)
+    window = histogram.Window(int(parameters.window_width_px) // 2, int(parameters.window_height_px) // 2)
     height, width, _ = image_rgb.shape
     column, row = (int(np.floor(value + 0.5)) for value in position)
     across, down = SURROUNDINGS * window.reach_across_px, SURROUNDINGS * window.reach_down_px
@@ -188,13 +177,13 @@ def _counting(parameters: HistogramTrackerParameters) -> tuple[Space, bool, tupl
 
 
 @lru_cache(maxsize=64)
-def _background(look: Look, space: Space, kernel: bool, weigh: bool, contrast: float) -> Background:
+def _background(look: Look, space: Space, kernel: bool, weigh: bool, contrast: float) -> histogram.Background:
     """Return what the surroundings in the first picture tell, as far as it counts."""
     if not (weigh or contrast > 0.0):
-        return NO_BACKGROUND
+        return histogram.NO_BACKGROUND
     target = model_of(look, space, kernel, (1, 1))
     reach = look.window.reach_across_px, look.window.reach_down_px
-    return background_of(look.patch_rgb, look.middle, reach, space, target, weigh=weigh, contrast=contrast)
+    return histogram.background_of(look.patch_rgb, look.middle, reach, space, target, weigh=weigh, contrast=contrast)
 
 
 @lru_cache(maxsize=64)
@@ -204,7 +193,7 @@ def model_of(look: Look, space: Space, kernel: bool, parts: tuple[int, int]) -> 
     Raises:
         ValueError: Too little of the window lay within the picture.
     """
-    return fit(look.patch_rgb, look.middle, replace(look.window, kernel=kernel, parts=parts), space)
+    return histogram.fit(look.patch_rgb, look.middle, replace(look.window, kernel=kernel, parts=parts), space)
 
 
 def judge(
@@ -215,7 +204,7 @@ def judge(
     What is renewed by mistake is followed from then on, so only a window that is like the model counts, and only while
     the particles agree where it is.
     """
-    likeness = similarity(image_rgb, state.estimate, state.window, state.space, state.model, state.background)
+    likeness = histogram.similarity(image_rgb, state.estimate, state.window, state.space, state.model, state.background)
     missed = state.missed + 1 if likeness < parameters.lost_likeness else 0
     searching = missed >= parameters.lost_after_frames if parameters.find_again else None
     state = replace(state, likeness=likeness, missed=missed, searching=searching)
@@ -223,7 +212,7 @@ def judge(
     within = parameters.renewal_spread * min(state.box_px) / 2.0
     if rate == 0.0 or likeness < parameters.renewal_likeness or state.sigma.max() > within:
         return state
-    seen = shares(image_rgb, state.estimate, state.window, state.space)
+    seen = histogram.shares(image_rgb, state.estimate, state.window, state.space)
     return replace(state, model=(1.0 - rate) * state.model + rate * seen)
 
 
@@ -241,7 +230,7 @@ class Packed(NamedTuple):
     sharpness: float
     kernel: bool
     parts: tuple[int, int]
-    background: Background
+    background: histogram.Background
 
 
 @compiled
@@ -257,7 +246,7 @@ def _log_likelihood(image_rgb: NDArray[np.uint8], states: Floats, target: Packed
     half_widths, half_heights = np.empty(count), np.empty(count)
     for n in range(count):
         half_widths[n], half_heights[n] = target.half_width * factors[n], target.half_height * factors[n]
-    scores = similarities(
+    scores = histogram.similarities(
         image_rgb,
         columns,
         rows,
@@ -386,7 +375,7 @@ class ColouredWindow(LoopModel):
         window = known.first_window
         return Packed(
             bin_table(known.space),
-            roots_of(known.model, known.background),
+            histogram.roots_of(known.model, known.background),
             float(window.reach_across_px),
             float(window.reach_down_px),
             float(parameters.sharpness),
@@ -403,10 +392,10 @@ class ColouredWindow(LoopModel):
         image, first, look = frame.picture, known.first_window, known.look
         factor = float(exponential(np.clip(one[SIZE], -LARGEST, LARGEST)))
         across, down = (int(np.floor(factor * reach + 0.5)) for reach in (first.reach_across_px, first.reach_down_px))
-        window = Window(across, down, known.kernel, known.parts)
+        window = histogram.Window(across, down, known.kernel, known.parts)
         place = one[:2] if np.isfinite(one[:2]).all() else np.full(2, -1e6)
-        rho = similarity(image, place, window, known.space, known.model, known.background)
-        found = shares(image, place, window, known.space)
+        rho = histogram.similarity(image, place, window, known.space, known.model, known.background)
+        found = histogram.shares(image, place, window, known.space)
         colours = tuple(map(tuple, bin_colours(known.space).tolist())) * (len(known.model) // BINS)
         return (
             Amount("likeness rho", rho),
@@ -462,7 +451,7 @@ class ColouredWindow(LoopModel):
             return None
         window = known.first_window
         step = max(min(window.size_px) // STEPS_A_WINDOW, 1)
-        found = rho_map(frame.picture, window, known.space, known.model, step, known.background)
+        found = histogram.rho_map(frame.picture, window, known.space, known.model, step, known.background)
         rows, columns = np.unravel_index(np.arange(found.size), found.shape)
         places = np.column_stack([columns, rows]) * float(step) + step // 2
         best = int(found.argmax())

@@ -28,14 +28,7 @@ from pftrack.core.model.drawing import (
 )
 from pftrack.core.model.source import Frame
 from pftrack.experiments.declared import read_worlds
-from pftrack.experiments.linkage.model import (
-    LINKS,
-    Chain,
-    describe,
-    joint_angles,
-    pose_size,
-    reference_attitude,
-)
+from pftrack.experiments.linkage import model
 from pftrack.experiments.linkage.scene import LinkageTarget, LinkMeasurements, attitude, places
 from pftrack.experiments.linkage.sets.regions import CENTRE
 from pftrack.experiments.linkage.sets.space import Strip, intersect
@@ -80,7 +73,7 @@ def list_hypotheses(state: LinkageState) -> list[ShownHypothesis]:
     pairs = zip(state.belief.members, state.belief.weights.tolist(), strict=True)
     found = []
     for member, weight in pairs:
-        if isinstance(member, Chain):
+        if isinstance(member, model.Chain):
             found.append(_gaussian(member, weight, state))
         elif isinstance(member, Region):
             found.append(_region(member, weight, state))
@@ -96,22 +89,22 @@ def particles(state: LinkageState) -> Floats:
     steps = (np.arange(MOST_PARTICLES) + 0.5) / MOST_PARTICLES * shares[-1]
     states = state.belief.states[np.unique(np.searchsorted(shares, steps))]
     if not state.in_space:
-        return np.hstack([states[:, :LINKS], states[:, -LINKS:]])
+        return np.hstack([states[:, : model.LINKS], states[:, -model.LINKS :]])
     # The first angle is part of the attitude.
     first = np.zeros((len(states), 1))
-    return np.hstack([states[:, :5], first, states[:, 5:7], states[:, -LINKS:]])
+    return np.hstack([states[:, :5], first, states[:, 5:7], states[:, -model.LINKS :]])
 
 
-def _gaussian(member: Chain, weight: float, state: LinkageState) -> ShownHypothesis:
-    reference = reference_attitude(state.reference)
-    position = describe(member.mean, member.covariance, member.attitude, reference)[0]
+def _gaussian(member: model.Chain, weight: float, state: LinkageState) -> ShownHypothesis:
+    reference = model.reference_attitude(state.reference)
+    position = model.describe(member.mean, member.covariance, member.attitude, reference)[0]
     size = len(member.mean)
-    rows = np.zeros((2 * LINKS, size))
+    rows = np.zeros((2 * model.LINKS, size))
     # In space the first of the chain's own angles is none, and two stand behind the root.
-    first, count = (0, LINKS) if not state.in_space else (pose_size(size) - 2, 2)
-    for link in range(LINKS):
-        rows[link, first : first + max(link + 1 - (LINKS - count), 0)] = 1.0
-        rows[LINKS + link, size - LINKS + link] = 1.0
+    first, count = (0, model.LINKS) if not state.in_space else (model.pose_size(size) - 2, 2)
+    for link in range(model.LINKS):
+        rows[link, first : first + max(link + 1 - (model.LINKS - count), 0)] = 1.0
+        rows[model.LINKS + link, size - model.LINKS + link] = 1.0
     shape = SIGMAS**2 * rows @ member.covariance @ rows.T
     half = np.sqrt(np.maximum(np.diagonal(shape), 0.0))
     return ShownHypothesis(position, member.pose, weight, member.pose - half, member.pose + half, shape)
@@ -119,16 +112,19 @@ def _gaussian(member: Chain, weight: float, state: LinkageState) -> ShownHypothe
 
 def _region(member: Region, weight: float, state: LinkageState) -> ShownHypothesis:
     position = state.mean.copy()
-    position[-2 * LINKS : -LINKS], position[-LINKS:] = joint_angles(member.pose[:LINKS]), member.pose[LINKS:]
+    position[-2 * model.LINKS : -model.LINKS], position[-model.LINKS :] = (
+        model.joint_angles(member.pose[: model.LINKS]),
+        member.pose[model.LINKS :],
+    )
     if state.in_space:
-        position[:LINKS] = member.array[CENTRE, :LINKS] / member.scale
+        position[: model.LINKS] = member.array[CENTRE, : model.LINKS] / member.scale
     shape = member.shape if member.has_ellipsoid else None
     return ShownHypothesis(position, member.pose, weight, member.low, member.high, shape)
 
 
 def chain_of(position: Floats, state: LinkageState) -> Floats:
     """Return where root, joints and tip of an estimate are, (4, 3): column and row from the origin, and depth, px."""
-    theta, r = position[-2 * LINKS : -LINKS], position[-LINKS:]
+    theta, r = position[-2 * model.LINKS : -model.LINKS], position[-model.LINKS :]
     if not state.in_space:
         return places(LinkageTarget(position, theta=theta, r=r))
     omega, t = position[:3], position[3:5]
@@ -300,8 +296,8 @@ def _extent(name: str, one: ShownHypothesis, joints: Floats, turn: Floats, reach
     """Draw sectors of directions by lengths, and the ellipsoid's shadow in each."""
     drawn: dict[str, Primitive] = {}
     colour, opacity = pale(COLOURS["prediction"], one.weight), 0.15 + 0.25 * one.weight
-    for link in range(LINKS):
-        low, high = (np.array([ends[link], ends[LINKS + link]]) for ends in (one.low, one.high))
+    for link in range(model.LINKS):
+        low, high = (np.array([ends[link], ends[model.LINKS + link]]) for ends in (one.low, one.high))
         high[0] = min(high[0], low[0] + 2.0 * np.pi)
         angles = np.linspace(low[0], high[0], STEPS)
         rims = [_place(angles, max(float(r), 0.0) / reach, turn) + joints[link] for r in (low[1], high[1])]
@@ -319,7 +315,7 @@ def _extent(name: str, one: ShownHypothesis, joints: Floats, turn: Floats, reach
 
 def _shadow(shape: Floats, middle: Floats, link: int) -> Floats:
     """Return points (2 STEPS, 2), direction and length of a link, on the border of the ellipsoid's projection."""
-    rows = [link, LINKS + link]
+    rows = [link, model.LINKS + link]
     values, vectors = np.linalg.eigh(shape[np.ix_(rows, rows)])
     turns = np.linspace(0.0, 2.0 * np.pi, 2 * STEPS)
     round_ = np.stack([np.cos(turns), np.sin(turns)], axis=1) * np.sqrt(np.maximum(values, 0.0))
@@ -379,7 +375,7 @@ def lengths_world(
     middle, half = 0.5 * (low + high), np.maximum(0.5 * (high - low), LEAST_HALF_PX)
     drawn: dict[str, Primitive] = {"cube": Links(_box(-np.ones(3), np.ones(3)), COLOURS["hidden"], 1.0, "axes")}
     drawn["ways"] = Arrows(_ways(), COLOURS["hidden"], 1.5, "axes")
-    for link in range(LINKS):
+    for link in range(model.LINKS):
         place = -np.ones(3)
         place[link] = NAME_AT
         text = f"link {link + 1}"
@@ -387,27 +383,27 @@ def lengths_world(
     for number, one in enumerate(list_hypotheses(state)[:MOST_SHOWN]):
         drawn |= _box_of_lengths(f"{number}", one, middle, half)
     if len(cloud := particles(state)):
-        places = (cloud[:, -LINKS:] - middle) / half
+        places = (cloud[:, -model.LINKS :] - middle) / half
         near = places[np.sqrt(np.square(places).sum(axis=1)) < LENGTHS_WORLD.radius]
         drawn["particles"] = dots(near, COLOURS["prediction"], 0.5 * DOT, "particles")
     if isinstance(target, LinkageTarget):
         drawn["truth"] = _dot((target.r - middle) / half, "truth", 1.2 * DOT)
     if second is not None:
-        drawn["second"] = Links(_cross((second[-LINKS:] - middle) / half), COLOURS["second"], 2.0, "second run")
-    drawn["estimate"] = _dot((state.mean[-LINKS:] - middle) / half, "estimate", DOT)
+        drawn["second"] = Links(_cross((second[-model.LINKS :] - middle) / half), COLOURS["second"], 2.0, "second run")
+    drawn["estimate"] = _dot((state.mean[-model.LINKS :] - middle) / half, "estimate", DOT)
     return WorldDrawing(LENGTHS_WORLD, drawn)
 
 
 def _box_of_lengths(name: str, one: ShownHypothesis, middle: Floats, half: Floats) -> dict[str, Primitive]:
     """Draw the box and the ellipsoid of a hypothesis, as far as they are near."""
     colour = pale(COLOURS["prediction"], one.weight)
-    low, high = ((ends[LINKS:] - middle) / half for ends in (one.low, one.high))
+    low, high = ((ends[model.LINKS :] - middle) / half for ends in (one.low, one.high))
     drawn: dict[str, Primitive] = {}
     if float(np.linalg.norm(np.maximum(np.abs(low), np.abs(high)))) < LENGTHS_WORLD.radius:
         drawn[f"box {name}"] = Links(_box(low, high), colour, 1.0 + one.weight, "guide boxes")
     if one.shape is not None:
-        covariance = one.shape[LINKS:, LINKS:] / np.outer(half, half) / SIGMAS**2
-        centre = (one.middle[LINKS:] - middle) / half
+        covariance = one.shape[model.LINKS :, model.LINKS :] / np.outer(half, half) / SIGMAS**2
+        centre = (one.middle[model.LINKS :] - middle) / half
         reach = np.abs(centre) + SIGMAS * np.sqrt(np.maximum(np.diagonal(covariance), 0.0))
         if float(np.linalg.norm(reach)) < LENGTHS_WORLD.radius:
             drawn[f"ellipsoid {name}"] = Ellipsoids(
@@ -429,8 +425,8 @@ def _box(low: Floats, high: Floats) -> NDArray[np.float32]:
 
 def _ways() -> NDArray[np.float32]:
     """Return arrows along which the lengths grow, from the corner of the shortest."""
-    ends = np.full((LINKS, 2, 3), -1.0)
-    ends[np.arange(LINKS), 1, np.arange(LINKS)] = 1.2
+    ends = np.full((model.LINKS, 2, 3), -1.0)
+    ends[np.arange(model.LINKS), 1, np.arange(model.LINKS)] = 1.2
     return ends.astype(np.float32)
 
 

@@ -21,21 +21,7 @@ from pftrack.core.arrays import Floats, Ints
 from pftrack.core.geometry import compose, matrix_quaternion, quaternion, quaternion_matrix, vector
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import factorise, multiply, substitute
-from pftrack.experiments.linkage.model import (
-    LINKS,
-    PLANE_STATES,
-    Constraints,
-    directions,
-    joint_angles,
-    joints,
-    log_image_lengths,
-    mirror,
-    observed_rows,
-    project,
-    project_slopes,
-    recentre,
-    reverse_in_depth,
-)
+from pftrack.experiments.linkage import model
 from pftrack.filters.kalman import condition_on_innovation
 from pftrack.filters.truncation import least_room, log_share, truncate
 
@@ -139,33 +125,35 @@ def linearisation_points(state: Floats, attitude: Floats, limit: float) -> Float
     points = np.empty((MOST_POINTS, state.shape[0]))
     points[0] = state
     count = 1
-    if state.shape[0] == PLANE_STATES:
-        absolute = directions(state)
-        for link in range(LINKS):
+    if state.shape[0] == model.PLANE_STATES:
+        absolute = model.directions(state)
+        for link in range(model.LINKS):
             if abs(np.sin(absolute[link])) < limit:
                 for k in range(count):
                     points[count + k] = points[k]
-                    points[count + k, :LINKS] = joint_angles(mirror(directions(points[k]), link))
+                    points[count + k, : model.LINKS] = model.joint_angles(
+                        model.mirror(model.directions(points[k]), link)
+                    )
                 count *= 2
         return points[:count].copy()
-    turn = quaternion_matrix(compose(attitude, quaternion(state[:LINKS])))
+    turn = quaternion_matrix(compose(attitude, quaternion(state[: model.LINKS])))
     tilt = np.sqrt(turn[2, 0] * turn[2, 0] + turn[2, 1] * turn[2, 1])
     if abs(turn[2, 2]) < limit:
         # The direction within the plane of the chain that is parallel to the image, and where it is 0 on the way there.
         level = np.arctan2(-turn[2, 0], turn[2, 1])
-        absolute = directions(joints(state))
-        for link in range(1, LINKS):
+        absolute = model.directions(model.joints(state))
+        for link in range(1, model.LINKS):
             if tilt * abs(np.sin(absolute[link] - level)) < limit:
                 for k in range(count):
                     points[count + k] = points[k]
-                    other = mirror(directions(joints(points[k])) - level, link)
+                    other = model.mirror(model.directions(model.joints(points[k])) - level, link)
                     points[count + k, 5] = other[1] - other[0]
                     points[count + k, 6] = other[2] - other[1]
                 count *= 2
     elif tilt < limit:
         inverse = np.array([attitude[0], -attitude[1], -attitude[2], -attitude[3]])
         points[1] = state
-        points[1, :LINKS] = vector(compose(inverse, matrix_quaternion(reverse_in_depth(turn))))
+        points[1, : model.LINKS] = vector(compose(inverse, matrix_quaternion(model.reverse_in_depth(turn))))
         count = 2
     return points[:count].copy()
 
@@ -200,9 +188,9 @@ def _find_candidates(
         np.zeros(most),
         np.zeros(most),
         np.zeros(most, np.int64),
-        np.empty((most, 2 * LINKS)),
+        np.empty((most, 2 * model.LINKS)),
     )
-    rows = observed_rows(given.seen)
+    rows = model.observed_rows(given.seen)
     filled = count
     for k in range(count):
         mean, covariance = predict(means[k], covariances[k], given.noise)
@@ -218,10 +206,10 @@ def _find_candidates(
             found.attitudes[filled], found.parents[filled] = attitudes[k], k
             filled += 1
     for n in range(filled):
-        attitude = recentre(found.means[n], found.covariances[n], found.attitudes[n].copy())
+        attitude = model.recentre(found.means[n], found.covariances[n], found.attitudes[n].copy())
         found.attitudes[n] = attitude
-        found.poses[n, :LINKS] = directions(joints(found.means[n]))
-        found.poses[n, LINKS:] = found.means[n, size - LINKS :]
+        found.poses[n, : model.LINKS] = model.directions(model.joints(found.means[n]))
+        found.poses[n, model.LINKS :] = found.means[n, size - model.LINKS :]
     return found, filled
 
 
@@ -243,10 +231,13 @@ def _candidate(
     updated, left, log_evidence = point, covariance, 0.0
     for _ in range(given.rounds):
         point = updated
-        shown, slope = project(point, attitude, given.seen)[rows], project_slopes(point, attitude, given.seen)[rows]
+        shown, slope = (
+            model.project(point, attitude, given.seen)[rows],
+            model.project_slopes(point, attitude, given.seen)[rows],
+        )
         innovation = seen - shown - multiply(slope, (mean - point).reshape(mean.shape[0], 1)).reshape(count)
         updated, left, log_evidence, _ = condition_on_innovation(mean, covariance, innovation, slope, spread)
-    found.log_evidences[place] = log_evidence + log_image_lengths(point, attitude, given.seen)
+    found.log_evidences[place] = log_evidence + model.log_image_lengths(point, attitude, given.seen)
     # y' S^-1 y by what the update explains of y, since S^-1 = W^-1 (I - C K).
     explained = multiply(slope, (updated - mean).reshape(mean.shape[0], 1)).reshape(count)
     found.distances[place] = np.sqrt(max(np.sum(innovation * (innovation - explained)) / given.variance, 0.0))
@@ -254,7 +245,7 @@ def _candidate(
     refuted = given.mirrors >= 0.0 and least_room(updated, left, bounds) < -given.rejection
     if given.constrained:
         found.cuts[place] = truncate(updated, left, bounds)
-    rest = seen - project(updated, attitude, given.seen)[rows]
+    rest = seen - model.project(updated, attitude, given.seen)[rows]
     moved = whiten(lower, (updated - mean).reshape(mean.shape[0], 1))
     score = -0.5 * (np.sum(moved * moved) + np.sum(rest * rest) / given.variance)
     found.means[place], found.covariances[place] = updated, left
@@ -315,7 +306,7 @@ def see(
     covariance: Floats,
     attitude: Floats,
     variance: float,
-    bounds: Constraints,
+    bounds: model.Constraints,
     seen: Floats,
     rows: Ints,
     chance: float,
@@ -337,7 +328,7 @@ def see(
         nearest side, standard deviations.
     """
     size, count = mean.shape[0], rows.shape[0]
-    free = size - LINKS  # lengths are known
+    free = size - model.LINKS  # lengths are known
     points = linearisation_points(mean, attitude, _parallel(covariance))
     sides = points.shape[0]
     found, spreads = np.empty((sides, size)), np.empty((sides, size, size))
@@ -361,7 +352,7 @@ def see(
                     spreads[side, j, k] -= factor * work.cross[i, k]
         nearest = min(nearest, np.sqrt(max(square, 0.0)))
         if side == 0 or not _is_known(found, spreads, side):
-            evidences[side] = -0.5 * square - log_root + log_image_lengths(found[side], attitude, seen)
+            evidences[side] = -0.5 * square - log_root + model.log_image_lengths(found[side], attitude, seen)
             weights[side] = evidences[side]
             if sides > 1:
                 weights[side] += log_share(found[side], spreads[side], (bounds.rows, bounds.low, bounds.high))
@@ -390,14 +381,14 @@ def _settle(
     count, free = work.rest.shape[0], work.cross.shape[1] - 1
     half = free // 2  # velocities are not seen
     for _ in range(ROUNDS):
-        slope, shown = project_slopes(point, attitude, seen), project(point, attitude, seen)
+        slope, shown = model.project_slopes(point, attitude, seen), model.project(point, attitude, seen)
         _linearise(work, slope, shown, mean, covariance, point, variance, seen, rows)
         _whiten(work.total, work.cross)
         point = mean.copy()
         for i in range(count):
             for j in range(free):
                 point[j] += work.cross[i, j] * work.cross[i, free]
-        shown, bent = project(point, attitude, seen), 0.0
+        shown, bent = model.project(point, attitude, seen), 0.0
         for i in range(count):
             work.left[i] = work.rest[i]
             for j in range(half):
@@ -465,15 +456,15 @@ def _parallel(covariance: Floats) -> float:
     """Return the sine below which a link may lean to either side, given how well its direction is known."""
     size = covariance.shape[0]
     widest = 0.0
-    if size == PLANE_STATES:
-        for i in range(LINKS):
+    if size == model.PLANE_STATES:
+        for i in range(model.LINKS):
             variance = 0.0
             for j in range(i + 1):
                 for k in range(i + 1):
                     variance += covariance[j, k]
             widest = max(widest, variance)
     else:
-        for i in range(LINKS):
+        for i in range(model.LINKS):
             widest = max(widest, covariance[i, i])
     return float(min(ALMOST_PARALLEL + PARALLEL_SDS * np.sqrt(widest), MOST_PARALLEL))
 

@@ -38,16 +38,7 @@ from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats, Ints, check, check_count, check_picture
 from pftrack.core.numerics.compiled import compiled, read_only
-from pftrack.vision.likelihoods.counting import (
-    BINS,
-    Space,
-    assign_bins,
-    bin_table,
-    coefficients,
-    count_window,
-    shift,
-    windows_around,
-)
+from pftrack.vision.likelihoods import counting
 
 SURROUNDINGS = 1.6
 """Sides of the frame around a window in which its contrast is measured, in sides of the window."""
@@ -101,11 +92,11 @@ class Background(NamedTuple):
     contrast: float
 
 
-NO_BACKGROUND = Background(np.ones(BINS), np.zeros(BINS, np.int64), 0.0, 0.0, 0.0)
+NO_BACKGROUND = Background(np.ones(counting.BINS), np.zeros(counting.BINS, np.int64), 0.0, 0.0, 0.0)
 """All bins count alike, and contrast does not."""
 
 
-def shares(image_rgb: NDArray[np.uint8], position: Floats, window: Window, space: Space) -> Floats:
+def shares(image_rgb: NDArray[np.uint8], position: Floats, window: Window, space: counting.Space) -> Floats:
     """Return the shares p (110 in each part) of a window's pixels in the bins, which sum to 1.
 
     Args:
@@ -124,13 +115,13 @@ def shares(image_rgb: NDArray[np.uint8], position: Floats, window: Window, space
     check_picture(image_rgb)
     check(missing=True, position=(position, "2"))
     _check_window(window)
-    counts = count_window(
-        read_only(image_rgb), float(position[0]), float(position[1]), *_pack(window), bin_table(space)
+    counts = counting.count_window(
+        read_only(image_rgb), float(position[0]), float(position[1]), *_pack(window), counting.bin_table(space)
     )
     return np.asarray(counts / max(counts.sum(), 1))
 
 
-def fit(image_rgb: NDArray[np.uint8], position: Floats, window: Window, space: Space) -> Floats:
+def fit(image_rgb: NDArray[np.uint8], position: Floats, window: Window, space: counting.Space) -> Floats:
     """Return a model q (110 in each part), the shares of the window around a target; arguments as for `shares`.
 
     Raises:
@@ -146,7 +137,7 @@ def similarity(
     image_rgb: NDArray[np.uint8],
     position: Floats,
     window: Window,
-    space: Space,
+    space: counting.Space,
     model: Floats,
     background: Background = NO_BACKGROUND,
 ) -> float:
@@ -159,7 +150,7 @@ def log_likelihood(
     image_rgb: NDArray[np.uint8],
     states: Floats,
     window: Window,
-    space: Space,
+    space: counting.Space,
     model: Floats,
     sharpness: float = 20.0,
 ) -> Floats:
@@ -184,7 +175,7 @@ def log_likelihood(
 def rho_map(
     image_rgb: NDArray[np.uint8],
     window: Window,
-    space: Space,
+    space: counting.Space,
     model: Floats,
     step: int,
     background: Background = NO_BACKGROUND,
@@ -215,21 +206,21 @@ def _all(
     image_rgb: NDArray[np.uint8],
     places: Floats,
     window: Window,
-    space: Space,
+    space: counting.Space,
     model: Floats,
     background: Background,
 ) -> Floats:
     """Return rho (N,) of windows of one shape around places (N, 2), px."""
     check_picture(image_rgb)
     _check_window(window)
-    check(missing=True, places=(places, "N 2"), model=(model, f"{BINS * window.parts[0] * window.parts[1]}"))
+    check(missing=True, places=(places, "N 2"), model=(model, f"{counting.BINS * window.parts[0] * window.parts[1]}"))
     return similarities(
         read_only(image_rgb),
         np.ascontiguousarray(places[:, 0], np.float64),
         np.ascontiguousarray(places[:, 1], np.float64),
         np.full(len(places), float(window.reach_across_px)),
         np.full(len(places), float(window.reach_down_px)),
-        bin_table(space),
+        counting.bin_table(space),
         roots_of(model, background),
         window.kernel,
         window.parts,
@@ -241,7 +232,7 @@ def background_of(
     image_rgb: NDArray[np.uint8],
     position: Floats,
     reach_px: tuple[int, int],
-    space: Space,
+    space: counting.Space,
     target: Floats,
     *,
     weigh: bool,
@@ -263,7 +254,7 @@ def background_of(
         ValueError: One has other sides, or is not finite.
     """
     check_picture(image_rgb)
-    check(position=(position, "2"), target=(target, f"{BINS}"))
+    check(position=(position, "2"), target=(target, f"{counting.BINS}"))
     for reach in reach_px:
         check_count("reach_px", reach, 0)
 
@@ -271,7 +262,9 @@ def background_of(
         """Count the pixels of each bin in a window of so many sides of the target's."""
         across, down = (int(np.floor(sides * reach + 0.5)) for reach in reach_px)
         column, row = float(position[0]), float(position[1])
-        return count_window(read_only(image_rgb), column, row, across, down, False, (1, 1), bin_table(space))
+        return counting.count_window(
+            read_only(image_rgb), column, row, across, down, False, (1, 1), counting.bin_table(space)
+        )
 
     within = count(1.0)
     beside = np.maximum(count(WIDER) - within, 0)
@@ -282,7 +275,7 @@ def background_of(
     inside, around = (
         float((counts * whole).sum()) / (CERTAIN * max(int(counts.sum()), 1)) for counts in (within, frame)
     )
-    return Background(chances if weigh else np.ones(BINS), whole, inside, around, contrast)
+    return Background(chances if weigh else np.ones(counting.BINS), whole, inside, around, contrast)
 
 
 def roots_of(model: Floats, background: Background) -> Floats:
@@ -293,11 +286,11 @@ def roots_of(model: Floats, background: Background) -> Floats:
         ValueError: It is not of shares of whole parts.
     """
     check(model=(model, "shares"))
-    if len(model) % BINS:
-        raise ValueError(f"model must have {BINS} shares in each part, got {len(model)}")
+    if len(model) % counting.BINS:
+        raise ValueError(f"model must have {counting.BINS} shares in each part, got {len(model)}")
     if background.weights is NO_BACKGROUND.weights:
         return np.sqrt(model)
-    weighed = model * np.tile(background.weights, len(model) // BINS)
+    weighed = model * np.tile(background.weights, len(model) // counting.BINS)
     return np.asarray(np.sqrt(weighed / max(weighed.sum(), LEAST_SHARE)))
 
 
@@ -405,25 +398,27 @@ def similarities(
     Raises:
         ValueError: The sizes do not agree.
     """
-    if background.chances.shape[0] != BINS:
+    if background.chances.shape[0] != counting.BINS:
         raise ValueError("expected the chances (110,) of a background, got another number")
     height, width, _ = image_rgb.shape
-    windows = windows_around(columns, rows, half_widths, half_heights, width, height)
+    windows = counting.windows_around(columns, rows, half_widths, half_heights, width, height)
     # Where contrast counts, what is around the windows is looked at as well.
     frames = windows
     if background.contrast > 0.0:
-        frames = windows_around(columns, rows, SURROUNDINGS * half_widths, SURROUNDINGS * half_heights, width, height)
+        frames = counting.windows_around(
+            columns, rows, SURROUNDINGS * half_widths, SURROUNDINGS * half_heights, width, height
+        )
     left, top, right, bottom = _bounds(windows, frames, width, height)
     if right <= left:
         return np.zeros(windows.shape[0])
-    bins = assign_bins(image_rgb, table, left, top, right, bottom)
+    bins = counting.assign_bins(image_rgb, table, left, top, right, bottom)
     moved, around = np.zeros_like(windows), np.zeros_like(windows)
     for n in range(windows.shape[0]):
         if windows[n, 2] > windows[n, 0]:
-            moved[n] = shift(windows[n], left, top)
+            moved[n] = counting.shift(windows[n], left, top)
             if frames[n, 2] > frames[n, 0]:
-                around[n] = shift(frames[n], left, top)
-    found = coefficients(bins, moved, root_model, background.weights, kernel, parts)
+                around[n] = counting.shift(frames[n], left, top)
+    found = counting.coefficients(bins, moved, root_model, background.weights, kernel, parts)
     if background.contrast > 0.0:
         lacking = _lacking_contrast(bins, moved, around, background)
         for n in range(windows.shape[0]):

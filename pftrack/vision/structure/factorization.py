@@ -14,15 +14,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from pftrack.core.arrays import Bools, Floats
+from pftrack.core.numerics import matrices
 from pftrack.core.numerics.compiled import compiled
-from pftrack.core.numerics.matrices import (
-    contiguous_copy,
-    eigenvalues,
-    inner_product,
-    least_squares,
-    product,
-    singular_values,
-)
 from pftrack.vision.face import fit_similarity
 
 # Tracks: where points of a rigid body were seen, how far that is to be trusted, and the error of a reconstruction.
@@ -142,10 +135,10 @@ def align(estimate: Floats, truth: Floats, kind: Alignment = "affine") -> Floats
         return min(candidates, key=lambda mapped: float(np.square(mapped - truth).sum()))
     # Centred, since a far origin would cost digits.
     known = np.column_stack([estimate - estimate.mean(axis=0), np.ones(len(estimate))])
-    mapping, determined = least_squares(known, truth)
+    mapping, determined = matrices.least_squares(known, truth)
     if not determined:
         raise ValueError("expected an estimate whose points do not lie in one plane")
-    return product(known, mapping)
+    return matrices.product(known, mapping)
 
 
 def residuals(estimate: Floats, truth: Floats, kind: Alignment = "affine") -> Floats:
@@ -202,7 +195,7 @@ def factorize(tracks: Tracks) -> Factorization:
         )
     rows = tracks.matrix
     offsets = rows.mean(axis=1)
-    left, strengths, right = singular_values(rows - offsets[:, None])
+    left, strengths, right = matrices.singular_values(rows - offsets[:, None])
     if not strengths[2] > UNSEEN_DEPTH * strengths[0]:
         raise ValueError(
             "expected a body that turns and points that do not lie in one plane, got tracks without any depth "
@@ -231,7 +224,7 @@ def _metric(motion: Floats) -> Floats:
         raise ValueError(f"expected at least {FEWEST_METRIC_VIEWS} views for a metric shape, got {len(across)}")
     equations = np.concatenate([_quadratic(across, across), _quadratic(down, down), _quadratic(across, down)])
     wanted = np.repeat([1.0, 1.0, 0.0], len(across))
-    entries, determined = least_squares(equations, wanted)
+    entries, determined = matrices.least_squares(equations, wanted)
     if not determined:
         raise ValueError("expected views that differ in rotation; these do not determine a metric shape")
     xx, yy, zz, xy, xz, yz = entries
@@ -247,7 +240,7 @@ def _quadratic(first: Floats, second: Floats) -> Floats:
 
 def _root(metric: Floats) -> Floats:
     """Return A (3, 3) of A A^T = Q; eigenvalues below the smallest that are plausible are raised to that."""
-    values, vectors = eigenvalues(contiguous_copy(metric))
+    values, vectors = matrices.eigenvalues(matrices.contiguous_copy(metric))
     if not values[0] > 0.0:
         raise ValueError("expected cameras with rows at right angles; no map makes them so")
     return np.asarray(vectors * np.sqrt(np.maximum(values, SMALLEST_SQUARE * values[0])))
@@ -269,12 +262,12 @@ def cholesky_log_det(matrix: Floats) -> tuple[Floats, float]:
     lower = np.zeros((size, size))
     log_determinant = 0.0
     for j in range(size):
-        pivot = matrix[j, j] - inner_product(lower[j, :j], lower[j, :j])
+        pivot = matrix[j, j] - matrices.inner_product(lower[j, :j], lower[j, :j])
         pivot = max(pivot, SMALLEST_PIVOT * matrix[j, j], SMALLEST)
         log_determinant += np.log(pivot)
         lower[j, j] = np.sqrt(pivot)
         for i in range(j + 1, size):
-            lower[i, j] = (matrix[i, j] - inner_product(lower[i, :j], lower[j, :j])) / lower[j, j]
+            lower[i, j] = (matrix[i, j] - matrices.inner_product(lower[i, :j], lower[j, :j])) / lower[j, j]
     return lower, log_determinant
 
 
@@ -284,7 +277,7 @@ def cholesky_solve(lower: Floats, wanted: Floats) -> Floats:
     size = lower.shape[0]
     found = wanted.copy()
     for i in range(size):
-        found[i] = (found[i] - inner_product(lower[i, :i], found[:i])) / lower[i, i]
+        found[i] = (found[i] - matrices.inner_product(lower[i, :i], found[:i])) / lower[i, i]
     for i in range(size - 1, -1, -1):
         found[i] /= lower[i, i]
         for k in range(i):

@@ -31,25 +31,7 @@ from pftrack.core.arrays import Bools, Floats
 from pftrack.core.geometry import nearest_rotation
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import eigenvalues, inner_product, product
-from pftrack.vision.structure import variational
-from pftrack.vision.structure.cameras import (
-    SIZE,
-    Sight,
-    fit_camera,
-    frontal,
-    normal_of,
-    residuals_and_slopes,
-    steady_camera,
-    turn_between,
-)
-from pftrack.vision.structure.factorization import (
-    FEWEST_POINTS,
-    Tracks,
-    check_view,
-    cholesky_log_det,
-    cholesky_solve,
-    invert,
-)
+from pftrack.vision.structure import cameras, factorization, variational
 from pftrack.vision.structure.variational import Variational
 
 TURN_SD_RAD = 0.1
@@ -125,7 +107,7 @@ class Recursive:
     def covariance(self) -> Floats:
         """(3 n, 3 n) of all coordinates together."""
         inverse = np.empty_like(self.precision)
-        invert(self.precision, inverse)
+        factorization.invert(self.precision, inverse)
         return inverse
 
     @property
@@ -154,8 +136,8 @@ def begin(
         ValueError: There are fewer than four points, the arrays do not fit, or a number is not finite.
     """
     count = len(shape)
-    if shape.shape != (count, 3) or count < FEWEST_POINTS:
-        raise ValueError(f"expected a shape (n, 3) of at least {FEWEST_POINTS} points, got {shape.shape}")
+    if shape.shape != (count, 3) or count < factorization.FEWEST_POINTS:
+        raise ValueError(f"expected a shape (n, 3) of at least {factorization.FEWEST_POINTS} points, got {shape.shape}")
     if covariance.shape == (count, 3, 3):
         joint = np.zeros((count, 3, count, 3))
         joint[np.arange(count), :, np.arange(count)] = covariance
@@ -167,7 +149,7 @@ def begin(
     if not all(np.isfinite(given).all() for given in (shape, covariance, camera) if given is not None):
         raise ValueError("expected finite numbers in shape, covariance and camera, got one that is not")
     precision = np.empty((3 * count, 3 * count))
-    invert(np.array(covariance, np.float64, order="C"), precision)
+    factorization.invert(np.array(covariance, np.float64, order="C"), precision)
     mean = np.array(shape, np.float64, order="C")
     first = None if camera is None else np.array(camera, np.float64, order="C")
     return Recursive(settings, mean, precision, mean, precision, first)
@@ -184,12 +166,17 @@ def step(state: Recursive, positions: Floats, variances: Floats) -> Recursive:
     Raises:
         ValueError: The shapes differ, a variance is not above 0, or a position that was seen is not finite.
     """
-    return take(state, Sight(float(state.settings.focal_px), *check_view(positions, variances, len(state.shape))))
+    return take(
+        state,
+        cameras.Sight(
+            float(state.settings.focal_px), *factorization.check_view(positions, variances, len(state.shape))
+        ),
+    )
 
 
-def take(state: Recursive, sight: Sight) -> Recursive:
+def take(state: Recursive, sight: cameras.Sight) -> Recursive:
     """Take a frame that was checked."""
-    camera = frontal(sight, state.shape) if state.camera is None else state.camera
+    camera = cameras.frontal(sight, state.shape) if state.camera is None else state.camera
     start, held = state.shape, state.precision
     # In the first frame it changes nothing; whoever begins has it compiled then, and not when somebody first forgets.
     if state.settings.memory < 1.0 or state.frames == 0:
@@ -199,7 +186,7 @@ def take(state: Recursive, sight: Sight) -> Recursive:
     turn_precision = 1.0 / state.settings.turn_sd_rad**2
     reference = state.reference
     if reference is None:
-        reference = fit_camera(sight, camera, state.shape, camera, turn_precision, rounds)
+        reference = cameras.fit_camera(sight, camera, state.shape, camera, turn_precision, rounds)
     shape, precision, camera, log_evidence = _improve(
         sight, start, held, camera, reference, turn_precision, state.settings.rounds, rounds
     )
@@ -215,7 +202,7 @@ def take(state: Recursive, sight: Sight) -> Recursive:
 
 
 def _improve(
-    sight: Sight,
+    sight: cameras.Sight,
     start: Floats,
     held: Floats,
     before: Floats,
@@ -228,9 +215,9 @@ def _improve(
 
     Not compiled: it calls a dozen compiled functions a frame, each of which would be compiled into it once more.
     """
-    _, log_before = cholesky_log_det(held)
+    _, log_before = factorization.cholesky_log_det(held)
     shape = start
-    camera = fit_camera(sight, before, shape, before, turn_precision, camera_rounds)
+    camera = cameras.fit_camera(sight, before, shape, before, turn_precision, camera_rounds)
     seen = before, reference, start, held, turn_precision
     precision, gradient, cost, log_camera = _combine(sight, camera, shape, seen)
     for _ in range(rounds):
@@ -240,7 +227,7 @@ def _improve(
         better = False
         for _ in range(HALVINGS):
             tried = shape + change.reshape(start.shape)
-            seen_from = fit_camera(sight, camera, tried, before, turn_precision, camera_rounds)
+            seen_from = cameras.fit_camera(sight, camera, tried, before, turn_precision, camera_rounds)
             fresh = _combine(sight, seen_from, tried, seen)
             if fresh[2] <= cost:
                 shape, camera = tried, seen_from
@@ -250,21 +237,21 @@ def _improve(
             change *= 0.5
         if not better:
             break
-    _, log_after = cholesky_log_det(precision)
+    _, log_after = factorization.cholesky_log_det(precision)
     return shape, precision, camera, -0.5 * (cost + log_after - log_before + log_camera)
 
 
 @compiled
 def _newton_step(precision: Floats, gradient: Floats) -> tuple[Floats, float]:
     """Return the change that Newton's method proposes, and by how much it promises to lower the cost."""
-    lower, _ = cholesky_log_det(precision)
-    change = cholesky_solve(lower, gradient)
+    lower, _ = factorization.cholesky_log_det(precision)
+    change = factorization.cholesky_solve(lower, gradient)
     return change, inner_product(change, gradient)
 
 
 @compiled
 def _combine(
-    sight: Sight, camera: Floats, shape: Floats, seen: tuple[Floats, Floats, Floats, Floats, float]
+    sight: cameras.Sight, camera: Floats, shape: Floats, seen: tuple[Floats, Floats, Floats, Floats, float]
 ) -> tuple[Floats, Floats, float, float]:
     """Return precision and gradient of the shape with the camera integrated out, the cost, and log det B.
 
@@ -277,11 +264,13 @@ def _combine(
     """
     before, reference, start, held, turn_precision = seen
     size, precisions = 3 * shape.shape[0], sight.precisions
-    residuals, _, _ = residuals_and_slopes(sight, camera, shape)
-    steady = steady_camera(sight, camera, reference, shape)
-    _, by_point, by_camera = residuals_and_slopes(sight, steady, shape)
-    normal, wanted, cost = normal_of(residuals, by_camera, precisions, turn_between(camera, before), turn_precision)
-    precision, gradient, coupling = held.copy(), np.zeros(size), np.zeros((size, SIZE))
+    residuals, _, _ = cameras.residuals_and_slopes(sight, camera, shape)
+    steady = cameras.steady_camera(sight, camera, reference, shape)
+    _, by_point, by_camera = cameras.residuals_and_slopes(sight, steady, shape)
+    normal, wanted, cost = cameras.normal_of(
+        residuals, by_camera, precisions, cameras.turn_between(camera, before), turn_precision
+    )
+    precision, gradient, coupling = held.copy(), np.zeros(size), np.zeros((size, cameras.SIZE))
     away = (start - shape).reshape(size)
     for i in range(size):
         gradient[i] = inner_product(held[i], away)
@@ -293,9 +282,9 @@ def _combine(
                 gradient[place] += slope * residuals[d, n]
                 for j in range(3):
                     precision[place, 3 * n + j] += slope * by_point[d, n, j]
-                for k in range(SIZE):
+                for k in range(cameras.SIZE):
                     coupling[place, k] += slope * by_camera[d, n, k]
-    lower, log_camera = cholesky_log_det(normal)
+    lower, log_camera = factorization.cholesky_log_det(normal)
     _pay(precision, gradient, coupling, wanted, lower)
     return precision, gradient, cost, log_camera
 
@@ -304,7 +293,7 @@ def _combine(
 def _pay(precision: Floats, gradient: Floats, coupling: Floats, wanted: Floats, lower: Floats) -> None:
     """Take C B^-1 C^T off the precision, and C B^-1 of its gradient off the gradient, in place; L L^T = B."""
     size = coupling.shape[0]
-    for k in range(SIZE):
+    for k in range(cameras.SIZE):
         for m in range(k):
             wanted[k] -= lower[k, m] * wanted[m]
             for i in range(size):
@@ -313,11 +302,11 @@ def _pay(precision: Floats, gradient: Floats, coupling: Floats, wanted: Floats, 
         for i in range(size):
             coupling[i, k] /= lower[k, k]
     for i in range(size):
-        for k in range(SIZE):
+        for k in range(cameras.SIZE):
             gradient[i] -= coupling[i, k] * wanted[k]
         for j in range(i + 1):
             paid = 0.0
-            for k in range(SIZE):
+            for k in range(cameras.SIZE):
                 paid += coupling[i, k] * coupling[j, k]
             precision[i, j] -= paid
             precision[j, i] = precision[i, j]
@@ -340,8 +329,8 @@ def _forgotten(
             keep, back = np.sqrt(kept[p // 3] * kept[q // 3]), np.sqrt((1.0 - kept[p // 3]) * (1.0 - kept[q // 3]))
             held[p, q] = keep * known[p, q] + back * prior_precision[p, q]
             pull[p] += back * prior_precision[p, q] * (prior_shape[q // 3, q % 3] - shape[q // 3, q % 3])
-    lower, _ = cholesky_log_det(held)
-    return shape + cholesky_solve(lower, pull).reshape(count, 3), held
+    lower, _ = factorization.cholesky_log_det(held)
+    return shape + factorization.cholesky_solve(lower, pull).reshape(count, 3), held
 
 
 # Factorization by singular values has a form frame by frame, too. The shape of `factorization` are the right singular
@@ -400,7 +389,7 @@ SMALLEST = 1e-12
 """Scale of a camera that has seen nothing."""
 
 
-def from_window(tracks: Tracks, settings: Settings, found: Variational | None = None) -> Recursive:
+def from_window(tracks: factorization.Tracks, settings: Settings, found: Variational | None = None) -> Recursive:
     """Begin without a prior, by the variational factorization of the first frames; the unit is such that 1 is 1 px.
 
     Args:
