@@ -24,7 +24,9 @@ class Model(Parameters):
     count: int = parameter(8, "Count", "How many.", within=(1, 100, 1))
     width_px: float = parameter(2.5, "Width", "How wide.", unit="px", within=(0, 10, 0.5))
     mode: Literal["a", "b"] = parameter("a", "Mode", "Which way.")
-    on: bool = parameter(False, "On", "Whether.")
+    on: bool = parameter(False, "On")
+    """Whether it is on,
+    in every frame."""
     colour: str = parameter("#ffffff", "Colour", "Which colour.", colour=True)
     text: str = parameter("", "Text", "What a file says.", accept=".txt")
 
@@ -235,3 +237,8 @@ def test_a_file_has_a_kind_of_its_own() -> None:
     assert revise(Model(), {"text": "a"}).text == "a"
     with pytest.raises(ParameterError, match="of at most 100000 characters"):
         revise(Model(), {"text": "a" * 100_001})
+
+
+def test_the_docstring_below_a_field_describes_it() -> None:
+    """It is read as one line; a description that is given has precedence."""
+    assert [it.description for it in declarations(Model)[2:4]] == ["Which way.", "Whether it is on, in every frame."]

@@ -28,14 +28,14 @@ class Parameters(RecordingParameters, group="Disc"):
     """What the filters expect, and what is laid over the pictures."""
 
     sample_count: int = particle_count(500)
-    sharpest_deg: float = parameter(
-        10, "Sharpest turn", "Largest turn in a frame.", unit="deg", within=(0, 30, 0.5), trackers=("turning",)
-    )
-    change: float = parameter(
-        0.05, "Change", "Probability that the turn changes in a frame.", within=(0, 1, 0.01), trackers=("turning",)
-    )
-    radius_px: float = parameter(8, "Radius", "Radius of the disc.", unit="px", within=(1, 200, 0.5))
-    brightness: float = parameter(230, "Brightness", "Grey level of the disc.", within=(0, 255, 1))
+    sharpest_deg: float = parameter(10, "Sharpest turn", unit="deg", within=(0, 30, 0.5), trackers=("turning",))
+    """Largest turn in a frame."""
+    change: float = parameter(0.05, "Change", within=(0, 1, 0.01), trackers=("turning",))
+    """Probability that the turn changes in a frame."""
+    radius_px: float = parameter(8, "Radius", unit="px", within=(1, 200, 0.5))
+    """Radius of the disc."""
+    brightness: float = parameter(230, "Brightness", within=(0, 255, 1))
+    """Grey level of the disc."""
 
 
 class Scene:

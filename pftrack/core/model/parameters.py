@@ -121,7 +121,7 @@ class Parameters(BaseModel):
         constants: Former parameters and the only values that they have now, which old recipes may name.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
 
     constants: ClassVar[Mapping[str, Value]] = {}
 
@@ -159,7 +159,7 @@ P = TypeVar("P", bound=Parameters)
 def parameter(
     default: Value,
     title: str,
-    description: str,
+    description: str = "",
     *,
     unit: str = "",
     within: Within | None = None,
@@ -178,7 +178,7 @@ def parameter(
     Args:
         default: The value that a run starts with.
         title: What a slider is called, in sentence case.
-        description: One sentence on what it does.
+        description: One sentence on what it does; the docstring below the field if not given.
         unit: The unit as printed beside the value; empty for a pure number.
         within: Of a number, the smallest and the largest value allowed, and the slider's step.
         useful: Of a number, from where to where its slider goes; all that is allowed if not given.
@@ -208,7 +208,7 @@ def parameter(
         )
     declared: dict[str, Any] = {
         "title": title,
-        "description": description,
+        "description": description or None,
         "default": default,
         "unit": unit,
         "minimum": low,
@@ -329,7 +329,8 @@ def _declaration(model: type[Parameters], name: str) -> Declaration:
     kinds = {bool: "boolean", int: "integer", float: "number"}
     special = {"choice": choices, "colour": said["colour"], "file": said["accept"]}
     kind = next((name for name, holds in special.items() if holds), None) or kinds[field.annotation]  # type: ignore[index]
-    return Declaration.model_validate({**said, "name": name, "kind": kind, "choices": choices})
+    described = {"description": " ".join((field.description or "").split()), **said}
+    return Declaration.model_validate({**described, "name": name, "kind": kind, "choices": choices})
 
 
 def describe_allowed(declaration: Declaration) -> str:

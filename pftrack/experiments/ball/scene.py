@@ -51,57 +51,32 @@ class BallSceneParameters(recording.OverlayParameters, group=GROUP):
 
     occlusion_width_px: float = recording.occlusion_width(40)
     distracter_radius_px: float = recording.distracter_radius(4)
-    ball_radius_px: float = parameter(
-        5, "Ball radius", "Radius of the ball.", unit="px", within=(1, 60, 0.5), useful=(1, 20)
-    )
-    ball_path: Literal["swings", "bounces"] = parameter(
-        "swings",
-        "Path",
-        "Whether the ball swings from side to side, or flies straight on at an even speed and bounces off four walls.",
-    )
-    amplitude_px: float = parameter(
-        100,
-        "Amplitude",
-        "How far the ball goes to either side of the middle; up and down no further than the picture.",
-        unit="px",
-        within=(0, 960, 1),
-        useful=(0, 160),
-    )
-    period_s: float = parameter(
-        1, "Period", "Time to the other side and back.", unit="s", within=(0.1, 60, 0.1), useful=(0.2, 5), role="world"
-    )
-    frame_rate_hz: float = parameter(
-        30,
-        "Frame rate",
-        "Frames a second of the simulated camera; fewer make the ball move further between frames.",
-        unit="Hz",
-        within=(1, 240, 1),
-        useful=(5, 120),
-    )
+    ball_radius_px: float = parameter(5, "Ball radius", unit="px", within=(1, 60, 0.5), useful=(1, 20))
+    """Radius of the ball."""
+    ball_path: Literal["swings", "bounces"] = parameter("swings", "Path")
+    """Whether the ball swings from side to side, or flies straight on at an even speed and bounces off four walls."""
+    amplitude_px: float = parameter(100, "Amplitude", unit="px", within=(0, 960, 1), useful=(0, 160))
+    """How far the ball goes to either side of the middle; up and down no further than the picture."""
+    period_s: float = parameter(1, "Period", unit="s", within=(0.1, 60, 0.1), useful=(0.2, 5), role="world")
+    """Time to the other side and back."""
+    frame_rate_hz: float = parameter(30, "Frame rate", unit="Hz", within=(1, 240, 1), useful=(5, 120))
+    """Frames a second of the simulated camera; fewer make the ball move further between frames."""
     image_noise_sd: float = parameter(
-        0,
-        "Pixel noise",
-        "Standard deviation of the noise on every pixel and channel.",
-        unit="grey levels",
-        within=(0, 100, 1),
-        useful=(0, 60),
-        role="world",
+        0, "Pixel noise", unit="grey levels", within=(0, 100, 1), useful=(0, 60), role="world"
     )
-    clutter_count: int = parameter(
-        0,
-        "Clutter",
-        "How many more things in the ball's colour lie about, above and below its swing; each seed has others.",
-        within=(0, MOST_CLUTTER, 1),
-        role="world",
-    )
-    ball_colour: str = parameter("#c83232", "Ball colour", "Colour of the ball and of its look-alikes.", colour=True)
-    background_colour: str = parameter("#646464", "Background colour", "Colour of everything else.", colour=True)
-    image_width_px: int = parameter(
-        320, "Picture width", "Width of the picture.", unit="px", within=(64, 1920, 2), useful=(64, 640), live=False
-    )
+    """Standard deviation of the noise on every pixel and channel."""
+    clutter_count: int = parameter(0, "Clutter", within=(0, MOST_CLUTTER, 1), role="world")
+    """How many more things in the ball's colour lie about, above and below its swing; each seed has others."""
+    ball_colour: str = parameter("#c83232", "Ball colour", colour=True)
+    """Colour of the ball and of its look-alikes."""
+    background_colour: str = parameter("#646464", "Background colour", colour=True)
+    """Colour of everything else."""
+    image_width_px: int = parameter(320, "Picture width", unit="px", within=(64, 1920, 2), useful=(64, 640), live=False)
+    """Width of the picture."""
     image_height_px: int = parameter(
-        240, "Picture height", "Height of the picture.", unit="px", within=(48, 1080, 2), useful=(48, 480), live=False
+        240, "Picture height", unit="px", within=(48, 1080, 2), useful=(48, 480), live=False
     )
+    """Height of the picture."""
 
 
 class BallSource:

@@ -42,139 +42,72 @@ class _Sampling(Parameters, group=SAMPLING, trackers=("ordinary",)):
     """Particles, and how they walk."""
 
     sample_count: int = particle_count(500, trackers=TRACKERS)
-    walk_steps: Literal["learned", "wide"] = parameter(
-        "learned",
-        "Random walk",
-        "Whether the ordinary filter draws steps with the mean and standard deviation of the fish that were learned "
-        "from, or with wide ones that follow whatever happens: that is how tracks to learn from are made.",
-    )
-    wide_px: float = parameter(
-        30,
-        "Wide steps",
-        "Standard deviation of a wide step along each axis, for a fish of 40 px half length.",
-        unit="px",
-        within=(0.1, 200, 1),
-        useful=(1, 60),
-        role="noise",
-    )
-    wide_deg: float = parameter(
-        45,
-        "Wide turns",
-        "Standard deviation of a wide turn, and of a wide bend.",
-        unit="°",
-        within=(0.1, 180, 1),
-        useful=(1, 90),
-        role="noise",
-    )
+    walk_steps: Literal["learned", "wide"] = parameter("learned", "Random walk")
+    """Whether the ordinary filter draws steps with the mean and standard deviation of the fish that were learned from,
+    or with wide ones that follow whatever happens: that is how tracks to learn from are made."""
+    wide_px: float = parameter(30, "Wide steps", unit="px", within=(0.1, 200, 1), useful=(1, 60), role="noise")
+    """Standard deviation of a wide step along each axis, for a fish of 40 px half length."""
+    wide_deg: float = parameter(45, "Wide turns", unit="°", within=(0.1, 180, 1), useful=(1, 90), role="noise")
+    """Standard deviation of a wide turn, and of a wide bend."""
 
 
 class _Motion(Parameters, group=MODES):
     """How learned motion is used, and which mode is shown."""
 
-    motion_reading: Literal["document", "increments", "world"] = parameter(
-        "document",
-        "Reading",
-        "How the learned acceleration is meant: as published, which counts a turn twice; as increments of "
-        "the velocity in the body's frame; or with a velocity that keeps its direction in the picture.",
-        trackers=("guided",),
-    )
+    motion_reading: Literal["document", "increments", "world"] = parameter("document", "Reading", trackers=("guided",))
+    """How the learned acceleration is meant: as published, which counts a turn twice; as increments of the velocity in
+    the body's frame; or with a velocity that keeps its direction in the picture."""
     correlated_changes: bool = correlated_changes(trackers=("guided",))
     diffusion_scale: float = diffusion_scale(trackers=TRACKERS)
     learned: str = learned_motion(trackers=TRACKERS)
-    shown_mode: int = parameter(
-        3,
-        "Shown mode",
-        "Which of the learned modes the ghost fish shows, the strongest first.",
-        within=(1, 4, 1),
-        role="drawing",
-    )
-    along_mode: float = parameter(
-        2,
-        "Along the mode",
-        "How far along that mode the ghost fish is, at most if it sways: drag it to see what belongs together.",
-        unit="sd",
-        within=(-4, 4, 0.1),
-        role="drawing",
-    )
-    mode_sways: bool = parameter(
-        True, "Swaying mode", "Whether the ghost fish sways to and fro along the mode as frames go by.", role="drawing"
-    )
+    shown_mode: int = parameter(3, "Shown mode", within=(1, 4, 1), role="drawing")
+    """Which of the learned modes the ghost fish shows, the strongest first."""
+    along_mode: float = parameter(2, "Along the mode", unit="sd", within=(-4, 4, 0.1), role="drawing")
+    """How far along that mode the ghost fish is, at most if it sways: drag it to see what belongs together."""
+    mode_sways: bool = parameter(True, "Swaying mode", role="drawing")
+    """Whether the ghost fish sways to and fro along the mode as frames go by."""
 
 
 class _Likelihood(Parameters, group=LIKELIHOOD):
     """How particles are weighed."""
 
     sigma_d_px2: float = parameter(
-        25,
-        "Edge tolerance",
-        "At which square of the distance from the worst point of the outline to an edge the likelihood falls to 1/e.",
-        unit="px²",
-        within=(0.1, 400, 1),
-        useful=(1, 100),
-        role="sharpness",
+        25, "Edge tolerance", unit="px²", within=(0.1, 400, 1), useful=(1, 100), role="sharpness"
     )
-    bend_limited: bool = parameter(
-        True,
-        "Bend limit",
-        "Whether a bend beyond a right angle is impossible. Without the limit a fish turned head to tail, its tail "
-        "folded along the body, fits as well.",
-    )
+    """At which square of the distance from the worst point of the outline to an edge the likelihood falls to 1/e."""
+    bend_limited: bool = parameter(True, "Bend limit")
+    """Whether a bend beyond a right angle is impossible. Without the limit a fish turned head to tail, its tail folded
+    along the body, fits as well."""
 
 
 class _Foreground(Parameters, group=FOREGROUND):
     """How the fish is told from the rest."""
 
-    foreground: Told = parameter(
-        "colour",
-        "Told by",
-        "How the fish is separated from the rest: by its colour, or by being darker or lighter than what is around it.",
-    )
-    lowest_hue: int = parameter(
-        3,
-        "Lowest hue",
-        "Of the fish's colour, 0 to 179 round the circle; above the highest hue the range goes through red.",
-        within=(0, 179, 1),
-    )
-    highest_hue: int = parameter(
-        22, "Highest hue", "Of the fish's colour, 0 to 179 round the circle.", within=(0, 179, 1)
-    )
-    saturation_low: int = parameter(110, "Least saturation", "Of the fish's colour.", within=(0, 255, 1))
-    value_low: int = parameter(110, "Least brightness", "Of the fish's colour.", within=(0, 255, 1))
-    least_contrast: int = parameter(
-        25,
-        "Least contrast",
-        "By how much a dark or light fish differs from the mean around it.",
-        unit="grey levels",
-        within=(1, 255, 1),
-        useful=(1, 100),
-    )
-    contrast_radius_px: int = parameter(
-        40,
-        "Surroundings",
-        "Half the side of the square whose mean a dark or light fish is compared with.",
-        unit="px",
-        within=(1, 200, 1),
-        useful=(5, 100),
-    )
+    foreground: Told = parameter("colour", "Told by")
+    """How the fish is separated from the rest: by its colour, or by being darker or lighter than what is around it."""
+    lowest_hue: int = parameter(3, "Lowest hue", within=(0, 179, 1))
+    """Of the fish's colour, 0 to 179 round the circle; above the highest hue the range goes through red."""
+    highest_hue: int = parameter(22, "Highest hue", within=(0, 179, 1))
+    """Of the fish's colour, 0 to 179 round the circle."""
+    saturation_low: int = parameter(110, "Least saturation", within=(0, 255, 1))
+    """Of the fish's colour."""
+    value_low: int = parameter(110, "Least brightness", within=(0, 255, 1))
+    """Of the fish's colour."""
+    least_contrast: int = parameter(25, "Least contrast", unit="grey levels", within=(1, 255, 1), useful=(1, 100))
+    """By how much a dark or light fish differs from the mean around it."""
+    contrast_radius_px: int = parameter(40, "Surroundings", unit="px", within=(1, 200, 1), useful=(5, 100))
+    """Half the side of the square whose mean a dark or light fish is compared with."""
 
 
 class _Shape(Parameters, group=SHAPE):
     """How large the fish is."""
 
-    half_length_px: float = parameter(
-        40,
-        "Half length",
-        "Half of the body from head to the root of the tail. What was learned is scaled to it.",
-        unit="px",
-        within=(2, 400, 0.5),
-        useful=(10, 100),
-    )
-    half_width_px: float = parameter(
-        15, "Half width", "Half of the body across.", unit="px", within=(1, 400, 0.5), useful=(4, 40)
-    )
-    tail_length_px: float = parameter(
-        40, "Tail length", "From the root of the tail to its tip.", unit="px", within=(0, 400, 0.5), useful=(0, 100)
-    )
+    half_length_px: float = parameter(40, "Half length", unit="px", within=(2, 400, 0.5), useful=(10, 100))
+    """Half of the body from head to the root of the tail. What was learned is scaled to it."""
+    half_width_px: float = parameter(15, "Half width", unit="px", within=(1, 400, 0.5), useful=(4, 40))
+    """Half of the body across."""
+    tail_length_px: float = parameter(40, "Tail length", unit="px", within=(0, 400, 0.5), useful=(0, 100))
+    """From the root of the tail to its tip."""
 
 
 class FishTrackerParameters(_Shape, _Foreground, _Likelihood, _Motion, _Sampling, group="Scoring"):

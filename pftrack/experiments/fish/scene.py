@@ -54,40 +54,20 @@ TANK = "Tank"
 class FishSceneParameters(OverlayParameters, group=TANK):
     """The scene: which clip, how many fish, how they turn, and what is laid over the picture."""
 
-    tank_number: int = parameter(
-        200,
-        "Clip",
-        "Which clip is seen: the seed of the swimming, of the gravel and of the noise. The paper's test is done on "
-        "200 to 211, and what the trackers know was learned on 100 to 109.",
-        within=(0, 9999, 1),
-        useful=(0, 500),
-        live=False,
-    )
-    fish_count: int = parameter(2, "Fish", "How many fish swim.", within=(1, 2, 1), live=False)
-    lively: bool = parameter(
-        True,
-        "Lively first fish",
-        "Whether the first fish turns sharply at least once: by 60 degrees within four frames.",
-        live=False,
-    )
-    followed_fish: int = parameter(
-        1, "Followed fish", "Which of them is tracked; the second is always calm.", within=(1, 2, 1), live=False
-    )
-    tank: TankName = parameter(
-        "goldfish",
-        "Water",
-        "How the water answers a bend. With the strong rudder the return stroke turns a fish the same way as the bend, "
-        "so that bend and turn are not coupled with one sign.",
-        live=False,
-    )
-    image_noise: int = parameter(
-        9,
-        "Pixel noise",
-        "Largest noise of every pixel and channel; it is uniform.",
-        unit="grey levels",
-        within=(0, 60, 1),
-        role="world",
-    )
+    tank_number: int = parameter(200, "Clip", within=(0, 9999, 1), useful=(0, 500), live=False)
+    """Which clip is seen: the seed of the swimming, of the gravel and of the noise. The paper's test is done on 200 to
+    211, and what the trackers know was learned on 100 to 109."""
+    fish_count: int = parameter(2, "Fish", within=(1, 2, 1), live=False)
+    """How many fish swim."""
+    lively: bool = parameter(True, "Lively first fish", live=False)
+    """Whether the first fish turns sharply at least once: by 60 degrees within four frames."""
+    followed_fish: int = parameter(1, "Followed fish", within=(1, 2, 1), live=False)
+    """Which of them is tracked; the second is always calm."""
+    tank: TankName = parameter("goldfish", "Water", live=False)
+    """How the water answers a bend. With the strong rudder the return stroke turns a fish the same way as the bend, so
+    that bend and turn are not coupled with one sign."""
+    image_noise: int = parameter(9, "Pixel noise", unit="grey levels", within=(0, 60, 1), role="world")
+    """Largest noise of every pixel and channel; it is uniform."""
 
 
 Slices: TypeAlias = tuple[slice, slice]

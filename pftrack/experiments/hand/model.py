@@ -38,9 +38,8 @@ KEPT, CANDIDATES, MOTION, LOSS, RANKING = "Beam", "Candidates", "Motion", "Loss"
 class _Search(Parameters, constants={"step_area_px2": 90, "palm_count": 20}, group=CANDIDATES, trackers=BEAM):
     """What is tried, and how much of it is kept."""
 
-    beam_width: int = parameter(
-        4, "Hands kept", "How many different hands are kept from frame to frame.", within=(1, MOST_KEPT, 1), group=KEPT
-    )
+    beam_width: int = parameter(4, "Hands kept", within=(1, MOST_KEPT, 1), group=KEPT)
+    """How many different hands are kept from frame to frame."""
     sample_count: int = particle_count(100, trackers=("particles",))
 
 
@@ -57,57 +56,27 @@ class _Motion(Parameters, constants=FORMER_MOTION, group=MOTION):
     """How far a hand may be from where it was expected."""
 
     flexion_sd_rad: float = parameter(
-        0.35,
-        "Bending of fingers",
-        "Standard deviation of a finger's flexion from the prediction.",
-        unit="rad",
-        within=(0.01, 2, 0.01),
-        useful=(0.01, 1),
-        role="noise",
+        0.35, "Bending of fingers", unit="rad", within=(0.01, 2, 0.01), useful=(0.01, 1), role="noise"
     )
-    growth_sd: float = parameter(
-        0,
-        "Change of size",
-        "By which share a hand that comes nearer or goes away may grow or shrink from frame to frame; 0 if it stays as "
-        "far. It trades off with tilts, and needs the refined ranking.",
-        within=(0, 0.1, 0.005),
-        trackers=BEAM,
-    )
-    wrist_prior: bool = parameter(
-        True,
-        "Straight wrist",
-        "Whether a bent wrist is less probable. It trades off with bent fingers, and a silhouette shows little of it.",
-    )
+    """Standard deviation of a finger's flexion from the prediction."""
+    growth_sd: float = parameter(0, "Change of size", within=(0, 0.1, 0.005), trackers=BEAM)
+    """By which share a hand that comes nearer or goes away may grow or shrink from frame to frame; 0 if it stays as
+    far. It trades off with tilts, and needs the refined ranking."""
+    wrist_prior: bool = parameter(True, "Straight wrist")
+    """Whether a bent wrist is less probable. It trades off with bent fingers, and a silhouette shows little of it."""
 
 
 class _Loss(Parameters, group=LOSS):
     """When a hand is lost."""
 
-    highest_misfit: float = parameter(
-        0.35,
-        "Highest misfit",
-        "Share of the silhouette's area by which the best hand may differ from it; one that differs by more is wrong.",
-        within=(0.05, 2, 0.05),
-        useful=(0.05, 1),
-    )
+    highest_misfit: float = parameter(0.35, "Highest misfit", within=(0.05, 2, 0.05), useful=(0.05, 1))
+    """Share of the silhouette's area by which the best hand may differ from it; one that differs by more is wrong."""
     lost_after_frames: int = parameter(
-        3,
-        "Lost after",
-        "After so many such frames in a row the tracker waits for an open hand.",
-        unit="frames",
-        within=(1, 100, 1),
-        useful=(1, 20),
-        role="memory",
+        3, "Lost after", unit="frames", within=(1, 100, 1), useful=(1, 20), role="memory"
     )
-    patience_frames: int = parameter(
-        5,
-        "Patience",
-        "For how many frames without a hand in the picture the last pose is kept to go on from.",
-        unit="frames",
-        within=(0, 100, 1),
-        useful=(0, 30),
-        role="memory",
-    )
+    """After so many such frames in a row the tracker waits for an open hand."""
+    patience_frames: int = parameter(5, "Patience", unit="frames", within=(0, 100, 1), useful=(0, 30), role="memory")
+    """For how many frames without a hand in the picture the last pose is kept to go on from."""
 
 
 FIT = {
@@ -125,32 +94,18 @@ FIT = {
 class HandTrackerParameters(_Search, _Motion, _Loss, SilhouetteParameters, group=RANKING, constants=FIT):
     """Candidates, how they are weighed against the silhouette, and how whole hands are ranked."""
 
-    scoring: Literal["points", "cells", "reference"] = parameter(
-        "points",
-        "Scoring",
-        "Whether a candidate is judged as a point, by Gaussians of fixed widths, or for its cell of angles, by their "
-        "mean over it (Shimada 1997, eq. 2.9). Or as in the reference implementation: as a point, with the prior of "
-        "one prediction, not their sum, protrusions that end at tips and last joints only, and no test of reach.",
-    )
-    ranking: Literal["refined", "reference"] = parameter(
-        "refined",
-        "Ranking",
-        "Whether the best hands are brought nearer to the silhouette before they are compared with it, or are compared "
-        "as the search's steps left them.",
-        trackers=BEAM,
-    )
-    cover_term: bool = parameter(
-        True, "Whole silhouettes", "Whether the best hands are drawn and compared with the silhouette as wholes."
-    )
+    scoring: Literal["points", "cells", "reference"] = parameter("points", "Scoring")
+    """Whether a candidate is judged as a point, by Gaussians of fixed widths, or for its cell of angles, by their mean
+    over it (Shimada 1997, eq. 2.9). Or as in the reference implementation: as a point, with the prior of one
+    prediction, not their sum, protrusions that end at tips and last joints only, and no test of reach."""
+    ranking: Literal["refined", "reference"] = parameter("refined", "Ranking", trackers=BEAM)
+    """Whether the best hands are brought nearer to the silhouette before they are compared with it, or are compared as
+    the search's steps left them."""
+    cover_term: bool = parameter(True, "Whole silhouettes")
+    """Whether the best hands are drawn and compared with the silhouette as wholes."""
     lost_share: float = loss_share(0.3)
-    shown_hypothesis: int = parameter(
-        1,
-        "Shown hypothesis",
-        "Which of the hands that are kept is drawn, the most probable first.",
-        within=(1, MOST_KEPT, 1),
-        group="Drawing",
-        role="drawing",
-    )
+    shown_hypothesis: int = parameter(1, "Shown hypothesis", within=(1, MOST_KEPT, 1), group="Drawing", role="drawing")
+    """Which of the hands that are kept is drawn, the most probable first."""
 
 
 SWEEPS = 3

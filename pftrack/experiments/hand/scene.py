@@ -86,50 +86,33 @@ HAND, CAMERA = "Hand", "Camera and light"
 class _Hand(OverlayParameters, group=HAND):
     """The hand and its gestures."""
 
-    # fmt: off
-    motion: MotionName = parameter(
-        "occlusion", "Motion",
-        "What the hand does: it turns at the wrist, bends all fingers, or folds two of them within two frames.",
-        live=False)
-    speed: float = parameter(
-        1.0, "Speed", "How fast it does that; at 1 a motion takes 24 to 30 frames.",
-        within=(0.25, 4, 0.25), live=False, role="world")
-    passes: int = parameter(
-        1, "Passes", "How often the motion is gone through, forwards and backwards in turn.",
-        within=(1, 40, 1), useful=(1, 10), live=False)
-    hand: Literal["right", "left"] = parameter(
-        "right", "Which hand", "Whose palm is seen: a right hand with the thumb on the right, or a left one.",
-        live=False)
-    turn_deg: float = parameter(
-        0, "Turn", "By how much hand and arm are turned on the screen, counter-clockwise.",
-        unit="°", within=(-180, 180, 5), live=False)
-    palm_axis_px: float = parameter(
-        52, "Palm axis", "From the wrist to the middle of the knuckles, in a picture with sides of 200 px.",
-        unit="px", within=(20, 70, 1), live=False)
-    proportions: float = parameter(
-        0.04, "Other proportions",
-        "By which share lengths and widths of a finger differ at most from those that the trackers expect.",
-        within=(0, 0.2, 0.01), live=False)
-    # fmt: on
+    motion: MotionName = parameter("occlusion", "Motion", live=False)
+    """What the hand does: it turns at the wrist, bends all fingers, or folds two of them within two frames."""
+    speed: float = parameter(1.0, "Speed", within=(0.25, 4, 0.25), live=False, role="world")
+    """How fast it does that; at 1 a motion takes 24 to 30 frames."""
+    passes: int = parameter(1, "Passes", within=(1, 40, 1), useful=(1, 10), live=False)
+    """How often the motion is gone through, forwards and backwards in turn."""
+    hand: Literal["right", "left"] = parameter("right", "Which hand", live=False)
+    """Whose palm is seen: a right hand with the thumb on the right, or a left one."""
+    turn_deg: float = parameter(0, "Turn", unit="°", within=(-180, 180, 5), live=False)
+    """By how much hand and arm are turned on the screen, counter-clockwise."""
+    palm_axis_px: float = parameter(52, "Palm axis", unit="px", within=(20, 70, 1), live=False)
+    """From the wrist to the middle of the knuckles, in a picture with sides of 200 px."""
+    proportions: float = parameter(0.04, "Other proportions", within=(0, 0.2, 0.01), live=False)
+    """By which share lengths and widths of a finger differ at most from those that the trackers expect."""
 
 
 class HandSceneParameters(_Hand, group=CAMERA):
     """The scene: how the hand moves, how it differs from the model, and how well it is seen."""
 
-    # fmt: off
-    edge_noise_px: float = parameter(
-        0.6, "Edge noise", "Standard deviation of where the edge of the silhouette is seen.",
-        unit="px", within=(0, 4, 0.1), role="world")
-    image_noise_sd: float = parameter(
-        0, "Pixel noise", "Standard deviation of the noise on every pixel.",
-        unit="grey levels", within=(0, 60, 1), role="world")
-    flash_every: int = parameter(
-        0, "Flashes", "Every how many frames one is all white, as by a flash of light; 0 for none.",
-        unit="frames", within=(0, 100, 1))
-    picture_side_px: int = parameter(
-        200, "Picture size", "Width and height of the picture; the hand grows with it.",
-        unit="px", within=(120, 1000, 20), live=False)
-    # fmt: on
+    edge_noise_px: float = parameter(0.6, "Edge noise", unit="px", within=(0, 4, 0.1), role="world")
+    """Standard deviation of where the edge of the silhouette is seen."""
+    image_noise_sd: float = parameter(0, "Pixel noise", unit="grey levels", within=(0, 60, 1), role="world")
+    """Standard deviation of the noise on every pixel."""
+    flash_every: int = parameter(0, "Flashes", unit="frames", within=(0, 100, 1))
+    """Every how many frames one is all white, as by a flash of light; 0 for none."""
+    picture_side_px: int = parameter(200, "Picture size", unit="px", within=(120, 1000, 20), live=False)
+    """Width and height of the picture; the hand grows with it."""
 
 
 # The distance of each pixel from the silhouette's edge, positive inside, is taken together with smooth noise, and where

@@ -161,34 +161,30 @@ class Finding(Enum):
 class SilhouetteParameters(Parameters, group=GROUP, constants={"working_side_px": 256}):
     """What is told to be a hand."""
 
-    # fmt: off
-    tells_by: TellsBy = parameter(
-        "light", "Told by",
-        "How the hand is separated from the rest: by being lighter or darker than a level, by differing from the "
-        "background, which is the colour along the border, by the colour of skin, or by differing from the backdrop, "
-        "which is what each pixel of a recording by a fixed camera shows without the hand.")
-    brightness_level: int = parameter(
-        100, "Brightness level", "Which a light hand exceeds, and a dark one does not.",
-        unit="grey levels", within=(0, 254, 1))
-    background_difference: int = parameter(
-        40, "Least difference", "By how much a hand differs from the background in one channel at least.",
-        unit="grey levels", within=(1, 254, 1))
+    tells_by: TellsBy = parameter("light", "Told by")
+    """How the hand is separated from the rest: by being lighter or darker than a level, by differing from the
+    background, which is the colour along the border, by the colour of skin, or by differing from the backdrop, which is
+    what each pixel of a recording by a fixed camera shows without the hand."""
+    brightness_level: int = parameter(100, "Brightness level", unit="grey levels", within=(0, 254, 1))
+    """Which a light hand exceeds, and a dark one does not."""
+    background_difference: int = parameter(40, "Least difference", unit="grey levels", within=(1, 254, 1))
+    """By how much a hand differs from the background in one channel at least."""
     backdrop_frames: int = parameter(
-        0, "Pictures of the backdrop", "So many of the recording's first pictures show no hand, and so the backdrop; "
-        "at 0 it is the median over the whole recording, in which a hand that moves leaves no trace.",
-        unit="frames", within=(0, MOST_FIRST, 1), useful=(0, 100))
-    cr_low: int = parameter(
-        135, "Least red", "Lowest Cr of skin: 128 is grey, more is redder.", within=(0, 255, 1))
-    cr_high: int = parameter(
-        180, "Most red", "Highest Cr of skin.", within=(0, 255, 1))
-    cb_low: int = parameter(
-        77, "Least blue", "Lowest Cb of skin: 128 is grey, less is yellower.", within=(0, 255, 1))
-    cb_high: int = parameter(
-        127, "Most blue", "Highest Cb of skin.", within=(0, 255, 1))
-    smoothing_px: int = parameter(
-        1, "Smoothing", "Side of the square whose majority decides about a pixel; 1 for none. It takes away what is "
-        "thinner than half of it.", unit="px", within=(1, 15, 2))
-    # fmt: on
+        0, "Pictures of the backdrop", unit="frames", within=(0, MOST_FIRST, 1), useful=(0, 100)
+    )
+    """So many of the recording's first pictures show no hand, and so the backdrop; at 0 it is the median over the whole
+    recording, in which a hand that moves leaves no trace."""
+    cr_low: int = parameter(135, "Least red", within=(0, 255, 1))
+    """Lowest Cr of skin: 128 is grey, more is redder."""
+    cr_high: int = parameter(180, "Most red", within=(0, 255, 1))
+    """Highest Cr of skin."""
+    cb_low: int = parameter(77, "Least blue", within=(0, 255, 1))
+    """Lowest Cb of skin: 128 is grey, less is yellower."""
+    cb_high: int = parameter(127, "Most blue", within=(0, 255, 1))
+    """Highest Cb of skin."""
+    smoothing_px: int = parameter(1, "Smoothing", unit="px", within=(1, 15, 2))
+    """Side of the square whose majority decides about a pixel; 1 for none. It takes away what is thinner than half of
+    it."""
 
 
 class Silhouette(NamedTuple):

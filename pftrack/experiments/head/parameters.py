@@ -66,94 +66,47 @@ AS_PUBLISHED: dict[str, Value] = {**pose.AS_PUBLISHED, "templates": "flat", "fac
 class _Face(Parameters, group=calibrated.UPPER):
     """Which face is followed, by which camera."""
 
-    face_model: Literal["growing", "mean", "personal"] = parameter(
-        "growing",
-        "Face model",
-        "Whether the face grows from the mean of other people to the person's own while it is tracked, or is assumed "
-        "to be that mean, or the person's own (on a recording, the mean face stretched over the points of the first "
-        "picture).",
-    )
-    focal_widths: float = parameter(
-        1.875,
-        "Focal length",
-        "Of the pinhole, in widths of the picture; a recording does not say it, and 1 is a usual guess.",
-        unit="widths",
-        within=(0.3, 20, 0.05),
-        useful=(0.5, 3),
-    )
+    face_model: Literal["growing", "mean", "personal"] = parameter("growing", "Face model")
+    """Whether the face grows from the mean of other people to the person's own while it is tracked, or is assumed to be
+    that mean, or the person's own (on a recording, the mean face stretched over the points of the first picture)."""
+    focal_widths: float = parameter(1.875, "Focal length", unit="widths", within=(0.3, 20, 0.05), useful=(0.5, 3))
+    """Of the pinhole, in widths of the picture; a recording does not say it, and 1 is a usual guess."""
 
 
 class _Look(Parameters, group=LOOK, constants={"templates_by_pose": False}):
     """What the features look like."""
 
     correlation_spread: float = parameter(
-        0.15,
-        "Correlation spread",
-        "How far a patch's correlation with its template may be from 1; at 0.15 a correlation of 0.5 weighs 0.004.",
-        within=(0.02, 2, 0.01),
-        useful=(0.02, 0.5),
-        role="sharpness",
+        0.15, "Correlation spread", within=(0.02, 2, 0.01), useful=(0.02, 0.5), role="sharpness"
     )
-    hidden_weight: float = parameter(
-        0.5,
-        "Odds of a hidden feature",
-        "Odds that a feature is hidden which fits as well as the others; they grow as it fits worse. What is hidden is "
-        "then where the pose has it, in place of clinging to what looks most like it. A second filter takes all "
-        "features for visible, and the one that explains the pictures better is believed. 0 is Bando's: never hidden.",
-        within=(0, 2, 0.01),
-        trackers=calibrated.LAYERED,
-    )
-    template_scale: float = parameter(
-        1,
-        "Template size",
-        "Size of the templates, as a multiple of Bando's for a face of this size.",
-        within=(0.3, 2, 0.05),
-    )
-    templates: Literal["relief", "flat"] = parameter(
-        "relief",
-        "Templates",
-        "Whether features are laid onto the surface of a head and bent with it as it turns, which keeps them through "
-        "fast and strong turns, or compared as they were seen at first (flat, Bando 2007). In relief they are not "
-        "renewed.",
-    )
-    template_renewal: float = parameter(
-        0,
-        "Template renewal",
-        "How fast templates follow what is seen; they then also follow every error, so it is 0 in Bando 2007.",
-        within=(0, 0.2, 0.005),
-    )
+    """How far a patch's correlation with its template may be from 1; at 0.15 a correlation of 0.5 weighs 0.004."""
+    hidden_weight: float = parameter(0.5, "Odds of a hidden feature", within=(0, 2, 0.01), trackers=calibrated.LAYERED)
+    """Odds that a feature is hidden which fits as well as the others; they grow as it fits worse. What is hidden is
+    then where the pose has it, in place of clinging to what looks most like it. A second filter takes all features for
+    visible, and the one that explains the pictures better is believed. 0 is Bando's: never hidden."""
+    template_scale: float = parameter(1, "Template size", within=(0.3, 2, 0.05))
+    """Size of the templates, as a multiple of Bando's for a face of this size."""
+    templates: Literal["relief", "flat"] = parameter("relief", "Templates")
+    """Whether features are laid onto the surface of a head and bent with it as it turns, which keeps them through fast
+    and strong turns, or compared as they were seen at first (flat, Bando 2007). In relief they are not renewed."""
+    template_renewal: float = parameter(0, "Template renewal", within=(0, 0.2, 0.005))
+    """How fast templates follow what is seen; they then also follow every error, so it is 0 in Bando 2007."""
 
 
 class _Relief(Parameters, group=RELIEF, trackers=calibrated.LAYERED):
     """What templates in relief allow."""
 
-    slack_px: float = parameter(
-        8,
-        "Slack of the features",
-        "With templates in relief, how far a feature may be from where the head has it: so much wider is the head's "
-        "prediction, and features that are further away than that count for less.",
-        unit="px",
-        within=(0.5, 100, 0.5),
-        useful=(0.5, 30),
-    )
-    initial_speed_px: float = parameter(
-        8,
-        "Initial speed",
-        "With templates in relief, how fast a head may already be moving where tracking begins, and where it is found "
-        "again: the standard deviation of its features' speed, each frame.",
-        unit="px",
-        within=(0, 100, 0.5),
-        useful=(0, 30),
-    )
+    slack_px: float = parameter(8, "Slack of the features", unit="px", within=(0.5, 100, 0.5), useful=(0.5, 30))
+    """With templates in relief, how far a feature may be from where the head has it: so much wider is the head's
+    prediction, and features that are further away than that count for less."""
+    initial_speed_px: float = parameter(8, "Initial speed", unit="px", within=(0, 100, 0.5), useful=(0, 30))
+    """With templates in relief, how fast a head may already be moving where tracking begins, and where it is found
+    again: the standard deviation of its features' speed, each frame."""
     pose_change_noise: float = parameter(
-        1,
-        "Change of the turn",
-        "With templates in relief and the pinhole, how fast turning and moving may change, in place of the camera "
-        "noise: a multiple of 1 degree and 1 mm each frame.",
-        within=(0.05, 50, 0.05),
-        useful=(0.05, 5),
-        role="noise",
+        1, "Change of the turn", within=(0.05, 50, 0.05), useful=(0.05, 5), role="noise"
     )
+    """With templates in relief and the pinhole, how fast turning and moving may change, in place of the camera noise: a
+    multiple of 1 degree and 1 mm each frame."""
 
 
 DOUBT = {"recognised_correlation": 0.5, "least_recognised": 3, "largest_misfit": 0.25}
@@ -163,42 +116,21 @@ DOUBT = {"recognised_correlation": 0.5, "least_recognised": 3, "largest_misfit":
 class _Loss(Parameters, group=LOSS, constants=DOUBT):
     """When a face is lost, and found again."""
 
-    patience_frames: int = parameter(
-        8,
-        "Patience",
-        "Frames with too few recognised features, or with features out of place, after which the face is lost.",
-        unit="frames",
-        within=(1, 300, 1),
-        useful=(1, 60),
-        role="memory",
-    )
-    find_again: bool = parameter(
-        False, "Find again", "Whether a lost face is given up and looked for again; Bando does neither."
-    )
+    patience_frames: int = parameter(8, "Patience", unit="frames", within=(1, 300, 1), useful=(1, 60), role="memory")
+    """Frames with too few recognised features, or with features out of place, after which the face is lost."""
+    find_again: bool = parameter(False, "Find again")
+    """Whether a lost face is given up and looked for again; Bando does neither."""
 
 
 class _Growth(Parameters, group=GROWTH, constants={"model_restarts": 0}):
     """How the face model grows."""
 
-    model_frozen: bool = parameter(
-        False,
-        "Freeze the model",
-        "Whether the growing face model learns no more; the frames still decide whether mean or own face is used.",
-    )
-    model_memory: float = parameter(
-        1,
-        "Memory of the model",
-        "What the growing face model keeps of a well-seen point with each frame; 1 forgets nothing.",
-        within=(0.5, 1, 0.001),
-        useful=(0.9, 1),
-        role="memory",
-    )
-    starting_face: str = parameter(
-        "",
-        "Begin with a face model",
-        "With which face the growing model begins: one that was exported as JSON, or the mean face if there is none.",
-        accept=".json",
-    )
+    model_frozen: bool = parameter(False, "Freeze the model")
+    """Whether the growing face model learns no more; the frames still decide whether mean or own face is used."""
+    model_memory: float = parameter(1, "Memory of the model", within=(0.5, 1, 0.001), useful=(0.9, 1), role="memory")
+    """What the growing face model keeps of a well-seen point with each frame; 1 forgets nothing."""
+    starting_face: str = parameter("", "Begin with a face model", accept=".json")
+    """With which face the growing model begins: one that was exported as JSON, or the mean face if there is none."""
 
 
 class HeadTrackerParameters(

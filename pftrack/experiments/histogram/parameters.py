@@ -26,78 +26,36 @@ class MotionParameters(Parameters, group=MODEL, trackers=PARTICLE):
     """How the target is expected to move."""
 
     process_noise_px: float = parameter(
-        1.5,
-        "Process noise",
-        "Standard deviation of the noise on the position, each frame and axis.",
-        unit="px",
-        within=(0.01, 200, 0.1),
-        useful=(0.1, 15),
-        role="noise",
+        1.5, "Process noise", unit="px", within=(0.01, 200, 0.1), useful=(0.1, 15), role="noise"
     )
+    """Standard deviation of the noise on the position, each frame and axis."""
     velocity_noise_px: float = parameter(
-        0.3,
-        "Velocity noise",
-        "Standard deviation of the noise on the velocity, each frame and axis.",
-        unit="px/frame",
-        within=(0, 100, 0.05),
-        useful=(0, 5),
-        role="noise",
+        0.3, "Velocity noise", unit="px/frame", within=(0, 100, 0.05), useful=(0, 5), role="noise"
     )
+    """Standard deviation of the noise on the velocity, each frame and axis."""
     velocity_retention: float = velocity_retention()
     large_process_noise_px: float = large_process_noise()
-    wide_share: float = parameter(
-        0,
-        "Wide share",
-        "Share of the particles that the wide noise moves, for jumps that no velocity foretells.",
-        within=(0, 0.5, 0.05),
-    )
+    wide_share: float = parameter(0, "Wide share", within=(0, 0.5, 0.05))
+    """Share of the particles that the wide noise moves, for jumps that no velocity foretells."""
     wide_noise_px: float = parameter(
-        12,
-        "Wide noise",
-        "Standard deviation of the noise on the position of that share, each frame and axis.",
-        unit="px",
-        within=(0.01, 500, 0.5),
-        useful=(0.5, 60),
-        role="noise",
+        12, "Wide noise", unit="px", within=(0.01, 500, 0.5), useful=(0.5, 60), role="noise"
     )
-    follow_camera: bool = parameter(
-        False,
-        "Follow the camera",
-        "Move all places as the whole picture has moved since the last frame, by block matching; the target must not "
-        "fill it.",
-        trackers=(),
-    )
+    """Standard deviation of the noise on the position of that share, each frame and axis."""
+    follow_camera: bool = parameter(False, "Follow the camera", trackers=())
+    """Move all places as the whole picture has moved since the last frame, by block matching; the target must not fill
+    it."""
     initial_velocity_px: float = parameter(
-        1,
-        "Initial velocity",
-        "Standard deviation of the particles' velocities at the start.",
-        unit="px/frame",
-        within=(0, 100, 0.1),
-        useful=(0, 10),
-        live=False,
+        1, "Initial velocity", unit="px/frame", within=(0, 100, 0.1), useful=(0, 10), live=False
     )
-    follow_size: bool = parameter(
-        False,
-        "Follow the size",
-        "Let the size of the window be part of the state; switched off, each particle keeps the size it has.",
-    )
-    size_noise: float = parameter(
-        0.02,
-        "Size noise",
-        "Standard deviation of the noise on the logarithm of the size, each frame, while it is followed.",
-        within=(0, 1, 0.005),
-        useful=(0, 0.1),
-        role="noise",
-    )
+    """Standard deviation of the particles' velocities at the start."""
+    follow_size: bool = parameter(False, "Follow the size")
+    """Let the size of the window be part of the state; switched off, each particle keeps the size it has."""
+    size_noise: float = parameter(0.02, "Size noise", within=(0, 1, 0.005), useful=(0, 0.1), role="noise")
+    """Standard deviation of the noise on the logarithm of the size, each frame, while it is followed."""
     search_reach_px: int = parameter(
-        8,
-        "Search reach",
-        "How far from the last place the greedy search looks, across and down.",
-        unit="px",
-        within=(1, 64, 1),
-        useful=(1, 32),
-        trackers=("greedy",),
+        8, "Search reach", unit="px", within=(1, 64, 1), useful=(1, 32), trackers=("greedy",)
     )
+    """How far from the last place the greedy search looks, across and down."""
 
 
 COLOUR = "Colour model"
@@ -123,119 +81,57 @@ class _Colour(Parameters, group=COLOUR):
     """What the target looks like, and how sharply particles are weighed by that."""
 
     sharpness: float = parameter(
-        20,
-        "Sharpness lambda",
-        "How much a frame is trusted: the likelihood is exp(-lambda (1 - rho)) of the likeness rho.",
-        within=(0, 1000, 1),
-        useful=(0, 200),
-        trackers=PARTICLE,
-        role="sharpness",
+        20, "Sharpness lambda", within=(0, 1000, 1), useful=(0, 200), trackers=PARTICLE, role="sharpness"
     )
-    colour_space: Space = parameter(
-        "hsv",
-        "Colour space",
-        "What the histogram counts: hue and saturation, the a and b of Lab, or the shares of red and green; all count "
-        "pixels without a colour by their brightness.",
-    )
-    spatial_kernel: bool = parameter(
-        False,
-        "Weigh the middle",
-        "Count pixels in the middle of the window more than those near its edge, by Epanechnikov's kernel.",
-    )
-    parts_across: int = parameter(
-        1,
-        "Parts across",
-        "Into how many columns of parts the window is divided, each with a histogram of its own.",
-        within=(1, 4, 1),
-    )
-    parts_down: int = parameter(1, "Parts down", "Into how many rows of parts the window is divided.", within=(1, 6, 1))
-    weigh_background: bool = parameter(
-        False,
-        "Weigh against the background",
-        "Count colours less that were also around the target in the first picture.",
-    )
-    surround_contrast: float = parameter(
-        0,
-        "Contrast",
-        "How much likeness it costs if a window stands out from its surroundings less than the first one did.",
-        within=(0, 2, 0.05),
-    )
-    window_width_px: float = parameter(
-        25,
-        "Window width",
-        "Width of the window around a particle, rounded to an odd number.",
-        unit="px",
-        within=(1, 1025, 2),
-        useful=(5, 101),
-        live=False,
-    )
+    """How much a frame is trusted: the likelihood is exp(-lambda (1 - rho)) of the likeness rho."""
+    colour_space: Space = parameter("hsv", "Colour space")
+    """What the histogram counts: hue and saturation, the a and b of Lab, or the shares of red and green; all count
+    pixels without a colour by their brightness."""
+    spatial_kernel: bool = parameter(False, "Weigh the middle")
+    """Count pixels in the middle of the window more than those near its edge, by Epanechnikov's kernel."""
+    parts_across: int = parameter(1, "Parts across", within=(1, 4, 1))
+    """Into how many columns of parts the window is divided, each with a histogram of its own."""
+    parts_down: int = parameter(1, "Parts down", within=(1, 6, 1))
+    """Into how many rows of parts the window is divided."""
+    weigh_background: bool = parameter(False, "Weigh against the background")
+    """Count colours less that were also around the target in the first picture."""
+    surround_contrast: float = parameter(0, "Contrast", within=(0, 2, 0.05))
+    """How much likeness it costs if a window stands out from its surroundings less than the first one did."""
+    window_width_px: float = parameter(25, "Window width", unit="px", within=(1, 1025, 2), useful=(5, 101), live=False)
+    """Width of the window around a particle, rounded to an odd number."""
     window_height_px: float = parameter(
-        33,
-        "Window height",
-        "Height of the window around a particle, rounded to an odd number.",
-        unit="px",
-        within=(1, 1025, 2),
-        useful=(5, 101),
-        live=False,
+        33, "Window height", unit="px", within=(1, 1025, 2), useful=(5, 101), live=False
     )
+    """Height of the window around a particle, rounded to an odd number."""
 
 
 class _Loss(Parameters, group=LOSS):
     """When the target counts as lost by the tracker's own account, and when its model is renewed."""
 
-    find_again: bool = parameter(
-        False,
-        "Find again",
-        "Take the target for lost when the window at the estimate looks too little like the model for several frames, "
-        "and look for it all over the picture.",
-    )
-    lost_likeness: float = parameter(
-        0.6, "Lost below", "Likeness rho below which the estimate misses.", within=(0, 1, 0.01)
-    )
+    find_again: bool = parameter(False, "Find again")
+    """Take the target for lost when the window at the estimate looks too little like the model for several frames, and
+    look for it all over the picture."""
+    lost_likeness: float = parameter(0.6, "Lost below", within=(0, 1, 0.01))
+    """Likeness rho below which the estimate misses."""
     lost_after_frames: int = parameter(
-        8,
-        "Lost after",
-        "How many frames in a row have to miss before the target counts as lost.",
-        unit="frames",
-        within=(1, 1000, 1),
-        useful=(1, 60),
-        role="memory",
+        8, "Lost after", unit="frames", within=(1, 1000, 1), useful=(1, 60), role="memory"
     )
-    found_likeness: float = parameter(
-        0.85,
-        "Found above",
-        "Likeness rho from which on a place in the picture is taken for the lost target.",
-        within=(0, 1, 0.01),
-    )
-    renewal_rate: float = parameter(
-        0,
-        "Renewal",
-        "Share of the model that a frame replaces by what is seen at the estimate; 0 keeps the first look for ever.",
-        within=(0, 1, 0.01),
-        useful=(0, 0.2),
-    )
-    renewal_likeness: float = parameter(
-        0.85, "Renew above", "Likeness rho below which a frame renews nothing.", within=(0, 1, 0.01)
-    )
-    renewal_spread: float = parameter(
-        0.5,
-        "Renew within",
-        "A frame renews nothing while a standard deviation of the position is above this share of half the window.",
-        within=(0, 10, 0.05),
-    )
+    """How many frames in a row have to miss before the target counts as lost."""
+    found_likeness: float = parameter(0.85, "Found above", within=(0, 1, 0.01))
+    """Likeness rho from which on a place in the picture is taken for the lost target."""
+    renewal_rate: float = parameter(0, "Renewal", within=(0, 1, 0.01), useful=(0, 0.2))
+    """Share of the model that a frame replaces by what is seen at the estimate; 0 keeps the first look for ever."""
+    renewal_likeness: float = parameter(0.85, "Renew above", within=(0, 1, 0.01))
+    """Likeness rho below which a frame renews nothing."""
+    renewal_spread: float = parameter(0.5, "Renew within", within=(0, 10, 0.05))
+    """A frame renews nothing while a standard deviation of the position is above this share of half the window."""
 
 
 class ScoringParameters(Parameters, group=SCORING):
     """What counts as success."""
 
-    lost_radii: float = parameter(
-        0.875,
-        "Success region",
-        "The target counts as lost when the estimate is this many halves of its longer side away, or further.",
-        unit="half sides",
-        within=(0.1, 20, 0.025),
-        useful=(0.25, 3),
-    )
+    lost_radii: float = parameter(0.875, "Success region", unit="half sides", within=(0.1, 20, 0.025), useful=(0.25, 3))
+    """The target counts as lost when the estimate is this many halves of its longer side away, or further."""
     lost_share: float = loss_share(0)
 
 

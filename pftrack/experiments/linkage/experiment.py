@@ -83,17 +83,12 @@ Points: TypeAlias = tuple[Floats, Floats]
 class FollowingParameters(OccluderParameters, group=MATCHING):
     """How marked points are followed, and what is laid over the recording."""
 
-    # fmt: off
-    template_px: int = parameter(
-        15, "Template", "Side of the square about a point that is looked for in later pictures.",
-        unit="px", within=(5, LARGEST_TEMPLATE_PX, 2), live=False)
-    search_reach_px: int = parameter(
-        16, "Search to", "How far from its last match a point is looked for, to all four sides.",
-        unit="px", within=(2, 40, 1), live=False)
-    largest_cost: float = parameter(
-        0.5, "Largest cost", "One minus the correlation beyond which a match is none; 2 takes all.",
-        within=(0, 2, 0.05), live=False)
-    # fmt: on
+    template_px: int = parameter(15, "Template", unit="px", within=(5, LARGEST_TEMPLATE_PX, 2), live=False)
+    """Side of the square about a point that is looked for in later pictures."""
+    search_reach_px: int = parameter(16, "Search to", unit="px", within=(2, 40, 1), live=False)
+    """How far from its last match a point is looked for, to all four sides."""
+    largest_cost: float = parameter(0.5, "Largest cost", within=(0, 2, 0.05), live=False)
+    """One minus the correlation beyond which a match is none; 2 takes all."""
 
 
 class Followed:

@@ -86,23 +86,16 @@ CHAIN, MEASUREMENTS, START = "Chain", "Measurements", "Where the estimate begins
 class _Chain(OccluderParameters, group=CHAIN):
     """The chain and its path."""
 
-    # fmt: off
-    chain_path: PathName = parameter(
-        "mirror3", "Path", "How the joints move; the links of 3d move in space, those of all others in a plane.",
-        live=False)
-    path_slowing: int = parameter(
-        1, "Slower by", "How many times as long the chain takes for its path; its run has as many frames more.",
-        within=(1, 20, 1), live=False)
-    true_length_1_px: float = parameter(
-        70, "First link", "True length of the link at the root.",
-        unit="px", within=(10, 120, 1), live=False)
-    true_length_2_px: float = parameter(
-        60, "Second link", "True length of the middle link.",
-        unit="px", within=(10, 120, 1), live=False)
-    true_length_3_px: float = parameter(
-        50, "Third link", "True length of the link at the tip.",
-        unit="px", within=(10, 120, 1), live=False)
-    # fmt: on
+    chain_path: PathName = parameter("mirror3", "Path", live=False)
+    """How the joints move; the links of 3d move in space, those of all others in a plane."""
+    path_slowing: int = parameter(1, "Slower by", within=(1, 20, 1), live=False)
+    """How many times as long the chain takes for its path; its run has as many frames more."""
+    true_length_1_px: float = parameter(70, "First link", unit="px", within=(10, 120, 1), live=False)
+    """True length of the link at the root."""
+    true_length_2_px: float = parameter(60, "Second link", unit="px", within=(10, 120, 1), live=False)
+    """True length of the middle link."""
+    true_length_3_px: float = parameter(50, "Third link", unit="px", within=(10, 120, 1), live=False)
+    """True length of the link at the tip."""
 
 
 OWN_PATH = {
@@ -120,41 +113,28 @@ OWN_PATH = {
 class _Measured(_Chain, group=MEASUREMENTS, constants={"bounded_noise": True, **OWN_PATH}):
     """How the chain's points are measured."""
 
-    # fmt: off
-    measurement_noise_px: float = parameter(
-        1, "Noise", "Standard deviation of a measured coordinate.",
-        unit="px", within=(0, 10, 0.1), role="world")
-    links_seen_as: Literal["points", "lines", "lines-and-ends"] = parameter(
-        "points", "Links seen as",
-        "What is measured in space: root, joints and tip; or the line on which each link lies, without its ends; or "
-        "the lines, and root and tip. The image of a chain in the plane has one coordinate, and no lines.",
-        live=False)
-    outlier_share: float = parameter(
-        0, "Outliers", "Share of the measured points that are far off.",
-        within=(0, 0.5, 0.01), role="world")
-    outlier_px: float = parameter(
-        40, "Size of outliers", "How far off such a point is at most; it is uniform.",
-        unit="px", within=(0, 200, 5))
-    # fmt: on
+    measurement_noise_px: float = parameter(1, "Noise", unit="px", within=(0, 10, 0.1), role="world")
+    """Standard deviation of a measured coordinate."""
+    links_seen_as: Literal["points", "lines", "lines-and-ends"] = parameter("points", "Links seen as", live=False)
+    """What is measured in space: root, joints and tip; or the line on which each link lies, without its ends; or the
+    lines, and root and tip. The image of a chain in the plane has one coordinate, and no lines."""
+    outlier_share: float = parameter(0, "Outliers", within=(0, 0.5, 0.01), role="world")
+    """Share of the measured points that are far off."""
+    outlier_px: float = parameter(40, "Size of outliers", unit="px", within=(0, 200, 5))
+    """How far off such a point is at most; it is uniform."""
 
 
 class LinkageSceneParameters(_Measured, group=START):
     """The scene: the chain, how it moves, how its points are measured, and where the estimate begins."""
 
-    # fmt: off
-    start_angle_rad: float = parameter(
-        0, "Angles off by", "How far each angle is off at first, at most; it is uniform.",
-        unit="rad", within=(0, 0.5, 0.01), live=False)
-    start_length_1_px: float = parameter(
-        0, "First length off by", "By how much the first link is taken too long at first.",
-        unit="px", within=(-30, 30, 1), live=False)
-    start_length_2_px: float = parameter(
-        0, "Second length off by", "By how much the second link is taken too long at first.",
-        unit="px", within=(-30, 30, 1), live=False)
-    start_length_3_px: float = parameter(
-        0, "Third length off by", "By how much the third link is taken too long at first.",
-        unit="px", within=(-30, 30, 1), live=False)
-    # fmt: on
+    start_angle_rad: float = parameter(0, "Angles off by", unit="rad", within=(0, 0.5, 0.01), live=False)
+    """How far each angle is off at first, at most; it is uniform."""
+    start_length_1_px: float = parameter(0, "First length off by", unit="px", within=(-30, 30, 1), live=False)
+    """By how much the first link is taken too long at first."""
+    start_length_2_px: float = parameter(0, "Second length off by", unit="px", within=(-30, 30, 1), live=False)
+    """By how much the second link is taken too long at first."""
+    start_length_3_px: float = parameter(0, "Third length off by", unit="px", within=(-30, 30, 1), live=False)
+    """By how much the third link is taken too long at first."""
 
 
 NAMES = ("root", "second joint", "third joint", "tip")

@@ -257,123 +257,104 @@ MIRRORS, PARTICLES, SETS = "Mirrored hypotheses", "Particles", "Regions"
 class _Joints(Parameters, group=JOINTS):
     """Angles that joints may have."""
 
-    # fmt: off
-    first_joint_low_deg: float = parameter(
-        -360, "First joint from", "Least angle of the first link, 0 parallel to the image; -360 is no bound.",
-        unit="°", within=(-360, 360, 5))
-    first_joint_high_deg: float = parameter(
-        360, "First joint to", "Greatest angle of the first link; 360 is no bound.",
-        unit="°", within=(-360, 360, 5))
-    joint_low_deg: float = parameter(
-        0, "Other joints from", "Least angle by which the second and the third joint bend.",
-        unit="°", within=(-360, 360, 5))
-    joint_high_deg: float = parameter(
-        90, "Other joints to", "Greatest angle by which the second and the third joint bend.",
-        unit="°", within=(-360, 360, 5))
-    joint_difference_12_deg: float = parameter(
-        360, "Joints 1 and 2", "By how much the angles of the first two joints may differ; 360 is no bound.",
-        unit="°", within=(0, 360, 5))
-    joint_difference_23_deg: float = parameter(
-        30, "Joints 2 and 3", "By how much the angles of the last two joints may differ; 360 is no bound.",
-        unit="°", within=(0, 360, 5))
-    # fmt: on
+    first_joint_low_deg: float = parameter(-360, "First joint from", unit="°", within=(-360, 360, 5))
+    """Least angle of the first link, 0 parallel to the image; -360 is no bound."""
+    first_joint_high_deg: float = parameter(360, "First joint to", unit="°", within=(-360, 360, 5))
+    """Greatest angle of the first link; 360 is no bound."""
+    joint_low_deg: float = parameter(0, "Other joints from", unit="°", within=(-360, 360, 5))
+    """Least angle by which the second and the third joint bend."""
+    joint_high_deg: float = parameter(90, "Other joints to", unit="°", within=(-360, 360, 5))
+    """Greatest angle by which the second and the third joint bend."""
+    joint_difference_12_deg: float = parameter(360, "Joints 1 and 2", unit="°", within=(0, 360, 5))
+    """By how much the angles of the first two joints may differ; 360 is no bound."""
+    joint_difference_23_deg: float = parameter(30, "Joints 2 and 3", unit="°", within=(0, 360, 5))
+    """By how much the angles of the last two joints may differ; 360 is no bound."""
 
 
 class _Lengths(Parameters, group=LENGTHS):
     """Lengths that links may have."""
 
-    # fmt: off
-    length_1_low_px: float = parameter(
-        60, "Link 1 from", "Least length of the first link.", unit="px", within=(1, 2000, 1), useful=(10, 150))
-    length_1_high_px: float = parameter(
-        80, "Link 1 to", "Greatest length of the first link.", unit="px", within=(1, 2000, 1), useful=(10, 150))
-    length_2_low_px: float = parameter(
-        50, "Link 2 from", "Least length of the second link.", unit="px", within=(1, 2000, 1), useful=(10, 150))
-    length_2_high_px: float = parameter(
-        70, "Link 2 to", "Greatest length of the second link.", unit="px", within=(1, 2000, 1), useful=(10, 150))
-    length_3_low_px: float = parameter(
-        40, "Link 3 from", "Least length of the third link.", unit="px", within=(1, 2000, 1), useful=(10, 150))
-    length_3_high_px: float = parameter(
-        60, "Link 3 to", "Greatest length of the third link.", unit="px", within=(1, 2000, 1), useful=(10, 150))
-    length_difference_12_px: float = parameter(
-        15, "Links 1 and 2", "By how much the lengths of the first two links may differ.",
-        unit="px", within=(0, 2000, 1), useful=(0, 100))
-    length_difference_23_px: float = parameter(
-        15, "Links 2 and 3", "By how much the lengths of the last two links may differ.",
-        unit="px", within=(0, 2000, 1), useful=(0, 100))
-    # fmt: on
+    length_1_low_px: float = parameter(60, "Link 1 from", unit="px", within=(1, 2000, 1), useful=(10, 150))
+    """Least length of the first link."""
+    length_1_high_px: float = parameter(80, "Link 1 to", unit="px", within=(1, 2000, 1), useful=(10, 150))
+    """Greatest length of the first link."""
+    length_2_low_px: float = parameter(50, "Link 2 from", unit="px", within=(1, 2000, 1), useful=(10, 150))
+    """Least length of the second link."""
+    length_2_high_px: float = parameter(70, "Link 2 to", unit="px", within=(1, 2000, 1), useful=(10, 150))
+    """Greatest length of the second link."""
+    length_3_low_px: float = parameter(40, "Link 3 from", unit="px", within=(1, 2000, 1), useful=(10, 150))
+    """Least length of the third link."""
+    length_3_high_px: float = parameter(60, "Link 3 to", unit="px", within=(1, 2000, 1), useful=(10, 150))
+    """Greatest length of the third link."""
+    length_difference_12_px: float = parameter(15, "Links 1 and 2", unit="px", within=(0, 2000, 1), useful=(0, 100))
+    """By how much the lengths of the first two links may differ."""
+    length_difference_23_px: float = parameter(15, "Links 2 and 3", unit="px", within=(0, 2000, 1), useful=(0, 100))
+    """By how much the lengths of the last two links may differ."""
 
 
 class _Noise(Parameters, group=NOISE, trackers=SAMPLED):
     """How the chain moves and is seen."""
 
-    # fmt: off
     acceleration_rad: float = parameter(
-        0.03, "Acceleration", "Standard deviation of the angular acceleration, with the velocity constant otherwise.",
-        unit="rad/frame²", within=(0.0001, 1, 0.005), useful=(0.005, 0.2), role="noise")
+        0.03, "Acceleration", unit="rad/frame²", within=(0.0001, 1, 0.005), useful=(0.005, 0.2), role="noise"
+    )
+    """Standard deviation of the angular acceleration, with the velocity constant otherwise."""
     root_acceleration_px: float = parameter(
-        0.1, "Acceleration of the root", "Standard deviation of the root's acceleration in space, along each axis.",
-        unit="px/frame²", within=(0.0001, 50, 0.05), useful=(0.05, 2), role="noise")
+        0.1, "Acceleration of the root", unit="px/frame²", within=(0.0001, 50, 0.05), useful=(0.05, 2), role="noise"
+    )
+    """Standard deviation of the root's acceleration in space, along each axis."""
     observation_variance_px2: float = parameter(
-        5, "Observation variance", "Variance of each observed coordinate, as the trackers assume it.",
-        unit="px²", within=(0.0001, 1000, 0.5), useful=(0.01, 50), role="noise")
-    outlier_limit_sd: float = parameter(
-        20, "Outlier limit", "A frame whose observation lies farther than this from every prediction is left out.",
-        unit="sd", within=(2, 1000, 1), useful=(2, 60))
+        5, "Observation variance", unit="px²", within=(0.0001, 1000, 0.5), useful=(0.01, 50), role="noise"
+    )
+    """Variance of each observed coordinate, as the trackers assume it."""
+    outlier_limit_sd: float = parameter(20, "Outlier limit", unit="sd", within=(2, 1000, 1), useful=(2, 60))
+    """A frame whose observation lies farther than this from every prediction is left out."""
     linearisations: int = parameter(
-        1, "Linearisations",
-        "How often an observation is linearised: once at the prediction, and then where the round before came to. In "
-        "space, and if noise is small, more than one keep the filter from being sure too soon; in the plane they lose "
-        "mirror images.",
-        within=(1, 10, 1), trackers=("ekf", "ekf-truncated", "ekf-mirrors"))
-    # fmt: on
+        1, "Linearisations", within=(1, 10, 1), trackers=("ekf", "ekf-truncated", "ekf-mirrors")
+    )
+    """How often an observation is linearised: once at the prediction, and then where the round before came to. In
+    space, and if noise is small, more than one keep the filter from being sure too soon; in the plane they lose mirror
+    images."""
 
 
 class _Start(Parameters, group=START, trackers=SAMPLED):
     """What is known in the first frame."""
 
-    # fmt: off
     start_angle_variance_rad2: float = parameter(
-        0.2, "Variance of angles", "Of each angle in the first frame.",
-        unit="rad²", within=(1e-6, 10, 0.01), useful=(0.01, 1), live=False)
+        0.2, "Variance of angles", unit="rad²", within=(1e-6, 10, 0.01), useful=(0.01, 1), live=False
+    )
+    """Of each angle in the first frame."""
     start_rate_variance_rad2: float = parameter(
-        0.01, "Variance of turning", "Of the change of each angle in a frame, in the first frame.",
-        unit="rad²", within=(1e-8, 1, 0.001), useful=(0.0001, 0.1), live=False)
+        0.01, "Variance of turning", unit="rad²", within=(1e-8, 1, 0.001), useful=(0.0001, 0.1), live=False
+    )
+    """Of the change of each angle in a frame, in the first frame."""
     start_length_variance_px2: float = parameter(
-        400, "Variance of lengths", "Of each length in the first frame.",
-        unit="px²", within=(1e-4, 1e5, 10), useful=(10, 1000), live=False)
+        400, "Variance of lengths", unit="px²", within=(1e-4, 1e5, 10), useful=(10, 1000), live=False
+    )
+    """Of each length in the first frame."""
     start_root_variance_px2: float = parameter(
-        9, "Variance of the root", "Of each coordinate of the root in space, in the first frame.",
-        unit="px²", within=(1e-4, 1e5, 1), useful=(1, 100), live=False)
-    # fmt: on
+        9, "Variance of the root", unit="px²", within=(1e-4, 1e5, 1), useful=(1, 100), live=False
+    )
+    """Of each coordinate of the root in space, in the first frame."""
 
 
 class _Mirrors(Parameters, group=MIRRORS, trackers=("ekf-mirrors",), constants={"score_memory": 0.7}):
     """Hypotheses on both sides of the picture plane."""
 
-    # fmt: off
-    beam_width: int = parameter(
-        4, "Beam", "How many hypotheses are kept from frame to frame.",
-        within=(1, 16, 1))
-    mirror_tau: float = parameter(
-        0.35, "Almost parallel",
-        "A link whose direction has a sine below this is taken on both sides, as it is and mirrored in depth.",
-        within=(0, 1, 0.05))
-    rejection_sd: float = parameter(
-        3, "Far outside", "A hypothesis that lies so far beyond a bound is refuted.",
-        unit="sd", within=(0.1, 100, 0.5), useful=(0.5, 10))
-    # fmt: on
+    beam_width: int = parameter(4, "Beam", within=(1, 16, 1))
+    """How many hypotheses are kept from frame to frame."""
+    mirror_tau: float = parameter(0.35, "Almost parallel", within=(0, 1, 0.05))
+    """A link whose direction has a sine below this is taken on both sides, as it is and mirrored in depth."""
+    rejection_sd: float = parameter(3, "Far outside", unit="sd", within=(0.1, 100, 0.5), useful=(0.5, 10))
+    """A hypothesis that lies so far beyond a bound is refuted."""
 
 
 class _Particles(Parameters, group=PARTICLES, trackers=("particles",)):
     """Particles, and whether their noises are known."""
 
-    # fmt: off
     sample_count: int = particle_count(200)
-    noise_unknown: bool = parameter(
-        True, "Unknown noises",
-        "Whether acceleration of each joint and observation variance are estimated, up to twice what is given.")
-    # fmt: on
+    noise_unknown: bool = parameter(True, "Unknown noises")
+    """Whether acceleration of each joint and observation variance are estimated, up to twice what is given."""
 
 
 class _Sets(
@@ -390,43 +371,44 @@ class _Sets(
 ):
     """Regions that hold the truth, and how exactly they are computed."""
 
-    # fmt: off
     motion_bound_rad: float = parameter(
-        0.06, "Motion bound",
-        "Most that the directions of all links, and in space the attitude, move in a frame, as one vector; the regions "
-        "hold the truth only if that is so. 0 for a chain that is known to stand still.",
-        unit="rad/frame", within=(0, 1, 0.01), useful=(0, 0.3), role="noise")
+        0.06, "Motion bound", unit="rad/frame", within=(0, 1, 0.01), useful=(0, 0.3), role="noise"
+    )
+    """Most that the directions of all links, and in space the attitude, move in a frame, as one vector; the regions
+    hold the truth only if that is so. 0 for a chain that is known to stand still."""
     root_motion_bound_px: float = parameter(
-        1, "Motion bound of the root",
-        "Most that the root moves in a frame along each axis of the picture, in space, while no point is seen.",
-        unit="px/frame", within=(0, 200, 0.5), useful=(0, 20), role="noise")
-    error_bound_px: float = parameter(
-        3, "Error bound", "Greatest error of an observed coordinate; the regions hold the truth only if that is so.",
-        unit="px", within=(0, 200, 0.5), useful=(0, 15), role="noise")
+        1, "Motion bound of the root", unit="px/frame", within=(0, 200, 0.5), useful=(0, 20), role="noise"
+    )
+    """Most that the root moves in a frame along each axis of the picture, in space, while no point is seen."""
+    error_bound_px: float = parameter(3, "Error bound", unit="px", within=(0, 200, 0.5), useful=(0, 15), role="noise")
+    """Greatest error of an observed coordinate; the regions hold the truth only if that is so."""
     start_angle_bound_rad: float = parameter(
-        0.1, "Angles within", "How far each angle may be off in the first frame, to either side.",
-        unit="rad", within=(0, 3, 0.01), useful=(0, 1), live=False)
+        0.1, "Angles within", unit="rad", within=(0, 3, 0.01), useful=(0, 1), live=False
+    )
+    """How far each angle may be off in the first frame, to either side."""
     start_length_bound_px: float = parameter(
-        20, "Lengths within", "How far each length may be off in the first frame, to either side.",
-        unit="px", within=(0, 2000, 1), useful=(0, 60), live=False)
+        20, "Lengths within", unit="px", within=(0, 2000, 1), useful=(0, 60), live=False
+    )
+    """How far each length may be off in the first frame, to either side."""
     start_root_bound_px: float = parameter(
-        3, "Root within", "How far the root may be off in the first frame, along each axis of the picture, in space.",
-        unit="px", within=(0, 2000, 0.5), useful=(0, 30), live=False)
-    split_regions: bool = parameter(
-        True, "Splitting", "Whether a region is split where a link may lean towards the camera or away from it.")
+        3, "Root within", unit="px", within=(0, 2000, 0.5), useful=(0, 30), live=False
+    )
+    """How far the root may be off in the first frame, along each axis of the picture, in space."""
+    split_regions: bool = parameter(True, "Splitting")
+    """Whether a region is split where a link may lean towards the camera or away from it."""
     angle_scale_px: float = parameter(
-        55, "Scale of angles", "By how many px a rad counts in the trace, which adds squares of angles and lengths.",
-        unit="px/rad", within=(1, 1000, 5), useful=(5, 200), trackers=ELLIPSOIDS)
+        55, "Scale of angles", unit="px/rad", within=(1, 1000, 5), useful=(5, 200), trackers=ELLIPSOIDS
+    )
+    """By how many px a rad counts in the trace, which adds squares of angles and lengths."""
     predicted_ellipsoid: Literal["outer", "lengthened", "printed"] = parameter(
-        "outer", "Prediction",
-        "How an ellipsoid grows by a motion: by an outer bound; by making every semi-axis longer, as Shimada says "
-        "in words; or by P + du I with du in px, as it prints. The last two lose a part of what is possible.",
-        trackers=("ellipsoids-literal",))
+        "outer", "Prediction", trackers=("ellipsoids-literal",)
+    )
+    """How an ellipsoid grows by a motion: by an outer bound; by making every semi-axis longer, as Shimada says in
+    words; or by P + du I with du in px, as it prints. The last two lose a part of what is possible."""
     first_ellipsoid: Literal["circumscribed", "inscribed"] = parameter(
-        "circumscribed", "First ellipsoid",
-        "Whether the first ellipsoid is around the box of what is possible, or within it, which loses its corners.",
-        live=False, trackers=("ellipsoids-literal",))
-    # fmt: on
+        "circumscribed", "First ellipsoid", live=False, trackers=("ellipsoids-literal",)
+    )
+    """Whether the first ellipsoid is around the box of what is possible, or within it, which loses its corners."""
 
 
 class LinkageTrackerParameters(_Sets, _Particles, _Mirrors, _Start, _Noise, _Lengths, _Joints):
@@ -483,16 +465,13 @@ SCORING, DRAWING = "Scoring", "Drawing"
 class LinkageParameters(LinkageTrackerParameters, group=SCORING):
     """The trackers, what counts as lost, and what is drawn."""
 
-    # fmt: off
-    lost_deg: float = parameter(
-        11.5, "Limit of success",
-        "The chain counts as lost when the direction of a link is further off than this, or when regions exclude it.",
-        unit="°", within=(0.5, 180, 0.5), useful=(0.5, 45))
+    lost_deg: float = parameter(11.5, "Limit of success", unit="°", within=(0.5, 180, 0.5), useful=(0.5, 45))
+    """The chain counts as lost when the direction of a link is further off than this, or when regions exclude it."""
     lost_share: float = loss_share(0.1)
     shown_hypothesis: int = parameter(
-        1, "Shown hypothesis", "Which of a frame's hypotheses is drawn in the picture beside the estimate.",
-        within=(1, 100, 1), useful=(1, 16), group=DRAWING, role="drawing")
-    # fmt: on
+        1, "Shown hypothesis", within=(1, 100, 1), useful=(1, 16), group=DRAWING, role="drawing"
+    )
+    """Which of a frame's hypotheses is drawn in the picture beside the estimate."""
 
 
 class SimulatedLinkageParameters(LinkageParameters, LinkageSceneParameters):

@@ -82,54 +82,29 @@ CAMERA = "Camera"
 class _Motion(Parameters, group=MOTION):
     """How the prism moves."""
 
-    speed: float = parameter(
-        1,
-        "Speed",
-        "How fast the prism moves, as a multiple of Bando's motion.",
-        within=(0, 10, 0.1),
-        useful=(0, 4),
-        role="world",
-    )
-    pitch_amplitude_deg: float = parameter(
-        20, "Nod", "How far it turns about the horizontal axis.", unit="°", within=(0, 60, 1)
-    )
-    yaw_amplitude_deg: float = parameter(
-        40, "Turn", "How far it turns about the vertical axis.", unit="°", within=(0, 60, 1)
-    )
-    roll_amplitude_deg: float = parameter(
-        15, "Roll", "How far it turns about the line of sight.", unit="°", within=(0, 60, 1)
-    )
-    translation: float = parameter(
-        0,
-        "Translation",
-        "How far it moves to and fro as well; 1 is 20 mm sideways, 15 mm up and down, 15 % of its distance.",
-        within=(0, 2, 0.1),
-    )
+    speed: float = parameter(1, "Speed", within=(0, 10, 0.1), useful=(0, 4), role="world")
+    """How fast the prism moves, as a multiple of Bando's motion."""
+    pitch_amplitude_deg: float = parameter(20, "Nod", unit="°", within=(0, 60, 1))
+    """How far it turns about the horizontal axis."""
+    yaw_amplitude_deg: float = parameter(40, "Turn", unit="°", within=(0, 60, 1))
+    """How far it turns about the vertical axis."""
+    roll_amplitude_deg: float = parameter(15, "Roll", unit="°", within=(0, 60, 1))
+    """How far it turns about the line of sight."""
+    translation: float = parameter(0, "Translation", within=(0, 2, 0.1))
+    """How far it moves to and fro as well; 1 is 20 mm sideways, 15 mm up and down, 15 % of its distance."""
 
 
 class _Camera(Parameters, group=CAMERA, constants={"hidden_noise_px": HIDDEN_NOISE_PX}):
     """How it is seen."""
 
-    distance_mm: float = parameter(
-        80,
-        "Distance",
-        "From the camera to the prism's centre; the nearer it is, the stronger the perspective.",
-        unit="mm",
-        within=(60, 1000, 5),
-        useful=(60, 300),
-        live=False,
-    )
+    distance_mm: float = parameter(80, "Distance", unit="mm", within=(60, 1000, 5), useful=(60, 300), live=False)
+    """From the camera to the prism's centre; the nearer it is, the stronger the perspective."""
     focal_length_px: float = parameter(
-        400, "Focal length", "Of the pinhole camera.", unit="px", within=(50, 2000, 10), useful=(100, 1000), live=False
+        400, "Focal length", unit="px", within=(50, 2000, 10), useful=(100, 1000), live=False
     )
-    noise_px: float = parameter(
-        1,
-        "Noise",
-        "Standard deviation of the measurement of a visible vertex.",
-        unit="px",
-        within=(0.1, 50, 0.1),
-        role="world",
-    )
+    """Of the pinhole camera."""
+    noise_px: float = parameter(1, "Noise", unit="px", within=(0.1, 50, 0.1), role="world")
+    """Standard deviation of the measurement of a visible vertex."""
 
 
 class PrismParameters(_Camera, _Motion):

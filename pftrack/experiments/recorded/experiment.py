@@ -208,14 +208,11 @@ MOST_DISTANCE = 100_000
 class ScoringParameters(Parameters, group=SCORING):
     """When a target counts as lost."""
 
-    # fmt: off
-    lost_distance: float = parameter(
-        0, "Lost from", "Distance from the truth from which on the target counts as lost, in the unit of the states; 0 "
-        "for outside its true box. Where truths have no box, it begins with how far the true places lie from the "
-        "middle of their path, root mean square: one who stays there is wrong by so much.",
-        within=(0, MOST_DISTANCE, 1))
+    lost_distance: float = parameter(0, "Lost from", within=(0, MOST_DISTANCE, 1))
+    """Distance from the truth from which on the target counts as lost, in the unit of the states; 0 for outside its
+    true box. Where truths have no box, it begins with how far the true places lie from the middle of their path, root
+    mean square: one who stays there is wrong by so much."""
     lost_share: float = loss_share(0.25)
-    # fmt: on
 
 
 class RecordedBeliefParameters(SelectionParameters, ScoringParameters):

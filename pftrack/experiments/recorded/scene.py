@@ -288,13 +288,10 @@ EXAMPLE_PARTICLES = 300
 class ExampleParameters(SelectionParameters, group=GROUP, constants={"example_particles": EXAMPLE_PARTICLES}):
     """The example that is made up."""
 
-    # fmt: off
-    example_error_px: float = parameter(
-        4, "Error", "Standard deviation of the estimate's error, and of the particles.",
-        unit="px", within=(0.1, 50, 0.1), useful=(0.5, 20), role="world")
-    confuse_numbers: bool = parameter(
-        False, "Confuse numbers", "Whether the two targets have each other's number after they met.")
-    # fmt: on
+    example_error_px: float = parameter(4, "Error", unit="px", within=(0.1, 50, 0.1), useful=(0.5, 20), role="world")
+    """Standard deviation of the estimate's error, and of the particles."""
+    confuse_numbers: bool = parameter(False, "Confuse numbers")
+    """Whether the two targets have each other's number after they met."""
 
 
 class ExampleSource:

@@ -62,43 +62,22 @@ class OccluderParameters(Parameters, group=GROUP):
     """A strip in front of everything; none by default."""
 
     occlusion_width_px: float = occlusion_width(0)
-    occlusion_offset_px: float = parameter(
-        0,
-        "Occluder place",
-        "Where the middle of the strip is, to the right of the middle of the picture.",
-        unit="px",
-        within=(-960, 960, 1),
-        useful=(-160, 160),
-    )
-    occluder_colour: str = parameter("#3c3c3c", "Occluder colour", "Colour of the strip.", colour=True)
+    occlusion_offset_px: float = parameter(0, "Occluder place", unit="px", within=(-960, 960, 1), useful=(-160, 160))
+    """Where the middle of the strip is, to the right of the middle of the picture."""
+    occluder_colour: str = parameter("#3c3c3c", "Occluder colour", colour=True)
+    """Colour of the strip."""
 
 
 class OverlayParameters(OccluderParameters, group=GROUP):
     """What is laid over the picture; nothing by default."""
 
     distracter_radius_px: float = distracter_radius(0)
-    layout: int = parameter(
-        7,
-        "Look-alike layout",
-        "Which three of the six slots around the middle hold a look-alike.",
-        within=(0, len(LAYOUTS) - 1, 1),
-    )
-    slot_spacing_px: float = parameter(
-        60,
-        "Slot spacing",
-        "Distance between neighbouring columns of slots.",
-        unit="px",
-        within=(0, 640, 1),
-        useful=(0, 160),
-    )
-    slot_offset_px: float = parameter(
-        50,
-        "Slot offset",
-        "Distance of the two rows of slots from the middle of the picture.",
-        unit="px",
-        within=(0, 540, 1),
-        useful=(0, 140),
-    )
+    layout: int = parameter(7, "Look-alike layout", within=(0, len(LAYOUTS) - 1, 1))
+    """Which three of the six slots around the middle hold a look-alike."""
+    slot_spacing_px: float = parameter(60, "Slot spacing", unit="px", within=(0, 640, 1), useful=(0, 160))
+    """Distance between neighbouring columns of slots."""
+    slot_offset_px: float = parameter(50, "Slot offset", unit="px", within=(0, 540, 1), useful=(0, 140))
+    """Distance of the two rows of slots from the middle of the picture."""
 
 
 def strip(parameters: OccluderParameters, width: int) -> tuple[float, float]:
@@ -232,9 +211,8 @@ def frames_to_search(first: int, last: int, *, closely: int, most: int) -> Seque
 class RecordingParameters(OverlayParameters, group=GROUP):
     """What is laid over the recording."""
 
-    distracter_colour: str = parameter(
-        "#c83232", "Look-alike colour", "Colour of the look-alikes; the target's own at first.", colour=True
-    )
+    distracter_colour: str = parameter("#c83232", "Look-alike colour", colour=True)
+    """Colour of the look-alikes; the target's own at first."""
 
 
 class RecordedFrames:

@@ -94,14 +94,9 @@ class JudgedByBox(Parameters, group="Scoring"):
     `inside_share` decides on success by it.
     """
 
-    lost_share: float = parameter(
-        0.25,
-        "Frames that may miss",
-        "A run is a success if the estimate lies outside the true box in no more than this share of the frames with "
-        "known truth.",
-        within=(0, 1, 0.01),
-        role="loss_share",
-    )
+    lost_share: float = parameter(0.25, "Frames that may miss", within=(0, 1, 0.01), role="loss_share")
+    """A run is a success if the estimate lies outside the true box in no more than this share of the frames with known
+    truth."""
 
     @property
     def judged_by_box(self) -> bool:
@@ -185,14 +180,11 @@ class SamplingParameters(Parameters, group=SAMPLING, trackers=DRAWING):
     """How particles are drawn."""
 
     sample_count: int = particle_count(800)
-    apf_weights: WeightRule = parameter(
-        "sharpened",
-        "Observation weights",
-        "Weight of a particle whose parent was chosen by the observation: sharpened as in Bando 2007 (not a valid "
-        "importance sampler), corrected by Pitt and Shephard's rule, or corrected with the balance heuristic.",
-        trackers=OBSERVING,
-    )
-    resampling: Resampling = parameter("systematic", "Resampling", "How parents are drawn.", role="resampling")
+    apf_weights: WeightRule = parameter("sharpened", "Observation weights", trackers=OBSERVING)
+    """Weight of a particle whose parent was chosen by the observation: sharpened as in Bando 2007 (not a valid
+    importance sampler), corrected by Pitt and Shephard's rule, or corrected with the balance heuristic."""
+    resampling: Resampling = parameter("systematic", "Resampling", role="resampling")
+    """How parents are drawn."""
     resampling_threshold: float = resampling_threshold(trackers=("condensation", "pc-pf", "h-spf", "s-spf"))
 
 

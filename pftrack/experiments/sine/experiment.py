@@ -48,18 +48,14 @@ SIGNAL = "Signal"
 class SignalParameters(Parameters, group=SIGNAL):
     """The signal and its noise."""
 
-    waveform: Literal["sine", "cosine"] = parameter("cosine", "Waveform", "The true signal.", live=False)
-    dimension: int = parameter(
-        1, "Dimension", "How many independent copies of the signal are tracked together.", within=(1, 10, 1), live=False
-    )
+    waveform: Literal["sine", "cosine"] = parameter("cosine", "Waveform", live=False)
+    """The true signal."""
+    dimension: int = parameter(1, "Dimension", within=(1, 10, 1), live=False)
+    """How many independent copies of the signal are tracked together."""
     observation_noise_sd: float = parameter(
-        0.1,
-        "Observation noise",
-        "Standard deviation of the noise on what is seen.",
-        within=(0.001, 10, 0.01),
-        useful=(0.01, 1),
-        role="world",
+        0.1, "Observation noise", within=(0.001, 10, 0.01), useful=(0.01, 1), role="world"
     )
+    """Standard deviation of the noise on what is seen."""
 
 
 class SignalSource:
@@ -109,29 +105,15 @@ class SignalTrackerParameters(Parameters, group=GROUP):
 
     sample_count: int = particle_count(100, trackers=("condensation",))
     process_noise_sd: float = parameter(
-        0.001,
-        "Process noise",
-        "Standard deviation of what the motion model leaves out, each frame.",
-        within=(1e-6, 1, 0.0005),
-        useful=(0.0005, 0.05),
-        role="noise",
+        0.001, "Process noise", within=(1e-6, 1, 0.0005), useful=(0.0005, 0.05), role="noise"
     )
+    """Standard deviation of what the motion model leaves out, each frame."""
     assumed_noise_sd: float = parameter(
-        0.1,
-        "Assumed observation noise",
-        "Standard deviation of the noise as the filter takes it to be.",
-        within=(0.001, 10, 0.01),
-        useful=(0.01, 1),
-        role="noise",
+        0.1, "Assumed observation noise", within=(0.001, 10, 0.01), useful=(0.01, 1), role="noise"
     )
-    initial_sd: float = parameter(
-        0,
-        "Initial spread",
-        "Standard deviation of both newest values around the true start.",
-        within=(0, 10, 0.1),
-        useful=(0, 2),
-        live=False,
-    )
+    """Standard deviation of the noise as the filter takes it to be."""
+    initial_sd: float = parameter(0, "Initial spread", within=(0, 10, 0.1), useful=(0, 2), live=False)
+    """Standard deviation of both newest values around the true start."""
     resampling_threshold: float = resampling_threshold(trackers=("condensation",))
 
 

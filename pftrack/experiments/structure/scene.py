@@ -237,66 +237,47 @@ def named_body(sequence: TrackSequence) -> BodyTarget:
 class _Body(Parameters, group=BODY):
     """Which body turns."""
 
-    # fmt: off
-    tracked_body: Literal["prism", "face", "cloud", "plate"] = parameter(
-        "prism", "Body", "A prism of 14 points, a face of 11, or any number of points on an egg or in one plane.",
-        live=False)
-    body_seed: int = parameter(
-        99, "Which one", "Number of the face, the egg or the plate: each has another shape.",
-        within=(0, 999, 1), useful=(0, 199), live=False)
-    body_points: int = parameter(
-        20, "Points", "How many points an egg or a plate has.", within=(4, 60, 1), live=False)
-    # fmt: on
+    tracked_body: Literal["prism", "face", "cloud", "plate"] = parameter("prism", "Body", live=False)
+    """A prism of 14 points, a face of 11, or any number of points on an egg or in one plane."""
+    body_seed: int = parameter(99, "Which one", within=(0, 999, 1), useful=(0, 199), live=False)
+    """Number of the face, the egg or the plate: each has another shape."""
+    body_points: int = parameter(20, "Points", within=(4, 60, 1), live=False)
+    """How many points an egg or a plate has."""
 
 
 class _Motion(Parameters, group=MOTION):
     """How fast it turns."""
 
-    # fmt: off
-    sideways_deg: float = parameter(
-        1, "Turning sideways", "How fast it turns about the vertical axis, each frame.",
-        unit="°", within=(0, 10, 0.1))
-    upwards_deg: float = parameter(
-        2, "Turning upwards", "How fast it turns about the horizontal axis, each frame.",
-        unit="°", within=(0, 10, 0.1))
-    swing_deg: float = parameter(
-        180, "Swing", "How far it turns to either side before it turns back; at 180 it goes all the way round.",
-        unit="°", within=(1, 180, 1), live=False)
-    # fmt: on
+    sideways_deg: float = parameter(1, "Turning sideways", unit="°", within=(0, 10, 0.1))
+    """How fast it turns about the vertical axis, each frame."""
+    upwards_deg: float = parameter(2, "Turning upwards", unit="°", within=(0, 10, 0.1))
+    """How fast it turns about the horizontal axis, each frame."""
+    swing_deg: float = parameter(180, "Swing", unit="°", within=(1, 180, 1), live=False)
+    """How far it turns to either side before it turns back; at 180 it goes all the way round."""
 
 
 class _Camera(Parameters, group=CAMERA):
     """How far away it is."""
 
-    # fmt: off
-    camera_distance: float = parameter(
-        9, "Distance", "From the camera to the body, in sizes of the body; far away there is no perspective.",
-        within=(4, 1000, 1), useful=(4, 300), live=False)
-    # fmt: on
+    camera_distance: float = parameter(9, "Distance", within=(4, 1000, 1), useful=(4, 300), live=False)
+    """From the camera to the body, in sizes of the body; far away there is no perspective."""
 
 
 class _Seen(Parameters, group=SEEN):
     """How well its points are seen."""
 
-    # fmt: off
-    seen_noise_px: float = parameter(
-        2, "Noise", "Standard deviation of the measurement of a point that is seen well.",
-        unit="px", within=(0.001, 20, 0.1), useful=(0.1, 10), role="world")
-    unseen_noise_px: float = parameter(
-        100, "Noise while hidden", "Standard deviation of the measurement of a point that is hidden.",
-        unit="px", within=(0.001, 500, 1), useful=(1, 200))
-    unseen_missing: bool = parameter(
-        False, "Hidden points missing", "Whether a hidden point is not measured at all.")
-    missing_share: float = parameter(
-        0, "Missing at random", "Share of the points that are not measured in a frame.",
-        within=(0, 0.9, 0.05), role="world")
-    burst_frames: int = parameter(
-        0, "Burst", "For how many frames of every 120 the left half of the body is covered.",
-        unit="frames", within=(0, 120, 5))
-    slip_share: float = parameter(
-        0, "Silently wrong", "Share of the measurements that are some 40 px off without their variance saying so.",
-        within=(0, 0.5, 0.01), role="world")
-    # fmt: on
+    seen_noise_px: float = parameter(2, "Noise", unit="px", within=(0.001, 20, 0.1), useful=(0.1, 10), role="world")
+    """Standard deviation of the measurement of a point that is seen well."""
+    unseen_noise_px: float = parameter(100, "Noise while hidden", unit="px", within=(0.001, 500, 1), useful=(1, 200))
+    """Standard deviation of the measurement of a point that is hidden."""
+    unseen_missing: bool = parameter(False, "Hidden points missing")
+    """Whether a hidden point is not measured at all."""
+    missing_share: float = parameter(0, "Missing at random", within=(0, 0.9, 0.05), role="world")
+    """Share of the points that are not measured in a frame."""
+    burst_frames: int = parameter(0, "Burst", unit="frames", within=(0, 120, 5))
+    """For how many frames of every 120 the left half of the body is covered."""
+    slip_share: float = parameter(0, "Silently wrong", within=(0, 0.5, 0.01), role="world")
+    """Share of the measurements that are some 40 px off without their variance saying so."""
 
 
 class TracksSceneParameters(_Seen, _Camera, _Motion, _Body):

@@ -46,27 +46,20 @@ MATCHING = "Matching"
 class DetectorParameters(Parameters, group="Corners"):
     """What counts as a corner."""
 
-    # fmt: off
-    corner_detector: Detector = parameter(
-        "eigenvalue", "Detector",
-        "By the smaller eigenvalue of the gradients (Shi and Tomasi), or by their lack of a direction (Chabat).",
-        live=False)
-    corner_count: int = parameter(
-        60, "Most corners", "How many corners are followed at most, the strongest first.",
-        within=(1, 400, 1), useful=(1, 200), live=False)
-    corner_quality: float = parameter(
-        0.05, "Least strength", "How strong a corner must be, as a share of the strongest one of the picture.",
-        within=(0.001, 1, 0.001), useful=(0.001, 0.3), live=False)
+    corner_detector: Detector = parameter("eigenvalue", "Detector", live=False)
+    """By the smaller eigenvalue of the gradients (Shi and Tomasi), or by their lack of a direction (Chabat)."""
+    corner_count: int = parameter(60, "Most corners", within=(1, 400, 1), useful=(1, 200), live=False)
+    """How many corners are followed at most, the strongest first."""
+    corner_quality: float = parameter(0.05, "Least strength", within=(0.001, 1, 0.001), useful=(0.001, 0.3), live=False)
+    """How strong a corner must be, as a share of the strongest one of the picture."""
     corner_distance_px: float = parameter(
-        9, "Least distance", "How far corners are from each other at least.",
-        unit="px", within=(1, 100, 1), useful=(1, 40), live=False)
-    corner_window_px: int = parameter(
-        5, "Window", "Side of the square over which gradients are summed.",
-        unit="px", within=(3, 31, 2), live=False)
-    corner_margin_px: int = parameter(
-        12, "Margin", "How far corners are from the edge of the picture at least.",
-        unit="px", within=(0, 200, 1), useful=(0, 60), live=False)
-    # fmt: on
+        9, "Least distance", unit="px", within=(1, 100, 1), useful=(1, 40), live=False
+    )
+    """How far corners are from each other at least."""
+    corner_window_px: int = parameter(5, "Window", unit="px", within=(3, 31, 2), live=False)
+    """Side of the square over which gradients are summed."""
+    corner_margin_px: int = parameter(12, "Margin", unit="px", within=(0, 200, 1), useful=(0, 60), live=False)
+    """How far corners are from the edge of the picture at least."""
 
 
 def find_corners(grey: NDArray[np.uint8], parameters: DetectorParameters, among: Bools | None = None) -> Floats:
@@ -142,27 +135,20 @@ def _apart(places: Ints, shape: tuple[int, ...], distance_px: float, most: int) 
 class CornerParameters(DetectorParameters, group=MATCHING, constants={"between_pixels": False}):
     """Everything that following corners through pictures reads."""
 
-    # fmt: off
-    template_px: int = parameter(
-        11, "Template", "Side of the square about a corner that is looked for in later pictures.",
-        unit="px", within=(3, LARGEST_TEMPLATE_PX, 2), live=False)
-    search_reach_px: int = parameter(
-        13, "Search to", "How far from its last match a corner is looked for, to all four sides.",
-        unit="px", within=(1, 40, 1))
-    match_cost: Cost = parameter(
-        "difference", "Compare by",
-        "The mean difference of grey levels, which light misleads, or normalised correlation, which it does not.")
-    template_renewal: bool = parameter(
-        False, "Renew templates", "Whether a template is cut anew at every match: it adapts, and drifts away.")
-    largest_cost: float = parameter(
-        255, "Largest cost", "A costlier match is none: in grey levels, in hundredths by correlation; 255 takes all.",
-        within=(0, 255, 1))
-    largest_ratio: float = parameter(
-        1, "Largest ratio", "A match that costs more of the next best one elsewhere is ambiguous, and is none.",
-        within=(0, 1, 0.01))
-    new_corners: bool = parameter(
-        False, "New corners", "Whether a corner that has been gone for ten frames is replaced by another.")
-    # fmt: on
+    template_px: int = parameter(11, "Template", unit="px", within=(3, LARGEST_TEMPLATE_PX, 2), live=False)
+    """Side of the square about a corner that is looked for in later pictures."""
+    search_reach_px: int = parameter(13, "Search to", unit="px", within=(1, 40, 1))
+    """How far from its last match a corner is looked for, to all four sides."""
+    match_cost: Cost = parameter("difference", "Compare by")
+    """The mean difference of grey levels, which light misleads, or normalised correlation, which it does not."""
+    template_renewal: bool = parameter(False, "Renew templates")
+    """Whether a template is cut anew at every match: it adapts, and drifts away."""
+    largest_cost: float = parameter(255, "Largest cost", within=(0, 255, 1))
+    """A costlier match is none: in grey levels, in hundredths by correlation; 255 takes all."""
+    largest_ratio: float = parameter(1, "Largest ratio", within=(0, 1, 0.01))
+    """A match that costs more of the next best one elsewhere is ambiguous, and is none."""
+    new_corners: bool = parameter(False, "New corners")
+    """Whether a corner that has been gone for ten frames is replaced by another."""
 
 
 GONE_FRAMES = 10

@@ -63,11 +63,8 @@ class SimulatedTrajectoriesParameters(
 ):
     """The simulated sequence or the simulated tracks, and their filters."""
 
-    # fmt: off
-    trajectories_scene: Literal["lattice", "tracks"] = parameter(
-        "lattice", "Scene", "Pictures of a wall, a book and a box, whose corners are followed; or nothing but tracks.",
-        live=False)
-    # fmt: on
+    trajectories_scene: Literal["lattice", "tracks"] = parameter("lattice", "Scene", live=False)
+    """Pictures of a wall, a book and a box, whose corners are followed; or nothing but tracks."""
 
 
 def simulate() -> Setup:

@@ -45,51 +45,42 @@ LONGEST_LAG = 50
 class _Model(Parameters, group=MOTION):
     """How points move and are measured."""
 
-    # fmt: off
     noise_variance_px2: float = parameter(
-        3, "Measurement noise σ²", "Square of the scale of a measurement's noise; NLNG begins there and finds its own.",
-        unit="px²", within=(0.01, 100, 0.5), useful=(0.1, 30), role="noise")
+        3, "Measurement noise σ²", unit="px²", within=(0.01, 100, 0.5), useful=(0.1, 30), role="noise"
+    )
+    """Square of the scale of a measurement's noise; NLNG begins there and finds its own."""
     drive_variance_px2: float = parameter(
-        1, "Freedom of motion τ²", "Variance of the change of velocity in a frame; small is smooth. NLNG begins there.",
-        unit="px²", within=(0.0001, 100, 0.1), useful=(0.01, 10), role="noise")
-    lag_frames: int = parameter(
-        25, "Smoothing lag", "How many later frames a smoothed position takes into account.",
-        unit="frames", within=(0, LONGEST_LAG, 1), role="smoothing")
+        1, "Freedom of motion τ²", unit="px²", within=(0.0001, 100, 0.1), useful=(0.01, 10), role="noise"
+    )
+    """Variance of the change of velocity in a frame; small is smooth. NLNG begins there."""
+    lag_frames: int = parameter(25, "Smoothing lag", unit="frames", within=(0, LONGEST_LAG, 1), role="smoothing")
+    """How many later frames a smoothed position takes into account."""
     start_spread_px: float = parameter(
-        1, "Initial spread", "Standard deviation of the two positions with which a track begins.",
-        unit="px", within=(0.1, 50, 0.5), useful=(0.5, 10), live=False)
-    # fmt: on
+        1, "Initial spread", unit="px", within=(0.1, 50, 0.5), useful=(0.5, 10), live=False
+    )
+    """Standard deviation of the two positions with which a track begins."""
 
 
 class _Particles(Parameters, group=PARTICLES, trackers=CLOUDS):
     """Particles, and how noises drift."""
 
-    # fmt: off
-    sample_count: int = parameter(
-        2000, "Particles", "Number of particles of each track.",
-        within=(10, MOST_PARTICLES, 10), role="particles", sets=50)
-    point_estimate: Literal["mode", "mean"] = parameter(
-        "mode", "Estimate", "The fullest place of a histogram in bins of 1 px, or the mean of the particles.")
-    law_drift: float = parameter(
-        0, "Drift of σ² and τ²", "What their logarithms may change by in a frame; without, they settle once for all.",
-        within=(0, 0.5, 0.01), trackers=("nlng",))
-    # fmt: on
+    sample_count: int = parameter(2000, "Particles", within=(10, MOST_PARTICLES, 10), role="particles", sets=50)
+    """Number of particles of each track."""
+    point_estimate: Literal["mode", "mean"] = parameter("mode", "Estimate")
+    """The fullest place of a histogram in bins of 1 px, or the mean of the particles."""
+    law_drift: float = parameter(0, "Drift of σ² and τ²", within=(0, 0.5, 0.01), trackers=("nlng",))
+    """What their logarithms may change by in a frame; without, they settle once for all."""
 
 
 class _Scoring(Parameters, group=SCORING):
     """When a measurement is an outlier, and a point lost."""
 
-    # fmt: off
-    outlier_px: float = parameter(
-        5, "Outlier from", "A measurement further from the estimate than this counts as an outlier.",
-        unit="px", within=(0.5, 100, 0.5), useful=(0.5, 20))
-    lost_px: float = parameter(
-        10, "Lost from", "A track further from its true position than this counts as lost.",
-        unit="px", within=(0.5, 200, 0.5), useful=(0.5, 40))
-    lost_frames_share: float = parameter(
-        0.02, "Frames that may be lost", "A run is a success if the selected track is lost in no more of its frames.",
-        within=(0, 1, 0.01), role="loss_share")
-    # fmt: on
+    outlier_px: float = parameter(5, "Outlier from", unit="px", within=(0.5, 100, 0.5), useful=(0.5, 20))
+    """A measurement further from the estimate than this counts as an outlier."""
+    lost_px: float = parameter(10, "Lost from", unit="px", within=(0.5, 200, 0.5), useful=(0.5, 40))
+    """A track further from its true position than this counts as lost."""
+    lost_frames_share: float = parameter(0.02, "Frames that may be lost", within=(0, 1, 0.01), role="loss_share")
+    """A run is a success if the selected track is lost in no more of its frames."""
 
 
 class TrajectoriesTrackerParameters(_Scoring, _Particles, _Model, SelectionParameters):

@@ -38,11 +38,8 @@ REFERENCE_PX.flags.writeable = False
 class SelectionParameters(Parameters, group="Selection"):
     """Which track the run's estimate and error are of."""
 
-    # fmt: off
-    selected_track: int = parameter(
-        0, "Selected track", "Number of the track that is looked at closely; its position is the run's estimate.",
-        within=(0, 399, 1), useful=(0, 60))
-    # fmt: on
+    selected_track: int = parameter(0, "Selected track", within=(0, 399, 1), useful=(0, 60))
+    """Number of the track that is looked at closely; its position is the run's estimate."""
 
 
 class Motion(Protocol):
@@ -109,29 +106,26 @@ MEASUREMENTS = "Measurements"
 class TracksSceneParameters(SelectionParameters, group=MEASUREMENTS):
     """The simulated tracks and their noise."""
 
-    # fmt: off
-    track_count: int = parameter(
-        6, "Tracks", "How many tracks there are; all move alike and have noise of their own.",
-        within=(1, 200, 1), useful=(1, 60), live=False)
-    reference_track: bool = parameter(
-        True, "Reference track", "Whether the first track is the one whose numbers are the same in every run.",
-        live=False)
+    track_count: int = parameter(6, "Tracks", within=(1, 200, 1), useful=(1, 60), live=False)
+    """How many tracks there are; all move alike and have noise of their own."""
+    reference_track: bool = parameter(True, "Reference track", live=False)
+    """Whether the first track is the one whose numbers are the same in every run."""
     horizontal_variance_px2: float = parameter(
-        2, "Horizontal noise", "Variance of the measurements across.",
-        unit="px²", within=(0, 50, 0.5), useful=(0, 20), role="world")
+        2, "Horizontal noise", unit="px²", within=(0, 50, 0.5), useful=(0, 20), role="world"
+    )
+    """Variance of the measurements across."""
     vertical_variance_px2: float = parameter(
-        0.5, "Vertical noise", "Variance of the measurements downwards.",
-        unit="px²", within=(0, 50, 0.5), useful=(0, 20), role="world")
-    outlier_every: int = parameter(
-        15, "Outlier every", "Every so many frames the horizontal noise is Cauchy; beyond 99 it never is.",
-        unit="frames", within=(1, 100, 1))
-    outlier_frames: int = parameter(
-        1, "Outliers last", "For how many frames a track stays where an outlier has taken it.",
-        unit="frames", within=(1, 50, 1), useful=(1, 20))
+        0.5, "Vertical noise", unit="px²", within=(0, 50, 0.5), useful=(0, 20), role="world"
+    )
+    """Variance of the measurements downwards."""
+    outlier_every: int = parameter(15, "Outlier every", unit="frames", within=(1, 100, 1))
+    """Every so many frames the horizontal noise is Cauchy; beyond 99 it never is."""
+    outlier_frames: int = parameter(1, "Outliers last", unit="frames", within=(1, 50, 1), useful=(1, 20))
+    """For how many frames a track stays where an outlier has taken it."""
     outlier_scale_px2: float = parameter(
-        50, "Size of outliers", "Square of the scale of the Cauchy noise.",
-        unit="px²", within=(0, 2500, 10), useful=(0, 500), role="world")
-    # fmt: on
+        50, "Size of outliers", unit="px²", within=(0, 2500, 10), useful=(0, 500), role="world"
+    )
+    """Square of the scale of the Cauchy noise."""
 
 
 def true_path(frames: int) -> Floats:
@@ -428,42 +422,30 @@ WALL_GROUP, LIGHT, MOTION = "Wall and book", "Light and noise", "Motion"
 class _Wall(Parameters, group=WALL_GROUP):
     """How much alike the corners are."""
 
-    # fmt: off
-    wall_pitch_px: int = parameter(
-        11, "Lattice pitch", "From one line of the wall's lattice to the next: so far away is the nearest look-alike.",
-        unit="px", within=(5, 40, 1), live=False)
-    wall_contrast: float = parameter(
-        75, "Lattice contrast", "How much darker than the wall its lines are, in grey levels.",
-        within=(0, 150, 1))
-    false_corners: int = parameter(
-        6, "False corners", "How many points of the book's slanted line are followed, where one place is like another.",
-        within=(0, 12, 1), live=False)
-    # fmt: on
+    wall_pitch_px: int = parameter(11, "Lattice pitch", unit="px", within=(5, 40, 1), live=False)
+    """From one line of the wall's lattice to the next: so far away is the nearest look-alike."""
+    wall_contrast: float = parameter(75, "Lattice contrast", within=(0, 150, 1))
+    """How much darker than the wall its lines are, in grey levels."""
+    false_corners: int = parameter(6, "False corners", within=(0, 12, 1), live=False)
+    """How many points of the book's slanted line are followed, where one place is like another."""
 
 
 class _Light(Parameters, group=LIGHT):
     """How pictures are spoilt."""
 
-    # fmt: off
-    image_noise_sd: float = parameter(
-        5, "Picture noise", "Standard deviation of the noise of each pixel, in grey levels.",
-        within=(0, 40, 0.5), role="world")
-    gain_jump: float = parameter(
-        0.11, "Jump of the light", "By how much of itself the light is now and then stronger or weaker for a frame.",
-        within=(0, 0.5, 0.01), role="world")
-    gain_jump_share: float = parameter(
-        0.12, "Share of frames with a jump", "How often the light jumps.", within=(0, 1, 0.01))
-    # fmt: on
+    image_noise_sd: float = parameter(5, "Picture noise", within=(0, 40, 0.5), role="world")
+    """Standard deviation of the noise of each pixel, in grey levels."""
+    gain_jump: float = parameter(0.11, "Jump of the light", within=(0, 0.5, 0.01), role="world")
+    """By how much of itself the light is now and then stronger or weaker for a frame."""
+    gain_jump_share: float = parameter(0.12, "Share of frames with a jump", within=(0, 1, 0.01))
+    """How often the light jumps."""
 
 
 class _Speed(Parameters, group=MOTION):
     """How fast everything moves."""
 
-    # fmt: off
-    scene_speed: float = parameter(
-        1, "Speed", "How fast wall, book and box move, relative to the sequence of the study.",
-        within=(0, 4, 0.1), role="world")
-    # fmt: on
+    scene_speed: float = parameter(1, "Speed", within=(0, 4, 0.1), role="world")
+    """How fast wall, book and box move, relative to the sequence of the study."""
 
 
 class CornerSceneParameters(_Speed, _Light, _Wall, DetectorParameters, SelectionParameters):

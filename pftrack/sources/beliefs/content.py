@@ -401,16 +401,10 @@ GROUP = "Selection"
 class SelectionParameters(Parameters, group=GROUP):
     """What the run's estimate and error are of."""
 
-    # fmt: off
-    selected_target: int = parameter(
-        -1, "Selected target", "Number of the target that is looked at, as the file has it; -1 for the one that is "
-        "followed longest.",
-        within=(-1, 1_000_000, 1), useful=(-1, 60), live=False)
-    component_across: int = parameter(
-        0, "Component across", "Which component of the state is drawn across, from 0; the first of the estimate.",
-        within=(0, 399, 1), useful=(0, 20), live=False)
-    component_down: int = parameter(
-        1, "Component down", "Which component of the state is drawn downwards, or upwards where there is no picture; "
-        "the second of the estimate.",
-        within=(0, 399, 1), useful=(0, 20), live=False)
-    # fmt: on
+    selected_target: int = parameter(-1, "Selected target", within=(-1, 1_000_000, 1), useful=(-1, 60), live=False)
+    """Number of the target that is looked at, as the file has it; -1 for the one that is followed longest."""
+    component_across: int = parameter(0, "Component across", within=(0, 399, 1), useful=(0, 20), live=False)
+    """Which component of the state is drawn across, from 0; the first of the estimate."""
+    component_down: int = parameter(1, "Component down", within=(0, 399, 1), useful=(0, 20), live=False)
+    """Which component of the state is drawn downwards, or upwards where there is no picture; the second of the
+    estimate."""

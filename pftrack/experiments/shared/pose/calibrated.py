@@ -94,125 +94,62 @@ class _Features(Parameters, group=FEATURES, trackers=LAYERED):
 
     sample_count: int = particles_per_feature(1)
     feature_noise_px: float = parameter(
-        5,
-        "Feature noise",
-        "Process noise of the features' own dynamics, each frame.",
-        unit="px",
-        within=(0.1, 50, 0.1),
-        useful=(0.5, 15),
-        role="noise",
+        5, "Feature noise", unit="px", within=(0.1, 50, 0.1), useful=(0.5, 15), role="noise"
     )
-    sd_floor_px: float = parameter(
-        0.5,
-        "Smallest deviation",
-        "Standard deviation with which a feature's position is believed at the best.",
-        unit="px",
-        within=(0.05, 20, 0.05),
-        useful=(0.05, 3),
-    )
-    initial_sd_px: float = parameter(
-        1,
-        "Initial spread",
-        "Standard deviation of the particles around the features at the start.",
-        unit="px",
-        within=(0, 50, 0.1),
-        useful=(0, 10),
-        live=False,
-    )
+    """Process noise of the features' own dynamics, each frame."""
+    sd_floor_px: float = parameter(0.5, "Smallest deviation", unit="px", within=(0.05, 20, 0.05), useful=(0.05, 3))
+    """Standard deviation with which a feature's position is believed at the best."""
+    initial_sd_px: float = parameter(1, "Initial spread", unit="px", within=(0, 50, 0.1), useful=(0, 10), live=False)
+    """Standard deviation of the particles around the features at the start."""
     joint_sample_count: int = joint_particles(25_000)
 
 
 class _Mixture(Parameters, group=MIXTURE, trackers=("pf-asd",)):
     """How the share of each prediction follows its success."""
 
-    forgetting: float = parameter(
-        0.5,
-        "Forgetting",
-        "Weight of the past in adapting alpha; at 0.5 the memory is about two frames, at 1 it is all of the past.",
-        within=(0, 1, 0.01),
-        role="memory",
-    )
-    alpha_clip: float = parameter(
-        0.1,
-        "Clip of alpha",
-        "Least share of a feature's particles that either prediction keeps.",
-        within=(0.01, 0.5, 0.01),
-    )
-    lower_density: Literal["gaussian", "kernel"] = parameter(
-        "gaussian",
-        "Density of the own prediction",
-        "How the own prediction is written down in adapting alpha: one Gaussian, or a kernel around each particle.",
-    )
+    forgetting: float = parameter(0.5, "Forgetting", within=(0, 1, 0.01), role="memory")
+    """Weight of the past in adapting alpha; at 0.5 the memory is about two frames, at 1 it is all of the past."""
+    alpha_clip: float = parameter(0.1, "Clip of alpha", within=(0.01, 0.5, 0.01))
+    """Least share of a feature's particles that either prediction keeps."""
+    lower_density: Literal["gaussian", "kernel"] = parameter("gaussian", "Density of the own prediction")
+    """How the own prediction is written down in adapting alpha: one Gaussian, or a kernel around each particle."""
 
 
 class _Upper(Parameters, group=UPPER):
     """Which camera predicts the pose, and how fast the pose may change."""
 
     upper_layer: Literal["perspective", "affine"] = parameter(
-        "perspective",
-        "Camera of the upper layer",
-        "Whether the solid is predicted by pose and place before a pinhole, or by an affine camera (Bando 2007), which "
-        "is wrong near the camera.",
-        trackers=LAYERED,
+        "perspective", "Camera of the upper layer", trackers=LAYERED
     )
+    """Whether the solid is predicted by pose and place before a pinhole, or by an affine camera (Bando 2007), which is
+    wrong near the camera."""
     pose_estimator: Literal["extended", "particle"] = parameter(
-        "extended",
-        "Pose from the affine camera",
-        "Whether the angles are found by an extended Kalman filter or by particles.",
-        trackers=LAYERED,
+        "extended", "Pose from the affine camera", trackers=LAYERED
     )
+    """Whether the angles are found by an extended Kalman filter or by particles."""
     pose_sample_count: int = parameter(
-        500,
-        "Particles of the pose",
-        "Number of particles, if the angles are found by particles.",
-        within=(10, 20_000, 10),
-        useful=(100, 5000),
-        trackers=LAYERED,
-        role="particles",
+        500, "Particles of the pose", within=(10, 20_000, 10), useful=(100, 5000), trackers=LAYERED, role="particles"
     )
+    """Number of particles, if the angles are found by particles."""
     pose_noise_deg: float = parameter(
-        3,
-        "Pose noise",
-        "How far each angle may turn in a frame, beside the affine camera.",
-        unit="°",
-        within=(0.05, 30, 0.05),
-        useful=(0.5, 10),
-        role="noise",
+        3, "Pose noise", unit="°", within=(0.05, 30, 0.05), useful=(0.5, 10), role="noise"
     )
-    learned: str = parameter(
-        "",
-        "Learned turns",
-        "How far the angles turn in a frame, and which of them together, beside the affine camera: a file that pftrack "
-        "learn or the Files menu has written. It takes the place of the pose noise.",
-        accept=".json",
-    )
-    camera_noise: float = parameter(
-        1,
-        "Camera noise",
-        "How fast the upper layer may change, as a multiple of Bando's noise.",
-        within=(0.05, 20, 0.05),
-        useful=(0.05, 5),
-        role="noise",
-    )
-    pose_band: Literal["calibrated", "document"] = parameter(
-        "calibrated",
-        "Band of the pose",
-        "Whether the angles are as sure as the points' misfit shows, or as Bando's filters say, which is far too sure; "
-        "the calibrated one takes the affine camera's error off the estimate where solid and camera are known.",
-    )
+    """How far each angle may turn in a frame, beside the affine camera."""
+    learned: str = parameter("", "Learned turns", accept=".json")
+    """How far the angles turn in a frame, and which of them together, beside the affine camera: a file that pftrack
+    learn or the Files menu has written. It takes the place of the pose noise."""
+    camera_noise: float = parameter(1, "Camera noise", within=(0.05, 20, 0.05), useful=(0.05, 5), role="noise")
+    """How fast the upper layer may change, as a multiple of Bando's noise."""
+    pose_band: Literal["calibrated", "document"] = parameter("calibrated", "Band of the pose")
+    """Whether the angles are as sure as the points' misfit shows, or as Bando's filters say, which is far too sure; the
+    calibrated one takes the affine camera's error off the estimate where solid and camera are known."""
 
 
 class _Scoring(Parameters, group=SCORING):
     """When a pose counts as lost."""
 
-    lost_deg: float = parameter(
-        15,
-        "Limit of success",
-        "The pose counts as lost when it is further off than this, averaged over the axes.",
-        unit="°",
-        within=(0.5, 180, 0.5),
-        useful=(1, 45),
-    )
+    lost_deg: float = parameter(15, "Limit of success", unit="°", within=(0.5, 180, 0.5), useful=(1, 45))
+    """The pose counts as lost when it is further off than this, averaged over the axes."""
     lost_share: float = loss_share(0.1)
 
 

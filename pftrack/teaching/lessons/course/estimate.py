@@ -27,14 +27,12 @@ LOOK = look(__file__)
 class EstimateParameters(Parameters):
     """A guess, and the second bump of the density."""
 
-    # fmt: off
-    guess: float = parameter(
-        3, "Guess", "The one position that is named.", unit="m", within=(LOW, HIGH, 0.05))
-    weight: float = parameter(
-        0.3, "Weight of the second bump", "Probability that the target is at the second bump.", within=(0, 1, 0.05))
-    second: float = parameter(
-        4, "Place of the second bump", "Middle of the second bump.", unit="m", within=(0, 6, 0.1))
-    # fmt: on
+    guess: float = parameter(3, "Guess", unit="m", within=(LOW, HIGH, 0.05))
+    """The one position that is named."""
+    weight: float = parameter(0.3, "Weight of the second bump", within=(0, 1, 0.05))
+    """Probability that the target is at the second bump."""
+    second: float = parameter(4, "Place of the second bump", unit="m", within=(0, 6, 0.1))
+    """Middle of the second bump."""
 
 
 def posterior(weight: float = 0.3, second: float = 4.0) -> Mixture:

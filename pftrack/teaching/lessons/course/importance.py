@@ -39,14 +39,12 @@ CHOICES = 0.3, 0.5, 1.0, 2.0
 class ImportanceParameters(Parameters):
     """The density that is sampled, and how often."""
 
-    # fmt: off
-    spread: float = parameter(
-        1, "Spread s", "Standard deviation of the density q that is sampled; that of p is 0.5.",
-        within=(0.2, 4, 0.05))
-    centre: float = parameter(
-        0, "Centre c", "Mean of the density q that is sampled; that of p is 1.", within=(-3, 4, 0.05))
-    draws: int = parameter(200, "Draws N", "How many draws there are.", within=(10, MOST_DRAWS, 10))
-    # fmt: on
+    spread: float = parameter(1, "Spread s", within=(0.2, 4, 0.05))
+    """Standard deviation of the density q that is sampled; that of p is 0.5."""
+    centre: float = parameter(0, "Centre c", within=(-3, 4, 0.05))
+    """Mean of the density q that is sampled; that of p is 1."""
+    draws: int = parameter(200, "Draws N", within=(10, MOST_DRAWS, 10))
+    """How many draws there are."""
 
 
 @dataclass(frozen=True, slots=True)

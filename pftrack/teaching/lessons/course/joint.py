@@ -25,13 +25,10 @@ READ_AT = 1.0
 class JointParameters(Parameters):
     """How closely position and measurement go together, and what was measured."""
 
-    # fmt: off
-    correlation: float = parameter(
-        0.8, "Correlation r", "How closely x and z go together: 0 is not at all, 1 would be on a line.",
-        within=(-0.95, 0.95, 0.05))
-    measured: float = parameter(
-        1.2, "Cut at z", "The value of z that was learned, where the density is cut.", within=(-3, 3, 0.1))
-    # fmt: on
+    correlation: float = parameter(0.8, "Correlation r", within=(-0.95, 0.95, 0.05))
+    """How closely x and z go together: 0 is not at all, 1 would be on a line."""
+    measured: float = parameter(1.2, "Cut at z", within=(-3, 3, 0.1))
+    """The value of z that was learned, where the density is cut."""
 
 
 def joint(x: Floats, z: Floats, correlation: float) -> Floats:

@@ -136,17 +136,15 @@ CIRCLE: Floats = np.stack([f(np.linspace(0.0, 2.0 * np.pi, 121)) for f in (np.co
 class KalmanParameters(Parameters):
     """How noisy motion and measurements are, which of these are missing, and where one looks."""
 
-    # fmt: off
-    process: float = parameter(
-        0.05, "Process noise", "Variance by which the velocity changes in a second.",
-        unit="m²/s³", within=(0.005, 0.5, 0.005))
-    noise: float = parameter(
-        4, "Measurement noise R", "Variance of the error of a measured position.", unit="m²", within=(0.5, 25, 0.5))
+    process: float = parameter(0.05, "Process noise", unit="m²/s³", within=(0.005, 0.5, 0.005))
+    """Variance by which the velocity changes in a second."""
+    noise: float = parameter(4, "Measurement noise R", unit="m²", within=(0.5, 25, 0.5))
+    """Variance of the error of a measured position."""
     dropped: int = parameter(
-        0, "Dropped frames", f"How many measurements are missing from frame {GAP} on.", within=(0, 30, 1))
-    frame: int = parameter(
-        39, "Frame", "The frame whose errors are shown.", within=(0, FRAMES - 1, 1))
-    # fmt: on
+        0, "Dropped frames", f"How many measurements are missing from frame {GAP} on.", within=(0, 30, 1)
+    )
+    frame: int = parameter(39, "Frame", within=(0, FRAMES - 1, 1))
+    """The frame whose errors are shown."""
 
 
 def show(parameters: KalmanParameters, seed: int) -> Shown:

@@ -29,12 +29,10 @@ CELL = 0.5
 class MonteCarloParameters(Parameters):
     """How many samples there are, and of how many dimensions."""
 
-    # fmt: off
-    count: int = parameter(
-        1000, "Samples N", "How many samples the cloud has.", within=(10, SIZES[-1], 10))
-    dimension: int = parameter(
-        1, "Dimension", "How many independent coordinates a sample has, all alike.", within=(1, 10, 1))
-    # fmt: on
+    count: int = parameter(1000, "Samples N", within=(10, SIZES[-1], 10))
+    """How many samples the cloud has."""
+    dimension: int = parameter(1, "Dimension", within=(1, 10, 1))
+    """How many independent coordinates a sample has, all alike."""
 
 
 def sample(seed: int, count: int, dimension: int, repeats: int) -> tuple[Floats, Floats]:

@@ -74,19 +74,16 @@ MOST = 20_000
 class ProbabilityParameters(Parameters):
     """Draws, bins, an interval, and a bump that can be squeezed."""
 
-    # fmt: off
-    count: int = parameter(
-        500, "Draws N", "How many positions are drawn.", within=(10, MOST, 10))
-    bin_width: float = parameter(
-        0.25, "Bin width", "How wide the bars of the histogram are.", unit="m", within=(0.05, 2, 0.05))
-    low: float = parameter(
-        -1, "From a", "Where the interval begins.", unit="m", within=(LOW, HIGH, 0.1))
-    high: float = parameter(
-        1, "To b", "Where the interval ends.", unit="m", within=(LOW, HIGH, 0.1))
-    squeeze: float = parameter(
-        0.5, "Width of the left bump", "Standard deviation of the left bump: how far it spreads to either side.",
-        unit="m", within=(0.1, 1, 0.05))
-    # fmt: on
+    count: int = parameter(500, "Draws N", within=(10, MOST, 10))
+    """How many positions are drawn."""
+    bin_width: float = parameter(0.25, "Bin width", unit="m", within=(0.05, 2, 0.05))
+    """How wide the bars of the histogram are."""
+    low: float = parameter(-1, "From a", unit="m", within=(LOW, HIGH, 0.1))
+    """Where the interval begins."""
+    high: float = parameter(1, "To b", unit="m", within=(LOW, HIGH, 0.1))
+    """Where the interval ends."""
+    squeeze: float = parameter(0.5, "Width of the left bump", unit="m", within=(0.1, 1, 0.05))
+    """Standard deviation of the left bump: how far it spreads to either side."""
 
 
 def two_bumps(left_sd: float = 0.5) -> Mixture:

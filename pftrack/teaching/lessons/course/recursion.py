@@ -33,20 +33,18 @@ GRID: Floats = np.arange(-80.0, 80.0, 0.1)
 class RecursionParameters(Parameters):
     """What is done, and how uncertain motion and measurements are."""
 
-    # fmt: off
-    rounds: int = parameter(
-        4, "Rounds", "How often a prediction and then a measurement is made, at the beginning.", within=(0, 30, 1))
-    predictions: int = parameter(
-        0, "Predictions after them", "How many predictions follow in a row, without a measurement.", within=(0, 30, 1))
-    measurements: int = parameter(
-        0, "Measurements after those", "How many measurements follow in a row.", within=(0, 30, 1))
-    motion: float = parameter(
-        1, "Motion noise q", "Variance of how far the target moves in a step.", unit="m²", within=(0, 3, 0.1))
-    noise: float = parameter(
-        2, "Measurement noise r", "Variance of the error of a measurement.", unit="m²", within=(0.5, 9, 0.1))
-    hidden: bool = parameter(
-        False, "No measurement", "Whether the target is hidden, so that measuring brings nothing.")
-    # fmt: on
+    rounds: int = parameter(4, "Rounds", within=(0, 30, 1))
+    """How often a prediction and then a measurement is made, at the beginning."""
+    predictions: int = parameter(0, "Predictions after them", within=(0, 30, 1))
+    """How many predictions follow in a row, without a measurement."""
+    measurements: int = parameter(0, "Measurements after those", within=(0, 30, 1))
+    """How many measurements follow in a row."""
+    motion: float = parameter(1, "Motion noise q", unit="m²", within=(0, 3, 0.1))
+    """Variance of how far the target moves in a step."""
+    noise: float = parameter(2, "Measurement noise r", unit="m²", within=(0.5, 9, 0.1))
+    """Variance of the error of a measurement."""
+    hidden: bool = parameter(False, "No measurement")
+    """Whether the target is hidden, so that measuring brings nothing."""
 
     @property
     def steps(self) -> str:

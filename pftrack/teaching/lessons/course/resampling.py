@@ -99,18 +99,13 @@ ROUNDING = 1e-9
 class ResamplingParameters(Parameters):
     """How particles are redrawn."""
 
-    # fmt: off
-    particles: int = parameter(
-        20, "Particles N", "How many are redrawn: teeth of the comb, or darts; and how many the tree follows.",
-        within=(2, 60, 1))
-    scheme: Scheme = parameter(
-        "systematic", "Scheme",
-        "Systematic is one comb with equally spaced teeth, stratified a dart in each of N equal pieces, multinomial "
-        "darts that may fall anywhere.")
-    offset: float = parameter(
-        0.3, "Comb offset", "Where the comb's first tooth stands, as a share of the space between two teeth.",
-        within=(0, 0.99, 0.01))
-    # fmt: on
+    particles: int = parameter(20, "Particles N", within=(2, 60, 1))
+    """How many are redrawn: teeth of the comb, or darts; and how many the tree follows."""
+    scheme: Scheme = parameter("systematic", "Scheme")
+    """Systematic is one comb with equally spaced teeth, stratified a dart in each of N equal pieces, multinomial darts
+    that may fall anywhere."""
+    offset: float = parameter(0.3, "Comb offset", within=(0, 0.99, 0.01))
+    """Where the comb's first tooth stands, as a share of the space between two teeth."""
 
 
 def show(parameters: ResamplingParameters, seed: int) -> Shown:
