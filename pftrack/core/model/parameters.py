@@ -289,14 +289,13 @@ def revise(current: P, changes: Mapping[str, object]) -> P:
     """
     model = type(current)
     known = {declaration.name: declaration for declaration in declarations(model)}
-    constants = model.constants
     for name, value in changes.items():
         if name in known and isinstance(value, bool) and known[name].kind in {"integer", "number"}:
             raise ParameterError(name, value, describe_allowed(known[name]))
-        if name not in {*known, *constants}:
+        if name not in {*known, *model.constants}:
             raise ParameterError(name, value, f"the value of a known parameter ({', '.join(sorted(known))})")
-        if name not in known and value != constants[name]:
-            raise ParameterError(name, value, f"{constants[name]}: it is a constant now")
+        if name not in known and value != model.constants[name]:
+            raise ParameterError(name, value, f"{model.constants[name]}: it is a constant now")
     values = {**flat(current), **{name: value for name, value in changes.items() if name in known}}
     try:
         return model.model_validate(values, strict=False)
