@@ -2,6 +2,7 @@
  * What is known of each frame of one branch: the diagnostics in columns, row i belonging to frame i.
  */
 
+import { signal } from "../vendor/preact.js";
 import { isKnown } from "./series.js";
 
 /** @import { SeriesValue } from "./series.js" */
@@ -31,15 +32,17 @@ export class History {
   #rows = [];
   /** @type {Set<string>} */
   #measured = new Set();
-  #edition = 0;
+  #edition = signal(0);
+  /** Counts every change, so that components that read rows follow them. */
+  #changes = signal(0);
 
   /** Counts every change that is not an appended row; a plot that saw the same count only has to add the tail. */
   get edition() {
-    return this.#edition;
+    return this.#edition.value;
   }
 
   get length() {
-    return this.#rows.length;
+    return this.#changes.value && this.#rows.length;
   }
 
   /**
@@ -49,7 +52,7 @@ export class History {
    * @returns {Row|undefined}
    */
   at(frame) {
-    return this.#rows[frame];
+    return this.#changes.value > 0 ? this.#rows[frame] : undefined;
   }
 
   /**
@@ -73,7 +76,7 @@ export class History {
     this.#rows = parent.#rows.slice(0, frame + 1);
     this.#measured.clear();
     for (const row of this.#rows) this.#note(row);
-    this.#edition += 1;
+    this.#tell(true);
   }
 
   /**
@@ -88,7 +91,7 @@ export class History {
       this.#rows[row.frame] = row;
       this.#note(row);
     }
-    this.#edition += 1;
+    this.#tell(true);
   }
 
   /**
@@ -99,10 +102,17 @@ export class History {
    */
   add(row) {
     const whole = row.frame <= this.#rows.length;
-    if (row.frame < this.#rows.length && row.estimate?.[0] !== this.#rows[row.frame]?.estimate?.[0]) this.#edition += 1;
+    const isOther = row.frame < this.#rows.length && row.estimate?.[0] !== this.#rows[row.frame]?.estimate?.[0];
     this.#rows[row.frame] = row;
     this.#note(row);
+    this.#tell(isOther);
     return whole;
+  }
+
+  /** @param {boolean} isOther Whether more has changed than that a row was added. */
+  #tell(isOther) {
+    this.#changes.value = this.#changes.peek() + 1;
+    if (isOther) this.#edition.value = this.#edition.peek() + 1;
   }
 
   /**
@@ -111,7 +121,7 @@ export class History {
    * @param {string} name
    */
   measures(name) {
-    return this.#measured.has(name);
+    return this.#changes.value > 0 && this.#measured.has(name);
   }
 
   /** @param {Row|undefined} row */

@@ -2,11 +2,13 @@
  * What the page knows of its session, and the one place where the stream's messages change it.
  *
  * The server decides everything; this is its latest word. Answers of REST are not taken over: they may be older than what
- * the stream has already brought. Each field that moves is a topic: views subscribe to those that they draw.
+ * the stream has already brought. Each field is a signal: a component that reads `store.session.position` is drawn again when
+ * the position changes. Parts that are not components listen to topics, the names of the fields.
  */
 
 import { api } from "../shared/api.js";
 import { Topics } from "../shared/topics.js";
+import { batch, signal } from "../vendor/preact.js";
 import { History, isGone } from "./history.js";
 
 /**
@@ -21,14 +23,9 @@ import { History, isGone } from "./history.js";
 
 /** @extends {Topics<Topic>} */
 export class Store extends Topics {
-  /**
-   * The session as the server describes it, or null before the first `hello`.
-   *
-   * @type {SessionPublic|null}
-   */
-  session = null;
-  /** @type {"connecting"|"open"|"lost"|"gone"} */
-  connection = "connecting";
+  #session = signal(/** @type {SessionPublic|null} */ (null));
+  #connection = signal(/** @type {"connecting"|"open"|"lost"|"gone"} */ ("connecting"));
+  #ensemble = signal(/** @type {Bands|null} */ (null));
   /**
    * By branch.
    *
@@ -37,18 +34,41 @@ export class Store extends Topics {
   histories = new Map();
   /** Why a change that came through the scene's panel was refused, the last time that one was. */
   refusal = "";
-  /**
-   * What runs of the same settings with other seeds do, where that was asked for.
-   *
-   * @type {Bands|null}
-   */
-  ensemble = null;
   /** @type {Set<string>} */
   #fetching = new Set();
   /** @param {{readOnly?: boolean}} [options] Whether whoever looks on here cannot steer it. */
   constructor({ readOnly = false } = {}) {
     super();
     this.isReadOnly = readOnly;
+  }
+
+  /** The session as the server describes it, or null before the first `hello`. */
+  get session() {
+    return this.#session.value;
+  }
+
+  /** @param {SessionPublic|null} values */
+  set session(values) {
+    const known = this.#session.peek();
+    if (values === null || known === null) this.#session.value = values && alive(/** @type {SessionPublic} */ ({}), values);
+    else batch(() => alive(known, values));
+  }
+
+  get connection() {
+    return this.#connection.value;
+  }
+
+  set connection(connection) {
+    this.#connection.value = connection;
+  }
+
+  /** What runs of the same settings with other seeds do, where that was asked for. */
+  get ensemble() {
+    return this.#ensemble.value;
+  }
+
+  set ensemble(found) {
+    this.#ensemble.value = found;
   }
 
   /** The session, where there must be one: who listens to what changes in it is only called then. */
@@ -144,9 +164,11 @@ export class Store extends Topics {
 
   /** @param {import("../shared/messages.js").SessionHello} message */
   #greeted({ session, diagnostics }) {
-    this.connection = "open";
-    this.session = session;
-    this.historyOf(session.branch).replace(diagnostics);
+    batch(() => {
+      this.connection = "open";
+      this.session = session;
+      this.historyOf(session.branch).replace(diagnostics);
+    });
     for (const { id } of session.branches) if (id !== session.branch) this.#fetch(id);
     this.tell("connection", "session", "history", .../** @type {Topic[]} */ (Object.keys(session)));
   }
@@ -158,11 +180,13 @@ export class Store extends Topics {
    * @param {import("../shared/messages.js").Changes} message
    */
   #merge(session, { session: changes, rows }) {
-    Object.assign(session, changes);
-    for (const { id, parent, frame } of changes.branches ?? []) {
-      if (this.historyOf(id).length === 0 && parent) this.historyOf(id).share(this.historyOf(parent), frame);
-    }
-    const added = rows.map((row) => this.history.add(/** @type {Row} */ (row)));
+    const added = batch(() => {
+      alive(session, changes);
+      for (const { id, parent, frame } of changes.branches ?? []) {
+        if (this.historyOf(id).length === 0 && parent) this.historyOf(id).share(this.historyOf(parent), frame);
+      }
+      return rows.map((row) => this.history.add(/** @type {Row} */ (row)));
+    });
     if (changes.branch !== undefined || added.includes(false)) this.#fetch(session.branch);
     const topics = /** @type {(keyof SessionSnapshot)[]} */ (Object.keys(changes));
     this.tell(...topics, ...(rows.length > 0 ? /** @type {const} */ (["history"]) : []));
@@ -182,4 +206,25 @@ export class Store extends Topics {
       this.#fetching.delete(branch);
     }
   }
+}
+
+/**
+ * Give a session values, each behind a signal.
+ *
+ * @param {SessionPublic} session
+ * @param {Partial<SessionPublic>} values
+ */
+function alive(session, values) {
+  for (const [name, value] of Object.entries(values)) {
+    if (Object.hasOwn(session, name)) {
+      Object.assign(session, { [name]: value });
+      continue;
+    }
+    const field = signal(value);
+    const set = (/** @type {typeof value} */ next) => {
+      field.value = next;
+    };
+    Object.defineProperty(session, name, { enumerable: true, get: () => field.value, set });
+  }
+  return session;
 }

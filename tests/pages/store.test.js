@@ -5,6 +5,7 @@ import { Clock } from "../../frontend_static/session/clock.js";
 import { Commands } from "../../frontend_static/session/commands.js";
 import { Steering } from "../../frontend_static/session/steering.js";
 import { Store } from "../../frontend_static/session/store.js";
+import { effect } from "../../frontend_static/vendor/preact.js";
 
 const changes = (session, rows = []) => ({ type: "changes", session, rows });
 
@@ -50,6 +51,19 @@ describe("the store of a session", () => {
     assert.deepEqual(known, [2]);
     assert.deepEqual(new Set(told.slice(-3)), new Set(["position", "computed", "history"]));
     assert.equal(store.history.length, 3);
+  });
+
+  it("is followed field by field, and its history by rows, by whatever reads them", () => {
+    const [positions, speeds, frames] = [[], [], []];
+    effect(() => void positions.push(store.session?.position));
+    effect(() => void speeds.push(store.session?.speed));
+    effect(() => void frames.push(store.history.length));
+    store.receive(hello());
+    store.receive(changes({ position: 1, computed: 1 }, [{ frame: 1 }, { frame: 2 }]));
+    store.receive(hello({ position: 1 }));
+    assert.deepEqual(positions, [undefined, 0, 1]);
+    assert.deepEqual(speeds, [undefined, 1]);
+    assert.deepEqual(frames, [0, 1, 3, 1]);
   });
 
   it("takes everything over from a greeting", () => {
