@@ -2,7 +2,7 @@
 
 import { api, messageOf } from "../shared/api.js";
 import { whenCompiled } from "../shared/compiling.js";
-import { Made, answer, showPage } from "../shared/page.js";
+import { Loaded, Made, showPage } from "../shared/page.js";
 import { presentationButton } from "../shared/presentation.js";
 import { h, html, signal, useEffect, useMemo } from "../vendor/preact.js";
 import { curve } from "./curve.js";
@@ -65,12 +65,12 @@ async function computeAll(courses) {
   }
 }
 
-/** @param {FailurePublic[]} failures */
-function shown(failures) {
+async function load() {
+  const failures = await api.failures();
   return failures.length > 0 ? h(Gallery, { failures }) : html`<p class="empty">${EMPTY}</p>`;
 }
 
 addEventListener("pagehide", () => end.abort());
 addEventListener("pageshow", (event) => event.persisted && location.reload());
-const words = { failed: "The failures could not be listed", bones: html`<div class="failure-cards">${[BONE, BONE, BONE]}</div>` };
-showPage("failures", "failures", () => answer(api.failures, shown, words), [presentationButton()]);
+const bones = html`<div class="failure-cards">${[BONE, BONE, BONE]}</div>`;
+showPage("failures", "failures", () => h(Loaded, { load, failed: "The failures could not be listed", bones }), [presentationButton()]);

@@ -1,8 +1,8 @@
 /** The glossary page: what the words on all pages mean. */
 
 import { api } from "../shared/api.js";
-import { answer, showPage } from "../shared/page.js";
-import { html } from "../vendor/preact.js";
+import { Loaded, showPage } from "../shared/page.js";
+import { h, html } from "../vendor/preact.js";
 
 /** @import { Section } from "../shared/messages.js" */
 
@@ -12,4 +12,5 @@ function meanings({ title, terms }) {
   return terms.length > 0 && html`<section aria-label=${title}><h2>${title}</h2><dl>${listed}</dl></section>`;
 }
 
-showPage("glossary", "help", () => answer(api.glossary, (sections) => sections.map(meanings), { failed: "The glossary could not be shown" }));
+const load = async () => (await api.glossary()).map(meanings);
+showPage("glossary", "help", () => h(Loaded, { load, failed: "The glossary could not be shown" }));

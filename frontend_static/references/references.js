@@ -2,7 +2,7 @@
 
 import { api } from "../shared/api.js";
 import { Citations } from "../shared/citations.js";
-import { answer, showPage } from "../shared/page.js";
+import { Loaded, showPage } from "../shared/page.js";
 import { h, html, useEffect } from "../vendor/preact.js";
 
 /** @import { ExperimentPublic } from "../shared/messages.js" */
@@ -17,5 +17,5 @@ function References({ experiments }) {
   );
 }
 
-const words = { failed: "The references could not be listed", bones: [BONE, BONE, BONE] };
-showPage("references", null, () => answer(api.experiments, (experiments) => h(References, { experiments }), words));
+const load = async () => h(References, { experiments: await api.experiments() });
+showPage("references", null, () => h(Loaded, { load, failed: "The references could not be listed", bones: [BONE, BONE, BONE] }));

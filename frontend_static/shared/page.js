@@ -1,6 +1,6 @@
 /** What all pages made of components share: the frame around the content, and what is asked of the server. */
 
-import { messageOf } from "./api.js";
+import { messageOf, statusOf } from "./api.js";
 import { part } from "./dom.js";
 import { navigation } from "./navigation.js";
 import { Notice } from "./notice.js";
@@ -9,9 +9,11 @@ import { later } from "./timing.js";
 import { h, html, render, useEffect, useRef, useSignal } from "../vendor/preact.js";
 
 /** @import { Place } from "./navigation.js" */
+/** @import { Action } from "./notice.js" */
 /** @import { Child, Component } from "../vendor/preact.js" */
 
 const SKELETON_AFTER_MS = 200;
+const NOT_FOUND = 404;
 
 /**
  * Show a page: its navigation, its tools, and its content in the place that has its name.
@@ -28,26 +30,26 @@ export function showPage(name, place, Content, tools = []) {
 }
 
 /**
- * What the server answers, once it has: until then `bones`, where that takes long, and what went wrong with a way to ask again.
+ * What has to be asked for, once it is there: until then `bones`, where that takes long, and what went wrong with a way to ask again.
  *
- * @template T
- * @param {() => Promise<T>} ask
- * @param {(answer: T) => Child} show
- * @param {{failed: string, bones?: Child}} words `failed` is a title for what went wrong.
+ * @param {object} props
+ * @param {() => Promise<Child>} props.load
+ * @param {string} props.failed A title for what went wrong.
+ * @param {Child} [props.bones]
+ * @param {{title: string, action: Action}} [props.unknown] What to say instead where the server knows no such thing.
  */
-export function answer(ask, show, { failed, bones = null }) {
-  return h(Answer, { load: async () => show(await ask()), failed, bones });
-}
-
-/** @param {{load: () => Promise<Child>, failed: string, bones: Child}} props */
-function Answer({ load, failed, bones }) {
+export function Loaded({ load, failed, bones = null, unknown }) {
   const shown = useSignal(/** @type {Child} */ (null));
   const begin = async () => {
+    // What failed before is gone with its button, so that nobody asks twice at a time.
+    shown.value = null;
     const there = later(() => (shown.value = bones), SKELETON_AFTER_MS);
     try {
       shown.value = await load();
     } catch (error) {
-      shown.value = h(Failed, { title: failed, message: messageOf(error), again: begin });
+      const isUnknown = unknown !== undefined && statusOf(error) === NOT_FOUND;
+      const message = messageOf(error);
+      shown.value = isUnknown ? h(Notice, { ...unknown, message, inline: false }) : h(Failed, { title: failed, message, again: begin });
     } finally {
       there();
     }
