@@ -12,5 +12,4 @@ function meanings({ title, terms }) {
   return terms.length > 0 && html`<section aria-label=${title}><h2>${title}</h2><dl>${listed}</dl></section>`;
 }
 
-const load = async () => (await api.glossary()).map(meanings);
-showPage("glossary", "help", () => h(Loaded, { load, failed: "The glossary could not be shown" }));
+showPage("glossary", "help", () => h(Loaded, { load: async () => (await api.glossary()).map(meanings), failed: "The glossary could not be shown" }));

@@ -1,75 +1,81 @@
 /** What can be turned in a lesson: each control with a way back to where it was, and the seed with a way to a new draw. */
 
 import { makeControl, numberBox } from "../session/panel/control.js";
-import { fill, h } from "../shared/dom.js";
-import { iconButton } from "../shared/icons.js";
+import { IconButton } from "../shared/icons.js";
+import { Made } from "../shared/page.js";
+import { h, html, useEffect, useMemo } from "../vendor/preact.js";
 
 /** @import { Declaration } from "../shared/messages.js" */
 /** @import { Value } from "../shared/format.js" */
 /** @import { Control } from "../session/panel/control.js" */
+/** @typedef {Record<string, Value>} Values By the names of the parameters, the seed and the tracker among them. */
 
 export const SEED = "seed";
-const SEED_HINT = "The same seed gives the same random numbers, to the bit.";
 
 /**
+ * What can be turned.
+ *
  * @typedef {object} Turnable
  * @property {string} name
  * @property {string} title
  * @property {(propose: (value: Value) => void) => Control} make
  */
 
-export class Controls {
-  /** @type {Map<string, Control>} */
-  #controls = new Map();
-  #fields;
-
-  /**
-   * @param {HTMLElement} place
-   * @param {readonly Turnable[]} turnables
-   * @param {{propose: (name: string, value: Value) => void, reset: (name: string) => void, draw?: () => void}} on
-   */
-  constructor(place, turnables, on) {
-    const cells = turnables.map(({ name, title, make }) => {
-      const control = make((value) => on.propose(name, value));
-      this.#controls.set(name, control);
-      const back = iconButton("replay", `Reset ${title}`, () => on.reset(name));
-      return h("div", { class: "lesson-control", data: { control: name } }, control.element, back);
-    });
-    const draw = on.draw && h("button", { type: "button", title: "Other random numbers (D)", data: { role: "draw" }, on: { click: on.draw } }, "New draw");
-    this.#fields = h("fieldset", { class: "lesson-fields", "aria-label": "Controls" }, cells, draw);
-    fill(place, this.#fields);
-    place.hidden = turnables.length === 0 && !on.draw;
-  }
-
-  /** @param {boolean} isLocked Whether they wait for an answer. */
-  lock(isLocked) {
-    this.#fields.disabled = isLocked;
-  }
-
-  /**
-   * Show what is in force.
-   *
-   * @param {Record<string, Value>} values
-   * @param {(name: string) => boolean} [isHeld] Whether it is in somebody's hand.
-   */
-  show(values, isHeld = () => false) {
-    for (const [name, control] of this.#controls) if (name in values && !isHeld(name)) control.show(values[name]);
-  }
-}
-
 /**
  * The controls of declared parameters, in order.
  *
  * @param {readonly Declaration[]} declarations
- * @param {Record<string, Value>} values In force; a parameter without one has no control.
+ * @param {Values} values In force; a parameter without one has no control.
  * @returns {Turnable[]}
  */
 export function declared(declarations, values) {
-  return declarations.flatMap((declaration) => {
-    const { name, title } = declaration;
-    return name in values ? [{ name, title, make: (propose) => makeControl(declaration, values[name], propose) }] : [];
-  });
+  const known = declarations.filter(({ name }) => name in values);
+  return known.map((each) => ({ name: each.name, title: each.title, make: (propose) => makeControl(each, values[each.name], propose) }));
 }
 
-/** @type {Turnable} */
-export const seedControl = { name: SEED, title: "Seed", make: (propose) => numberBox("Seed", SEED_HINT, { min: 0 }, propose) };
+/**
+ * @param {string} hint
+ * @returns {Turnable}
+ */
+export function seedControl(hint) {
+  return { name: SEED, title: "Seed", make: (propose) => numberBox("Seed", hint, { min: 0 }, propose) };
+}
+
+/**
+ * @typedef {{
+ *   turnables: readonly Turnable[],
+ *   values: Values,
+ *   isLocked: boolean,
+ *   isInert?: boolean,
+ *   propose: (name: string, value: Value) => void,
+ *   reset: (name: string) => void,
+ *   draw?: () => void,
+ * }} ControlsProps `values` in force, but for one in somebody's hand; `isLocked` while they wait for an answer, `isInert` while
+ *     what they turn is not there; `draw` draws other random numbers.
+ */
+
+/**
+ * The controls, each with a way back to where it was.
+ *
+ * @param {ControlsProps} props
+ */
+export function Controls({ turnables, values, isLocked, isInert = false, propose, reset, draw }) {
+  return html`<div class="lesson-controls" data-part="controls" inert=${isInert} hidden=${turnables.length === 0 && !draw}>
+    <fieldset class="lesson-fields" aria-label="Controls" disabled=${isLocked}>
+      ${turnables.map((turnable) => h(Turned, { key: turnable.name, turnable, value: values[turnable.name], propose, reset }))}
+      ${draw && html`<button type="button" title="Other random numbers (D)" data-role="draw" onClick=${draw}>New draw</button>`}
+    </fieldset>
+  </div>`;
+}
+
+/** @param {{turnable: Turnable, value: Value|undefined, propose: (name: string, value: Value) => void, reset: (name: string) => void}} props */
+function Turned({ turnable: { name, title, make }, value, propose, reset }) {
+  const control = useMemo(() => make((wanted) => propose(name, wanted)), []);
+  // Also with the value that it has: what was refused goes back to it.
+  useEffect(() => {
+    if (value !== undefined) control.show(value);
+  });
+  return html`<div class="lesson-control" data-control=${name}>
+    ${h(Made, { make: () => control.element })} ${h(IconButton, { name: "replay", title: `Reset ${title}`, run: () => reset(name) })}
+  </div>`;
+}

@@ -1,148 +1,112 @@
 /** The course of a lesson: the question first, then what answers it, and then everything can be turned. */
 
-import { fill, part } from "../shared/dom.js";
+import { messageOf } from "../shared/api.js";
+import { isParticipant } from "../shared/participant.js";
 import { after } from "../shared/timing.js";
+import { h, html, signal, useSignal } from "../vendor/preact.js";
 import { lessons } from "./api.js";
-import { Demonstration } from "./demonstration.js";
+import { figure } from "./numbers.js";
 import { Progress } from "./progress.js";
-import { Question } from "./question.js";
-import { ScenarioStage } from "./scenario.js";
+import { Demonstration, LessonRun } from "./stage.js";
 
-/** @import { LessonDetail, LessonsPublic, VerdictPublic } from "../shared/messages.js" */
+/** @import { LessonDetail, LessonPublic, QuestionPublic, VerdictPublic } from "../shared/messages.js" */
+/** @import { Child } from "../vendor/preact.js" */
+/** @import { Answer } from "./stage.js" */
 
 const AGAIN_MS = 300;
+const WAITING = "Answer or skip the question to use the controls.";
+/** What is asked for, by kind, and what is said where it is missing. */
+const HINTS = {
+  number: "Your prediction, a number",
+  choice: "Your prediction",
+  point: "Place your prediction in the figure: click, or use the arrow keys there.",
+};
+const FIRST = { number: "Type a number", choice: "Choose one of the answers", point: "Place your prediction in the figure" };
+const UNJUDGED = {
+  skipped: ["Skipped", "You skipped the prediction. The figure now shows the answer."],
+  class: ["The class has answered", "The figure now shows the answer."],
+};
 
+/** Text that the server has made HTML of: Markdown and formulas; all that anybody wrote is escaped there. @param {string} text */
+export const written = (text) => ({ dangerouslySetInnerHTML: { __html: text } });
+
+/** What a lesson's page knows: what came of the question, and what is shown. */
 export class Course {
-  #lesson;
-  #all;
-  #signal;
-  #progress = new Progress();
-  /** @type {Question} */
-  #question;
-  /** @type {Demonstration|ScenarioStage} */
-  #stage;
-  #known = () => {};
-  /** @type {(() => void)|null} */
-  #askClass = null;
+  progress = new Progress();
+  answer = signal(/** @type {Answer} */ (null));
+  /** What is said while it is asked. */
+  said = signal({ words: "", isWrong: true });
+  /** @type {import("../vendor/preact.js").Signal<number|null>} Where a prediction was placed, on the axis that counts. */
+  placed = signal(/** @type {number|null} */ (null));
+  /** @type {import("../vendor/preact.js").Signal<(() => void)|null>} Asks a class the question, where one sees the lesson. */
+  askClass = signal(/** @type {(() => void)|null} */ (null));
+  /** The run in which the idea is used, where one stands in the place of the figure. */
+  used = signal(/** @type {LessonRun|null} */ (null));
 
   /**
    * @param {LessonDetail} lesson
-   * @param {LessonsPublic} all
-   * @param {(isLost: boolean) => void} lost
-   * @param {AbortSignal} signal
+   * @param {LessonPublic[]} all
    */
-  constructor(lesson, all, lost, signal) {
-    this.#lesson = lesson;
-    this.#all = all.lessons.filter(({ number }) => number > 0);
-    this.#signal = signal;
-    this.#question = new Question(part("question"), lesson, {
-      answer: async (given) => this.#reveal(await this.#judged(given)),
-      skip: () => this.#skip(),
-      again: () => this.#again(),
-      toClass: () => this.#askClass?.(),
-    });
-    const places = { show: part("show"), numbers: part("numbers"), controls: part("controls") };
-    this.#stage = lesson.scenario
-      ? new ScenarioStage(places, lesson.scenario, { isLocked: true, known: () => this.#known() })
-      : new Demonstration(places, lesson, { placed: (value) => this.#question.placed(value), lost }, signal);
-    this.#begin();
-  }
-
-  /** Draw other random numbers, where there are some. */
-  draw() {
-    if (this.#stage instanceof Demonstration) this.#stage.draw();
-  }
-
-  /** The run that is the lesson, where it is one. */
-  get run() {
-    return this.#stage instanceof ScenarioStage ? this.#stage : null;
-  }
-
-  /**
-   * Be told when it is known which session that is.
-   *
-   * @param {() => void} known
-   */
-  onRun(known) {
-    this.#known = known;
-  }
-
-  /**
-   * Have a class see each figure that is shown from now on, the one that is shown now included.
-   *
-   * @param {string|null} follow Null for no class.
-   */
-  followedBy(follow) {
-    if (this.#stage instanceof Demonstration) this.#stage.followedBy(follow);
-  }
-
-  /**
-   * Offer to ask a class the question.
-   *
-   * @param {(() => void)|null} ask Null where no class sees the lesson.
-   */
-  offerClass(ask) {
-    this.#askClass = ask;
-    this.#question.offerClass(ask !== null);
-  }
-
-  #begin() {
-    const entry = this.#progress.of(this.#lesson.id);
-    if (entry !== null && "skipped" in entry) {
-      this.#look();
-      return;
-    }
-    this.#ask();
+  constructor(lesson, all) {
+    this.lesson = lesson;
+    this.all = all.filter(({ number }) => number > 0);
+    const placed = (/** @type {number} */ value) => {
+      this.placed.value = value;
+      this.say("");
+    };
+    this.stage = lesson.scenario ? new LessonRun(lesson.scenario) : new Demonstration(lesson, this.answer, placed);
+    const entry = this.progress.of(lesson.id);
+    if (entry !== null && "skipped" in entry) this.answer.value = "skipped";
     // What was asked then may be another question by now.
-    if (entry !== null) this.#judged(entry.given).then((verdict) => this.#reveal(verdict), () => {});
+    else if (entry !== null) this.#judged(entry.given).then((verdict) => this.#reveal(verdict), () => {});
   }
 
-  /** Ask, and show nothing that answers. */
-  #ask() {
-    this.#stage.veil();
-    this.#question.ask();
-    this.#tell();
+  /** The run that is shown, if it is no figure. */
+  get run() {
+    return this.used.value ?? (this.stage instanceof LessonRun ? this.stage : null);
   }
 
-  #again() {
-    this.#progress.set(this.#lesson.id, null);
-    this.#ask();
+  /**
+   * @param {string} words
+   * @param {boolean} [isWrong]
+   */
+  say(words, isWrong = true) {
+    this.said.value = { words, isWrong };
   }
 
-  #skip() {
-    this.#progress.set(this.#lesson.id, { skipped: true });
-    this.#look();
+  /** @param {number|string} given */
+  async judge(given) {
+    this.say("");
+    try {
+      const verdict = await this.#judged(given);
+      this.#reveal(verdict);
+      if (this.stage instanceof LessonRun && verdict.frame !== null) this.stage.playTo(verdict.frame);
+    } catch (error) {
+      this.say(messageOf(error));
+    }
   }
 
-  /** Show everything once a class has answered: it sees the figure with its lecturer. */
+  skip() {
+    this.progress.set(this.lesson.id, { skipped: true });
+    this.answer.value = "skipped";
+  }
+
+  again() {
+    this.progress.set(this.lesson.id, null);
+    this.placed.value = null;
+    this.say("");
+    this.answer.value = null;
+  }
+
+  /** A class has answered: it sees the figure with its lecturer. */
   answered() {
-    if (part("question").dataset.stage !== "asked") return;
-    this.#stage.reveal(null);
-    this.#question.answeredByClass();
-  }
-
-  /** Show everything to who did not want to answer. */
-  #look() {
-    this.#stage.reveal(null);
-    this.#question.skipped();
-    this.#tell();
+    this.answer.value ??= "class";
   }
 
   /** @param {VerdictPublic} verdict */
   #reveal(verdict) {
-    this.#progress.set(this.#lesson.id, { given: verdict.given, right: verdict.right });
-    this.#stage.reveal(verdict);
-    this.#question.say(verdict);
-    this.#tell();
-  }
-
-  /** Say how far the course is. */
-  #tell() {
-    const { remark } = this.#progress;
-    part("progress").hidden = this.#all.length === 0;
-    fill(part("progress"), `${this.#progress.done(this.#all)} of ${this.#all.length} done`);
-    fill(part("remark"), remark);
-    part("remark").hidden = remark === "";
+    this.progress.set(this.lesson.id, { given: verdict.given, right: verdict.right });
+    this.answer.value = verdict;
   }
 
   /**
@@ -153,10 +117,104 @@ export class Course {
    */
   async #judged(given) {
     for (;;) {
-      const said = await lessons.answer(this.#lesson.id, given);
+      const said = await lessons.answer(this.lesson.id, given);
       if ("words" in said) return said;
-      this.#question.computing(said.done, said.total);
-      await after(AGAIN_MS, this.#signal);
+      if ("problem" in said) throw new Error(said.problem);
+      const far = said.total > 0 ? `: frame ${said.done} of ${said.total}.` : ".";
+      this.say(`Computing the run that gives the answer${far}`, false);
+      await after(AGAIN_MS);
     }
+  }
+}
+
+/** @param {{course: Course}} props */
+export function Question({ course }) {
+  const { answer, lesson: { question } } = course;
+  const now = answer.value;
+  if (now === null) return h(Asked, { course });
+  const text = html`<p class="question-text" ...${written(question.text)}></p>`;
+  const [title, words, again] = typeof now === "object" ? judged(now) : [...UNJUDGED[now], "Ask me"];
+  return html`<div class="question" role="status">
+    <h2>${title}</h2>
+    ${text}
+    ${typeof words === "string" ? html`<p class="verdict-words">${words}</p>` : words}
+    ${h(Ways, { course, again })}
+  </div>`;
+}
+
+/**
+ * @param {VerdictPublic} verdict
+ * @returns {[string, Child, string]}
+ */
+function judged({ right, words }) {
+  const said = html`<div class="verdict-words">${words.map((sentence) => [html`<span ...${written(sentence)}></span>`, " "])}</div>`;
+  return [right ? "✓ Right" : "✗ Not quite", said, "Ask me again"];
+}
+
+/** @param {{course: Course}} props */
+function ToClass({ course }) {
+  const ask = course.askClass.value;
+  const title = "As a poll: its answers are chosen by a tap";
+  return ask && html`<button type="button" title=${title} data-role="to-class" onClick=${ask}>Ask the class</button>`;
+}
+
+/** @param {{course: Course, again: string}} props */
+function Ways({ course, again }) {
+  const { next } = course.lesson;
+  const onward = next && html`<a class="button primary" data-role="next-lesson" href=${`learn/${encodeURIComponent(next.id)}`}>Next: ${next.title}</a>`;
+  return html`<div class="question-line">
+    <button type="button" onClick=${() => course.again()}>${again}</button>
+    ${h(ToClass, { course })}
+    ${onward ?? (!isParticipant && html`<a class="button" href="learn">All lessons</a>`)}
+  </div>`;
+}
+
+/** @param {{course: Course}} props */
+function Asked({ course }) {
+  const { question } = course.lesson;
+  const isJudged = useSignal(false);
+  const submit = async (/** @type {SubmitEvent & {currentTarget: HTMLFormElement}} */ event) => {
+    event.preventDefault();
+    const typed = String(new FormData(event.currentTarget).get("answer") ?? "").trim();
+    // The server reads a number as people type it, and says what it takes.
+    const given = question.kind === "point" ? course.placed.value : typed;
+    if (given === null || given === "") {
+      course.say(`${FIRST[question.kind]} first, or skip the question.`);
+      return;
+    }
+    isJudged.value = true;
+    await course.judge(given);
+    isJudged.value = false;
+  };
+  const { words, isWrong } = course.said.value;
+  return html`<form class="question" novalidate onSubmit=${submit}>
+    <div><h2>Predict, then see</h2><p class="hint">${WAITING}</p></div>
+    <p class="question-text" id="question" ...${written(question.text)}></p>
+    <div class="question-line answering">
+      ${h(Field, { question, placed: course.placed.value })}
+      <button type="submit" class="primary" disabled=${isJudged.value}>Show</button>
+      <button type="button" class="quiet" onClick=${() => course.skip()}>Skip</button>
+      ${h(ToClass, { course })}
+    </div>
+    <p class=${isWrong ? "question-said wrong" : "question-said"} role="alert" hidden=${words === ""}>${words}</p>
+  </form>`;
+}
+
+/** @param {{question: QuestionPublic, placed: number|null}} props */
+function Field({ question: { kind, unit, choices }, placed }) {
+  const named = { "aria-describedby": "question", "aria-label": HINTS[kind] };
+  switch (kind) {
+    case "number":
+      return html`<input type="text" class="question-number" inputmode="decimal" name="answer" autocomplete="off" ...${named} />
+        ${unit && html`<span>${unit}</span>`}`;
+    case "choice":
+      return html`<div class="question-choices" role="radiogroup" ...${named}>
+        ${choices.map(({ name, words }) => html`<label class="question-choice">
+          <input type="radio" name="answer" value=${name} /><span ...${written(words)}></span>
+        </label>`)}
+      </div>`;
+    default:
+      return html`<span class="hint">${HINTS.point}</span>
+        <output class="question-spot">${placed === null ? "nowhere yet" : `at ${figure(placed, 3, unit)}`}</output>`;
   }
 }

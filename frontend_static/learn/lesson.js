@@ -1,74 +1,269 @@
-/** The page of a lesson: it finds the lesson, and says so where there is none. */
+/** The page of a lesson: its text, what it shows, its question; and the class that may follow it. */
 
+import { followChip } from "../lecturer/chip.js";
+import { ClassControl } from "../lecturer/class_control.js";
 import { END_FORK, endFork } from "../lecturer/end_fork.js";
-import { START } from "../shared/address.js";
-import { messageOf, statusOf } from "../shared/api.js";
-import { fill, h, lastOfAddress, part } from "../shared/dom.js";
-import { brand, isFollower, isParticipant } from "../shared/participant.js";
+import { START, here } from "../shared/address.js";
+import { messageOf } from "../shared/api.js";
+import { dialogIsOpen, openDialog } from "../shared/dialog.js";
+import { h as element, lastOfAddress, part } from "../shared/dom.js";
+import { Icon } from "../shared/icons.js";
 import { navigation } from "../shared/navigation.js";
-import { notice } from "../shared/notice.js";
+import { Loaded } from "../shared/page.js";
+import { brand, isFollower, isParticipant } from "../shared/participant.js";
 import { presentationButton } from "../shared/presentation.js";
 import { printButton } from "../shared/print.js";
+import { linkTo } from "../shared/share_link.js";
 import { themeButton } from "../shared/theme.js";
+import { after } from "../shared/timing.js";
+import { effect, h, html, render, signal, untracked, useEffect, useMemo, useRef, useSignal } from "../vendor/preact.js";
 import { lessons } from "./api.js";
-import { Course } from "./course.js";
-import { followLesson } from "./following.js";
-import { help, listen } from "./keys.js";
-import { NewestRequest } from "../shared/newest_request.js";
-import { describe } from "./lesson_text.js";
-import { Uses } from "./uses.js";
+import { Course, Question, written } from "./course.js";
+import { Mark, checked } from "./numbers.js";
+import { Demonstration, DemonstrationStage, LessonRun, RunStage } from "./stage.js";
 
-/** @import { LessonDetail, LessonsPublic } from "../shared/messages.js" */
+/** @import { ChecksPublic, LessonDetail, NeighbourPublic, ScenarioPublic } from "../shared/messages.js" */
 
-/** @type {LessonsPublic} */
-const NO_OTHERS = { lessons: [], problems: [] };
-const { signal } = new AbortController();
-const id = lastOfAddress();
+const KEYS = [
+  ["N", "Next lesson"],
+  ["P", "Previous lesson"],
+  ["D", "New draw"],
+  ["F", "Present in large type; escape ends it"],
+  ["pageup pagedown", "In a lecture: the item before, the next one"],
+  ["?", "These keys"],
+];
+const ARROWS = "A slider, or a line in the figure, that has the focus is moved by the arrow keys. Where a run is shown, the keys are those of a session.";
+const TYPING = "input:not([type=range], [type=radio], [type=checkbox]), textarea, select";
+const CHECKED_AGAIN_MS = 700;
+/** Names one of the uses of a lesson, so that the way back is the browser's as well. */
+const USE = /^#use-(\d+)$/;
+/** Nothing ends what listens here but the page itself. */
+const { signal: whole } = new AbortController();
+const hash = signal(location.hash);
 
+/** @param {{course: Course}} props */
+function Lesson({ course }) {
+  const { lesson, stage, answer } = course;
+  const found = USE.exec(hash.value);
+  const use = found ? lesson.uses[Number(found[1]) - 1] : undefined;
+  const isUsed = use !== undefined && use.problem === null;
+  const isLocked = answer.value === null;
+  const shown = { isLocked, notice: html`<p class="lesson-notice" data-part="notice"><span ...${written(lesson.notice)}></span></p>` };
+  return html`
+    <article class="lesson-text" data-part="text" tabindex="0" aria-label="Idea">${h(Text, { lesson })}</article>
+    <section class="lesson-stage" data-part="own" aria-label="Figure" hidden=${isUsed}>
+      <h2 class="visually-hidden">Figure</h2>
+      ${stage instanceof Demonstration ? h(DemonstrationStage, { stage, random: lesson.random, ...shown }) : h(RunStage, { stage, ...shown })}
+    </section>
+    ${isUsed && h(Use, { key: hash.value, use, course })}
+    <section class="lesson-question" data-part="question" data-stage=${stageOf(answer.value)} aria-label="Question" hidden=${isUsed}>
+      ${h(Question, { course })}
+    </section>
+  `;
+}
+
+/** @param {import("./stage.js").Answer} answer */
+function stageOf(answer) {
+  if (answer === null) return "asked";
+  if (typeof answer === "string") return "skipped";
+  return answer.right ? "right" : "wrong";
+}
+
+/** @param {{lesson: LessonDetail}} props */
+function Text({ lesson }) {
+  const { id, idea, tries, uses, origin, checks } = lesson;
+  const tried = tries.map((each) => html`<li ...${written(each)}></li>`);
+  return html`
+    <h2 class="visually-hidden">Idea</h2>
+    <div class="idea" ...${written(idea)}></div>
+    ${tries.length > 0 && html`<section class="tries"><h2>Try</h2><ul>${tried}</ul></section>`}
+    ${uses.length > 0 && html`<details class="lesson-fold uses" data-part="uses">
+      <summary>Where it is used (${uses.length})</summary><ul>${uses.map(entry)}</ul>
+    </details>`}
+    ${checks.length > 0 && h(Checks, { lesson })}
+    ${!isParticipant && html`<p class="hint"><a href=${lessons.notebook(id)} download=${`${id}.ipynb`}>Notebook of this lesson</a></p>`}
+    ${origin && html`<p class="hint">From ${origin}</p>`}
+  `;
+}
+
+/**
+ * @param {ScenarioPublic} use
+ * @param {number} index
+ */
+function entry({ words, title, problem }, index) {
+  const text = html`<span ...${written(words)}></span>`;
+  if (problem !== null) return html`<li>${text} <span class="hint">${problem}</span></li>`;
+  return html`<li><a href=${here(`use-${index + 1}`)}>${title}</a>: ${text}</li>`;
+}
+
+/**
+ * What the lesson claims: computed on the server when somebody looks, each beside what is exact.
+ *
+ * @param {{lesson: LessonDetail}} props
+ */
+function Checks({ lesson: { id, checks } }) {
+  const found = useSignal(/** @type {ChecksPublic|null} */ (null));
+  const problem = useSignal("");
+  const isAsked = useRef(false);
+  const follow = async (/** @type {Event & {currentTarget: HTMLDetailsElement}} */ { currentTarget: { open } }) => {
+    if (!open || isAsked.current) return;
+    isAsked.current = true;
+    problem.value = "";
+    try {
+      while (found.value === null || found.value.done < found.value.total) {
+        if (found.value !== null) await after(CHECKED_AGAIN_MS);
+        found.value = await lessons.checks(id);
+      }
+    } catch (error) {
+      isAsked.current = false;
+      problem.value = messageOf(error);
+    }
+  };
+  const { done, total, results } = found.value ?? { done: 0, total: 0, results: [] };
+  const passed = results.filter((each) => each.passed).length;
+  const came = passed === total ? `All ${total} checks pass` : `${passed} of ${total} checks pass`;
+  return html`<details class="lesson-fold" onToggle=${follow}>
+    <summary>${results.length === 0 ? `What is checked (${checks.length})` : came}</summary>
+    <p class="hint" role="status">${problem.value || (done < total && `Computing: ${done} of ${total} checked`)}</p>
+    <ul class="checks">
+      ${results.length === 0 && checks.map(({ title }) => html`<li>${title}</li>`)}
+      ${results.map((each) => html`<li data-check=${each.check}>
+        ${each.title}<span class="hint">${checked(each)}${h(Mark, { within: each.passed })}</span>
+      </li>`)}
+    </ul>
+  </details>`;
+}
+
+/**
+ * A run in which the idea is used, in the place of the figure.
+ *
+ * @param {{use: ScenarioPublic, course: Course}} props
+ */
+function Use({ use, course }) {
+  const stage = useMemo(() => new LessonRun(use), []);
+  useEffect(() => {
+    course.used.value = stage;
+    return () => (course.used.value = null);
+  }, []);
+  return html`<section class="lesson-stage" data-part="use" aria-label="Where it is used">
+    <div class="use-line">
+      <p ...${written(use.words)}></p>
+      <a class="button" href=${linkTo({ recipe: use.recipe, position: use.frame })} target="_blank">Open as a session</a>
+      <a class="button primary" href=${here("")}>Back to the lesson</a>
+    </div>
+    ${h(RunStage, { stage, isLocked: false })}
+  </section>`;
+}
+
+/** @param {{lesson: LessonDetail, lead: () => void}} props `lead` takes a class along. */
+function Neighbours({ lesson: { previous, next }, lead }) {
+  /** @param {NeighbourPublic|null} to @param {"previous"|"next"} which @param {string} words */
+  const way = (to, which, words) => {
+    if (to === null) return null;
+    const title = `${words}: ${to.title}`;
+    const rel = which === "next" ? "next" : "prev";
+    return html`<a class="button quiet icon-only" href=${`learn/${encodeURIComponent(to.id)}`} rel=${rel} title=${title} aria-label=${title} onClick=${lead}>
+      ${h(Icon, { name: which })}
+    </a>`;
+  };
+  return [way(previous, "previous", "Previous lesson (P)"), way(next, "next", "Next lesson (N)")];
+}
+
+/** @param {{course: Course}} props How far the course is. */
+function Done({ course: { all, progress } }) {
+  return all.length > 0 && `${progress.done(all)} of ${all.length} done`;
+}
+
+/** @param {{course: Course}} props */
+function Remark({ course: { progress: { remark } } }) {
+  return remark && html`<p class="note lesson-remark" role="status">${remark}</p>`;
+}
+
+/**
+ * The class that follows the lesson: its figure, or the run that stands in its place.
+ *
+ * @param {Course} course
+ */
+function classOf(course) {
+  const { title, id } = course.lesson;
+  const control = new ClassControl(() => {
+    const { run } = course;
+    if (run === null) return { title, sessions: [], lesson: id };
+    const { plots, layers } = run.scenario;
+    return run.id.value === null ? null : { title, sessions: [run.id.value], lesson: id, arrangement: { plots, layers } };
+  }, whole);
+  control.on(["follow"], () => {
+    const { isHere, follow } = control;
+    const led = isHere ? follow : null;
+    course.askClass.value = led !== null && led.poll === null ? () => control.ask({ lesson: id }) : null;
+    if (led?.poll?.revealed && led.poll.lesson === id) course.answered();
+    if (course.stage instanceof Demonstration) course.stage.followedBy(course.run === null ? (led?.id ?? null) : null);
+  }, whole);
+  effect(() => {
+    void course.run?.id.value;
+    untracked(() => control.update());
+  });
+  control.find();
+  return control;
+}
+
+/**
+ * Fill the page with a lesson.
+ *
+ * @param {Course} course
+ */
+function opened(course) {
+  const { lesson, stage } = course;
+  const control = isFollower ? null : classOf(course);
+  document.title = `${lesson.title} · pftrack`;
+  part("title").textContent = lesson.number ? `${lesson.number} · ${lesson.title}` : lesson.title;
+  if (control !== null) part("tools").prepend(followChip(control, whole));
+  render(h(Done, { course }), part("progress"));
+  render(h(Remark, { course }), part("remark"));
+  render(h(Neighbours, { lesson, lead: () => control?.takeAlong() }), part("neighbours"));
+  if (!(stage instanceof Demonstration)) return h(Lesson, { course });
+  effect(() => {
+    part("disconnected").hidden = !stage.isLost.value;
+  });
+  actions.d = () => stage.draw();
+  return h(Lesson, { course });
+}
+
+async function load() {
+  const id = lastOfAddress();
+  const [lesson, { lessons: all }] = await Promise.all([lessons.get(id), isParticipant ? { lessons: [] } : lessons.all()]);
+  // Whoever came by the link of a class has this lesson, and none of what leads elsewhere.
+  const mine = isParticipant ? { ...lesson, previous: null, next: null, uses: [], checks: [] } : lesson;
+  return opened(new Course(mine, all));
+}
+
+function help() {
+  const lines = KEYS.map(([keys, what]) => [element("dt", {}, keys.split(" ").map((key) => element("kbd", {}, key))), element("dd", {}, what)]);
+  openDialog("Keys", () => [element("dl", { class: "keys" }, lines), element("p", { class: "hint" }, ARROWS)]);
+}
+
+/** @param {"next"|"prev"} rel Which neighbour's link to take. */
+function go(rel) {
+  /** @type {HTMLElement|null} */ (part("neighbours").querySelector(`a[rel=${rel}]`))?.click();
+}
+
+/** @type {Record<string, () => void>} What keys do, where no run has them. */
+const actions = { n: () => go("next"), p: () => go("prev"), "?": help };
+document.addEventListener("keydown", (event) => {
+  const isTyping = event.target instanceof Element && event.target.closest(TYPING) !== null;
+  if (isTyping || event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented || dialogIsOpen()) return;
+  if (document.querySelector(".session-view") === null) actions[event.key.toLowerCase()]?.();
+});
+addEventListener("hashchange", () => (hash.value = location.hash));
 // What was shown has been ended when the page was left.
-globalThis.addEventListener("pageshow", (event) => event.persisted && location.reload());
+addEventListener("pageshow", (event) => event.persisted && location.reload());
 
-const keys = h("button", { type: "button", class: "quiet icon-only", title: "Keys (?)", "aria-label": "Keys", on: { click: help } }, "?");
 part("brand").replaceWith(brand());
 if (!isParticipant) navigation("learn");
-const end = isFollower && h("button", { type: "button", title: END_FORK, data: { role: "end" }, on: { click: endFork } }, "End");
-fill(part("tools"), end, themeButton(), printButton(), presentationButton(), keys);
-const find = () => Promise.all([lessons.get(id).then(forMe), isParticipant ? NO_OTHERS : lessons.all()]);
-const opening = new NewestRequest(find, { answer: ([lesson, all]) => open(lesson, all), refused, lost }, signal);
-opening.ask(null);
-
-/**
- * @param {LessonDetail} lesson
- * @param {LessonsPublic} all
- */
-function open(lesson, all) {
-  document.title = `${lesson.title} · pftrack`;
-  fill(part("title"), lesson.number ? `${lesson.number} · ${lesson.title}` : lesson.title);
-  describe(lesson, signal);
-  const course = new Course(lesson, all, lost, signal);
-  const uses = new Uses(lesson, signal);
-  if (!isFollower) part("tools").prepend(followLesson(lesson, { course, uses }, signal));
-  listen(() => course.draw(), signal);
-}
-
-/**
- * Whoever came by the link of a class has this lesson, and none of what leads elsewhere.
- *
- * @param {LessonDetail} lesson
- * @returns {LessonDetail}
- */
-function forMe(lesson) {
-  return isParticipant ? { ...lesson, previous: null, next: null, uses: [], checks: [] } : lesson;
-}
-
-/** @param {unknown} error */
-function refused(error) {
-  const title = statusOf(error) === 404 ? "There is no such lesson" : "This lesson cannot be shown";
-  const way = isParticipant ? { label: "Back to the class", href: START } : { label: "All lessons", href: "learn" };
-  fill(part("lesson"), notice(title, messageOf(error), way));
-}
-
-/** @param {boolean} isLost */
-function lost(isLost) {
-  part("disconnected").hidden = !isLost;
-}
+const end = isFollower && element("button", { type: "button", title: END_FORK, data: { role: "end" }, on: { click: endFork } }, "End");
+const keys = element("button", { type: "button", class: "quiet icon-only", title: "Keys (?)", "aria-label": "Keys", on: { click: help } }, "?");
+part("tools").append(...(end ? [end] : []), themeButton(), printButton(), presentationButton(), keys);
+const action = isParticipant ? { label: "Back to the class", href: START } : { label: "All lessons", href: "learn" };
+const bones = html`<article class="lesson-text" data-part="text"><div class="shimmer bone"></div></article>`;
+const unknown = { title: "There is no such lesson", action };
+render(h(Loaded, { load, failed: "This lesson could not be shown", bones, unknown }), part("lesson"));

@@ -1,33 +1,69 @@
 /** The numbers of a figure: the one that counts large, each with its exact value and whether it is as close as it should be. */
 
-import { fill, h } from "../shared/dom.js";
-import { beside, figure } from "./number_text.js";
+import { h, html, render } from "../vendor/preact.js";
 
-/** @import { Number as LessonNumber } from "../shared/messages.js" */
+/** @import { CheckedPublic, Number as LessonNumber } from "../shared/messages.js" */
+
+const NONE = "–";
+
+/**
+ * A number with so many digits that count.
+ *
+ * @param {number|null} value
+ * @param {number} digits
+ * @param {string} [unit]
+ */
+export function figure(value, digits, unit = "") {
+  if (value === null) return NONE;
+  const text = Math.abs(value) >= 10 ** digits ? String(Math.round(value)) : String(Number(value.toPrecision(digits)));
+  return unit === "" ? text : `${text} ${unit}`;
+}
+
+/**
+ * "exact 0.2861, within 0.0106"; what is not known is left out.
+ *
+ * @param {Pick<LessonNumber, "exact"|"tolerance"|"digits"|"unit"|"within">} number
+ */
+export function beside({ exact, tolerance, digits, unit, within }) {
+  if (exact === null) return "";
+  const known = `exact ${figure(exact, digits, unit)}`;
+  if (tolerance === null || within === null) return known;
+  return within ? `${known}, within ${figure(tolerance, 2)}` : `${known}, more than ${figure(tolerance, 2)} off`;
+}
+
+/**
+ * "checked: 0.2825, exact 0.2861, within 0.0106".
+ *
+ * @param {CheckedPublic} check
+ */
+export function checked({ ours, exact, tolerance, passed, problem }) {
+  if (problem !== null) return problem;
+  const [found, known, allowed] = [figure(ours, 4), figure(exact, 4), figure(tolerance, 3)];
+  return passed ? `checked: ${found}, exact ${known}, within ${allowed}` : `fails: ${found}, exact ${known}, not within ${allowed}`;
+}
+
+/** @param {{within: boolean}} props */
+export function Mark({ within }) {
+  return html`<span class=${within ? "tick" : "cross"} aria-hidden="true">${within ? " ✓" : " ✗"}</span>`;
+}
+
+/** @param {{numbers: readonly LessonNumber[]}} props */
+export function Numbers({ numbers }) {
+  return numbers.map((number, index) => {
+    const { title, value, digits, unit, within } = number;
+    return html`<div class=${index === 0 ? "lesson-number first" : "lesson-number"}>
+      <output aria-label=${title}>${figure(value, digits, unit)}</output>
+      <span class="lesson-number-words">
+        <span>${title}</span><span class="hint">${beside(number)}${within !== null && h(Mark, { within })}</span>
+      </span>
+    </div>`;
+  });
+}
 
 /**
  * @param {HTMLElement} place
  * @param {readonly LessonNumber[]} numbers
  */
 export function showNumbers(place, numbers) {
-  fill(place, numbers.map(one));
-}
-
-/**
- * @param {LessonNumber} number
- * @param {number} index
- */
-function one(number, index) {
-  const { title, value, digits, unit, within } = number;
-  return h(
-    "div",
-    { class: index === 0 ? "lesson-number first" : "lesson-number" },
-    h("output", { "aria-label": title }, figure(value, digits, unit)),
-    h("span", { class: "lesson-number-words" }, h("span", {}, title), h("span", { class: "hint" }, beside(number), within !== null && mark(within))),
-  );
-}
-
-/** @param {boolean} within */
-export function mark(within) {
-  return h("span", { class: within ? "tick" : "cross", "aria-hidden": "true" }, within ? " ✓" : " ✗");
+  render(h(Numbers, { numbers }), place);
 }

@@ -1,9 +1,6 @@
-/**
- * How far a person is in the course: kept in this browser, without an account.
- *
- * What is there may be of another version, damaged, or find no room. Then whatever can be read of it is taken up, what
- * cannot is kept beside it as it was, and a sentence says so.
- */
+/** How far a person is in the course: kept in this browser, without an account. */
+
+import { signal } from "../vendor/preact.js";
 
 /**
  * What is known of a lesson: the prediction that was made, or that none was.
@@ -11,83 +8,26 @@
  * @typedef {{given: number|string, right: boolean}|{skipped: true}} Entry
  */
 
-/** @typedef {{entries: Record<string, Entry>, remark: string, rest: Record<string, unknown>}} Reading `rest`: what else there is. */
-
 const PLACE = "pftrack-lessons";
-/** Where what could not be read is left, as it was. */
-const ASIDE = "pftrack-lessons-unread";
-const DAMAGED = "Your progress in this browser is damaged";
-const OTHER = "Your progress was saved by another version of pftrack";
-export const VERSION = 1;
+const VERSION = 1;
+const UNREAD = "Some of your progress in this browser could not be read; those lessons are asked again.";
+const NOT_KEPT = "This browser's storage is full or disabled: your progress is kept until you close this page.";
 
-/**
- * Understand what was kept.
- *
- * @param {string|null} text
- * @returns {Reading}
- */
-export function read(text) {
-  if (text === null) return { entries: {}, remark: "", rest: {} };
-  const stored = parsed(text);
-  if (!isRecord(stored)) return { entries: {}, remark: anew(DAMAGED), rest: {} };
-  const { version, lessons, ...rest } = stored;
-  const why = version === VERSION ? DAMAGED : OTHER;
-  if (!isRecord(lessons)) return { entries: {}, remark: anew(why), rest };
-  const known = Object.entries(lessons);
-  /** @type {Record<string, Entry>} */
-  const entries = {};
-  for (const [id, value] of known) {
-    const entry = entryOf(value);
-    if (entry !== null) entries[id] = entry;
-  }
-  return { entries, remark: told(why, Object.keys(entries).length, known.length), rest };
-}
-
-/**
- * @param {string} why
- * @param {number} found How many lessons can be read.
- * @param {number} all
- */
-function told(why, found, all) {
-  if (found === all) return why === OTHER && all > 0 ? `${OTHER}, and all of it could be read.` : "";
-  return found === 0 ? anew(why) : `${why}: ${found} of its ${all} lessons could be read; the others are asked again.`;
-}
-
-/** @param {string} why */
-function anew(why) {
-  return `${why}. None of it could be read, so every lesson is asked again.`;
-}
-
-/**
- * @param {string} text
- * @returns {unknown} Undefined where it says nothing.
- */
-function parsed(text) {
-  try {
-    return JSON.parse(text);
-  } catch {
-    return undefined;
-  }
-}
-
-/** The progress of this browser. */
+/** The progress of this browser; a component that reads it is drawn again when it changes. */
 export class Progress {
   #storage;
-  /** @type {Reading} */
-  #reading;
-  #isKept = true;
-  #isAside = false;
+  #entries = signal(/** @type {Record<string, Entry>} */ ({}));
+  #remark = signal("");
 
   /** @param {() => Pick<Storage, "getItem"|"setItem">} [storage] It may be forbidden. */
   constructor(storage = () => localStorage) {
     this.#storage = storage;
-    this.#reading = this.#load();
+    this.#load();
   }
 
   /** What a person should know of it, one sentence, or nothing. */
   get remark() {
-    if (!this.#isKept) return "This browser's storage is full or disabled: your progress is kept until you close this page.";
-    return this.#isAside ? `${this.#reading.remark} The old data is still in this browser's local storage, under “${ASIDE}”.` : this.#reading.remark;
+    return this.#remark.value;
   }
 
   /**
@@ -95,7 +35,7 @@ export class Progress {
    * @returns {Entry|null}
    */
   of(id) {
-    return Object.hasOwn(this.#reading.entries, id) ? this.#reading.entries[id] : null;
+    return Object.hasOwn(this.#entries.value, id) ? this.#entries.value[id] : null;
   }
 
   /**
@@ -104,7 +44,7 @@ export class Progress {
    * @param {readonly {id: string}[]} lessons
    */
   done(lessons) {
-    return lessons.filter(({ id }) => this.of(id) !== null && !("skipped" in (this.of(id) ?? {}))).length;
+    return lessons.filter(({ id }) => ["right", "wrong"].includes(stateOf(this.of(id)))).length;
   }
 
   /**
@@ -113,57 +53,58 @@ export class Progress {
    */
   set(id, entry) {
     // Another page may have gone on meanwhile.
-    const newest = this.#isKept ? this.#load() : this.#reading;
-    const { [id]: before, ...others } = newest.entries;
-    const entries = entry === null ? others : { ...newest.entries, [id]: entry };
-    this.#reading = { ...newest, entries, remark: this.#reading.remark || newest.remark };
+    if (this.#remark.peek() !== NOT_KEPT) this.#load();
+    const { [id]: before, ...others } = this.#entries.peek();
+    this.#entries.value = entry === null ? others : { ...others, [id]: entry };
     try {
-      this.#storage().setItem(PLACE, JSON.stringify({ ...newest.rest, version: VERSION, lessons: entries }));
+      this.#storage().setItem(PLACE, JSON.stringify({ version: VERSION, lessons: this.#entries.peek() }));
     } catch {
-      this.#isKept = false;
+      this.#remark.value = NOT_KEPT;
     }
   }
 
-  /** @returns {Reading} */
   #load() {
+    let text;
     try {
-      const text = this.#storage().getItem(PLACE);
-      const reading = read(text);
-      if (reading.remark && text !== null) this.#setAside(text);
-      return reading;
+      text = this.#storage().getItem(PLACE);
     } catch {
-      this.#isKept = false;
-      return { entries: {}, remark: "", rest: {} };
+      this.#remark.value = NOT_KEPT;
+      return;
     }
-  }
-
-  /** @param {string} text */
-  #setAside(text) {
-    try {
-      this.#storage().setItem(ASIDE, text);
-      this.#isAside = true;
-    } catch {
-      // No room: it stays in its place until something is answered.
-    }
+    const kept = text === null ? [] : entriesIn(text);
+    const known = kept.filter(/** @returns {each is [string, Entry]} */ (each) => isEntry(each[1]));
+    this.#entries.value = Object.fromEntries(known);
+    if (known.length < kept.length) this.#remark.value = UNREAD;
   }
 }
 
 /**
- * @param {unknown} value
- * @returns {Entry|null}
+ * @param {string} text
+ * @returns {[string, unknown][]} One that says nothing where it is damaged.
  */
-function entryOf(value) {
-  if (!isRecord(value)) return null;
-  if (value.skipped === true) return { skipped: true };
-  const { given, right } = value;
-  const isGiven = typeof given === "string" || (typeof given === "number" && Number.isFinite(given));
-  return isGiven && typeof right === "boolean" ? { given, right } : null;
+function entriesIn(text) {
+  try {
+    return Object.entries(/** @type {{lessons: Record<string, unknown>}} */ (JSON.parse(text)).lessons);
+  } catch {
+    return [["", null]];
+  }
 }
 
 /**
- * @param {unknown} value
- * @returns {value is Record<string, unknown>}
+ * @param {unknown} value It may be of another version.
+ * @returns {value is Entry}
  */
-function isRecord(value) {
-  return typeof value === "object" && value !== null && !Array.isArray(value);
+function isEntry(value) {
+  const { skipped, given, right } = /** @type {Record<string, unknown>} */ (value ?? {});
+  return skipped === true || (["string", "number"].includes(typeof given) && typeof right === "boolean");
+}
+
+/**
+ * @param {Entry|null} entry
+ * @returns {"open"|"skipped"|"right"|"wrong"}
+ */
+export function stateOf(entry) {
+  if (entry === null) return "open";
+  if ("skipped" in entry) return "skipped";
+  return entry.right ? "right" : "wrong";
 }

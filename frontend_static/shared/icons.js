@@ -51,7 +51,7 @@ const PATHS = {
 /** @typedef {keyof typeof PATHS} IconName */
 
 /** @param {{name: IconName}} props */
-function Icon({ name }) {
+export function Icon({ name }) {
   const [path, solid = false] = /** @type {[string, boolean?]} */ (PATHS[name]);
   const pen = solid ? { fill: "currentColor", stroke: "none" } : { fill: "none", stroke: "currentColor" };
   return html`<svg viewBox="0 0 16 16" width="16" height="16" class="icon" aria-hidden="true" focusable="false">

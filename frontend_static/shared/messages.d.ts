@@ -1235,6 +1235,12 @@ export interface NewTitle {
   title: string;
 }
 
+/** What was given is not an answer to the question. */
+export interface NoAnswerPublic {
+  /** Why, and what is allowed, one sentence */
+  problem: string;
+}
+
 /** A number that a lesson shows, with its exact value where that is known. */
 export interface Number {
   title: string;
@@ -2169,8 +2175,8 @@ export interface VerdictPublic {
   given: number | string;
   exact: number | string;
   measured: number | null;
-  /** By how much a number was off */
-  off: number | null;
+  /** Of a run, where there is one: the frame that shows the answer */
+  frame: number | null;
   /** The verdict and its reason, HTML */
   words: string[];
 }

@@ -32,11 +32,8 @@ export function showPage(name, place, Content, tools = []) {
 /**
  * What has to be asked for, once it is there: until then `bones`, where that takes long, and what went wrong with a way to ask again.
  *
- * @param {object} props
- * @param {() => Promise<Child>} props.load
- * @param {string} props.failed A title for what went wrong.
- * @param {Child} [props.bones]
- * @param {{title: string, action: Action}} [props.unknown] What to say instead where the server knows no such thing.
+ * @param {{load: () => Promise<Child>, failed: string, bones?: Child, unknown?: {title: string, action: Action}}} props `failed` is a
+ *     title for what went wrong; `unknown` what to say instead where the server knows no such thing.
  */
 export function Loaded({ load, failed, bones = null, unknown }) {
   const shown = useSignal(/** @type {Child} */ (null));

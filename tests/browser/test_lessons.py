@@ -87,12 +87,11 @@ def broken(server: Server) -> Iterator[Path]:
     path.unlink()
 
 
-def test_lesson_nine_is_answered_wrongly_and_then_rightly(lesson: LessonPage, complaints: Complaints) -> None:
-    """What is no number is told with what is allowed; a wrong answer is explained; the right one is kept here.
+def test_lesson_nine_is_answered_wrongly_and_then_rightly(lesson: LessonPage) -> None:
+    """What is not a number is told with what is allowed; a wrong answer is explained; the right one is kept here.
 
-    Before an answer the figure is veiled and nothing can be turned.
+    Before an answer the figure is veiled and nothing can be turned. None of it is an error in the browser's console.
     """
-    complaints.expected = ("422",)
     lesson.open("9")
     assert lesson.page.url.endswith("/learn/sir")
     lesson.drawn()
@@ -102,7 +101,7 @@ def test_lesson_nine_is_answered_wrongly_and_then_rightly(lesson: LessonPage, co
     lesson.answer("")
     lesson.until(lambda: "Type a number first" in lesson.words, "an empty answer is told")
     lesson.answer("half")
-    lesson.until(lambda: "must be a number between 0 and 1000, got 'half'" in lesson.words, "what is no number is told")
+    lesson.until(lambda: "must be a number between 0 and 1000, got 'half'" in lesson.words, "it says what is allowed")
     assert lesson.stage == "asked"
 
     lesson.answer("4")
@@ -191,30 +190,18 @@ def test_a_prediction_is_placed_in_the_figure(lesson: LessonPage) -> None:
     lesson.until(lambda: lesson.stage in {"right", "wrong"}, "it is judged")
 
 
-@pytest.mark.parametrize(
-    ("stored", "remark"),
-    [
-        (
-            {"version": 9, "lessons": {"sir": {"given": 2, "right": True, "stars": 3}, "joint": 5}},
-            "1 of its 2 lessons could be read",
-        ),
-        ("no JSON", "every lesson is asked again"),
-    ],
-)
-def test_a_store_of_another_version_is_taken_up(lesson: LessonPage, stored: object, remark: str) -> None:
-    """What can be read of it counts, the rest is left aside, and a sentence says so."""
-    text = stored if isinstance(stored, str) else json.dumps(stored)
+def test_a_store_that_is_damaged_is_taken_up(lesson: LessonPage) -> None:
+    """What can be read of it counts, and a sentence says that the rest is asked again."""
+    text = json.dumps({"version": 9, "lessons": {"sir": {"given": 2, "right": True, "stars": 3}, "joint": 5}})
     lesson.page.goto("healthz")
     lesson.page.evaluate(f"(text) => {{ {STORE} = text; }}", text)
     lesson.page.goto("learn")
-    lesson.page.locator(".learn .note").wait_for()
-    assert remark in lesson.page.inner_text(".learn .note")
-    assert ("answered rightly" in lesson.page.inner_text("[data-lesson=sir]")) == (not isinstance(stored, str))
+    lesson.page.locator(".learn .note", has_text="those lessons are asked again").wait_for()
+    assert "answered rightly" in lesson.page.inner_text("[data-lesson=sir]")
     lesson.open("joint")
     lesson.page.click(SKIP)
     lesson.becomes("skipped")
     assert json.loads(lesson.page.evaluate(STORE))["lessons"]["joint"] == {"skipped": True}
-    assert lesson.page.evaluate("localStorage['pftrack-lessons-unread']") == text
 
 
 def test_a_full_store_is_no_error(lesson: LessonPage) -> None:
@@ -297,6 +284,8 @@ def test_a_scenario_mounts_a_session_of_which_some_is_unlocked(lesson: LessonPag
     lesson.answer("92")
     lesson.becomes("right")
     lesson.until(lesson.is_open, "everything unlocked can be turned")
+    loss = {"position": 92, "playing": False}
+    lesson.until(lambda: loss.items() <= server.session(started["id"]).items(), "it plays to the frame of the loss")
     names = {each.get_attribute("data-control") for each in lesson.page.locator("[data-control]").all()}
     assert "sharpness" in names
     assert len(names) < len(started["declarations"])

@@ -122,11 +122,13 @@ class Answer:
         exact: The right answer.
         measured: What the lesson measures in its place, where that is another number.
         words: What was computed, a sentence: "2.04 measured over 40 repeats".
+        frame: Of a run, where there is one: the frame that shows the answer.
     """
 
     exact: Given
     measured: float | None = None
     words: str = ""
+    frame: int | None = None
 
 
 class Mistake(Part):
@@ -311,7 +313,7 @@ class Verdict:
         given: The prediction.
         exact: The right answer.
         measured: What the lesson measured in its place, if it did.
-        off: By how much a number was off; None of a choice.
+        frame: Of a run, where there is one: the frame that shows the answer.
         words: The verdict and its reason, in sentences.
     """
 
@@ -319,7 +321,7 @@ class Verdict:
     given: Given
     exact: Given
     measured: float | None
-    off: float | None
+    frame: int | None
     words: tuple[str, ...]
 
 
@@ -341,14 +343,13 @@ def judge(question: Question, answer: Answer, given: Given) -> Verdict:
     """
     value = read_answer(question, given)
     if isinstance(value, str) or isinstance(answer.exact, str):
-        right, off = value == answer.exact, None
+        right = value == answer.exact
     else:
-        off = value - answer.exact
-        right = abs(off) <= question.tolerance * (1 + 1e-12)
+        right = abs(value - answer.exact) <= question.tolerance * (1 + 1e-12)
     mistake = None if right else next((each for each in question.mistakes if _fits(each, value, question)), None)
     # What was probably thought comes right after what was said, as it speaks of that.
     said = (_how_far(question, value, answer, right), mistake.words if mistake else "", answer.words, question.words)
-    return Verdict(right, value, answer.exact, answer.measured, off, tuple(words for words in said if words))
+    return Verdict(right, value, answer.exact, answer.measured, answer.frame, tuple(words for words in said if words))
 
 
 def read_answer(question: Question, given: object) -> Given:

@@ -463,8 +463,14 @@ class VerdictPublic(_Public):
     given: float | str
     exact: float | str
     measured: float | None
-    off: float | None = Field(description="By how much a number was off")
+    frame: int | None = Field(description="Of a run, where there is one: the frame that shows the answer")
     words: list[Html] = Field(description="The verdict and its reason, HTML")
+
+
+class NoAnswerPublic(BaseModel):
+    """What was given is not an answer to the question."""
+
+    problem: str = Field(description="Why, and what is allowed, one sentence")
 
 
 class ComputingPublic(BaseModel):

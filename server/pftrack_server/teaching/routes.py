@@ -15,6 +15,7 @@ from fastapi import APIRouter, Depends, FastAPI, Path, Request
 from starlette.responses import RedirectResponse, Response
 
 from pftrack.core.model.parameters import declarations, flat, revise
+from pftrack.core.refusal import ParameterError
 from pftrack.teaching.lessons.lesson import Demonstration, Lesson, Scenario, question_recipe
 from pftrack.teaching.lessons.library import Library
 from pftrack_server.core.base_path import address_of
@@ -41,6 +42,7 @@ from pftrack_server.teaching.messages import (
     LessonPublic,
     LessonsPublic,
     NeighbourPublic,
+    NoAnswerPublic,
     QuestionPublic,
     ScenarioPublic,
     VerdictPublic,
@@ -89,6 +91,7 @@ async def _lesson(lesson: Annotated[str, Path(max_length=64)], lessons: TheLesso
 
 ALesson = Annotated[Lesson, Depends(_lesson)]
 LectureName = Annotated[str, Path(max_length=64)]
+Judged = VerdictPublic | ComputingPublic | NoAnswerPublic
 
 
 # Lessons as pages see them: texts as HTML, controls as sessions have them, and questions without their answers.
@@ -173,19 +176,14 @@ async def draw_figure(lesson: ALesson, body: FigureRequest, lessons: TheLessons)
     return Response(await lessons.figure(lesson, body), media_type="application/json")
 
 
-@router.post(
-    "/{lesson}/answer",
-    responses={202: {"model": ComputingPublic, "description": "The run is still being computed; ask again"}},
-)
-async def answer(
-    lesson: ALesson, body: AnswerRequest, lessons: TheLessons, response: Response
-) -> VerdictPublic | ComputingPublic:
-    """Judge a prediction: how far off it is, and why."""
-    said = await lessons.judge(lesson, body.answer)
-    if isinstance(said, ComputingPublic):
-        response.status_code = HTTPStatus.ACCEPTED
-        return said
-    return VerdictPublic.model_validate(said)
+@router.post("/{lesson}/answer")
+async def answer(lesson: ALesson, body: AnswerRequest, lessons: TheLessons) -> Judged:
+    """Judge a prediction: how far off it is, and why; or tell how far the run is that it is judged by, to ask again."""
+    try:
+        said = await lessons.judge(lesson, body.answer)
+    except ParameterError as error:
+        return NoAnswerPublic(problem=f"Your {error}.")
+    return said if isinstance(said, ComputingPublic) else VerdictPublic.model_validate(said)
 
 
 @router.get(

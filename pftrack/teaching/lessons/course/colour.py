@@ -28,7 +28,7 @@ def frame_of_loss(run: Run) -> Answer:
     unseen = [row.frame for row in rows if row.hidden]
     hidden = f" Nothing of the target is seen in frames {unseen[0]} to {unseen[-1]}." if unseen else ""
     lost = f"It is lost from frame {frame} on." if frame < frames else "It is held in the last frame."
-    return Answer(float(frame), words=lost + hidden)
+    return Answer(float(frame), words=lost + hidden, frame=min(frame, frames - 1))
 
 
 @cache

@@ -1,0 +1,295 @@
+/**
+ * What a lesson shows, and what can be turned in it: a figure that the server computes, or a run of an experiment, which is
+ * a real session with only some parameters unlocked.
+ */
+
+import { follows } from "../lecturer/api.js";
+import { mount } from "../session/mount.js";
+import { OwnSession } from "../session/own_session.js";
+import { choice } from "../session/panel/control.js";
+import { Proposals, sendValues } from "../session/panel/proposals.js";
+import { messageOf } from "../shared/api.js";
+import { h as element } from "../shared/dom.js";
+import { FigureView } from "../shared/figure/figure.js";
+import { NewestRequest } from "../shared/newest_request.js";
+import { Notice } from "../shared/notice.js";
+import { Made } from "../shared/page.js";
+import { toast } from "../shared/toast.js";
+import { effect, h, html, signal, useMemo } from "../vendor/preact.js";
+import { lessons } from "./api.js";
+import { Controls, SEED, declared, seedControl } from "./controls.js";
+import { Numbers } from "./numbers.js";
+
+/** @import { FigurePublic, FigureRequest, LessonDetail, Number as LessonNumber, ScenarioPublic, SessionPublic, VerdictPublic } from "../shared/messages.js" */
+/** @import { Value } from "../shared/format.js" */
+/** @import { Figure } from "../shared/figure/types.js" */
+/** @import { Mounted } from "../session/mount.js" */
+/** @import { Child, ReadonlySignal } from "../vendor/preact.js" */
+/** @import { Turnable, Values } from "./controls.js" */
+/** @typedef {VerdictPublic|"skipped"|"class"|null} Answer What came of the question; null as long as it is asked. */
+
+const TRACKER = "tracker";
+const DRAW_HINT = "The same seed gives the same random numbers, to the bit.";
+const RUN_HINT = "The same seed gives the same run, to the bit. A change starts the run again.";
+const TRACKER_HINT = "What follows the target; a change counts from the next frame.";
+/** @type {readonly import("../session/layout.js").Part[]} */
+const PARTS = ["scene", "plots", "transport", "scrubber"];
+
+/** A demonstration: the server computes its figure; this asks and shows. */
+export class Demonstration {
+  /** @type {Values} Of the figure that is shown. */
+  #shown = {};
+  #lesson;
+  #answer;
+  #placed;
+  #newest;
+  /** @type {FigureView|null} */
+  #figure = null;
+  /** @type {string|null} */
+  #follow = null;
+  /** What is wished for, which the controls show. */
+  values = signal(/** @type {Values} */ ({}));
+  numbers = signal(/** @type {LessonNumber[]} */ ([]));
+  /** How many figures were drawn. */
+  drawn = signal(0);
+  isLost = signal(false);
+
+  /**
+   * @param {LessonDetail} lesson
+   * @param {ReadonlySignal<Answer>} answer
+   * @param {(value: number) => void} placed A prediction was placed in the figure.
+   */
+  constructor(lesson, answer, placed) {
+    this.#lesson = lesson;
+    this.#answer = answer;
+    this.#placed = placed;
+    const { signal: whole } = new AbortController();
+    this.#newest = new NewestRequest((/** @type {FigureRequest} */ wanted) => this.#computed(wanted, whole), {
+      answer: (found, wanted, isNewest) => this.#show(found, wanted, isNewest),
+      refused: (error) => {
+        toast(messageOf(error), { kind: "error" });
+        this.values.value = { ...this.#shown };
+      },
+      lost: (isLost) => (this.isLost.value = isLost),
+    }, whole);
+  }
+
+  get isRevealed() {
+    return this.#answer.peek() !== null;
+  }
+
+  get turnables() {
+    const { declarations, defaults, random } = this.#lesson;
+    return [...declared(declarations, defaults), ...(random ? [seedControl(DRAW_HINT)] : [])];
+  }
+
+  /** @param {AbortSignal} gone */
+  make(gone) {
+    const { along } = this.#lesson.question;
+    const place = element("div", { class: "lesson-figure-place", data: { part: "figure" } });
+    const on = {
+      turn: (/** @type {string} */ name, /** @type {Value} */ value) => this.turn(name, value, true),
+      place: (/** @type {string} */ _, /** @type {number} */ x, /** @type {number} */ y) => this.#placed(along === "x" ? x : y),
+      declared: (/** @type {string} */ name) => this.#lesson.declarations.find((declaration) => declaration.name === name),
+    };
+    const figure = (this.#figure = new FigureView(place, on, gone));
+    gone.addEventListener("abort", effect(() => this.#become(figure, this.#answer.value)));
+    return place;
+  }
+
+  /**
+   * @param {string} name
+   * @param {Value} value
+   * @param {boolean} [nearest] Whether it was dragged, so that a value out of bounds is no mistake.
+   */
+  turn(name, value, nearest = false) {
+    if (!this.isRevealed) return;
+    this.values.value = { ...this.values.value, [name]: value };
+    this.#ask(nearest);
+  }
+
+  /** @param {string} name */
+  reset(name) {
+    this.turn(name, name === SEED ? this.#lesson.seed : this.#lesson.defaults[name]);
+  }
+
+  /** Draw other random numbers. */
+  draw() {
+    if (this.#lesson.random) this.turn(SEED, Number(this.values.value[SEED]) + 1);
+  }
+
+  /** @param {string|null} follow The class that sees the figure, too, from now on and the one that is shown now. */
+  followedBy(follow) {
+    if (follow === this.#follow) return;
+    this.#follow = follow;
+    if (follow !== null) this.#ask();
+  }
+
+  /**
+   * Show what the question leaves to be seen, at the values at which it is asked; or everything, with what was answered.
+   *
+   * @param {FigureView} figure
+   * @param {Answer} answer
+   */
+  #become(figure, answer) {
+    const { asked, seed, question: { kind, panel, along } } = this.#lesson;
+    const isPlaced = kind === "point" && answer !== null && typeof answer === "object";
+    if (answer === null) this.values.value = this.#shown = { ...asked, [SEED]: seed };
+    figure.ask(answer === null && kind === "point" ? { panel, along } : null);
+    figure.mark(isPlaced ? { panel, along, at: Number(answer.given), exact: Number(answer.exact) } : null);
+    this.#ask();
+  }
+
+  /** @param {boolean} [nearest] */
+  #ask(nearest = false) {
+    const { [SEED]: drawn, ...parameters } = this.values.peek();
+    this.#newest.ask({ parameters, seed: Number(drawn), revealed: this.isRevealed, nearest });
+  }
+
+  /**
+   * What is shown to a class is computed once for all.
+   *
+   * @param {FigureRequest} wanted
+   * @param {AbortSignal} whole
+   */
+  #computed(wanted, whole) {
+    return this.#follow === null ? lessons.figure(this.#lesson.id, wanted, whole) : follows.figure(this.#follow, wanted, whole);
+  }
+
+  /**
+   * @param {FigurePublic} found
+   * @param {FigureRequest} wanted
+   * @param {boolean} isNewest
+   */
+  #show({ figure, numbers, parameters, seed: drawn }, { revealed = false }, isNewest) {
+    // What was asked for before the answer to the question came shows too little, or too much.
+    if (revealed !== this.isRevealed) return;
+    this.#figure?.show(/** @type {Figure} */ (/** @type {unknown} */ (figure)), { locked: !revealed });
+    this.numbers.value = numbers;
+    this.#shown = { ...parameters, [SEED]: drawn };
+    if (isNewest) this.values.value = this.#shown;
+    this.drawn.value += 1;
+  }
+}
+
+/** @param {{stage: Demonstration, isLocked: boolean, notice: Child, random: boolean}} props */
+export function DemonstrationStage({ stage, isLocked, notice, random }) {
+  const turnables = useMemo(() => stage.turnables, [stage]);
+  return html`
+    <div class="lesson-show" data-part="show" data-shown=${stage.drawn.value}>${h(Made, { make: (gone) => stage.make(gone) })}</div>
+    ${notice}
+    <div class="lesson-numbers" data-part="numbers">${h(Numbers, { numbers: stage.numbers.value })}</div>
+    ${h(Controls, {
+      turnables, isLocked,
+      values: stage.values.value,
+      propose: (name, value) => stage.turn(name, value),
+      reset: (name) => stage.reset(name),
+      ...(random && { draw: () => stage.draw() }),
+    })}
+  `;
+}
+
+/** A run in a lesson. It begins and ends with what shows it. */
+export class LessonRun {
+  /** @type {Mounted|null} */
+  #mounted = null;
+  /** @type {Values} */
+  #first = {};
+  /** @type {number|null} The frame to which it plays. */
+  #goal = null;
+  /** @type {Proposals|null} */
+  #proposals = null;
+  /** Id of its session, once that is known. */
+  id = signal(/** @type {string|null} */ (null));
+  turnables = signal(/** @type {Turnable[]} */ ([]));
+  /** In force, but for what somebody has in hand. */
+  values = signal(/** @type {Values} */ ({}));
+  isAble = signal(false);
+
+  /** @param {ScenarioPublic} scenario */
+  constructor(scenario) {
+    this.scenario = scenario;
+  }
+
+  /** @param {AbortSignal} gone */
+  make(gone) {
+    const { recipe, frame, layers, plots } = this.scenario;
+    const place = element("div", { class: "lesson-session", data: { part: "session" } });
+    const own = new OwnSession(place, { recipe: { recipe, position: frame }, parts: PARTS, view: "flat", layers });
+    const mounted = (this.#mounted = mount(place, { start: own.start, plots }));
+    this.#proposals = new Proposals((values) => sendValues(mounted.store.known.id, values), () => this.#told(mounted), gone);
+    mounted.store.on(["parameters", "tracker", "recipe", "state", "connection", "position"], () => this.#told(mounted), gone);
+    gone.addEventListener("abort", () => {
+      mounted.dispose();
+      own.end();
+    });
+    return place;
+  }
+
+  /** @param {string} name @param {Value} [value] As it was at first if not given. */
+  turn(name, value = this.#first[name]) {
+    this.#proposals?.propose(name, value);
+  }
+
+  /** @param {number} frame Play until it is shown. */
+  playTo(frame) {
+    this.#goal = frame;
+    this.#mounted?.steering.play();
+  }
+
+  /**
+   * The session has told about itself.
+   *
+   * @param {Mounted} mounted
+   */
+  #told({ able, steering, store: { session } }) {
+    this.isAble.value = able;
+    if (session === null) return;
+    const inForce = { ...session.parameters, [TRACKER]: session.tracker, [SEED]: session.recipe.seed };
+    if (this.id.value === null) {
+      this.#first = inForce;
+      this.turnables.value = unlocked(session, this.scenario.unlocked);
+      this.id.value = session.id;
+    }
+    this.values.value = Object.fromEntries(Object.entries(inForce).filter(([name]) => !this.#proposals?.holds(name)));
+    if (this.#goal === null || !session.playing || session.position < this.#goal) return;
+    steering.seek(this.#goal);
+    this.#goal = null;
+  }
+}
+
+/**
+ * The controls of what may be turned, in the order in which the lesson names them.
+ *
+ * @param {SessionPublic} session
+ * @param {readonly string[]} names
+ */
+function unlocked({ declarations, parameters, trackers }, names) {
+  const options = trackers.map(({ id, title }) => /** @type {[string, string]} */ ([id, title]));
+  /** @type {Turnable[]} */
+  const all = [
+    ...declared(declarations, parameters),
+    { name: TRACKER, title: "Tracker", make: (propose) => choice("Tracker", TRACKER_HINT, options, propose) },
+    seedControl(RUN_HINT),
+  ];
+  return names.flatMap((name) => all.filter((each) => each.name === name));
+}
+
+/** @param {{stage: LessonRun, isLocked: boolean, notice?: Child}} props */
+export function RunStage({ stage, isLocked, notice = null }) {
+  const { problem } = stage.scenario;
+  const action = { label: "All lessons", href: "learn" };
+  const missing = problem !== null && h(Notice, { title: "This run is not available", message: problem, action, inline: true });
+  return html`
+    <div class="lesson-show" data-part="show" inert=${isLocked && !missing}>${missing || h(Made, { make: (gone) => stage.make(gone) })}</div>
+    ${notice}
+    ${h(Controls, {
+      isLocked,
+      turnables: stage.turnables.value,
+      values: stage.values.value,
+      isInert: !stage.isAble.value,
+      propose: (name, value) => stage.turn(name, value),
+      reset: (name) => stage.turn(name),
+    })}
+  `;
+}
