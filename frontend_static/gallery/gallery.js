@@ -8,25 +8,23 @@ import { compilationMeter, followCompiling, inSentenceCase } from "../shared/com
 import { h as element } from "../shared/dom.js";
 import { OwnFilterOffer, TourOffer } from "./offers.js";
 import { Failed, Made, showPage } from "../shared/page.js";
-import { later } from "../shared/timing.js";
-import { TargetForm } from "../upload/target.js";
 import { GLOSSARY } from "../shared/terms.js";
-import { attempt, toast } from "../shared/toast.js";
-import { DropZone } from "../upload/upload.js";
+import { toast } from "../shared/toast.js";
+import { DropZone } from "../upload/drop_zone.js";
+import { TargetForm } from "../upload/form.js";
 import { h, html, signal, useEffect } from "../vendor/preact.js";
 
 /** @import { CompilationPublic, ExperimentPublic, UploadPublic } from "../shared/messages.js" */
 
-const SKELETON_AFTER_MS = 200;
 const UPLOAD = /^#upload\/(.+)$/;
 /** Where the saved runs stood before. */
 const RUN = /^#run-\w+$/;
-const BONE = html`<div class="card skeleton" aria-hidden="true">
+const BONE = html`<div class="late card skeleton" aria-hidden="true">
   <div class="thumb shimmer"></div><div class="bone shimmer"></div><div class="bone short shimmer"></div>
 </div>`;
 
-/** The experiments; or why they cannot be listed; or nothing yet, for long or not. */
-const experiments = signal(/** @type {ExperimentPublic[]|string|"long"|null} */ (null));
+/** The experiments; or why they cannot be listed; or nothing yet. */
+const experiments = signal(/** @type {ExperimentPublic[]|string|null} */ (null));
 const compilation = signal(/** @type {CompilationPublic|null} */ (null));
 /** What is wrong with the experiments of other packages. */
 const problems = signal(/** @type {readonly string[]} */ ([]));
@@ -34,14 +32,11 @@ const problems = signal(/** @type {readonly string[]} */ ([]));
 const upload = signal(/** @type {UploadPublic|null} */ (null));
 
 async function load() {
-  const there = later(() => (experiments.value ??= "long"), SKELETON_AFTER_MS);
   try {
     experiments.value = await api.experiments();
   } catch (error) {
     experiments.value = messageOf(error);
     return;
-  } finally {
-    there();
   }
   await Promise.all([findProblems(), findUpload()]);
   await ahead();
@@ -83,21 +78,22 @@ function leave() {
 function Start() {
   useEffect(() => void load(), []);
   const known = experiments.value;
-  const listed = Array.isArray(known) ? known : null;
+  const listed = typeof known === "string" ? null : known;
   const asked = listed && upload.value;
+  const without = typeof known === "string" ? h(Failed, { title: "The experiments could not be listed", message: known, again: load }) : [BONE, BONE];
   const isAsking = asked !== null;
   return html`
     <div class="welcome" hidden=${isAsking}>
       ${listed && h(TourOffer, { experiments: listed })}
-      <section aria-label="Your own video">${h(Made, { make: dropZone })}</section>
+      <section aria-label="Your own video">${h(DropZone, {})}</section>
       ${h(OwnFilterOffer, {})}
     </div>
-    ${listed && asked && h(Target, { key: asked.id, upload: asked, experiments: listed })}
+    ${listed && asked && h(TargetForm, { key: asked.id, upload: asked, experiments: listed, leave })}
     <div data-part="browse" hidden=${isAsking}>
       <h2>Experiments</h2>
       ${h(Compiling, {})}
       <div class="families" data-part="experiments">
-        ${listed ? h(Families, { experiments: listed, compilation: compilation.value }) : without(/** @type {string|null} */ (known))}
+        ${listed ? h(Families, { experiments: listed, compilation: compilation.value }) : without}
       </div>
       <div role="status" data-part="plugins">
         ${problems.value.length > 0 && html`<ul class="problems">${problems.value.map((problem) => html`<li>${problem}</li>`)}</ul>`}
@@ -106,48 +102,12 @@ function Start() {
   `;
 }
 
-/** @param {string|null} why There are no cards. */
-function without(why) {
-  if (why === null) return null;
-  return why === "long" ? [BONE, BONE] : h(Failed, { title: "The experiments could not be listed", message: why, again: load });
-}
-
 /** How far compiling is; it goes away by itself. */
 function Compiling() {
   const now = compilation.value;
   const meter = now && h(Made, { key: `${now.done}`, make: () => compilationMeter(now) });
   const note = now?.finished === false && html`<p class="note compiling">${inSentenceCase(now.sentence)}. ${meter}</p>`;
   return html`<div role="status" data-part="compiling">${note}</div>`;
-}
-
-/**
- * What shall be followed in an upload. It may search thousands of pictures, which ends when somebody goes back.
- *
- * @param {{upload: UploadPublic, experiments: ExperimentPublic[]}} props
- */
-function Target({ upload: from, experiments: all }) {
-  const make = (/** @type {AbortSignal} */ gone) => {
-    const place = element("section", { "aria-label": "Target" });
-    const form = new TargetForm(place, from, all, leave);
-    gone.addEventListener("abort", () => form.leave());
-    return place;
-  };
-  return h(Made, { make });
-}
-
-function dropZone() {
-  const place = element("div", {});
-  new DropZone(place, {
-    uploaded: ({ id }) => {
-      location.hash = `upload/${encodeURIComponent(id)}`;
-    },
-    imported: async (run) => {
-      toast(`${run.title} is in My work, under saved runs`);
-      const session = await attempt(() => api.open(run.id));
-      if (session) location.assign(session.page);
-    },
-  });
-  return place;
 }
 
 if (RUN.test(location.hash)) location.replace(`work?show=runs${location.hash}`);

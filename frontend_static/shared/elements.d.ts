@@ -4,13 +4,13 @@
 export type Attribute = string | number | boolean | null | undefined;
 
 type HtmlName =
-  | "accept" | "alt" | "as" | "autocomplete" | "autofocus" | "checked" | "class" | "disabled" | "download" | "draggable" | "fetchpriority" | "for"
+  | "accept" | "alt" | "as" | "autocomplete" | "autofocus" | "checked" | "class" | "disabled" | "download" | "fetchpriority" | "for"
   | "allow" | "height" | "hidden" | "href" | "id" | "inputmode" | "label" | "loading" | "max" | "maxlength" | "method" | "min"
-  | "multiple" | "muted" | "name" | "novalidate" | "open" | "placeholder" | "playsinline" | "popover" | "popovertarget" | "readonly" | "rel" | "required"
+  | "name" | "novalidate" | "open" | "placeholder" | "popover" | "popovertarget" | "readonly" | "rel" | "required"
   | "role" | "rows" | "scope" | "selected"
   | "src" | "step" | "style" | "tabindex" | "target" | "title" | "type" | "value" | "width";
 type SvgName =
-  | "d" | "fill" | "focusable" | "preserveAspectRatio" | "stroke" | "stroke-linecap" | "stroke-linejoin" | "stroke-width" | "viewBox";
+  | "d" | "fill" | "preserveAspectRatio" | "stroke" | "stroke-linecap" | "stroke-linejoin" | "stroke-width" | "viewBox";
 
 /** Attributes by name. One that is not among these yet is added to the lists above. */
 export type Attributes = { [Name in HtmlName | SvgName | `aria-${string}` | `data-${string}`]?: Attribute };

@@ -2,3 +2,8 @@
 interface Window {
   pftrackScene?: { drawn(): null | "there" | "in place"; frame(): number | null };
 }
+
+/** What TypeScript does not know yet of keyboards; not all browsers have it. */
+interface Navigator {
+  readonly keyboard?: { getLayoutMap(): Promise<ReadonlyMap<string, string>> };
+}

@@ -1,235 +1,266 @@
-/** After an upload: which frame to begin with, what to follow, and how. */
-
-import { api, messageOf } from "../shared/api.js";
-import { fill, h, setText } from "../shared/dom.js";
-import { count } from "../shared/format.js";
-import { throttle } from "../shared/timing.js";
-import { FoundTarget } from "./found_target.js";
-import { MarkedTarget } from "./marked_target.js";
-import { Suitability } from "./suitability.js";
-import { TruthField } from "./truth.js";
-
 /**
- * @typedef {import("../shared/messages.js").ExperimentPublic} ExperimentPublic
- * @typedef {import("../shared/messages.js").UploadPublic} UploadPublic
+ * The target in a recording: marked by a person, in one of the ways that an experiment takes, or found by itself. What is
+ * found is shown to be corrected. Where nothing is found, a person marks the target, or shows by a mark of another kind
+ * where it is.
  */
 
+import { api, messageOf } from "../shared/api.js";
+import { descriptionOf, markEditor } from "../shared/marks/mark_editor.js";
+import { throttle } from "../shared/timing.js";
+import { attempt } from "../shared/toast.js";
+import { computed, signal } from "../vendor/preact.js";
+
+/** @import { ExperimentPublic, SightingPublic, TruthPublic, UploadPublic } from "../shared/messages.js" */
+/** @import { MarkEditor } from "../shared/marks/mark_editor.js" */
+/** @import { Description, Mark } from "../shared/marks/mark_json.js" */
+/** @import { Signal } from "../vendor/preact.js" */
+
+/**
+ * How far the search for a target is, and what to say of it.
+ *
+ * @typedef {object} Finding
+ * @property {"looking"|"found"|"refused"|"marking"} state A person is marking it where it was not found.
+ * @property {string[]} notes
+ * @property {number|null} share Of the frames that were looked into; null while that is not known.
+ * @property {boolean} isGuessed Whether the model has placed parts of the mark.
+ * @property {boolean} hasLater Whether it may be in later frames.
+ */
+/** @typedef {{kept: TruthPublic|null, refused: string, isBusy: boolean}} Truth What the server keeps, or why it refused the last file. */
+
 const PICTURE_EVERY_MS = 80;
+/** @type {Truth} */
+const NO_TRUTH = { kept: null, refused: "", isBusy: false };
 
-/** @type {Record<string, string>} What recordings have frames of that are no pictures, by kind. */
-const WITHOUT_PICTURES = { tracks: " of tracks", beliefs: " of recorded beliefs" };
-
-export class TargetForm {
-  #upload;
-  #able;
-  #go = h("button", { type: "submit", class: "primary", disabled: true }, "Track it");
-  #wrong = h("p", { class: "wrong", role: "alert", hidden: true });
-  #experiment;
-  #tracker = h("select", { id: "target-tracker" });
-  #about = h("p", { class: "hint" });
-  #at = h("output", {}, "0");
-  #start;
-  #stage = h("div", { class: "target-stage" });
-  #suits = h("section", { class: "suits", "aria-label": "Can it be tracked?" });
-  /** @type {Suitability|null} */
-  #suitability = null;
-  #truth = h("div");
-  /** @type {FoundTarget|MarkedTarget|null} */
-  #target = null;
-  /** Whether something is on its way to the server that the session needs. */
-  #isBusy = false;
-  /** Whether a truth was given that is not used. */
-  #isTruthRefused = false;
-  /** Whether a person has said anything, so that nothing is chosen for them any more. */
-  #isTouched = false;
-  #proposal = h("p", { class: "note", role: "status", hidden: true });
-  /** Whether the slider of frames was let go, so that the target is looked for where it stands. */
-  #isSettled = false;
+export class Target {
+  /** @type {UploadPublic} */
+  upload;
+  /** @type {ExperimentPublic} */
+  experiment;
+  /** The frame to begin with. */
+  frame;
+  /** Address of the picture that is shown of it. */
+  picture = signal("");
+  /** How the target is marked; null where there is nothing to mark. */
+  way = signal(/** @type {{description: Description, editor: MarkEditor}|null} */ (null));
+  /** What the editor shows. */
+  mark = signal(/** @type {Mark|null} */ (null));
+  /** How many of its handles are still to be dragged. */
+  left = signal(0);
+  finding = signal(/** @type {Finding|null} */ (null));
+  truth = signal(NO_TRUTH);
+  /** @type {Signal<string>} */
+  tracker;
+  isStarting = signal(false);
+  /** Why no session has begun. */
+  wrong = signal("");
+  /** What a session is told of the target; null while there is nothing to tell. */
+  footage = computed(() => {
+    const { finds, unmarked } = this.experiment;
+    const [mark, start, kind] = [this.mark.value, this.frame.value, this.way.value?.description.kind];
+    if (finds !== null) return mark !== null && kind === finds && this.left.value === 0 ? { mark, start } : null;
+    if (mark !== null) return { mark, start };
+    return kind === undefined || unmarked.includes(this.upload.kind) ? { start } : null;
+  });
+  /** Ends what was asked for before: only the newest question is answered. */
+  #asked = new AbortController();
+  #showSoon = throttle(() => this.#show(), PICTURE_EVERY_MS);
 
   /**
-   * @param {HTMLElement} root
    * @param {UploadPublic} upload
-   * @param {ExperimentPublic[]} experiments
-   * @param {() => void} cancel
+   * @param {ExperimentPublic} experiment
+   * @param {number} frame
    */
-  constructor(root, upload, experiments, cancel) {
-    this.#upload = upload;
-    this.#able = experiments.filter(({ footage }) => footage.includes(upload.kind));
-    this.#experiment = h("select", { id: "target-experiment" }, this.#able.map((each) => h("option", { value: each.id }, each.clip_title)));
-    this.#start = h("input", { type: "range", min: 0, max: Math.max(0, upload.frames - 1), value: 0, step: 1, id: "target-start" });
-    fill(root, this.#form(cancel));
-    this.#listen();
-    if (this.#able.length === 0) {
-      fill(this.#stage, h("p", { class: "wrong", role: "alert" }, "There is no experiment for a recording of this kind."));
-      return;
-    }
-    this.#choose(this.#able.find(({ finds }) => finds === null) ?? this.#able[0]);
-    this.#target?.focus();
-    this.#propose();
+  constructor(upload, experiment, frame) {
+    [this.upload, this.experiment] = [upload, experiment];
+    this.frame = signal(frame);
+    this.tracker = signal(experiment.default_tracker);
+    this.found = descriptionOf(experiment, experiment.finds);
+    this.hint = descriptionOf(experiment, experiment.hints[0]);
+    this.#show();
+    if (experiment.finds === null) this.markBy(experiment.marks[0]?.kind);
+    else this.find();
   }
 
-  /** Look for nothing any more, and wait for no answer. */
+  /** Look for nothing any more. */
   leave() {
-    this.#isTouched = true;
-    this.#target?.leave();
-    this.#suitability?.leave();
+    this.#asked.abort();
   }
 
-  /** @param {ExperimentPublic} experiment */
-  #choose(experiment) {
-    this.#experiment.value = experiment.id;
-    this.#listTrackers();
-    this.#begin();
+  /**
+   * Show another frame. A mark stays; what was found in the old one counts no more.
+   *
+   * @param {number} frame
+   */
+  go(frame) {
+    this.frame.value = frame;
+    this.#showSoon();
+    if (this.experiment.finds !== null) this.#forget();
   }
 
-  /** Look for what experiments find by themselves, while the form can be used already, and choose one that finds it. */
-  async #propose() {
-    for (const experiment of this.#able.filter(({ id, finds }) => finds !== null && id !== this.#chosen.id)) {
-      const question = { experiment: experiment.id, frame: 0, last: 0 };
-      const sighting = await api.mark(this.#upload.id, question).catch(() => null);
-      if (this.#isTouched || this.#target?.footage || !this.#experiment.isConnected) return;
-      if (!sighting?.mark) continue;
-      this.#choose(experiment);
-      setText(this.#proposal, `There is a ${experiment.target} in the picture. To follow something else, choose what else it is followed as.`);
-      this.#proposal.hidden = false;
-      return;
-    }
+  /**
+   * Have a person mark the target in one of the experiment's ways, or the place where to look for it.
+   *
+   * @param {string|undefined} kind
+   */
+  markBy(kind) {
+    this.#forget();
+    this.#edit(kind)?.offer();
+    this.#read();
+    if (this.experiment.finds !== null) this.#tell("marking", []);
   }
 
-  /** Whether everything has been tracked already, by whoever has made the file. */
-  get #isDone() {
-    return this.#upload.kind === "beliefs";
+  /**
+   * Show a mark to be corrected.
+   *
+   * @param {Mark} mark
+   * @param {string[]} [placed] Its handles that were guessed.
+   */
+  take(mark, placed) {
+    this.#edit(String(mark.kind))?.set(mark, placed);
+    this.#read();
   }
 
-  get #chosen() {
-    return this.#able.find(({ id }) => id === this.#experiment.value) ?? this.#able[0];
+  /** Look for the target from the frame that is shown on, or in that alone. */
+  find({ alone = false } = {}) {
+    this.#forget();
+    return this.#look(alone ? { last: this.frame.value } : {});
   }
 
-  #listen() {
-    const show = throttle(() => this.#showFrame(), PICTURE_EVERY_MS);
-    this.#start.addEventListener("input", () => {
-      this.#isTouched = true;
-      show();
-    });
-    this.#start.addEventListener("change", () => {
-      this.#isSettled = true;
-      show();
-    });
-    this.#experiment.addEventListener("change", () => {
-      this.#isTouched = true;
-      this.#proposal.hidden = true;
-      this.#listTrackers();
-      this.#begin();
-    });
-    this.#tracker.addEventListener("change", () => this.#describe());
+  /** Look for the target where a person has shown that it is. */
+  place() {
+    return this.#look({ hint: JSON.stringify(this.mark.value) });
   }
 
-  /** @param {() => void} cancel */
-  #form(cancel) {
-    const { name, kind, frames, width, height, frame_rate_hz: rate, warnings } = this.#upload;
-    const content = WITHOUT_PICTURES[kind] ?? ` of ${width} × ${height} px at ${Number(rate.toPrecision(4))} Hz`;
-    return h(
-      "form",
-      { class: "target", on: { submit: (/** @type {Event} */ event) => this.#submit(event) } },
-      h(
-        "header",
-        {},
-        h("h2", {}, this.#isDone ? "What another tracker has said" : "What should be tracked?"),
-        h("p", { class: "hint" }, `${name}, ${count(frames, "frame")}${content}`),
-        warnings.map((warning) => h("p", { class: "note" }, warning)),
-      ),
-      this.#stage,
-      h(
-        "div",
-        { class: "target-choices" },
-        this.#suits,
-        this.#able.length > 1 && [h("label", { for: "target-experiment" }, "Follow it as"), this.#experiment, this.#proposal],
-        h("label", { for: "target-start" }, "Start at picture ", this.#at),
-        this.#start,
-        h("label", { for: "target-tracker" }, "Tracker"),
-        this.#tracker,
-        this.#about,
-        this.#truth,
-        this.#wrong,
-        h("footer", {}, h("button", { type: "button", on: { click: cancel } }, "Cancel"), this.#go),
-      ),
-    );
+  /** End a search. */
+  stop() {
+    this.leave();
+    this.#tell("refused", ["The search was stopped."]);
   }
 
-  /** Ask for the target of the chosen experiment. */
-  #begin() {
-    const experiment = this.#chosen;
-    const on = {
-      changed: () => this.#check(),
-      moved: (/** @type {number} */ frame) => {
-        this.#start.value = String(frame);
-        this.#tellFrame();
-      },
-    };
-    this.#target?.leave();
-    this.#suitability?.leave();
-    this.#suitability = new Suitability(this.#suits, this.#upload, experiment, (mark) => this.#target?.adopt(mark));
-    const target = experiment.finds
-      ? new FoundTarget(this.#stage, this.#upload, experiment, on)
-      : new MarkedTarget(this.#stage, this.#upload, experiment, on);
-    this.#target = target;
-    this.#tellFrame();
-    target.show(Number(this.#start.value));
-    target.find();
-    this.#check();
-    fill(this.#truth);
-    this.#isBusy = this.#isTruthRefused = false;
-    if (experiment.truth_columns.length > 0) {
-      new TruthField(this.#truth, this.#upload, experiment, ({ isBusy, isRefused }) => {
-        this.#isBusy = isBusy;
-        this.#isTruthRefused = isRefused;
-        this.#check();
-      });
-    }
-    return target;
+  /** Find out whether there is truth already; otherwise it can be given again. */
+  async findTruth() {
+    const kept = await api.truth(this.upload.id, this.experiment.id).catch(() => null);
+    if (kept !== null && this.truth.value === NO_TRUTH) this.truth.value = { ...NO_TRUTH, kept };
   }
 
-  #showFrame() {
-    this.#tellFrame();
-    this.#target?.show(Number(this.#start.value));
-    if (this.#isSettled) this.#target?.find({ alone: true });
-    this.#isSettled = false;
-  }
-
-  #tellFrame() {
-    setText(this.#at, `${this.#start.value} of ${this.#upload.frames}, frame 0 of the session`);
-  }
-
-  #listTrackers() {
-    const { trackers, default_tracker: preferred } = this.#chosen;
-    fill(this.#tracker, trackers.map(({ id, title }) => h("option", { value: id, selected: id === preferred }, title)));
-    this.#describe();
-  }
-
-  #describe() {
-    setText(this.#about, this.#chosen.trackers.find(({ id }) => id === this.#tracker.value)?.description ?? "");
-  }
-
-  /** Say whether there is all that a session needs. */
-  #check() {
-    this.#go.disabled = this.#isBusy || !this.#target?.footage;
-    setText(this.#go, `${this.#isDone ? "Open it" : "Track it"}${this.#isTruthRefused ? " without truth" : ""}`);
-    this.#suitability?.ask(this.#target?.footage);
-    this.#wrong.hidden = true;
-  }
-
-  /** @param {Event} event */
-  async #submit(event) {
-    event.preventDefault();
-    this.#go.disabled = true;
+  /** @param {File[]} files */
+  async giveTruth(files) {
+    this.truth.value = { ...NO_TRUTH, isBusy: true };
     try {
-      const recipe = { experiment: this.#experiment.value, tracker: this.#tracker.value, footage: this.#target?.footage };
-      const session = await api.start({ recipe, upload: this.#upload.id });
+      const kept = await api.giveTruth(this.upload.id, this.experiment.id, files);
+      this.truth.value = { ...NO_TRUTH, kept };
+    } catch (error) {
+      const refused = `${files.map(({ name }) => name).join(", ")} was not accepted. ${messageOf(error)}`;
+      this.truth.value = { ...NO_TRUTH, refused };
+    }
+  }
+
+  async removeTruth() {
+    const removed = await attempt(() => api.removeTruth(this.upload.id, this.experiment.id));
+    if (removed === null) this.truth.value = NO_TRUTH;
+  }
+
+  /** Start a session, and go there. */
+  async start() {
+    this.isStarting.value = true;
+    try {
+      const recipe = { experiment: this.experiment.id, tracker: this.tracker.value, footage: this.footage.value };
+      const session = await api.start({ recipe, upload: this.upload.id });
       location.assign(session.page);
     } catch (error) {
-      setText(this.#wrong, messageOf(error));
-      this.#wrong.hidden = false;
-      this.#go.disabled = false;
+      this.wrong.value = messageOf(error);
+      this.isStarting.value = false;
     }
+  }
+
+  /** @param {{last?: number, hint?: string}} where Up to which frame, or by which mark; else in all from the one that is shown on. */
+  async #look(where) {
+    this.leave();
+    const { signal: ended } = (this.#asked = new AbortController());
+    const frame = this.frame.value;
+    try {
+      const sighting = await this.#search(where, ended);
+      const isNowhere = sighting?.mark === null && where.last === undefined && where.hint === undefined;
+      // Of the frame that was asked for it is said why there is no target, or what may be one is shown.
+      const known = isNowhere ? await this.#search({ last: frame }, ended) : sighting;
+      if (known?.mark) this.#found({ ...known, mark: known.mark });
+      else if (known) this.#tell("refused", isNowhere ? [...known.remarks, "None was found in later frames either."] : known.remarks, { hasLater: !isNowhere });
+    } catch (error) {
+      if (!ended.aborted) this.#tell("refused", [messageOf(error)]);
+    }
+  }
+
+  /**
+   * Ask until there is an answer; null if nobody waits for it any more.
+   *
+   * @param {{last?: number, hint?: string}} where
+   * @param {AbortSignal} ended
+   */
+  async #search(where, ended) {
+    const words = `Looking for a ${this.experiment.target}`;
+    const question = { experiment: this.experiment.id, frame: this.frame.value, ...where };
+    this.#tell("looking", [words]);
+    for (let looked = 0; !ended.aborted; ) {
+      const answer = await api.mark(this.upload.id, { ...question, looked });
+      if (ended.aborted) break;
+      if (answer.mark !== null || answer.looked >= answer.of) return answer;
+      looked = answer.looked;
+      this.#tell("looking", [`${words}, ${looked} of ${answer.of} frames`], { share: looked / answer.of });
+    }
+    return null;
+  }
+
+  /** @param {SightingPublic & {mark: Mark}} sighting */
+  #found({ frame, mark, placed, remarks }) {
+    const wanted = this.frame.value;
+    const late = `Starting at picture ${wanted}, the first suitable ${this.experiment.target} is in picture ${frame}.`;
+    this.frame.value = frame;
+    this.#show();
+    this.take(mark, placed);
+    this.#tell("found", frame === wanted ? remarks : [late, ...remarks], { isGuessed: placed.length > 0 });
+  }
+
+  /**
+   * @param {Finding["state"]} state
+   * @param {string[]} notes
+   * @param {Partial<Finding>} [more]
+   */
+  #tell(state, notes, { share = null, isGuessed = false, hasLater = true } = {}) {
+    this.finding.value = { state, notes, share, isGuessed, hasLater: hasLater && this.frame.value < this.upload.frames - 1 };
+  }
+
+  /** Show no mark, and look for none. */
+  #forget() {
+    this.leave();
+    this.#edit(this.experiment.finds ?? this.way.value?.description.kind)?.set(null);
+    this.#read();
+    this.finding.value = null;
+  }
+
+  /**
+   * The editor for a kind of mark.
+   *
+   * @param {string|undefined} kind
+   */
+  #edit(kind) {
+    const description = descriptionOf(this.experiment, kind);
+    if (description === undefined) this.way.value = null;
+    else if (this.way.value?.description !== description) {
+      this.way.value = { description, editor: markEditor(description, this.experiment.target, () => this.#read()) };
+      this.#show();
+    }
+    return this.way.value?.editor;
+  }
+
+  #read() {
+    const editor = this.way.value?.editor;
+    this.mark.value = editor?.mark ?? null;
+    this.left.value = editor?.left ?? 0;
+  }
+
+  #show() {
+    const { id, width, height } = this.upload;
+    this.picture.value = api.pictureAddress(id, this.frame.value);
+    this.way.value?.editor.show(this.picture.value, width, height);
   }
 }

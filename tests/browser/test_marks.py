@@ -35,6 +35,20 @@ OUTLINE = {
     "closed": True,
     "numbers": [],
 }
+BOX = {
+    "kind": "box",
+    "title": "Box",
+    "instruction": "Draw a box.",
+    "text": "x,y,w,h",
+    "handles": [],
+    "links": [],
+    "closed": False,
+    "numbers": [],
+}
+FRENCH = """() => {
+    const layout = new Map([["KeyW", "z"], ["KeyA", "q"], ["KeyS", "s"], ["KeyD", "d"]]);
+    Object.defineProperty(navigator, "keyboard", { value: { getLayoutMap: async () => layout } });
+}"""
 SIZE = (320, 240)
 EDIT = """async ([description, [width, height]]) => {
     const { markEditor } = await import("./static/shared/marks/mark_editor.js");
@@ -132,6 +146,19 @@ def test_handles_have_names_until_they_are_moved(bare: Any) -> None:
     editing.page.mouse.move(*editing.at(300, 220))
     editing.page.locator(".point").nth(1).blur()
     assert names.all_inner_texts() == ["Corner 0", "Corner 2"]
+
+
+def test_keys_resize_a_box_by_their_place(bare: Any) -> None:
+    """On a French keyboard the keys at the places of W, A, S and D resize a box, and are called by its letters."""
+    bare.evaluate(FRENCH)
+    editing = Editing(bare, BOX)
+    bare.get_by_role("application", name="the keys Z, Q, S, D resize it").focus()
+    bare.keyboard.press("ArrowLeft")
+    made = editing.mark
+    keys = bare.context.new_cdp_session(bare)
+    for place, letter in (("KeyW", "z"), ("KeyA", "q"), ("KeyA", "q"), ("KeyZ", "w"), ("KeyQ", "a")):
+        keys.send("Input.dispatchKeyEvent", {"type": "keyDown", "code": place, "key": letter})
+    assert editing.mark == {**made, "width": made["width"] - 2, "height": made["height"] - 1}
 
 
 def test_one_name_is_shown_at_a_time(bare: Any) -> None:

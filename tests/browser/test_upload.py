@@ -1,13 +1,62 @@
-"""One's own video: from the drop zone over the box of the target to a running session."""
+"""One's own recording: from the drop zone or the camera over the mark of its target to a running session."""
 
+from typing import Any
+
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 
+from pftrack.vision.face import gaze
 from tests.browser.accessible import check, fits
 from tests.browser.host import Server
-from tests.browser.views import Gallery, SessionPage
+from tests.browser.views import Gallery, SessionPage, View
+from tests.experiments.head.heads import empty, film, marked, pictures, simulated
 from tests.making import disc_film
 
 FRAMES = 30
+
+BEGIN, END, WIDTH = 44, 72, 320
+"""The simulated driver looks ahead until the first of these frames, and far to one side in the last one."""
+COUNT = END - BEGIN
+
+# Where the page shows each feature, in px of the picture.
+SHOWN = """Object.fromEntries([...document.querySelectorAll('.point:not([hidden])')].map((point) => {
+    const image = document.querySelector('[data-mark=points] img');
+    const place = (share, side) => (parseFloat(share) / 100) * side - 0.5;
+    const { left, top } = point.style;
+    const name = point.dataset.handle.replace('points.', '');
+    return [name, [place(left, image.naturalWidth), place(top, image.naturalHeight)]];
+}))"""
+
+# What a link to a session says of it.
+SHARED = "async (session) => (await import('./static/session/share.js')).bodyOf(session)"
+
+# Whether an element is in the window from its first line to its last, with nothing over it.
+UNCOVERED = """(selector) => {
+    const it = document.querySelector(selector);
+    const { left, top, bottom } = it.getBoundingClientRect();
+    return top >= 0 && [top + 4, bottom - 4].every((y) => it.contains(document.elementFromPoint(left + 4, y)));
+}"""
+
+
+TAKEN = """
+window.cameras = [];
+const take = navigator.mediaDevices.getUserMedia.bind(navigator.mediaDevices);
+navigator.mediaDevices.getUserMedia = async (wish) => {
+    const stream = await take(wish);
+    window.cameras.push(...stream.getTracks());
+    return stream;
+};
+"""
+"""Keeps what a page has taken of cameras, so that a test can ask whether their lights are on."""
+FAILS = "navigator.mediaDevices.getUserMedia = async () => {{ throw new DOMException('', '{}') }}; null"
+LIGHTS = "cameras.map(({ readyState }) => readyState)"
+
+
+@pytest.fixture(autouse=True)
+def _refusals_are_told_on_the_console(complaints: Any) -> None:
+    """Chromium lists every answer with an error status."""
+    complaints.expected = ("the server responded with a status of 4",)
 
 
 @pytest.fixture(scope="module")
@@ -80,7 +129,322 @@ def test_what_is_no_video_is_refused_with_a_reason(gallery: Gallery) -> None:
     page.locator("text=Drop a video here").wait_for()
 
 
-@pytest.fixture(autouse=True)
-def _refusals_are_told_on_the_console(complaints: object) -> None:
-    """Chromium lists every answer with an error status."""
-    complaints.expected = ("the server responded with a status of 4",)  # type: ignore[attr-defined]
+class Form(View):
+    """The form in which the target of an upload is shown."""
+
+    def follow_a_head(self) -> None:
+        self.page.locator("#target-experiment").wait_for()
+        self.page.select_option("#target-experiment", "head")
+
+    def settled(self) -> dict[str, list[float]]:
+        """Wait for the points and return them."""
+        self.until(lambda: self.points, "the points are shown")
+        self.until(
+            lambda: self.page.evaluate("document.querySelector('[data-mark=points] img').complete"),
+            "the picture is there",
+        )
+        return self.points
+
+    @property
+    def points(self) -> dict[str, list[float]]:
+        points: dict[str, list[float]] = self.page.evaluate(SHOWN)
+        return points
+
+    def drag(self, name: str, right: float, down: float) -> None:
+        """Drag a point by so many px of the picture."""
+        handle = self.page.locator(f".point[data-handle='points.{name}']")
+        handle.scroll_into_view_if_needed()
+        area, picture = handle.bounding_box(), self.page.locator("[data-mark=points] .mark-surface").bounding_box()
+        scale = picture["width"] / self.page.evaluate("document.querySelector('[data-mark=points] img').naturalWidth")
+        x, y = area["x"] + area["width"] / 2, area["y"] + area["height"] / 2
+        mouse = self.page.mouse
+        mouse.move(x, y)
+        mouse.down()
+        mouse.move(x + right * scale, y + down * scale, steps=4)
+        self.page.locator(".loupe").wait_for()
+        mouse.up()
+        self.page.locator(".loupe").wait_for(state="hidden")
+
+    def drag_by_touch(self, name: str, right: float, down: float) -> None:
+        """Drag a point by so many px of the page with a finger."""
+        area = self.page.locator(f".point[data-handle='points.{name}']").bounding_box()
+        x, y = area["x"] + area["width"] / 2, area["y"] + area["height"] / 2
+        fingers = self.page.context.new_cdp_session(self.page)
+        for kind, share in (("touchStart", 0.0), ("touchMove", 0.5), ("touchMove", 1.0), ("touchEnd", None)):
+            at = [] if share is None else [{"x": x + share * right, "y": y + share * down}]
+            fingers.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": at})
+        fingers.detach()
+
+    def give_truth(self, text: str) -> None:
+        content = {"name": "poses.csv", "mimeType": "text/csv", "buffer": text.encode()}
+        self.page.set_input_files("#target-truth", content)
+
+    def track(self, server: Server) -> SessionPage:
+        self.page.click("text=Track it")
+        return SessionPage(self.page, server).ready()
+
+
+def series(server: Server, session: str, name: str) -> NDArray[np.float64]:
+    return np.array([row[name] for row in server.column(session, "series")], dtype=np.float64)
+
+
+def true_poses() -> list[tuple[float, float, float]]:
+    poses = []
+    for frame in simulated(END, width=WIDTH)[BEGIN:]:
+        assert frame.target is not None
+        yaw, pitch, roll = np.rad2deg(gaze(frame.target.position)).tolist()
+        poses.append((yaw, pitch, roll))
+    return poses
+
+
+def near(found: dict[str, list[float]], known: dict[str, Any], within: float) -> bool:
+    return all(np.hypot(*np.subtract(found[name], place)) < within for name, place in known.items())
+
+
+def test_points_are_found_corrected_and_tracked(gallery: Gallery, server: Server) -> None:
+    """The points lie on the face, one is dragged and one moved by keys, and the head turns as it truly does."""
+    gallery.choose("face.mp4", film(pictures(END, width=WIDTH)[BEGIN:]), "video/mp4")
+    form = Form(gallery.page)
+    go = form.page.locator("button:has-text('Track it')")
+    form.follow_a_head()
+    found = form.settled()
+    assert len(found) == 11
+    assert near(found, marked(BEGIN, width=WIDTH), 6)
+
+    form.drag("lmou", 5, -3)
+    assert near(form.points, {"lmou": np.add(found["lmou"], (5, -3))}, 0.3)
+    form.drag("rlc", -900, -900)
+    assert near(form.points, {"rlc": (0, 0)}, 0.2)
+    form.page.click("text=Find again")
+    form.until(lambda: form.points == found, "all points are where they were found")
+    it_fits_and_can_be_touched(form, found)
+    form.page.set_viewport_size({"width": 1280, "height": 800})
+    form.page.click("text=Find again")
+    form.until(lambda: form.points == found, "all points are there again")
+
+    form.page.locator(".point[data-handle='points.nose']").focus()
+    for key in ("ArrowRight", "ArrowDown", "Shift+ArrowDown", "Shift+ArrowUp"):
+        form.page.keyboard.press(key)
+    assert near(form.points, {"nose": np.add(found["nose"], 1)}, 0.15)
+    form.until(lambda: form.page.inner_text(".picture-words").startswith("tip of the nose at "), "its place is told")
+    form.page.keyboard.press("Tab")
+    assert form.page.evaluate("document.activeElement.dataset.handle") == "points.leye"
+    form.drag("lmc", 0.5, 0.5)
+
+    form.give_truth("frame,x,y,w,h\n0,1,2,3,4\n")
+    form.page.locator("text=poses.csv was not accepted. ").wait_for()
+    assert "expected the columns frame, yaw_deg" in form.page.inner_text("#target-truth-words")
+    form.until(lambda: form.page.evaluate(UNCOVERED, "#target-truth-words"), "it is not behind the buttons")
+    assert go.inner_text() == "Track it without truth"
+    rows = [f"{frame},{yaw},{pitch},{roll}" for frame, (yaw, pitch, roll) in enumerate(true_poses())]
+    form.give_truth("\n".join(["frame,yaw_deg,pitch_deg,roll_deg", *rows]))
+    form.page.locator(f"text=Truth of {COUNT} frames").wait_for()
+    form.until(go.is_enabled, "it can be tracked")
+    assert go.inner_text() == "Track it"
+    marks = form.points
+
+    shown = form.track(server)
+    form.page.locator(".counter", has_text="picture 0 of the clip").wait_for()
+    shown.until(lambda: "yaw" in shown.page.inner_text(".flat-caption"), "the pose is said below the picture")
+    assert near(shown.session["recipe"]["footage"]["mark"]["points"], marks, 0.01)
+    assert shown.page.evaluate(SHARED, shown.session)["recipe"] == shown.session["recipe"]
+    shown.go_to_the_end()
+    yaw, truth = series(server, shown.id, "yaw_deg"), np.array(true_poses())[:, 0]
+    assert abs(truth).max() > 15
+    assert np.corrcoef(yaw, truth)[0, 1] > 0.9
+    assert all(error is not None for error in server.column(shown.id, "error"))
+
+
+def test_a_face_is_proposed_unless_a_person_has_chosen(gallery: Gallery) -> None:
+    """The form stands at once with what needs a mark. A face that is found meanwhile is what it then proposes.
+
+    Who has begun to say what shall be followed is not talked into anything else.
+    """
+    held: list[Any] = []
+    gallery.page.route("**/mark?*", lambda route: held.append(route))  # noqa: PLW0108 - Playwright marks what it calls
+    gallery.choose("face.mp4", film(pictures(4, width=WIDTH)), "video/mp4")
+    form = Form(gallery.page)
+    choice = form.page.locator("#target-experiment")
+    form.until(lambda: held, "it is looked for a face")
+    assert choice.input_value() == "ball"
+    form.page.locator("#target-start").fill("2")
+    with form.page.expect_response("**/mark?*"):
+        held.pop().continue_()
+    form.page.wait_for_timeout(200)
+    assert choice.input_value() == "ball"
+    form.page.reload()
+    form.until(lambda: held, "it is looked for a face again")
+    form.page.unroute("**/mark?*")
+    held.pop().continue_()
+    form.until(lambda: choice.input_value() == "head", "the head is proposed")
+    form.page.locator(".target-choices", has_text="There is a face in the picture.").wait_for()
+    form.settled()
+
+
+def test_a_face_that_comes_late_or_has_to_be_marked(gallery: Gallery) -> None:
+    """The first frame with a face is gone to; in a frame without one it is said so, and a box places the points."""
+    face = pictures(4, width=WIDTH)
+    gallery.choose("late.mp4", film([empty(face[0])] * 6 + face), "video/mp4")
+    form = Form(gallery.page)
+    form.follow_a_head()
+    form.settled()
+    start = form.page.locator("#target-start")
+    form.until(lambda: start.input_value() == "6", "the picture with the face is gone to")
+    form.page.locator(".finding", has_text="Starting at picture 0, the first suitable face is in picture 6.").wait_for()
+
+    start.fill("2")
+    form.page.locator("text=found none in the picture").wait_for()
+    assert form.points == {}
+    assert form.page.locator("button:has-text('Track it')").is_disabled()
+    form.page.click("text=Draw a box around the face…")
+    surface = form.page.locator("[data-mark=box] .mark-surface")
+    form.until(lambda: surface.bounding_box()["height"] > 100, "the picture is shown")
+    area = surface.bounding_box()
+    form.page.mouse.move(area["x"] + 0.3 * area["width"], area["y"] + 0.2 * area["height"])
+    form.page.mouse.down()
+    form.page.mouse.move(area["x"] + 0.6 * area["width"], area["y"] + 0.8 * area["height"], steps=4)
+    form.page.mouse.up()
+    form.page.click("text=Place the features of the face")
+    placed = form.settled()
+    assert all(0.3 * WIDTH < x < 0.6 * WIDTH for x, _ in placed.values())
+    assert form.page.locator(".point.placed").count() == 11
+
+
+def test_a_search_that_lasts_can_be_stopped(gallery: Gallery) -> None:
+    """How far it has come is told, whoever stops it hears no more of it, and the box is there instead."""
+    held: list[Any] = []
+    half = {"frame": 3, "mark": None, "placed": [], "remarks": [], "looked": 4, "of": 8}
+    gallery.page.route(
+        "**/mark?*",
+        lambda route: held.append(route) if "looked=4" in route.request.url else route.fulfill(json=half),
+    )
+    gallery.choose("face.mp4", film(pictures(8, width=WIDTH)), "video/mp4")
+    form = Form(gallery.page)
+    form.follow_a_head()
+    form.page.locator("text=Looking for a face, 4 of 8 frames").wait_for()
+    form.page.click("text=Stop")
+    form.page.locator("text=The search was stopped").wait_for()
+    form.until(lambda: held, "it had asked to go on")
+    held[0].continue_()
+    form.page.wait_for_timeout(300)
+    assert form.points == {}
+    assert form.page.locator("text=Draw a box around the face…").is_visible()
+
+
+def it_fits_and_can_be_touched(form: Form, found: dict[str, list[float]]) -> None:
+    """At any width nothing has to be scrolled sideways, and the points stay on the face.
+
+    On a touch screen a point follows the finger as it does a mouse, and the page does not scroll away under it.
+    """
+    for width in (1280, 800, 400):
+        form.page.set_viewport_size({"width": width, "height": 760})
+        for name in ("llc", "rlc"):
+            form.page.locator(f".point[data-handle='points.{name}']").focus()
+            assert form.page.evaluate("document.documentElement.scrollWidth - innerWidth") <= 0
+        picture = form.page.locator("[data-mark=points] img").bounding_box()
+        nose = form.page.locator(".point[data-handle='points.nose']").bounding_box()
+        x = (nose["x"] + nose["width"] / 2 - picture["x"]) / picture["width"] * WIDTH - 0.5
+        assert abs(x - found["nose"][0]) < 1
+
+    form.page.set_viewport_size({"width": 400, "height": 500})
+    form.page.locator("[data-mark=points] .mark-surface").scroll_into_view_if_needed()
+    shown = form.page.locator("[data-mark=points] img").bounding_box()["width"] / WIDTH
+    top = form.page.evaluate("scrollY")
+    form.drag_by_touch("lmou", 12, 16)
+    dragged = {"lmou": np.add(found["lmou"], (12 / shown, 16 / shown))}
+    form.until(lambda: near(form.points, dragged, 0.5), "it was dragged")
+    assert form.page.evaluate("scrollY") == top
+
+
+@pytest.fixture
+def allowed(page: Any) -> Gallery:
+    """The start page, of somebody who lets it use the camera."""
+    page.add_init_script(TAKEN)
+    page.goto("./")
+    return Gallery(page)
+
+
+def press(page: Any, name: str) -> None:
+    page.locator("dialog").get_by_role("button", name=name, exact=True).click()
+
+
+def words(page: Any) -> str:
+    return str(page.locator("dialog [role=status]").inner_text())
+
+
+def test_a_recorded_clip_becomes_an_upload(allowed: Gallery, server: Server) -> None:
+    """Turned on by a button, counted down, stopped early, played, kept; all keys alone. Then the light is off."""
+    page = allowed.page
+    sent: list[str] = []
+    page.on("request", lambda request: request.method == "POST" and sent.append(request.url))
+    page.locator("[data-role=camera]").press("Enter")
+    assert "everybody who may use the server can see" in page.inner_text("dialog")
+    assert page.evaluate(LIGHTS) == []
+    page.keyboard.press("Enter")  # each state has its next step under the finger
+    allowed.until(lambda: "what will be recorded" in words(page), "the camera is on")
+    allowed.until(lambda: page.evaluate("document.querySelector('dialog video').videoWidth") > 0, "it shows something")
+    page.set_viewport_size({"width": 1280, "height": 720})
+    fits(page)
+    check(page)
+    page.press("#camera-length", "ArrowRight")
+    page.get_by_role("button", name="Record", exact=True).press("Enter")
+    page.locator(".camera-count").wait_for()
+    elapsed = page.locator(".camera-elapsed")
+    elapsed.wait_for()
+    assert elapsed.inner_text().endswith("of 11 s")
+    allowed.until(lambda: float(elapsed.inner_text().split()[0]) > 1, "a second is recorded")
+    page.keyboard.press("Enter")
+    allowed.until(lambda: "The camera is off" in words(page), "the clip is shown")
+    assert page.evaluate(LIGHTS) == ["ended"]
+    allowed.until(lambda: page.evaluate("document.querySelector('dialog video').currentTime") > 0, "the clip plays")
+    assert sent == []
+    page.keyboard.press("Enter")
+    page.locator(".target header").wait_for()
+    found = server.get("uploads/" + page.url.rsplit("/", 1)[1])
+    assert found["name"].startswith("camera ")
+    assert (found["width"], found["height"]) == (640, 480)
+    assert found["frames"] > 1
+    assert 0.5 < found["duration_s"] < 11
+    picture = page.request.get(f"api/v1/uploads/{found['id']}/frames/{found['frames'] - 1}.jpg")
+    assert picture.ok
+
+
+def test_leaving_turns_the_camera_off(allowed: Gallery) -> None:
+    """Whether it shows, counts or records."""
+    page = allowed.page
+    for stage in (".camera-stage", ".camera-count", ".camera-elapsed"):
+        page.click("[data-role=camera]")
+        press(page, "Turn on the camera")
+        if stage != ".camera-stage":
+            press(page, "Record")
+        page.locator(stage).wait_for()
+        page.keyboard.press("Escape")
+        page.locator("dialog").wait_for(state="detached")
+        assert set(page.evaluate(LIGHTS)) == {"ended"}
+    assert len(page.evaluate(LIGHTS)) == 3
+
+
+def test_a_refused_camera_is_told_with_a_way_on(page: Any) -> None:
+    """Refused by the person, missing, or kept back by the browser where the page came over plain http."""
+    page.goto("./")
+    page.click("[data-role=camera]")
+    page.evaluate(FAILS.format("NotAllowedError"))
+    press(page, "Turn on the camera")
+    page.locator("dialog :text('does not let this page use the camera')").wait_for()
+    page.evaluate(FAILS.format("NotFoundError"))
+    press(page, "Try again")
+    page.locator("dialog :text('No camera was found')").wait_for()
+    check(page)
+    page.keyboard.press("Escape")
+    page.evaluate("Object.defineProperty(window, 'isSecureContext', { value: false })")
+    page.click("[data-role=camera]")
+    assert "only to pages that come over https" in words(page)
+    assert page.locator("dialog footer button").all_inner_texts() == ["Close"]
+
+
+def test_no_other_page_may_use_the_camera(page: Any) -> None:
+    """Leave is given for the page with the button alone."""
+    paths = ("./", "work", "learn", "compare")
+    policies = {path: page.request.get(path).headers["permissions-policy"] for path in paths}
+    assert policies.pop("./") == "camera=(self), microphone=(), geolocation=()"
+    assert set(policies.values()) == {"camera=(), microphone=(), geolocation=()"}

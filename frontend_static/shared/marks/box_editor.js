@@ -1,72 +1,68 @@
 /**
  * Drawing a box on a picture: by mouse or touch (drag to draw, drag inside to move, drag a corner to resize) and by
- * keyboard (arrows move, the keys W, A, S and D resize, by 1 px or with shift by 10). The box is in pixels of the picture
- * and never leaves it.
+ * keyboard (arrows move, the keys at the places of W, A, S and D resize, by 1 px or with shift by 10). The box is in pixels
+ * of the picture and never leaves it.
  */
 
-import { fill, h, setText, svg } from "../dom.js";
-import { Picture, arrow } from "./picture.js";
+import { elementOf } from "../dom.js";
+import { h, html, signal } from "../../vendor/preact.js";
+import { Picture, PictureView, step, within } from "./picture.js";
 
 /** @import { Description, Mark } from "./mark_json.js" */
+/** @import { Place } from "./picture.js" */
 
-/** @typedef {[number, number, number, number]} Box Left, top, width, height, px. */
-/** @typedef {[number, number]} Place */
+/** @typedef {[left: number, top: number, width: number, height: number]} Box In px. */
 
-/** A step with shift, px. */
-const FAR = 10;
 /**
- * What keys do to width and height. Alt and arrows are the browser's own, back and forth between pages.
+ * What keys do to width and height, by their place on the keyboard. Alt and arrows are the browser's own, back and forth
+ * between pages.
  *
  * @type {Record<string, Place>}
  */
-const SIZES = { a: [-1, 0], d: [1, 0], w: [0, -1], s: [0, 1] };
+const SIZES = { KeyW: [0, -1], KeyA: [-1, 0], KeyS: [0, 1], KeyD: [1, 0] };
 const SMALLEST = 4;
 /** How near to a corner a pointer takes it, and how near a finger, px of the page. */
 const REACH_PX = 10;
 const FINGER_PX = 24;
+const CORNER_PX = 8;
 /** @type {Place[]} */
 const CORNERS = [[0, 0], [1, 0], [0, 1], [1, 1]];
 
+/** What these keys are called on the local keyboard, once the browser has told. */
+const keys = signal("W, A, S, D of an English keyboard");
+navigator.keyboard?.getLayoutMap().then((layout) => {
+  keys.value = Object.keys(SIZES).map((code) => (layout.get(code) ?? code.slice(-1)).toUpperCase()).join(", ");
+}, () => {});
+
 export class BoxEditor {
-  /** @type {Box|null} */
-  #box = null;
+  #box = signal(/** @type {Box|null} */ (null));
   /**
    * What is dragged: a new corner, the opposite one standing where it is, or the box, taken at a place within it.
    *
    * @type {{from: Place}|{grip: Place}|null}
    */
   #drag = null;
-  #rectangle = svg("rect", { class: "mark-line" });
-  #halo = svg("rect", { class: "mark-halo" });
-  #handles = CORNERS.map(() => svg("rect", { class: "mark-corner" }));
-  #picture;
-  #words = h("output", { class: "picture-words", "aria-live": "polite" });
+  #picture = new Picture();
   #kind;
   #changed;
+
+  /** @type {HTMLElement} */
+  element;
 
   /**
    * @param {Description} description
    * @param {string} target What is marked.
    * @param {() => void} changed Called when a person has changed the box.
    */
-  constructor(description, target, changed) {
-    this.#kind = description.kind;
+  constructor({ kind, title }, target, changed) {
+    this.#kind = kind;
     this.#changed = changed;
-    const label = `${description.title}, ${target}. Arrow keys move it, the keys W, A, S and D resize it, with shift by 10 px`;
-    const properties = { class: "mark-surface box", tabindex: 0, role: "application", "aria-label": label };
-    this.#picture = new Picture(properties, [this.#halo, this.#rectangle, ...this.#handles], () => this.#draw());
-    const surface = this.#picture.element;
-    surface.addEventListener("pointerdown", (event) => this.#press(event));
-    surface.addEventListener("pointermove", (event) => this.#move(event));
-    for (const end of ["pointerup", "pointercancel"]) surface.addEventListener(end, () => (this.#drag = null));
-    surface.addEventListener("keydown", (event) => this.#key(event));
-    this.element = h("div", { class: "target-stage", data: { mark: description.kind } }, surface, this.#words);
-    this.#draw();
+    this.element = elementOf(h(() => this.#view(`${title}, ${target}`), {}));
   }
 
   get mark() {
-    if (this.#box === null) return null;
-    const [x, y, width, height] = this.#box;
+    if (this.#box.value === null) return null;
+    const [x, y, width, height] = this.#box.value;
     return { kind: this.#kind, x, y, width, height };
   }
 
@@ -77,8 +73,7 @@ export class BoxEditor {
 
   /** @param {Mark|null} mark */
   set(mark) {
-    this.#box = mark && [Number(mark.x), Number(mark.y), Number(mark.width), Number(mark.height)];
-    this.#draw();
+    this.#box.value = mark && [Number(mark.x), Number(mark.y), Number(mark.width), Number(mark.height)];
   }
 
   /** There is no box until one is drawn. */
@@ -93,31 +88,51 @@ export class BoxEditor {
    */
   show(address, width, height) {
     this.#picture.show(address, width, height);
-    this.#draw();
   }
 
   /** @param {PointerEvent} event */
   centre(event) {
-    if (this.#box === null) return false;
-    const [, , width, height] = this.#box;
+    if (this.#box.value === null) return false;
+    const [, , width, height] = this.#box.value;
     const [x, y] = this.#picture.at(event);
     this.#put(x - width / 2, y - height / 2, width, height);
     return true;
   }
 
   focus() {
-    this.#picture.element.focus({ preventScroll: true });
+    this.#picture.current?.focus({ preventScroll: true });
+  }
+
+  /** @param {string} name */
+  #view(name) {
+    const box = this.#box.value;
+    const surface = {
+      class: "mark-surface box",
+      tabindex: 0,
+      role: "application",
+      "aria-label": `${name}. Arrow keys move it, the keys ${keys.value} resize it, with shift by 10 px`,
+      onPointerDown: (/** @type {PointerEvent} */ event) => this.#press(event),
+      onPointerMove: (/** @type {PointerEvent} */ event) => this.#move(event),
+      onPointerUp: () => (this.#drag = null),
+      onPointerCancel: () => (this.#drag = null),
+      onKeyDown: (/** @type {KeyboardEvent} */ event) => this.#key(event),
+    };
+    const help = html`<span class="by-keyboard">By keyboard, arrows make and move the box, and ${keys} resize it; shift goes by 10 px.</span>`;
+    return html`<div class="target-stage" data-mark=${this.#kind}>
+      ${h(PictureView, { picture: this.#picture, surface, drawn: box && drawn(box, CORNER_PX * this.#picture.scale.value) })}
+      <output class="picture-words" aria-live="polite">${box ? `${box[2]} × ${box[3]} px at ${box[0]}, ${box[1]}` : help}</output>
+    </div>`;
   }
 
   /** @param {PointerEvent} event */
   #press(event) {
     if (event.button !== 0) return;
     event.preventDefault();
-    this.#picture.element.setPointerCapture(event.pointerId);
+    this.#picture.current?.setPointerCapture(event.pointerId);
     this.focus();
     const [x, y] = this.#picture.at(event);
     const corner = this.#corner(x, y, event.pointerType === "touch");
-    const [left, top, width, height] = this.#box ?? [0, 0, 0, 0];
+    const [left, top, width, height] = this.#box.value ?? [0, 0, 0, 0];
     const isInside = x > left && y > top && x < left + width && y < top + height;
     if (corner) this.#drag = { from: corner };
     else this.#drag = isInside ? { grip: [x - left, y - top] } : { from: [x, y] };
@@ -134,12 +149,12 @@ export class BoxEditor {
    * @returns {Place|null}
    */
   #corner(x, y, isFinger) {
-    if (!this.#box) return null;
-    const [left, top, width, height] = this.#box;
-    const near = REACH_PX * this.#picture.scale;
-    const reach = isFinger ? Math.max(near, Math.min(FINGER_PX * this.#picture.scale, Math.min(width, height) / 3)) : near;
-    const away = (/** @type {readonly number[]} */ [i, j]) => Math.hypot(left + i * width - x, top + j * height - y);
-    const hit = CORNERS.find((corner) => away(corner) <= reach);
+    if (!this.#box.value) return null;
+    const [left, top, width, height] = this.#box.value;
+    const { value: scale } = this.#picture.scale;
+    const near = REACH_PX * scale;
+    const reach = isFinger ? Math.max(near, Math.min(FINGER_PX * scale, Math.min(width, height) / 3)) : near;
+    const hit = CORNERS.find(([i, j]) => Math.hypot(left + i * width - x, top + j * height - y) <= reach);
     return hit ? [left + (1 - hit[0]) * width, top + (1 - hit[1]) * height] : null;
   }
 
@@ -148,7 +163,8 @@ export class BoxEditor {
     if (this.#drag === null) return;
     const [x, y] = this.#picture.at(event);
     if ("grip" in this.#drag) {
-      if (this.#box) this.#put(x - this.#drag.grip[0], y - this.#drag.grip[1], this.#box[2], this.#box[3]);
+      const [, , width, height] = this.#box.value ?? [0, 0, 0, 0];
+      this.#put(x - this.#drag.grip[0], y - this.#drag.grip[1], width, height);
       return;
     }
     const [fromX, fromY] = this.#drag.from;
@@ -159,21 +175,19 @@ export class BoxEditor {
 
   /** @param {KeyboardEvent} event */
   #key(event) {
-    const size = this.#box && !event.ctrlKey && !event.metaKey && !event.altKey ? (SIZES[event.key.toLowerCase()] ?? null) : null;
-    const direction = size ?? arrow(event);
-    if (direction === null) return;
-    event.preventDefault();
-    event.stopPropagation();
-    const [dx, dy] = direction.map((way) => way * (event.shiftKey ? FAR : 1));
-    if (!this.#box) {
-      const { width: across, height: down } = this.#picture;
+    const box = this.#box.value;
+    const size = box && step(event, SIZES);
+    const way = size ?? step(event);
+    if (way === null) return;
+    if (box === null) {
+      const [across, down] = this.#picture.size.value;
       const side = Math.round(Math.min(across, down) / 6);
       this.#put((across - side) / 2, (down - side) / 2, side, side);
-      return;
+    } else {
+      const [x, y, width, height] = box;
+      if (size) this.#put(x, y, width + size[0], height + size[1]);
+      else this.#put(x + way[0], y + way[1], width, height);
     }
-    const [x, y, width, height] = this.#box;
-    if (size) this.#put(x, y, width + dx, height + dy);
-    else this.#put(x + dx, y + dy, width, height);
   }
 
   /**
@@ -183,36 +197,24 @@ export class BoxEditor {
    * @param {number} height
    */
   #put(x, y, width, height) {
-    const { width: across, height: down } = this.#picture;
+    const [across, down] = this.#picture.size.value;
     const w = Math.min(Math.max(SMALLEST, Math.round(width)), across);
     const t = Math.min(Math.max(SMALLEST, Math.round(height)), down);
-    this.#box = [Math.min(Math.max(0, Math.round(x)), across - w), Math.min(Math.max(0, Math.round(y)), down - t), w, t];
-    this.#draw();
+    this.#box.value = [within(Math.round(x), across - w), within(Math.round(y), down - t), w, t];
     this.#changed();
-  }
-
-  #draw() {
-    const shown = this.#box !== null;
-    const [x, y, width, height] = this.#box ?? [0, 0, 0, 0];
-    for (const element of [this.#rectangle, this.#halo, ...this.#handles]) element.style.display = shown ? "" : "none";
-    if (!shown) {
-      fill(this.#words, h("span", { class: "by-keyboard" }, "By keyboard, arrows make and move the box, and W, A, S, D resize it; shift goes by 10 px."));
-      return;
-    }
-    setText(this.#words, `${width} × ${height} px at ${x}, ${y}`);
-    for (const element of [this.#rectangle, this.#halo]) place(element, { x, y, width, height });
-    const side = 8 * this.#picture.scale;
-    this.#handles.forEach((handle, index) => {
-      const [i, j] = CORNERS[index];
-      place(handle, { x: x + i * width - side / 2, y: y + j * height - side / 2, width: side, height: side });
-    });
   }
 }
 
 /**
- * @param {Element} element
- * @param {Record<string, number>} attributes
+ * @param {Box} box
+ * @param {number} side Of a corner.
  */
-function place(element, attributes) {
-  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, String(value));
+function drawn([x, y, width, height], side) {
+  const corner = (/** @type {Place} */ [i, j]) =>
+    html`<rect class="mark-corner" x=${x + i * width - side / 2} y=${y + j * height - side / 2} width=${side} height=${side} />`;
+  return html`
+    <rect class="mark-halo" x=${x} y=${y} width=${width} height=${height} />
+    <rect class="mark-line" x=${x} y=${y} width=${width} height=${height} />
+    ${CORNERS.map(corner)}
+  `;
 }

@@ -4,48 +4,43 @@
  * radius a circle whose edge can be dragged. Handles are in pixels of the picture and never leave it.
  */
 
-import { h, setText, svg } from "../dom.js";
-import { Loupe } from "./loupe.js";
+import { elementOf } from "../dom.js";
+import { parameterValue } from "../format.js";
+import { h, html, signal } from "../../vendor/preact.js";
 import { linesOf, markOf, valueAt } from "./mark_json.js";
-import { NumberField } from "./number_field.js";
-import { Picture, arrow } from "./picture.js";
+import { Loupe, Picture, PictureView, step, within } from "./picture.js";
 
+/** @import { MarkNumber } from "../messages.js" */
 /** @import { Description, Mark } from "./mark_json.js" */
-
-/** @typedef {[number, number]} Place */
+/** @import { Place } from "./picture.js" */
 
 const REACH_PX = 28;
 const EDGE_PX = 10;
-const FAR = 10;
 /** So much room the longest name takes. */
 const NAME_PX = 180;
 
 export class HandlesEditor {
+  /** @type {Description} */
   #description;
   #changed;
-  /** @type {{ends: [string, string], drawn: SVGElement[]}[]} */
-  #lines;
-  /** @type {{number: NumberField, drawn: SVGElement[]}[]} */
-  #circles;
-  #numbers;
-  #handles;
-  #picture;
-  #loupe = new Loupe();
-  #words = h("output", { class: "picture-words", "aria-live": "polite" });
+  #picture = new Picture();
   /** Whether there is a mark: one was set, or a person has begun to make one. */
   #isMade = false;
-  /** @type {Map<string, Place>} */
-  #places = new Map();
-  /** @type {Set<string>} */
-  #placed = new Set();
-  /**
-   * Handles that still stand where they were offered; their names are shown.
-   *
-   * @type {Set<string>}
-   */
-  #offered = new Set();
-  /** @type {{handle: string, grip: Place}|{radius: NumberField}|null} */
+  #places = signal(/** @type {ReadonlyMap<string, Place>} */ (new Map()));
+  #numbers = signal(/** @type {ReadonlyMap<string, number>} */ (new Map()));
+  /** Handles that a model has placed. */
+  #placed = signal(/** @type {readonly string[]} */ ([]));
+  /** Handles that still stand where they were offered; their names are shown. */
+  #offered = signal(/** @type {readonly string[]} */ ([]));
+  /** The handle under the pointer, the one whose place is told, and the one that is magnified. */
+  #near = signal(/** @type {string|null} */ (null));
+  #told = signal(/** @type {string|null} */ (null));
+  #magnified = signal(/** @type {string|null} */ (null));
+  /** @type {{handle: string, grip: Place}|{radius: MarkNumber}|null} */
   #drag = null;
+
+  /** @type {HTMLElement} */
+  element;
 
   /**
    * @param {Description} description
@@ -55,58 +50,41 @@ export class HandlesEditor {
   constructor(description, target, changed) {
     this.#description = description;
     this.#changed = changed;
-    this.#lines = linesOf(description).map((ends) => ({ ends, drawn: ["halo", "line"].map((part) => svg("line", { class: `mark-${part}` })) }));
-    this.#numbers = description.numbers.map((number) => new NumberField(number, () => this.#touched()));
-    const radii = this.#numbers.filter(({ about }) => about !== null);
-    this.#circles = radii.map((number) => ({ number, drawn: ["halo", "line"].map((part) => svg("circle", { class: `mark-${part}` })) }));
-    this.#handles = new Map(description.handles.map(({ name, title }) => [name, this.#handle(name, title)]));
-    const drawn = [...this.#circles, ...this.#lines].flatMap((each) => each.drawn);
-    const properties = { class: "mark-surface", role: "group", "aria-label": `${description.title}, ${target}` };
-    this.#picture = new Picture(properties, drawn, () => this.#draw());
-    const surface = this.#picture.element;
-    surface.append(...this.#handles.values(), this.#loupe.element);
-    surface.addEventListener("pointerdown", (event) => this.#press(event));
-    surface.addEventListener("pointermove", (event) => this.#move(event));
-    surface.addEventListener("pointerleave", () => this.#name(null));
-    for (const end of ["pointerup", "pointercancel"]) surface.addEventListener(end, () => this.#release());
-    this.element = h("div", { class: "target-stage", data: { mark: description.kind } }, surface, this.#words, this.#numbers.map(({ element }) => element));
+    this.set(null);
+    this.element = elementOf(h(() => this.#view(target), {}));
   }
 
   get mark() {
-    if (!this.#isMade) return null;
-    const numbers = this.#numbers.map(({ name, value }) => /** @type {[string, unknown]} */ ([name, value]));
-    return markOf(this.#description.kind, [...this.#places, ...numbers]);
+    return this.#isMade ? markOf(this.#description.kind, [...this.#places.value, ...this.#numbers.value]) : null;
   }
 
   /** How many handles still stand where they were offered. */
   get left() {
-    return this.#offered.size;
+    return this.#offered.value.length;
   }
 
   /**
    * @param {Mark|null} mark
-   * @param {string[]} [placed]
+   * @param {readonly string[]} [placed]
    */
   set(mark, placed = []) {
+    const { handles, numbers } = this.#description;
     this.#isMade = mark !== null;
-    this.#places.clear();
-    for (const { name } of this.#description.handles) {
+    this.#places.value = new Map(handles.flatMap(({ name }) => {
       const place = valueAt(mark, name);
-      if (isPlace(place)) this.#places.set(name, [place[0], place[1]]);
-    }
-    this.#placed = new Set(placed);
-    this.#offered.clear();
-    for (const number of this.#numbers) number.value = Number(valueAt(mark, number.name) ?? number.first);
-    this.#draw();
+      return isPlace(place) ? [[name, place]] : [];
+    }));
+    this.#numbers.value = new Map(numbers.map((number) => [number.name, allowed(number, Number(valueAt(mark, number.name) ?? number.default))]));
+    this.#placed.value = placed;
+    this.#offered.value = [];
   }
 
   /** Show the handles where the kind has them at first, to be dragged to where they belong. */
   offer() {
-    const { width, height } = this.#picture;
+    const [width, height] = this.#picture.size.value;
     this.set(null);
-    this.#places = new Map(this.#description.handles.map(({ name, at }) => [name, [at[0] * (width - 1), at[1] * (height - 1)]]));
-    this.#offered = new Set(this.#places.keys());
-    this.#draw();
+    this.#places.value = new Map(this.#description.handles.map(({ name, at }) => [name, [at[0] * (width - 1), at[1] * (height - 1)]]));
+    this.#offered.value = [...this.#places.value.keys()];
   }
 
   /**
@@ -116,11 +94,44 @@ export class HandlesEditor {
    */
   show(address, width, height) {
     this.#picture.show(address, width, height);
-    this.#draw();
   }
 
   focus() {
-    this.#handles.values().next().value?.focus({ preventScroll: true });
+    this.#focusOn(this.#description.handles[0]?.name);
+  }
+
+  /** @param {string|undefined} name */
+  #focusOn(name) {
+    const handles = [...(this.#picture.current?.querySelectorAll("button") ?? [])];
+    handles.find(({ dataset }) => dataset.handle === name)?.focus({ preventScroll: true });
+  }
+
+  /** @param {string} target */
+  #view(target) {
+    const { kind, title, handles, numbers } = this.#description;
+    const [told, magnified] = [this.#told.value, this.#places.value.get(this.#magnified.value ?? "")];
+    const place = this.#places.value.get(told ?? "");
+    const surface = {
+      class: this.#near.value === null ? "mark-surface" : "mark-surface grip",
+      role: "group",
+      "aria-label": `${title}, ${target}`,
+      onPointerDown: (/** @type {PointerEvent} */ event) => this.#press(event),
+      onPointerMove: (/** @type {PointerEvent} */ event) => this.#move(event),
+      onPointerLeave: () => (this.#near.value = null),
+      onPointerUp: () => this.#release(),
+      onPointerCancel: () => this.#release(),
+    };
+    const above = html`
+      ${handles.map(({ name, title: words }) => this.#handle(name, words))}
+      ${magnified && h(Loupe, { picture: this.#picture, place: magnified })}
+    `;
+    return html`<div class="target-stage" data-mark=${kind}>
+      ${h(PictureView, { picture: this.#picture, surface, drawn: this.#drawn(), above })}
+      <output class="picture-words" aria-live="polite">
+        ${place && `${handles.find(({ name }) => name === told)?.title} at ${place.map((value) => value.toFixed(1)).join(", ")} px`}
+      </output>
+      ${numbers.map((number) => this.#slider(number))}
+    </div>`;
   }
 
   /**
@@ -128,22 +139,53 @@ export class HandlesEditor {
    * @param {string} title
    */
   #handle(name, title) {
-    const handle = h("button", { type: "button", class: "point", data: { handle: name } }, h("span", { class: "point-name" }, title));
-    handle.addEventListener("focus", () => this.#say(name));
-    handle.addEventListener("blur", () => {
-      this.#loupe.hide();
-      this.#say(null);
+    const place = this.#places.value.get(name);
+    if (place === undefined) return null;
+    const [width, height] = this.#picture.size.value;
+    const kinds = {
+      placed: this.#placed.value.includes(name),
+      offered: this.#offered.value.includes(name),
+      near: this.#near.value === name,
+      "at-right": (width - place[0]) / this.#picture.scale.value < NAME_PX,
+    };
+    const blur = () => (this.#magnified.value = this.#told.value = null);
+    const key = (/** @type {KeyboardEvent} */ event) => {
+      const way = step(event);
+      if (way !== null) this.#put(name, place[0] + way[0], place[1] + way[1]);
+    };
+    return html`<button
+      key=${name} type="button" class=${`point ${Object.entries(kinds).filter(([, is]) => is).map(([kind]) => kind).join(" ")}`} data-handle=${name}
+      style=${{ left: `${(100 * (place[0] + 0.5)) / width}%`, top: `${(100 * (place[1] + 0.5)) / height}%` }}
+      aria-label=${`${title}, ${Math.round(place[0])} across, ${Math.round(place[1])} down`}
+      onFocus=${() => (this.#told.value = name)} onBlur=${blur} onKeyDown=${key}
+    ><span class="point-name">${title}</span></button>`;
+  }
+
+  /** @param {MarkNumber} number */
+  #slider(number) {
+    const { name, title, minimum, maximum, step: by } = number;
+    const value = this.#numbers.value.get(name) ?? number.default;
+    const move = (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget }) => this.#count(number, currentTarget.valueAsNumber);
+    return html`<label class="mark-number">
+      <span>${title} <output>${parameterValue(value, number)}</output></span>
+      <input type="range" min=${minimum} max=${maximum} step=${by} data-number=${name} value=${value} onInput=${move} />
+    </label>`;
+  }
+
+  /** The circles and lines. */
+  #drawn() {
+    const places = this.#places.value;
+    const circles = this.#description.numbers.flatMap(({ name, about }) => {
+      const [cx, cy] = middle(places.get(about ?? ""));
+      const r = this.#numbers.value.get(name);
+      return cx === undefined ? [] : ["halo", "line"].map((part) => html`<circle class=${`mark-${part}`} cx=${cx} cy=${cy} r=${r} />`);
     });
-    handle.addEventListener("keydown", (event) => {
-      const way = arrow(event);
-      const place = this.#places.get(name);
-      if (way === null || place === undefined) return;
-      event.preventDefault();
-      event.stopPropagation();
-      const far = event.shiftKey ? FAR : 1;
-      this.#put(name, place[0] + far * way[0], place[1] + far * way[1]);
+    const lines = linesOf(this.#description).flatMap(([from, to]) => {
+      const [[x1, y1], [x2, y2]] = [middle(places.get(from)), middle(places.get(to))];
+      if (x1 === undefined || x2 === undefined) return [];
+      return ["halo", "line"].map((part) => html`<line class=${`mark-${part}`} x1=${x1} y1=${y1} x2=${x2} y2=${y2} />`);
     });
-    return handle;
+    return [...circles, ...lines];
   }
 
   /**
@@ -151,15 +193,10 @@ export class HandlesEditor {
    *
    * @param {Place} place
    */
-  #near([x, y]) {
-    /** @type {string|null} */
-    let nearest = null;
-    let least = REACH_PX * this.#picture.scale;
-    for (const [name, [u, v]] of this.#places) {
-      const away = Math.hypot(u + 0.5 - x, v + 0.5 - y);
-      if (away < least) [nearest, least] = [name, away];
-    }
-    return nearest;
+  #nearest(place) {
+    const away = (/** @type {Place} */ other) => distance(middle(other), place);
+    const [nearest] = [...this.#places.value].sort(([, one], [, other]) => away(one) - away(other));
+    return nearest && away(nearest[1]) < REACH_PX * this.#picture.scale.value ? nearest[0] : null;
   }
 
   /**
@@ -167,44 +204,41 @@ export class HandlesEditor {
    *
    * @param {Place} place
    */
-  #edge([x, y]) {
-    const reach = EDGE_PX * this.#picture.scale;
-    return this.#circles.find(({ number }) => {
-      const centre = this.#places.get(number.about ?? "");
-      return centre && Math.abs(Math.hypot(centre[0] + 0.5 - x, centre[1] + 0.5 - y) - number.value) <= reach;
-    })?.number;
+  #edge(place) {
+    return this.#description.numbers.find(({ name, about }) => {
+      const centre = this.#places.value.get(about ?? "");
+      return centre && Math.abs(distance(middle(centre), place) - (this.#numbers.value.get(name) ?? 0)) <= EDGE_PX * this.#picture.scale.value;
+    });
   }
 
   /** @param {PointerEvent} event */
   #press(event) {
     if (event.button !== 0) return;
-    const at = this.#picture.at(event);
     event.preventDefault();
+    const at = this.#picture.at(event);
+    const name = this.#nearest(at);
+    const place = this.#places.value.get(name ?? "");
     const radius = this.#edge(at);
-    const name = this.#near(at);
-    const place = name === null ? undefined : this.#places.get(name);
     if (name !== null && place !== undefined) {
       this.#drag = { handle: name, grip: [at[0] - place[0], at[1] - place[1]] };
-      this.#handles.get(name)?.focus({ preventScroll: true });
-      this.#magnify(name);
+      this.#focusOn(name);
+      this.#magnified.value = name;
     } else if (radius) {
       this.#drag = { radius };
     } else {
       return;
     }
-    this.#picture.element.setPointerCapture(event.pointerId);
+    this.#picture.current?.setPointerCapture(event.pointerId);
   }
 
   /** @param {PointerEvent} event */
   #move(event) {
     const at = this.#picture.at(event);
     if (this.#drag === null) {
-      this.#name(this.#near(at));
+      this.#near.value = this.#nearest(at);
     } else if ("radius" in this.#drag) {
       const { radius } = this.#drag;
-      const [x, y] = this.#places.get(radius.about ?? "") ?? at;
-      radius.value = Math.hypot(at[0] - x - 0.5, at[1] - y - 0.5);
-      this.#touched();
+      this.#count(radius, distance(middle(this.#places.value.get(radius.about ?? "") ?? at), at));
     } else {
       const { handle, grip } = this.#drag;
       this.#put(handle, at[0] - grip[0], at[1] - grip[1]);
@@ -213,7 +247,7 @@ export class HandlesEditor {
 
   #release() {
     this.#drag = null;
-    this.#loupe.hide();
+    this.#magnified.value = null;
   }
 
   /**
@@ -222,71 +256,28 @@ export class HandlesEditor {
    * @param {number} y
    */
   #put(name, x, y) {
-    /** @param {number} value @param {number} most */
-    const within = (value, most) => Math.min(Math.max(0, Math.round(value * 10) / 10), most);
-    this.#places.set(name, [within(x, this.#picture.width - 1), within(y, this.#picture.height - 1)]);
-    this.#placed.delete(name);
-    this.#offered.delete(name);
-    this.#magnify(name);
-    this.#say(name);
+    const [width, height] = this.#picture.size.value;
+    const tenth = (/** @type {number} */ value) => Math.round(value * 10) / 10;
+    this.#places.value = new Map([...this.#places.value, [name, [within(tenth(x), width - 1), within(tenth(y), height - 1)]]]);
+    this.#placed.value = this.#placed.value.filter((each) => each !== name);
+    this.#offered.value = this.#offered.value.filter((each) => each !== name);
+    this.#told.value = this.#magnified.value = name;
+    this.#touched();
+  }
+
+  /**
+   * @param {MarkNumber} number
+   * @param {number} value
+   */
+  #count(number, value) {
+    this.#numbers.value = new Map([...this.#numbers.value, [number.name, allowed(number, value)]]);
     this.#touched();
   }
 
   /** A person has changed the mark. */
   #touched() {
     this.#isMade = true;
-    this.#draw();
     this.#changed();
-  }
-
-  /** @param {string} name */
-  #magnify(name) {
-    const place = this.#places.get(name);
-    if (place) this.#loupe.show(this.#picture, place);
-  }
-
-  /**
-   * Show the name of the handle under the pointer.
-   *
-   * @param {string|null} name
-   */
-  #name(name) {
-    for (const [each, handle] of this.#handles) handle.classList.toggle("near", each === name);
-    this.#picture.element.classList.toggle("grip", name !== null);
-  }
-
-  /** @param {string|null} name */
-  #say(name) {
-    const place = name === null ? undefined : this.#places.get(name);
-    const title = this.#description.handles.find((handle) => handle.name === name)?.title;
-    setText(this.#words, place === undefined ? "" : `${title} at ${place.map((value) => value.toFixed(1)).join(", ")} px`);
-  }
-
-  #draw() {
-    const { width, height, scale } = this.#picture;
-    for (const { name, title } of this.#description.handles) {
-      const handle = this.#handles.get(name);
-      const place = this.#places.get(name);
-      if (!handle) continue;
-      handle.hidden = place === undefined;
-      if (place === undefined) continue;
-      handle.style.left = `${(100 * (place[0] + 0.5)) / width}%`;
-      handle.style.top = `${(100 * (place[1] + 0.5)) / height}%`;
-      handle.classList.toggle("placed", this.#placed.has(name));
-      handle.classList.toggle("offered", this.#offered.has(name));
-      handle.classList.toggle("at-right", (width - place[0]) / scale < NAME_PX);
-      handle.setAttribute("aria-label", `${title}, ${Math.round(place[0])} across, ${Math.round(place[1])} down`);
-    }
-    for (const { ends: [from, to], drawn } of this.#lines) {
-      const [a, b] = [this.#places.get(from), this.#places.get(to)];
-      const at = a && b ? { x1: a[0] + 0.5, y1: a[1] + 0.5, x2: b[0] + 0.5, y2: b[1] + 0.5 } : null;
-      for (const line of drawn) dress(line, at);
-    }
-    for (const { number, drawn } of this.#circles) {
-      const centre = this.#places.get(number.about ?? "");
-      const at = centre ? { cx: centre[0] + 0.5, cy: centre[1] + 0.5, r: number.value } : null;
-      for (const circle of drawn) dress(circle, at);
-    }
   }
 }
 
@@ -299,12 +290,29 @@ function isPlace(value) {
 }
 
 /**
- * Put a line or a circle where it belongs, or out of sight.
+ * The middle of a pixel; nothing without a place.
  *
- * @param {SVGElement} shape
- * @param {Record<string, number>|null} attributes
+ * @param {Place|undefined} place
  */
-function dress(shape, attributes) {
-  shape.style.display = attributes === null ? "none" : "";
-  for (const [name, value] of Object.entries(attributes ?? {})) shape.setAttribute(name, String(value));
+function middle(place) {
+  return place ? place.map((value) => value + 0.5) : [];
+}
+
+/**
+ * @param {readonly number[]} one
+ * @param {readonly number[]} other
+ */
+function distance([x, y], [u, v]) {
+  return Math.hypot(x - u, y - v);
+}
+
+/**
+ * The value nearest to this one that a number may have.
+ *
+ * @param {MarkNumber} number
+ * @param {number} value
+ */
+function allowed({ minimum, maximum, step: by }, value) {
+  const steps = Math.round((value - minimum) / by);
+  return Math.min(Math.max(minimum, Number((minimum + steps * by).toPrecision(12))), maximum);
 }

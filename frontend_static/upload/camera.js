@@ -1,0 +1,249 @@
+/**
+ * Recording a clip with the camera of this computer: it is turned on by a button, shows what it sees, counts down, records,
+ * and goes off. What was recorded is played, and kept or taken again. Leaving at any moment turns the camera off. Nothing
+ * here sends anything; the clip is a file like any other, which the upload takes.
+ */
+
+import { messageOf } from "../shared/api.js";
+import { openDialog } from "../shared/dialog.js";
+import { h as element } from "../shared/dom.js";
+import { bytes } from "../shared/format.js";
+import { later } from "../shared/timing.js";
+import { h, html, render, signal, useEffect, useLayoutEffect, useMemo, useRef, useSignal } from "../vendor/preact.js";
+
+/** @import { Child } from "../vendor/preact.js" */
+
+const SHORTEST_S = 10;
+const LONGEST_S = 30;
+const COUNT_FROM = 3;
+const SECOND_MS = 1000;
+/** What is asked of a camera: as many pixels as trackers need, so that half a minute is a few megabytes. */
+const WANTED = { width: { ideal: 640 }, height: { ideal: 480 }, frameRate: { ideal: 30 } };
+const BITS_PER_SECOND = 4_000_000;
+/** What browsers record, the one that is decoded fastest first; Safari has the last alone. */
+const FORMATS = ["video/webm;codecs=vp8", "video/webm", "video/mp4"];
+const TELL_EVERY_MS = 100;
+/** Why a browser does not give a camera, by the name of its error. */
+const REFUSALS = new Map([
+  ["NotAllowedError", "The browser does not let this page use the camera. Allow it beside the address of this page, then try again."],
+  ["NotFoundError", "No camera was found. Connect one, then try again."],
+  ["NotReadableError", "The camera does not start; another program may use it. Close that program, then try again."],
+]);
+
+/** @typedef {[words: string, run: () => void]} Button */
+/** @typedef {{keep: (clip: File) => void, refuse: (message: string) => void}} Ends What may become of a recording. */
+
+/** How long a clip becomes. */
+const seconds = signal(SHORTEST_S);
+
+/** @param {(clip: File) => void} take What is done with the clip. */
+export function recordClip(take) {
+  const place = element("div", { class: "camera" });
+  const dialog = openDialog("Use the camera", () => [place], { wide: true });
+  const close = () => dialog.close();
+  addEventListener("pagehide", close, { once: true });
+  dialog.addEventListener("close", () => render(null, place));
+  render(h(CameraDialog, { take, close }), place);
+}
+
+/** @param {{take: (clip: File) => void, close: () => void}} props */
+function CameraDialog({ take, close }) {
+  const prevented = obstacle();
+  /** The camera, what it has recorded, or why it does not record. */
+  const shown = useSignal(/** @type {"begin"|"on"|File|{refused: string}} */ (prevented ? { refused: prevented } : "begin"));
+  const now = shown.value;
+  const turnOn = () => (shown.value = "on");
+  /** @type {Button} */
+  const cancel = ["Cancel", close];
+  if (now === "begin") {
+    const body = html`<p class="hint">
+      The clip stays in this browser until you press <strong>Use this clip</strong>. Then this server keeps it with the uploads, which everybody who
+      may use the server can see, until somebody deletes it under My work.
+    </p>`;
+    const words = `Record ${SHORTEST_S} to ${LONGEST_S} s, without sound, and track something in it.`;
+    return h(Step, { key: "begin", words, buttons: [cancel, ["Turn on the camera", turnOn]], body });
+  }
+  if (now === "on") {
+    return h(Live, { close, keep: (clip) => (shown.value = clip), refuse: (refused) => (shown.value = { refused }) });
+  }
+  if (now instanceof File) {
+    const use = () => {
+      close();
+      take(now);
+    };
+    return h(Review, { clip: now, buttons: [cancel, ["Record again", turnOn], ["Use this clip", use]] });
+  }
+  /** @type {Button[]} */
+  const buttons = prevented ? [["Close", close]] : [["Close", close], ["Try again", turnOn]];
+  return h(Step, { key: "refused", words: now.refused, isWrong: true, buttons });
+}
+
+/**
+ * What is going on, and what can be done; of several buttons the last one leads on.
+ *
+ * @param {{words: string, buttons: Button[], body?: Child, isWrong?: boolean}} props
+ */
+function Step({ words, buttons, body, isWrong = false }) {
+  const footer = useRef(/** @type {HTMLElement|null} */ (null));
+  useLayoutEffect(() => [...(footer.current?.querySelectorAll("button") ?? [])].at(-1)?.focus(), []);
+  const kind = (/** @type {number} */ place) => (place > 0 && place === buttons.length - 1 ? "primary" : null);
+  return html`
+    <p role="status" class=${isWrong ? "wrong" : null}>${words}</p>
+    ${body && html`<div class="camera-body">${body}</div>`}
+    <footer ref=${footer}>${buttons.map(([label, run], place) => html`<button type="button" class=${kind(place)} onClick=${run}>${label}</button>`)}</footer>
+  `;
+}
+
+/** @param {{close: () => void} & Ends} props The camera while it is on: the browser asks for leave, and its light is on until this goes. */
+function Live({ close, keep, refuse }) {
+  const stage = useSignal(/** @type {"preview"|"counting"|"recording"} */ ("preview"));
+  /** Which camera; without one the browser chooses, on a phone the one that looks away. */
+  const id = useSignal("");
+  const stream = useSignal(/** @type {MediaStream|null} */ (null));
+  const cameras = useSignal(/** @type {MediaDeviceInfo[]} */ ([]));
+  useEffect(() => {
+    const end = new AbortController();
+    const which = id.value === "" ? { facingMode: { ideal: "environment" } } : { deviceId: { exact: id.value } };
+    const turnOn = async () => {
+      const found = await navigator.mediaDevices.getUserMedia({ video: { ...WANTED, ...which }, audio: false });
+      const off = () => found.getTracks().forEach((track) => track.stop());
+      if (end.signal.aborted) off();
+      end.signal.addEventListener("abort", off);
+      const devices = await navigator.mediaDevices.enumerateDevices();
+      cameras.value = devices.filter(({ kind, deviceId }) => kind === "videoinput" && deviceId !== "");
+      if (!end.signal.aborted) stream.value = found;
+    };
+    turnOn().catch((error) => end.signal.aborted || refuse(refusalOf(error)));
+    return () => {
+      end.abort();
+      stream.value = null;
+    };
+  }, [id.value]);
+  const now = stream.value;
+  if (now === null) {
+    return h(Step, { key: "waiting", words: "Waiting for the camera. The browser may ask whether this page may use it.", buttons: [["Cancel", close]] });
+  }
+  const to = (/** @type {typeof stage.value} */ next) => () => (stage.value = next);
+  const preview = {
+    words: "This is what will be recorded. Keep the camera still, and the whole target in the picture.",
+    buttons: /** @type {Button[]} */ ([["Cancel", close], ["Record", to("counting")]]),
+    body: h(Choices, { cameras: cameras.value, own: now.getVideoTracks()[0]?.getSettings().deviceId, choose: (other) => (id.value = other) }),
+  };
+  return html`
+    <div class="camera-stage">
+      <video srcObject=${now} autoplay muted playsinline aria-label="What the camera sees"></video>
+      ${stage.value === "counting" && h(Countdown, { end: to("recording") })}
+    </div>
+    ${stage.value === "preview" && h(Step, { key: "preview", ...preview })}
+    ${stage.value === "counting" && h(Step, { key: "counting", words: "Recording begins in a moment", buttons: [["Stop", to("preview")]] })}
+    ${stage.value === "recording" && h(Recording, { stream: now, keep, refuse })}
+  `;
+}
+
+/** @param {{cameras: MediaDeviceInfo[], own: string|undefined, choose: (id: string) => void}} props Which camera records, and for how long. */
+function Choices({ cameras, own, choose }) {
+  const change = (/** @type {Event & {currentTarget: HTMLSelectElement}} */ { currentTarget }) => choose(currentTarget.value);
+  const last = (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget }) => (seconds.value = currentTarget.valueAsNumber);
+  const options = cameras.map(({ deviceId, label }, index) => html`<option value=${deviceId}>${label || `Camera ${index + 1}`}</option>`);
+  return html`
+    ${options.length > 1 && html`<label>Camera <select value=${own} onChange=${change}>${options}</select></label>`}
+    <label for="camera-length">Length <output for="camera-length">${seconds} s</output></label>
+    <input type="range" id="camera-length" min=${SHORTEST_S} max=${LONGEST_S} step="1" value=${seconds.value} onInput=${last} />
+  `;
+}
+
+/** @param {{end: () => void}} props */
+function Countdown({ end }) {
+  const left = useSignal(COUNT_FROM);
+  useEffect(() => later(() => (left.value > 1 ? (left.value -= 1) : end()), SECOND_MS), [left.value]);
+  return html`<p class="camera-count" aria-hidden="true">${left.value}</p>`;
+}
+
+/** @param {{stream: MediaStream} & Ends} props Records a clip, which ends by itself, when it is stopped, or with the camera. */
+function Recording({ stream, keep, refuse }) {
+  const elapsed = useSignal(0);
+  const recorder = useRef(/** @type {MediaRecorder|null} */ (null));
+  const stop = () => recorder.current?.state === "recording" && recorder.current.stop();
+  useEffect(() => {
+    const end = new AbortController();
+    try {
+      recorder.current = begun(stream, end.signal, keep, refuse);
+    } catch (error) {
+      refuse(messageOf(error));
+    }
+    const since = performance.now();
+    const telling = setInterval(() => {
+      elapsed.value = (performance.now() - since) / 1000;
+      if (elapsed.value >= seconds.value) stop();
+    }, TELL_EVERY_MS);
+    return () => {
+      end.abort();
+      clearInterval(telling);
+    };
+  }, []);
+  const { value: long } = seconds;
+  const body = html`<p class="camera-recording">
+    <progress max=${long} value=${elapsed.value} aria-label="Recorded"></progress>
+    <output class="camera-elapsed">${Math.min(elapsed.value, long).toFixed(1)} of ${long} s</output>
+  </p>`;
+  return h(Step, { words: "Recording", buttons: [["Stop", stop]], body });
+}
+
+/** @param {{clip: File, buttons: Button[]}} props Plays what was recorded. */
+function Review({ clip, buttons }) {
+  const address = useMemo(() => URL.createObjectURL(clip), [clip]);
+  useEffect(() => () => URL.revokeObjectURL(address), [address]);
+  return html`
+    <div class="camera-stage"><video src=${address} autoplay muted controls loop playsinline aria-label="The recorded clip"></video></div>
+    ${h(Step, { words: `The camera is off. The clip has ${bytes(clip.size)}, and is only in this browser yet.`, buttons })}
+  `;
+}
+
+/** What keeps this page from using any camera, in a sentence; an empty one if nothing does. */
+function obstacle() {
+  if (!isSecureContext) {
+    return (
+      "Browsers give the camera only to pages that come over https, or from this computer itself (http://localhost). " +
+      `This page comes over http from ${location.host}. Its server can be put behind https.`
+    );
+  }
+  return navigator.mediaDevices && globalThis.MediaRecorder ? "" : "This browser cannot record from a camera.";
+}
+
+/**
+ * Why the camera does not start, in a sentence.
+ *
+ * @param {unknown} error
+ */
+function refusalOf(error) {
+  const name = error instanceof DOMException ? error.name : "";
+  return REFUSALS.get(name) ?? `The camera does not start (${error instanceof Error ? error.message || error.name : error}).`;
+}
+
+/**
+ * A recorder that has begun; what it records is a clip when it ends, unless nobody waits for it any more.
+ *
+ * @param {MediaStream} stream
+ * @param {AbortSignal} left
+ * @param {Ends["keep"]} keep
+ * @param {Ends["refuse"]} refuse
+ */
+function begun(stream, left, keep, refuse) {
+  const mimeType = FORMATS.find((format) => MediaRecorder.isTypeSupported(format));
+  const recorder = new MediaRecorder(stream, { videoBitsPerSecond: BITS_PER_SECOND, ...(mimeType && { mimeType }) });
+  const on = { signal: left };
+  /** @type {Blob[]} */
+  const parts = [];
+  recorder.addEventListener("dataavailable", ({ data }) => parts.push(data), on);
+  recorder.addEventListener("error", () => refuse("The browser could not go on recording."), on);
+  recorder.addEventListener("stop", () => {
+    const { mimeType: type } = recorder;
+    // The Swedish form of a date has its largest part first.
+    const name = `camera ${new Date().toLocaleString("sv").replaceAll(":", ".")}.${type.includes("mp4") ? "mp4" : "webm"}`;
+    const clip = new File(parts, name, { type });
+    if (clip.size > 0) keep(clip);
+    else refuse("The camera gave no picture.");
+  }, on);
+  recorder.start();
+  return recorder;
+}

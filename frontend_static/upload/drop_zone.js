@@ -1,0 +1,284 @@
+/** The drop zone: takes videos, pictures, tables of tracks, results of trackers and saved runs, and shows how far it is. */
+
+import { here } from "../shared/address.js";
+import { api, messageOf, statusOf } from "../shared/api.js";
+import { bytes } from "../shared/format.js";
+import { Icon } from "../shared/icons.js";
+import { cancelJob, followJob, jobOf } from "../shared/jobs.js";
+import { Meter, progressWords } from "../shared/progress.js";
+import { after } from "../shared/timing.js";
+import { attempt, toast } from "../shared/toast.js";
+import { h, html, signal, useEffect, useRef, useSignal } from "../vendor/preact.js";
+import { recordClip } from "./camera.js";
+
+/** @import { OnProgress, Transfer } from "../shared/api.js" */
+/** @import { ColumnMeaning, ImportJob, Preview } from "../shared/messages.js" */
+
+/** @typedef {{name: string, words: string, share: number|null, stop: () => void}} Work What is on its way; its share is null while nobody knows it. */
+/** @typedef {{name: string, message: string}} Refusal */
+/** @typedef {{file: File, table: Preview, refusal: string}} Question What the columns of a table are that was not understood. */
+
+const SILENT = "The server does not answer; trying again";
+const ACCEPTED = "video/*,image/*,.csv,.tsv,.txt,.xml,.json,text/csv,.pft";
+const OFFERED =
+  "A video, an animated GIF or pictures, a table of tracks (.csv), results of any tracker, alone or with their clip and truth, " +
+  "a recording or a saved run (.pft)";
+const TABLE = /\.(csv|tsv|txt)$/i;
+const PLACE_MS = 1000;
+/** Of a table, from which its columns are seen. */
+const HEAD_BYTES = 16_384;
+/** The status of a transfer that a person has stopped. */
+const STOPPED = -1;
+/** The address names a run that is being computed, so that a reload goes on showing it. */
+const IMPORT = /^#import\/(\w+)$/;
+
+/** What is in the zone; null while it invites. */
+const shown = signal(/** @type {Work|Refusal|Question|null} */ (null));
+
+/** Where files are dropped, anywhere in the page, or chosen. */
+export function DropZone() {
+  const isOver = useSignal(false);
+  useEffect(() => {
+    const end = new AbortController();
+    const on = (/** @type {"dragover"|"dragleave"|"drop"} */ type, /** @type {(event: DragEvent) => void} */ act) =>
+      document.addEventListener(type, (event) => event.dataTransfer?.types.includes("Files") && act(event), { signal: end.signal });
+    on("dragover", (event) => {
+      event.preventDefault();
+      isOver.value = true;
+    });
+    // Within the page it only goes from one element to another.
+    on("dragleave", ({ relatedTarget }) => (isOver.value = relatedTarget !== null));
+    on("drop", (event) => {
+      event.preventDefault();
+      isOver.value = false;
+      take([...(event.dataTransfer?.files ?? [])]);
+    });
+    resume();
+    return () => end.abort();
+  }, []);
+  return html`<div class=${isOver.value ? "drop over" : "drop"}>${content(shown.value)}</div>`;
+}
+
+/** @param {Work|Refusal|Question|null} now */
+function content(now) {
+  if (now === null) return h(Invitation, {});
+  if ("table" in now) return h(Columns, now);
+  const { name } = now;
+  if ("share" in now) {
+    return html`
+      <p class="drop-words">${name}</p>
+      ${h(Meter, { share: now.share, label: name })}
+      <p class="hint" role="status">${now.words}</p>
+      <button type="button" onClick=${now.stop}>Stop</button>
+    `;
+  }
+  return html`
+    <p class="drop-words"><strong>${name} was not accepted</strong></p>
+    <p class="wrong" role="alert">${now.message}</p>
+    <button type="button" onClick=${invite}>Choose another file</button>
+  `;
+}
+
+function Invitation() {
+  const choose = (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget: { files } }) => take([...(files ?? [])]);
+  return html`
+    <input type="file" multiple class="visually-hidden" id="file-picker" accept=${ACCEPTED} onChange=${choose} />
+    ${h(Icon, { name: "film" })}
+    <p class="drop-words"><strong>Drop a video here</strong> or <label for="file-picker" class="link">choose a file</label></p>
+    <p class="hint">${OFFERED}</p>
+    <button type="button" data-role="camera" onClick=${() => recordClip((clip) => take([clip]))}>${h(Icon, { name: "camera" })}Use the camera</button>
+  `;
+}
+
+/** @param {Question} props Asks what the columns are, below the first lines of the table. */
+function Columns({ file, table, refusal }) {
+  const form = useRef(/** @type {HTMLFormElement|null} */ (null));
+  useEffect(() => form.current?.querySelector("select")?.focus(), []);
+  const submit = (/** @type {Event & {currentTarget: HTMLFormElement}} */ event) => {
+    event.preventDefault();
+    const said = [...new FormData(event.currentTarget)].filter(([, place]) => place !== "");
+    sendUpload([file], Object.fromEntries(said.map(([meaning, place]) => [meaning, Number(place)])));
+  };
+  const choice = (/** @type {ColumnMeaning} */ { name, title }) => html`<label>
+    ${title}
+    <select id=${`column-${name}`} name=${name}>
+      <option value="">none</option>
+      ${table.header.map((words, place) => html`<option value=${place} selected=${place === table.guess[name]}>${words || `column ${place + 1}`}</option>`)}
+    </select>
+  </label>`;
+  return html`<form ref=${form} class="columns" aria-label="Columns of the table" onSubmit=${submit}>
+    <p class="drop-words"><strong>What are the columns of ${file.name}?</strong></p>
+    <p class="hint">Say where the frame is, and of the box two edges or its middle, and its size or the other edges.</p>
+    <details><summary>Why is this asked?</summary><p class="hint">${refusal}</p></details>
+    <div class="columns-rows" tabindex="0" role="region" aria-label="First lines">
+      <table>
+        <thead><tr>${table.header.map((title) => html`<th scope="col">${title}</th>`)}</tr></thead>
+        <tbody>${table.rows.map((row) => html`<tr>${row.map((cell) => html`<td>${cell}</td>`)}</tr>`)}</tbody>
+      </table>
+    </div>
+    <div class="columns-choices">${table.meanings.map(choice)}</div>
+    <footer><button type="button" onClick=${invite}>Cancel</button><button type="submit" class="primary">Open it</button></footer>
+  </form>`;
+}
+
+function invite() {
+  shown.value = null;
+}
+
+/** @param {File[]} files */
+async function take(files) {
+  if (files.length === 0) return;
+  if (shown.value !== null && "share" in shown.value) {
+    toast("Other files are still uploading; wait for them, or stop them first");
+    return;
+  }
+  const isRun = files.length === 1 && files[0].name.toLowerCase().endsWith(".pft") && !(await isRecording(files[0]));
+  if (isRun) await send(files, api.importRun, "Computing the run", follow);
+  else await sendUpload(files);
+}
+
+/**
+ * @param {File[]} files
+ * @param {Record<string, number>} [columns] Of a table: which of them is what.
+ */
+function sendUpload(files, columns) {
+  return send(files, (some, onProgress) => api.sendUpload(some, onProgress, columns), "Checking every frame", ({ id }) => {
+    location.hash = `upload/${encodeURIComponent(id)}`;
+  });
+}
+
+/**
+ * Send files, show how far that is, and hand on what the server answers.
+ *
+ * @template Answer
+ * @param {File[]} files
+ * @param {(files: File[], onProgress: OnProgress) => Transfer<Answer>} transmit
+ * @param {string} reading What the server does when it has them.
+ * @param {(answer: Answer) => void} received
+ */
+async function send(files, transmit, reading, received) {
+  const name = files.length === 1 ? files[0].name : `${files.length} files`;
+  const size = files.reduce((sum, file) => sum + file.size, 0);
+  const ended = new AbortController();
+  let isSent = false;
+  const tell = (/** @type {string} */ words, /** @type {number|null} */ share) => (shown.value = { name, words, share, stop: transfer.stop });
+  const transfer = transmit(files, (sent, total) => {
+    if (isSent) return;
+    isSent = sent >= total;
+    if (!isSent) {
+      tell(`${bytes(Math.min(sent, size))} of ${bytes(size)}`, sent / total);
+      return;
+    }
+    tell(reading, null);
+    tellPlace(transfer, (before) => tell(before > 0 ? `Waiting, ${before} before this one` : reading, null), ended.signal);
+  });
+  tell("", 0);
+  try {
+    const answer = await transfer.done;
+    ended.abort();
+    invite();
+    received(answer);
+  } catch (error) {
+    ended.abort();
+    const message = messageOf(error);
+    shown.value = statusOf(error) === STOPPED ? null : ((await questionOf(files, message)) ?? { name, message });
+  }
+}
+
+/**
+ * Tell the place of a transfer in the server's queue, again and again until it ends.
+ *
+ * @param {Transfer<unknown>} transfer
+ * @param {(before: number) => void} tell
+ * @param {AbortSignal} ended
+ */
+async function tellPlace(transfer, tell, ended) {
+  for (;;) {
+    await after(PLACE_MS, ended);
+    // The transfer itself will say what is wrong.
+    const before = await transfer.before().catch(() => null);
+    if (before !== null && !ended.aborted) tell(before);
+  }
+}
+
+/**
+ * What to ask about a table that was not understood; null if it is not one.
+ *
+ * @param {File[]} files
+ * @param {string} refusal
+ * @returns {Promise<Question|null>}
+ */
+async function questionOf(files, refusal) {
+  const [file] = files;
+  if (files.length !== 1 || !TABLE.test(file.name)) return null;
+  const table = await api.table(await file.slice(0, HEAD_BYTES).text()).catch(() => null);
+  return table && { file, table, refusal };
+}
+
+/**
+ * Show how far a run is that is computed before it is kept, and open it when it is there.
+ *
+ * @param {ImportJob} begun
+ */
+async function follow(begun) {
+  const { id, name } = begun;
+  const wanted = new AbortController();
+  const since = performance.now();
+  const leave = () => {
+    invite();
+    leaveAddress();
+  };
+  const stop = () => {
+    wanted.abort();
+    cancelJob(id);
+    leave();
+  };
+  let known = begun;
+  const tell = (/** @type {ImportJob|null} */ now) => {
+    known = now ?? known;
+    const { done, total } = known;
+    const words = total > 0 ? progressWords(done, total, (performance.now() - since) / 1000, done - begun.done) : "Waiting in the queue";
+    shown.value = { name, words: now === null ? SILENT : words, share: total > 0 ? done / total : null, stop };
+  };
+  history.replaceState(null, "", here(`import/${id}`));
+  tell(begun);
+  try {
+    const job = await followJob(begun, tell, wanted.signal);
+    if (job === null) return;
+    const { result: run, error } = job;
+    if (run === null) throw new Error(error ?? "The run could not be imported");
+    leave();
+    toast(`${run.title} is in My work, under saved runs`);
+    const session = await attempt(() => api.open(run.id));
+    if (session) location.assign(session.page);
+  } catch (error) {
+    if (wanted.signal.aborted) return;
+    leaveAddress();
+    shown.value = { name, message: messageOf(error) };
+  }
+}
+
+/** Go on showing a run that was being computed when the page was left. */
+async function resume() {
+  const id = IMPORT.exec(location.hash)?.[1];
+  if (id === undefined) return;
+  leaveAddress();
+  // It may have been given up meanwhile, or the server has started again.
+  const job = /** @type {ImportJob|null} */ (await jobOf(id).catch(() => null));
+  // One that is done is among the saved runs by now.
+  if (job !== null && job.state !== "done" && shown.value === null) await follow(job);
+}
+
+/** Name no run in the address any more; an upload may be there by now. */
+function leaveAddress() {
+  if (IMPORT.test(location.hash)) history.replaceState(null, "", location.pathname);
+}
+
+/**
+ * Tell a recording of beliefs from a saved run: both are archives, whose first entry is named after 30 bytes.
+ *
+ * @param {File} file
+ */
+async function isRecording(file) {
+  return (await file.slice(30, 44).text()) === "recording.json";
+}

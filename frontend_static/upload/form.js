@@ -1,0 +1,241 @@
+/** After an upload: which frame to begin with, what to follow, and how. */
+
+import { api } from "../shared/api.js";
+import { count } from "../shared/format.js";
+import { Made } from "../shared/page.js";
+import { Meter } from "../shared/progress.js";
+import { h, html, useEffect, useMemo, useRef, useSignal } from "../vendor/preact.js";
+import { Suitability } from "./suitability.js";
+import { Target } from "./target.js";
+
+/** @import { ExperimentPublic, UploadPublic } from "../shared/messages.js" */
+/** @import { Finding as FindingState } from "./target.js" */
+/** @import { Child, Signal } from "../vendor/preact.js" */
+
+/** @typedef {Event & {currentTarget: HTMLInputElement}} InputEvent */
+/** @typedef {Event & {currentTarget: HTMLSelectElement}} SelectEvent */
+
+/** @type {Record<string, string>} What recordings have frames of that are no pictures, by kind. */
+const WITHOUT_PICTURES = { tracks: " of tracks", beliefs: " of recorded beliefs" };
+/** The kind of recording in which everything has been tracked already, by the program that made the file. */
+const DONE = "beliefs";
+const TRUTH = "Truth (CSV, optional)";
+const TRUTH_FILES = ".csv,.txt,.xml,.json,text/csv";
+
+/** @param {{upload: UploadPublic, experiments: ExperimentPublic[], leave: () => void}} props */
+export function TargetForm({ upload, experiments, leave }) {
+  const able = experiments.filter(({ footage }) => footage.includes(upload.kind));
+  const { name, kind, frames, width, height, frame_rate_hz: rate, warnings } = upload;
+  const content = WITHOUT_PICTURES[kind] ?? ` of ${width} × ${height} px at ${Number(rate.toPrecision(4))} Hz`;
+  const cancel = html`<button type="button" onClick=${leave}>Cancel</button>`;
+  const nothing = html`<p class="wrong" role="alert">There is no experiment for a recording of this kind.</p>`;
+  return html`<section class="target" aria-label="Target">
+    <header>
+      <h2>${kind === DONE ? "What another tracker has said" : "What should be tracked?"}</h2>
+      <p class="hint">${name}, ${count(frames, "frame")}${content}</p>
+      ${warnings.map((warning) => html`<p class="note">${warning}</p>`)}
+    </header>
+    ${able.length > 0 ? h(Form, { upload, able, cancel }) : [nothing, html`<footer>${cancel}</footer>`]}
+  </section>`;
+}
+
+/** @param {{upload: UploadPublic, able: ExperimentPublic[], cancel: Child}} props `able`: what takes this kind of recording. */
+function Form({ upload, able, cancel }) {
+  const chosen = useSignal(/** @type {Target|null} */ (null));
+  /** Ends when a person has said anything, so that nothing is chosen for them any more. */
+  const proposing = useMemo(() => new AbortController(), []);
+  const proposal = useSignal("");
+  useEffect(() => {
+    choose(chosen, upload, able.find(({ finds }) => finds === null) ?? able[0]);
+    propose(able, chosen, upload, proposing.signal).then((words) => (proposal.value = words));
+    return () => {
+      proposing.abort();
+      chosen.value?.leave();
+    };
+  }, []);
+  const target = chosen.value;
+  useEffect(() => target?.way.value?.editor.focus(), [target !== null]);
+  if (target === null) return null;
+  const { frame, experiment } = target;
+  const begin = (/** @type {InputEvent} */ { currentTarget }) => target.go(currentTarget.valueAsNumber);
+  const settle = () => experiment.finds !== null && target.find({ alone: true });
+  const follow = (/** @type {SelectEvent} */ { currentTarget: { selectedIndex } }) => {
+    proposal.value = "";
+    choose(chosen, upload, able[selectedIndex]);
+  };
+  const submit = (/** @type {Event} */ event) => {
+    event.preventDefault();
+    target.start();
+  };
+  return html`<form onInput=${() => proposing.abort()} onSubmit=${submit}>
+    ${h(Stage, { key: experiment.id, target })}
+    <div class="target-choices">
+      ${experiment.suits && h(Suitability, { key: experiment.id, target })}
+      ${able.length > 1 && html`
+        <label for="target-experiment">Follow it as</label>
+        <select id="target-experiment" value=${experiment.id} onChange=${follow}>
+          ${able.map(({ id, clip_title: title }) => html`<option value=${id}>${title}</option>`)}
+        </select>
+        <p class="note" role="status" hidden=${proposal.value === ""}>${proposal.value}</p>
+      `}
+      <label for="target-start">Start at picture <output>${frame.value} of ${upload.frames}, frame 0 of the session</output></label>
+      <input type="range" id="target-start" min="0" max=${Math.max(0, upload.frames - 1)} step="1" value=${frame.value} onInput=${begin} onChange=${settle} />
+      ${h(Tracker, { key: experiment.id, target })}
+      ${experiment.truth_columns.length > 0 && h(Truth, { key: experiment.id, target })}
+      ${h(Go, { target, cancel })}
+    </div>
+  </form>`;
+}
+
+/**
+ * Look for what experiments find by themselves, while the form can be used already, and choose one that finds it.
+ *
+ * @param {ExperimentPublic[]} able
+ * @param {Signal<Target|null>} chosen
+ * @param {UploadPublic} upload
+ * @param {AbortSignal} ended
+ * @returns {Promise<string>} What to say of it.
+ */
+async function propose(able, chosen, upload, ended) {
+  const first = chosen.value;
+  for (const experiment of able.filter((each) => each.finds !== null && each !== first?.experiment)) {
+    const sighting = await api.mark(upload.id, { experiment: experiment.id, frame: 0, last: 0 }).catch(() => null);
+    if (ended.aborted || first?.footage.value) return "";
+    if (sighting?.mark) {
+      choose(chosen, upload, experiment);
+      return `There is a ${experiment.target} in the picture. To follow something else, choose what else it is followed as.`;
+    }
+  }
+  return "";
+}
+
+/**
+ * @param {Signal<Target|null>} chosen
+ * @param {UploadPublic} upload
+ * @param {ExperimentPublic} experiment
+ */
+function choose(chosen, upload, experiment) {
+  const before = chosen.value;
+  before?.leave();
+  chosen.value = new Target(upload, experiment, before?.frame.value ?? 0);
+}
+
+/** @param {{target: Target}} props The picture with the target's mark. */
+function Stage({ target }) {
+  const { experiment: { finds, marks, advice, unmarked }, upload, picture } = target;
+  const way = target.way.value;
+  const known = target.finding.value;
+  const take = (/** @type {SelectEvent} */ { currentTarget: { value } }) => target.markBy(value);
+  const isAsked = known?.state === "marking";
+  useEffect(() => void (isAsked && way?.editor.focus()), [isAsked]);
+  return html`<div class="target-stage">
+    ${finds === null && marks.length > 1 && html`<label class="mark-choice">
+      Mark the target by
+      <select value=${way?.description.kind} onChange=${take}>${marks.map(({ kind, title }) => html`<option value=${kind}>${title}</option>`)}</select>
+    </label>`}
+    ${finds === null && html`<p class="hint">
+      ${way?.description.instruction} ${advice} ${way && unmarked.includes(upload.kind) && "Leave them unchanged if the whole recording is the target."}
+    </p>`}
+    ${way
+      ? h(Made, { key: way.description.kind, make: () => way.editor.element })
+      : html`<img class="target-picture" alt="The frame to begin with" src=${picture.value} width=${upload.width} height=${upload.height} />`}
+    ${finds !== null && html`<div class="finding">${known && h(known.state === "looking" ? Looking : Finding, { target, finding: known })}</div>`}
+  </div>`;
+}
+
+/** @param {{target: Target, finding: FindingState}} props How far the search for the target is, and what can be done. */
+function Finding({ target, finding }) {
+  const { experiment, found, hint, way, mark, left } = target;
+  const { state, notes } = finding;
+  const it = `the ${found?.title.toLowerCase()}`;
+  const [byHand, byPerson] = hint
+    ? [`Draw a ${hint.title.toLowerCase()}`, `Mark the ${experiment.target} by a ${hint.title.toLowerCase()}`]
+    : [`Mark ${it}`, `Mark ${it} yourself`];
+  const isHinting = way.value?.description === hint;
+  const tool = (/** @type {string} */ label, /** @type {() => unknown} */ run, isMain = false) =>
+    html`<button type="button" class=${isMain ? "primary" : null} onClick=${run}>${label}</button>`;
+  const keys = html`<span class="by-keyboard">, or Tab to it and use the arrows, with shift for 10 px</span>`;
+  const words = {
+    looking: "",
+    found: ["Drag a point to its correct position", keys, ". ", finding.isGuessed && "Hollow points were placed by the model; check them first. "],
+    refused: `${byPerson}, or choose another frame. `,
+    marking: [way.value?.description.instruction, " ", left.value > 0 && !isHinting && `Points that are still to be dragged: ${left.value}. `],
+  }[state];
+  const markBy = () => target.markBy((hint ?? found)?.kind);
+  return html`
+    ${state === "refused" ? html`<p class="wrong" role="alert">${notes.join(" ")}</p>` : notes.map((note) => html`<p class="note">${note}</p>`)}
+    <p class="hint" role="status">${words}${!isHinting && experiment.advice}</p>
+    <div class="finding-tools">
+      ${state === "refused" && tool(`${byHand}…`, markBy, true)}
+      ${state === "refused" && finding.hasLater && tool("Look in later frames", () => target.find())}
+      ${isHinting && mark.value && tool(`Place ${it}`, () => target.place(), true)}
+      ${tool("Find again", () => target.find({ alone: true }))}
+      ${state === "found" && hint && tool(`${byHand} instead…`, markBy)}
+    </div>
+  `;
+}
+
+/** @param {{target: Target, finding: FindingState}} props */
+function Looking({ target, finding: { notes: [words], share } }) {
+  return html`<div class="late finding">
+    <p class="hint" role="status">${words}</p>
+    ${h(Meter, { share, label: words })}
+    <button type="button" onClick=${() => target.stop()}>Stop</button>
+  </div>`;
+}
+
+/** @param {{target: Target}} props Which tracker follows it. */
+function Tracker({ target: { tracker, experiment: { trackers } } }) {
+  const change = (/** @type {SelectEvent} */ { currentTarget: { value } }) => (tracker.value = value);
+  return html`
+    <label for="target-tracker">Tracker</label>
+    <select id="target-tracker" value=${tracker.value} onChange=${change}>
+      ${trackers.map(({ id, title }) => html`<option value=${id}>${title}</option>`)}
+    </select>
+    <p class="hint">${trackers.find(({ id }) => id === tracker.value)?.description}</p>
+  `;
+}
+
+/** @param {{target: Target}} props A table of what is truly so in the upload, which the server keeps until it is removed. */
+function Truth({ target }) {
+  const field = useRef(/** @type {HTMLElement|null} */ (null));
+  const { kept, refused, isBusy } = target.truth.value;
+  useEffect(() => void target.findTruth(), []);
+  // It was chosen at the end of a form that scrolls: what is said of it is to be seen, whole.
+  useEffect(() => void (refused && field.current?.scrollIntoView({ block: "nearest" })), [refused]);
+  const give = (/** @type {InputEvent} */ { currentTarget: input }) => {
+    target.giveTruth([...(input.files ?? [])]);
+    input.value = "";
+  };
+  const columns = `With the columns ${target.experiment.truth_columns.join(", ")}; frames count from\u00a00`;
+  const asked = html`
+    <label for="target-truth">${TRUTH}</label>
+    <input type="file" id="target-truth" accept=${TRUTH_FILES} aria-describedby="target-truth-words" aria-invalid=${String(refused !== "")} onChange=${give} />
+    <p class=${refused ? "wrong" : "hint"} role=${refused ? "alert" : null} id="target-truth-words">${refused || (isBusy ? "Checking the table" : columns)}</p>
+  `;
+  return html`<div class="target-truth" ref=${field}>
+    ${kept ? html`
+      <p class="truth-title">${TRUTH}</p>
+      <p class="truth-kept">
+        Truth of ${count(kept.frames, "frame")}, ${kept.first} to ${kept.last}
+        <button type="button" aria-label="Remove the truth" onClick=${() => target.removeTruth()}>Remove</button>
+      </p>
+      ${kept.warnings.map((warning) => html`<p class="note">${warning}</p>`)}
+    ` : asked}
+  </div>`;
+}
+
+/** @param {{target: Target, cancel: Child}} props Begins, once there is all that a session needs. */
+function Go({ target: { upload, footage, truth, wrong, isStarting }, cancel }) {
+  const { isBusy, refused } = truth.value;
+  const isReady = footage.value !== null && !isBusy && !isStarting.value;
+  useEffect(() => void (wrong.value = ""), [footage.value, truth.value]);
+  const words = upload.kind === DONE ? "Open it" : "Track it";
+  return html`
+    ${wrong.value && html`<p class="wrong" role="alert">${wrong.value}</p>`}
+    <footer>
+      ${cancel}
+      <button type="submit" class="primary" disabled=${!isReady}>${refused ? `${words} without truth` : words}</button>
+    </footer>
+  `;
+}
