@@ -150,16 +150,18 @@ function linkSweep(link, session) {
 }
 
 /**
- * The plan of a sweep over a session's scene or recording, with the values with which the run began.
+ * The plan of a sweep over a session's scene or recording, with the values with which the run began, over what was moved last.
  *
  * @param {SessionPublic} session
  */
 function repeated({ recipe, tracker, upload }) {
   const [first] = recipe.timeline ?? [];
+  const last = recipe.timeline?.findLast(({ frame }) => frame > 0);
   return {
     experiment: recipe.experiment,
     upload,
     footage: recipe.footage,
+    axes: Object.keys(last?.values ?? {}).slice(-1).map((name) => ({ name })),
     trackers: [recipe.tracker ?? tracker],
     parameters: first?.frame === 0 ? first.values : {},
   };

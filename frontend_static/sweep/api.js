@@ -9,7 +9,7 @@ import { socketAddress } from "../shared/socket.js";
 /**
  * A plan as it is typed in: an empty field is null, and the server says what is missing.
  *
- * @typedef {{[Name in keyof Messages.SweepCreate]: Messages.SweepCreate[Name]|null}} Draft
+ * @typedef {{[Name in keyof Messages.SweepCreate]: Messages.SweepCreate[Name]|null}} Plan
  */
 
 const sweep = pathOf("sweeps");
@@ -17,9 +17,8 @@ const sweep = pathOf("sweeps");
 /**
  * @typedef {object} Sweeps Every request about sweeps.
  * @property {(experiment: string) => Promise<Messages.SweepCreate>} example
- * @property {(plan: Draft, measure: boolean) => Promise<Messages.EstimatePublic>} estimate
- * @property {(plan: Draft) => Promise<Messages.SweepPublic>} begin
- * @property {(id: string) => Promise<Messages.SweepPublic>} show
+ * @property {(plan: Plan, measure: boolean) => Promise<Messages.EstimatePublic>} estimate
+ * @property {(plan: Plan) => Promise<Messages.SweepPublic>} begin
  * @property {(id: string) => Promise<Messages.SweepPublic>} cancel
  * @property {(id: string) => Promise<Messages.SweepPublic>} resume
  * @property {(id: string) => Promise<null>} remove
@@ -35,7 +34,6 @@ export const sweeps = {
   example: (experiment) => request("GET", `experiments/${encodeURIComponent(experiment)}/sweep`),
   estimate: (body, measure) => request("POST", "sweeps/estimate", { ...body, measure }),
   begin: (body) => request("POST", "sweeps", body),
-  show: (id) => request("GET", sweep(id)),
   cancel: (id) => request("POST", sweep(id, "cancel")),
   resume: (id) => request("POST", sweep(id, "resume")),
   remove: (id) => request("DELETE", sweep(id)),
@@ -50,10 +48,10 @@ export const sweeps = {
  * Where the stream of a sweep is found, over the axes that shall be seen.
  *
  * @param {string} id
- * @param {{x: string, y: string}} axes
+ * @param {{x?: string, y?: string}} axes
  */
-export function sweepStream(id, { x, y }) {
-  return socketAddress(sweep(id, `stream?${query({ x, y })}`));
+export function sweepStream(id, axes) {
+  return socketAddress(sweep(id, `stream?${query(axes)}`));
 }
 
 /**
@@ -65,4 +63,13 @@ export function sweepStream(id, { x, y }) {
  */
 export function runPage(id, run, tracker) {
   return `sweep/${encodeURIComponent(id)}/run/${run}${tracker ? `?${query({ tracker })}` : ""}`;
+}
+
+/**
+ * "h-SPF" of "Hard switching (h-SPF)".
+ *
+ * @param {string} title Of a tracker.
+ */
+export function shortTitle(title) {
+  return /\(([^)]+)\)$/.exec(title)?.[1] ?? title;
 }

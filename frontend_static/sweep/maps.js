@@ -1,142 +1,144 @@
-/** Small multiples: a heat map a method over shared axes and colours; and one method against another. */
+/**
+ * Small multiples: a heat map a tracker over shared axes and colours, one tracker against another, and what the colours mean;
+ * over a single axis of numbers curves as well.
+ */
 
-import { fill, h, setText } from "../shared/dom.js";
+import { css, diverging, gradient, verdict, viridis } from "../shared/colours.js";
+import { elementOf } from "../shared/dom.js";
 import { FigureView } from "../shared/figure/figure.js";
-import { count } from "../shared/format.js";
-import { coalesce } from "../shared/timing.js";
+import { count, measureValue, number, parameterValue } from "../shared/format.js";
+import { onTheme } from "../shared/theme.js";
 import { Tooltip } from "../shared/tooltip.js";
-import { describe } from "./cell_text.js";
-import { comparisonLook, methodLook } from "./cell_style.js";
+import { h, html, signal, useEffect, useLayoutEffect, useRef } from "../vendor/preact.js";
+import { shortTitle } from "./api.js";
+import { comparisonLook, differenceEnd, endOf, methodLook, short } from "./cells.js";
+import { choose, chosen, seen } from "./store.js";
 
-/** @import { Axis, CellLook } from "../shared/figure/traces.js" */
-/** @import { Value } from "../shared/format.js" */
-/** @import { AxisPublic, CellsPublic, MapPublic } from "../shared/messages.js" */
-/** @import { SweepStore } from "./store.js" */
-
-/** @typedef {(title: string, cells: CellsPublic, look: (index: number) => CellLook) => void} Show */
-/** @typedef {{show: Show, heading: HTMLElement, value: HTMLOutputElement, element: HTMLElement}} Figure */
-/** @typedef {{id: string, tracker: string|null}} Wanted A map by its name, and the method that it is of; null for a comparison. */
+/** @import { Listener, Setting } from "../shared/figure/figure.js" */
+/** @import { Axis, Cell, CellLook } from "../shared/figure/traces.js" */
+/** @import { AxisPublic, ComparisonPublic, MapPublic, SweepPublic } from "../shared/messages.js" */
+/** @import { Seen } from "./store.js" */
 
 const KEYS = "Arrow keys move from cell to cell, Enter lists its runs.";
 const PANEL = "map";
-/** The maps last as long as their page. */
-const FOREVER = new AbortController().signal;
+const BETTER = { none: "not significant", untested: "the test is not applicable" };
+/** Colours of trackers in curves, one after the other; more trackers have dashed lines. */
+const INKS = /** @type {const} */ (["estimate", "prediction", "second", "observation", "lost"]);
+const tip = new Tooltip();
+/** Counts the changes of the colours. */
+const themes = signal(0);
 
-export class Maps {
-  #root;
-  #store;
-  /** @type {Map<string, Figure>} */
-  #figures = new Map();
-  #tip = new Tooltip();
-  #shown = "";
+/** @param {{now: Seen}} props */
+export function Maps({ now }) {
+  const { sweep, cells, view, compares, quantity } = now;
+  useEffect(() => {
+    document.body.append(tip.element);
+    addEventListener("scroll", () => tip.hide(), { passive: true });
+    onTheme(() => (themes.value += 1));
+  }, []);
+  const single = cells.maps.filter(({ tracker }) => !compares || tracker === view.first || tracker === view.second);
+  if (compares) single.sort(({ tracker }) => (tracker === view.first ? -1 : 1));
+  const maps = single.map((map) => {
+    const title = longName(sweep, map.tracker);
+    const props = { tracker: map.tracker, title, words: pooled(now, map), shown: quantity.words, look: methodLook(now, map), now };
+    return h(HeatMap, { key: map.tracker, ...props });
+  });
+  const isCurve = cells.y === null && cells.x.values.length > 1 && cells.x.values.every((value) => typeof value === "number");
+  return html`
+    ${isCurve && h(Curves, { now, maps: single })}
+    ${h(Legend, { now })}
+    <div class="maps" data-part="maps" data-count=${maps.length + Number(compares)}>
+      ${maps}
+      ${compares && h(HeatMap, { key: "", tracker: null, title: against(now), words: verdicts(now), shown: view.show, look: comparisonLook(now), now })}
+    </div>
+  `;
+}
 
-  /**
-   * @param {HTMLElement} root
-   * @param {SweepStore} store
-   */
-  constructor(root, store) {
-    this.#root = root;
-    this.#store = store;
-    document.body.append(this.#tip.element);
-    store.on(["sweep", "cells", "view", "comparison", "chosen"], coalesce(() => this.#draw()));
-    addEventListener("scroll", () => this.#tip.hide(), { passive: true });
-  }
+/**
+ * A place for a figure, and the figure once it is there.
+ *
+ * @param {Listener} on
+ * @param {Setting} [setting]
+ */
+function useFigure(on, setting) {
+  const room = useRef(/** @type {HTMLElement|null} */ (null));
+  const figure = useRef(/** @type {FigureView|null} */ (null));
+  useLayoutEffect(() => {
+    const end = new AbortController();
+    figure.current = room.current && new FigureView(room.current, on, end.signal, setting);
+    return () => end.abort();
+  }, []);
+  return { room, figure };
+}
 
-  #draw() {
-    const { cells } = this.#store;
-    if (cells === null) return;
-    const wanted = this.#wanted();
-    const figures = wanted.map(({ id }) => this.#figure(id));
-    const ids = wanted.map(({ id }) => id).join(" ");
-    if (ids !== this.#shown) {
-      this.#shown = ids;
-      fill(this.#root, figures.map(({ element }) => element));
-      this.#root.dataset.count = String(figures.length);
-    }
-    wanted.forEach(({ tracker }, place) => {
-      const map = cells.maps.find((one) => one.tracker === tracker);
-      if (map) this.#drawMethod(figures[place], cells, map);
-      else if (tracker === null) this.#drawComparison(figures[place], cells);
-    });
-  }
+/**
+ * @typedef {object} HeatMapProps
+ * @property {string|null} tracker Null for a comparison.
+ * @property {string} title
+ * @property {string} words What is said of all cells together.
+ * @property {string} shown What is shown, in words.
+ * @property {(index: number) => CellLook} look
+ * @property {Seen} now
+ */
 
-  /**
-   * What is to be drawn: a method each, or two methods and their difference.
-   *
-   * @returns {Wanted[]}
-   */
-  #wanted() {
-    const { view, known, compares } = this.#store;
-    const { first, second, show } = view;
-    if (!compares) return known.trackers.map(({ id }) => ({ id, tracker: id }));
-    return [{ id: first, tracker: first }, { id: second, tracker: second }, { id: `${show} of ${first} and ${second}`, tracker: null }];
-  }
-
-  /**
-   * @param {Figure} figure
-   * @param {CellsPublic} cells
-   * @param {MapPublic} map
-   */
-  #drawMethod(figure, cells, map) {
-    const store = this.#store;
-    const title = named(store, map.tracker);
-    label(figure, title, pooled(store, map));
-    figure.show(`${title}, ${store.measure?.title ?? store.quantity}`, cells, methodLook(store, cells, map));
-  }
-
-  /**
-   * @param {Figure} figure
-   * @param {CellsPublic} cells
-   */
-  #drawComparison(figure, cells) {
-    const store = this.#store;
-    const { first, second, show } = store.view;
-    const title = `${store.shortOf(first)} against ${store.shortOf(second)}`;
-    label(figure, title, verdicts(store));
-    figure.show(`${title}, ${show}`, cells, comparisonLook(store, cells));
-  }
-
-  /** @param {string} id */
-  #figure(id) {
-    const figure = this.#figures.get(id) ?? this.#make(id);
-    this.#figures.set(id, figure);
-    return figure;
-  }
-
-  /**
-   * @param {string} id
-   * @returns {Figure}
-   */
-  #make(id) {
-    const store = this.#store;
-    const heading = h("span", {});
-    const value = h("output", {});
-    const room = h("div", { class: "map-room" });
-    const figure = new FigureView(
-      room,
-      {
-        describe: (_, cell) => store.cells && describe(store, store.cells, cell, id),
-        choose: (_, { i, j }) => store.choose({ i, j, tracker: store.known.trackers.some((tracker) => tracker.id === id) ? id : null }),
-      },
-      FOREVER,
-      { isCompact: true, tip: this.#tip },
-    );
-    const show = (/** @type {string} */ title, /** @type {CellsPublic} */ { x, y }, /** @type {(index: number) => CellLook} */ look) => {
-      const [across, up] = [axisOf(x), axisOf(y)];
-      const cells = { across: across.names.length, up: up.names.length, look, chosen: store.chosen };
-      const trace = { ...cells, kind: /** @type {const} */ ("heat map"), title: /** @type {const} */ (""), ink: "", name: id };
-      const words = `${title}. ${KEYS}`;
-      const panel = { id: PANEL, title: "", x: across, y: up, traces: [trace], handles: [], words, row: 0, share: /** @type {[number, number]} */ ([1, 1]) };
-      setLengths(room, { across: cells.across, up: cells.up });
+/** @param {HeatMapProps} props */
+function HeatMap({ tracker, title, words, shown, look, now: { cells } }) {
+  const { room, figure } = useFigure({
+    describe: (_, at) => seen.value && elementOf(describe(seen.value, at, tracker)),
+    choose: (_, at) => choose(at, tracker),
+  }, { isCompact: true, tip });
+  const cell = chosen.value;
+  const [x, y] = [axisOf(cells.x), axisOf(cells.y)];
+  const [across, up] = [x.names.length, y.names.length];
+  useLayoutEffect(() => {
+    const place = room.current;
+    if (place === null || figure.current === null) return;
+    const trace = { kind: /** @type {const} */ ("heat map"), title: /** @type {const} */ (""), ink: "", name: title, across, up, look, chosen: cell };
+    const name = `${title}, ${shown}. ${KEYS}`;
+    const panel = {
+      id: PANEL, title: "", x, y, traces: [trace], handles: [], words: name, row: 0, share: /** @type {[number, number]} */ ([1, 1]),
       // Read whenever it is drawn: the style sheet decides, which gives the room its height by it.
-      const sized = { ...panel, get unit_px() { return parseFloat(getComputedStyle(room).getPropertyValue("--widest")); } };
-      figure.show({ panels: [sized] }, { locked: true });
-      const around = figure.around(PANEL);
-      if (around !== null) setLengths(room, { beside: `${around.across}px`, under: `${around.up}px` });
+      get unit_px() {
+        return parseFloat(getComputedStyle(place).getPropertyValue("--widest"));
+      },
     };
-    const element = h("figure", { class: "map", data: { map: id } }, h("figcaption", {}, heading, value), h("div", { class: "map-plot" }, room));
-    return { show, heading, value, element };
-  }
+    setLengths(place, { across, up });
+    figure.current.show({ panels: [panel] }, { locked: true });
+    const around = figure.current.around(PANEL);
+    if (around !== null) setLengths(place, { beside: `${around.across}px`, under: `${around.up}px` });
+  });
+  return html`<figure class="map" data-map=${tracker ?? "comparison"}>
+    <figcaption><span title=${title}>${title}</span><output>${words}</output></figcaption>
+    <div class="map-plot"><div class="map-room" ref=${room}></div></div>
+  </figure>`;
+}
+
+/**
+ * What each tracker reaches along the only axis, with the intervals of success rates.
+ *
+ * @param {{now: Seen, maps: readonly MapPublic[]}} props
+ */
+function Curves({ now: { sweep, cells, quantity }, maps }) {
+  const { room, figure } = useFigure({});
+  const { title, unit } = cells.x;
+  const x = cells.x.values.map(Number);
+  const axis = { log: false, names: [], hidden: false };
+  useLayoutEffect(() => {
+    const traces = maps.flatMap((map, place) => {
+      const look = { title: shortOf(sweep, map.tracker), ink: INKS[place % INKS.length], reveals: false };
+      const curve = { ...look, kind: /** @type {const} */ ("curve"), x, y: quantity.values(map), dashed: place >= INKS.length, area: null };
+      const there = x.flatMap((at, index) => (map.low[index] === null ? [] : [{ at, low: map.low[index], high: Number(map.high[index]) }]));
+      const interval = { x: there.map(({ at }) => at), low: there.map(({ low }) => low), high: there.map(({ high }) => high), opacity: 0.15 };
+      const band = { ...interval, kind: /** @type {const} */ ("band"), title: /** @type {const} */ (""), ink: look.ink, name: look.title };
+      return quantity.name === "success" ? [band, curve] : [curve];
+    });
+    const across = { ...axis, title, unit, low: Math.min(...x), high: Math.max(...x) };
+    const up = { ...axis, title: quantity.title, unit: quantity.unit, low: 0, high: endOf(quantity, cells.maps).most };
+    const share = /** @type {[number, number]} */ ([1, 1]);
+    const words = `${quantity.title} over ${title}`;
+    figure.current?.show({ panels: [{ id: "curves", title: "", x: across, y: up, traces, handles: [], words, row: 0, share }] }, { locked: true });
+  });
+  return html`<div class="sweep-curves" ref=${room}></div>`;
 }
 
 /**
@@ -157,63 +159,181 @@ function setLengths(room, lengths) {
  */
 function axisOf(axis) {
   const { title, unit, values } = axis ?? { title: "", unit: "", values: [""] };
-  return { title, unit, names: values.map(short), low: -0.5, high: values.length - 0.5, log: false, hidden: axis === null };
+  const names = values.map((value) => (typeof value === "number" ? String(Number(value.toPrecision(4))) : String(value)));
+  return { title, unit, names, low: -0.5, high: values.length - 0.5, log: false, hidden: axis === null };
 }
 
 /**
- * A value of an axis, short.
- *
- * @param {Value} value
+ * @param {SweepPublic} sweep
+ * @param {string} tracker
  */
-function short(value) {
-  return typeof value === "number" ? String(Number(value.toPrecision(4))) : String(value);
-}
-
-/**
- * @param {Figure} figure
- * @param {string} title
- * @param {string} words
- */
-function label({ heading, value }, title, words) {
-  setText(heading, title);
-  heading.title = title;
-  setText(value, words);
+export function titleOf({ trackers }, tracker) {
+  return trackers.find(({ id }) => id === tracker)?.title ?? tracker;
 }
 
 /**
  * "h-SPF · Hard switching": what is cut off in a narrow place is the less important part.
  *
- * @param {SweepStore} store
+ * @param {SweepPublic} sweep
  * @param {string} tracker
  */
-function named(store, tracker) {
-  const [whole, brief] = [store.titleOf(tracker), store.shortOf(tracker)];
+function longName(sweep, tracker) {
+  const whole = titleOf(sweep, tracker);
+  const brief = shortTitle(whole);
   return whole === brief ? whole : `${brief} · ${whole.replace(` (${brief})`, "")}`;
 }
 
 /**
- * All cells of a method together.
+ * @param {SweepPublic} sweep
+ * @param {string} tracker
+ */
+export function shortOf(sweep, tracker) {
+  return shortTitle(titleOf(sweep, tracker));
+}
+
+/** @param {Seen} seen */
+function against({ sweep, view }) {
+  return `${shortOf(sweep, view.first)} against ${shortOf(sweep, view.second)}`;
+}
+
+/**
+ * All cells of a tracker together.
  *
- * @param {SweepStore} store
+ * @param {Seen} seen
  * @param {MapPublic} map
  */
-function pooled({ known, measure }, map) {
+function pooled({ sweep, quantity: { measure, values } }, map) {
   const sum = (/** @type {(number|null)[]} */ column) => column.reduce((/** @type {number} */ total, value) => total + (value ?? 0), 0);
   const runs = sum(map.runs) - sum(map.problems);
   if (runs === 0) return "";
   // Such as a filter from a file, which says of no loss how probable it is.
-  if (measure && map.measures[measure.name].every((value) => value === null)) return `has no number for “${measure.title}”`;
-  return known.judged ? `${((100 * sum(map.successes)) / runs).toFixed(0)} % of ${count(runs, "run")} succeeded` : count(runs, "run");
+  if (measure && values(map).every((value) => value === null)) return `has no number for “${measure.title}”`;
+  return sweep.judged ? `${((100 * sum(map.successes)) / runs).toFixed(0)} % of ${count(runs, "run")} succeeded` : count(runs, "run");
 }
 
 /**
- * How many cells each of two methods has for itself.
+ * How many cells each of two trackers has for itself.
  *
- * @param {SweepStore} store
+ * @param {Seen} seen
  */
-function verdicts({ view, comparison }) {
-  if (view.show !== "significance" || comparison === null) return "";
+function verdicts({ view, comparison, problem }) {
+  if (view.show !== "significance" || comparison === null) return problem;
   const of = (/** @type {typeof comparison.verdict[number]} */ code) => comparison.verdict.filter((one) => one === code).length;
   const untested = of("untested") > 0 ? `, ${of("untested")} not applicable` : "";
   return `${count(of("first"), "cell")} to ${of("second")}, ${of("none")} not significant${untested}`;
+}
+
+/**
+ * What is said of a cell: where it is, and every tracker in it.
+ *
+ * @param {Seen} now
+ * @param {Cell} cell
+ * @param {string|null} here The tracker that is pointed at.
+ */
+function describe(now, { i, j }, here) {
+  const { sweep, cells: { x, y, maps }, comparison } = now;
+  const index = j * x.values.length + i;
+  const lines = maps.map((map) => {
+    const runs = map.runs[index];
+    return html`<tr class=${map.tracker === here && "here"}>
+      <th>${shortOf(sweep, map.tracker)}</th><td>${outcome(now, map, index)}</td><td>${runs > 0 && count(runs, "run")}</td>
+    </tr>`;
+  });
+  return html`<div>
+    <p>${placeOf(x, i)}${y && [html`<br />`, placeOf(y, j)]}</p>
+    <table>${lines}</table>
+    ${comparison && difference(sweep, comparison, index)}
+  </div>`;
+}
+
+/**
+ * "Occluder width 55 px"
+ *
+ * @param {AxisPublic} axis
+ * @param {number} index
+ */
+export function placeOf(axis, index) {
+  return `${axis.title} ${parameterValue(axis.values[index], axis)}`.trim();
+}
+
+/**
+ * @param {Seen} seen
+ * @param {MapPublic} map
+ * @param {number} index
+ */
+function outcome({ sweep, quantity: { measure, values } }, map, index) {
+  if (map.runs[index] === 0) return sweep.state === "running" ? "to come" : "not tested";
+  if (map.problems[index] === map.runs[index]) return "not possible";
+  if (measure) return html`<strong>${measureValue(values(map)[index] ?? null, measure)}</strong>`;
+  const [rate, error] = [map.rate[index], map.error[index]];
+  return [
+    rate !== null && html`<strong>${number(rate, 2)}</strong> (${number(map.low[index], 2)} – ${number(map.high[index], 2)})`,
+    error !== null && html`<span class="tip-error">error ${short(error)} ${sweep.unit}</span>`,
+  ];
+}
+
+/**
+ * @param {SweepPublic} sweep
+ * @param {ComparisonPublic} comparison
+ * @param {number} index
+ */
+function difference(sweep, comparison, index) {
+  const value = comparison.difference[index];
+  const code = comparison.verdict[index];
+  const p = comparison.p_value[index];
+  const words = code === "first" || code === "second" ? `${shortOf(sweep, comparison[code])} is better` : BETTER[code];
+  const [paired, low, high] = [comparison.paired[index], comparison.paired_low[index], comparison.paired_high[index]];
+  const interval = low === null || high === null ? "" : ` (${short(low)} to ${short(high)})`;
+  return html`<p>
+    ${value !== null && `Difference ${signed(value)}, `}${words}${p !== null && ` (p ${p < 0.0001 ? "< 0.0001" : `= ${p.toFixed(4)}`})`}
+    ${paired !== null && html`<br />On the same scenes ${signed(paired)}${interval}, ${count(comparison.pairs[index], "pair")}`}
+  </p>`;
+}
+
+/** @param {number} value */
+function signed(value) {
+  return `${value > 0 ? "+" : ""}${short(value)}`;
+}
+
+/** @param {{now: Seen}} props */
+function Legend({ now }) {
+  const { sweep, cells, quantity } = now;
+  const unit = quantity.unit && ` ${quantity.unit}`;
+  const { most, words } = endOf(quantity, cells.maps);
+  const [none, all] = [`0${unit}`, quantity.isShare ? "1" : `${short(most)}${unit}${words}`];
+  const [worse, better] = quantity.isBetterHigh ? [none, all] : [all, none];
+  // The colours of differences and verdicts follow the theme.
+  return html`<div class="sweep-legend" data-theme=${themes.value}>
+    ${scale(quantity.title, gradient(viridis), worse, better)}
+    ${now.compares && compared(now, unit)}
+    ${sweep.state === "running" && html`<span class="legend-key"><span class="swatch pending"></span>to come</span>`}
+    <span class="legend-key"><span class="swatch hatched"></span>not tested</span>
+  </div>`;
+}
+
+/**
+ * @param {Seen} seen
+ * @param {string} unit
+ */
+function compared({ sweep, view, quantity, comparison }, unit) {
+  const [first, second] = [shortOf(sweep, view.first), shortOf(sweep, view.second)];
+  if (view.show === "difference") {
+    const { most, words } = differenceEnd(quantity, comparison?.difference ?? []);
+    return scale("Difference", gradient((share) => diverging(-share), -1), `${first} better by ${short(most)}${unit}${words}`, `${second} better`);
+  }
+  const meanings = { first: `${first} better`, second: `${second} better`, none: "not significant", untested: "not applicable" };
+  return /** @type {(keyof typeof meanings)[]} */ (Object.keys(meanings)).map(
+    (code) => html`<span class="legend-key"><span class="swatch" style=${{ background: css(verdict(code)) }}></span>${meanings[code]}</span>`,
+  );
+}
+
+/**
+ * @param {string} name
+ * @param {string} background
+ * @param {string} low
+ * @param {string} high
+ */
+function scale(name, background, low, high) {
+  const bar = html`<span class="legend-bar" role="img" aria-label=${`Colours from ${low} to ${high}`} style=${{ background }}></span>`;
+  return html`<span class="legend-key"><strong>${name}</strong>${low}${bar}${high}</span>`;
 }

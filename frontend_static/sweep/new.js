@@ -1,85 +1,236 @@
-/** The page of a new sweep: a form that is filled in with what the address says, or with the experiment's example. */
+/** The page of a new sweep: what is varied, by whom, how often; with the size and the time before anything starts. */
 
-import { api, messageOf } from "../shared/api.js";
-import { fill, h, part } from "../shared/dom.js";
-import { navigation } from "../shared/navigation.js";
-import { notice } from "../shared/notice.js";
-import { decode } from "../shared/share_link.js";
-import { themeButton } from "../shared/theme.js";
-import { later } from "../shared/timing.js";
-import { sweeps } from "./api.js";
-import { PlanForm } from "./plan_form.js";
+import { api } from "../shared/api.js";
+import { Segments, Select } from "../shared/controls.js";
+import { bytes, count, duration } from "../shared/format.js";
+import { answer, showPage } from "../shared/page.js";
+import { h, html } from "../vendor/preact.js";
+import * as plan from "./plan.js";
+import { change, choicesOf, declared, draft, isNumerical, rowOf, size, subject, wrong } from "./plan.js";
 
-/** @import { ExperimentDetail, ExperimentPublic, SweepCreate, UploadPublic } from "../shared/messages.js" */
+/** @import { Declaration, ExperimentPublic } from "../shared/messages.js" */
+/** @import { RowDraft, Subject } from "./plan.js" */
 
-const SKELETON_AFTER_MS = 200;
-const OTHER_SEEDS = 20;
-const root = part("plan");
+const PREVIEWED = 12;
+const FORMS = [
+  { value: "range", words: "Range" },
+  { value: "list", words: "List" },
+];
 
-navigation(null);
-part("tools").append(themeButton());
-begin();
+/** @param {{experiments: ExperimentPublic[]}} props */
+function Form({ experiments }) {
+  const now = subject.value;
+  const { experiment, upload } = plan.given.value;
+  const { id, clip_title } = experiments.find((each) => each.id === experiment) ?? experiments[0];
+  const all = experiments.map((each) => ({ value: each.id, words: each.title }));
+  const options = upload ? [{ value: id, words: clip_title }] : all;
+  const about = now?.upload ? `All runs are on ${now.upload.name}; without an axis the trials are other seeds.` : "";
+  const submit = (/** @type {Event} */ event) => {
+    event.preventDefault();
+    plan.begin();
+  };
+  return html`
+    <form class="plan-form" novalidate onSubmit=${submit}>
+      <section class="plan-part">
+        <h2>Experiment</h2>
+        ${h(Select, { label: "Experiment", options, value: id, choose: plan.choose, field: "experiment" })}
+        ${now && html`<p class="hint">${about || `${now.experiment.question} ${now.experiment.description}`}</p>`}
+      </section>
+      ${h(Filled, { key: id, id })}
+    </form>
+    ${now && h(Size, {})}
+  `;
+}
 
-async function begin() {
-  const bones = h("div", { class: "plan-part" }, h("div", { class: "bone shimmer" }), h("div", { class: "bone short shimmer" }));
-  const there = later(() => fill(root, bones), SKELETON_AFTER_MS);
-  try {
-    const experiments = await api.experiments();
-    const given = planOfAddress();
-    const chosen = experiments.find(({ id }) => id === given?.experiment) ?? experiments[0];
-    const upload = given?.upload ? await api.upload(given.upload) : null;
-    // On a recording the example's scene does not exist: what is asked first is what other seeds come to.
-    const start = upload ? { trials: OTHER_SEEDS, ...given, axes: given?.axes ?? [] } : given;
-    const plan = start?.axes ? { ...start, experiment: chosen.id, axes: start.axes } : exampleWith(await sweeps.example(chosen.id), start);
-    const experiment = await api.experiment(chosen.id, upload?.kind);
-    there();
-    show(experiments, experiment, plan, upload);
-  } catch (error) {
-    there();
-    fill(root, notice("The form could not be prepared", messageOf(error), { label: "Try again", run: begin }));
-  }
+/** @param {{id: string}} props The rest of the form, once it is known what there is to vary. */
+function Filled({ id }) {
+  return answer(() => plan.fill(id), () => h(Parts, {}), { failed: "The form could not be prepared", bones: BONES });
+}
+
+function Parts() {
+  const now = subject.value;
+  return now && [h(AxesPart, {}), h(TrackersPart, { now }), h(RunsPart, { now }), h(FixedPart, {})];
+}
+
+/** @param {{place: string}} props Where an error is written that is about a field there. */
+function Wrong({ place }) {
+  return wrong.value.place === place && wrong.value.words && html`<p class="wrong" role="alert">${wrong.value.words}</p>`;
 }
 
 /**
- * The form of one experiment; choosing another one brings another form.
+ * What is typed into; the server says what is wrong with it.
  *
- * @param {ExperimentPublic[]} experiments
- * @param {ExperimentDetail} experiment
- * @param {SweepCreate} plan
- * @param {UploadPublic|null} [upload] The recording on which all runs are, if there is one.
+ * @param {{field: string, label: string, value: string, give: (value: string) => void, type?: string, step?: number|null}} props
  */
-function show(experiments, experiment, plan, upload = null) {
-  let wanted = experiment.id;
-  const form = new PlanForm(upload ? [experiment] : experiments, experiment, plan, upload, async (id) => {
-    wanted = id;
-    const [other, example] = await Promise.all([api.experiment(id), sweeps.example(id)]);
-    // Of two that were chosen quickly the answers may come in the other order.
-    if (wanted !== id) return;
-    form.leave();
-    show(experiments, other, example);
-    root.querySelector("select")?.focus();
-  });
-  fill(root, form.elements);
+function Input({ field, label, value, give, type = "number", step }) {
+  const input = (/** @type {{currentTarget: HTMLInputElement}} */ { currentTarget }) => give(currentTarget.value);
+  const isWrong = wrong.value.field === field;
+  return html`<input type=${type} step=${step ?? "any"} aria-label=${label} aria-invalid=${isWrong} data-field=${field} value=${value} onInput=${input} />`;
+}
+
+/** @param {{options: {value: string, words: string, hint?: string}[], chosen: readonly string[], choose: (chosen: string[]) => void}} props */
+function Boxes({ options, chosen, choose }) {
+  const toggle = (/** @type {string} */ one) =>
+    choose(options.map(({ value }) => value).filter((value) => chosen.includes(value) !== (value === one)));
+  return options.map(({ value, words, hint }) =>
+    html`<label title=${hint}><input type="checkbox" value=${value} checked=${chosen.includes(value)} onChange=${() => toggle(value)} />${words}</label>`,
+  );
+}
+
+function AxesPart() {
+  const { axes } = draft.value;
+  return html`<section class="plan-part" data-field="axes">
+    <h2>What is varied</h2>
+    <div class="axes">${axes.map((row, place) => h(Row, { rows: "axes", row, place, field: `axes.${place}` }))}</div>
+    ${h(Wrong, { place: "axes" })}
+    <div><button type="button" data-role="add-axis" onClick=${() => change({ axes: [...axes, rowOf(plan.unused(isNumerical))] })}>Add an axis</button></div>
+    <p class="hint">Axes multiply. A map shows two of them; further ones are pooled, and you can choose which.</p>
+  </section>`;
+}
+
+/** @param {{rows: "axes"|"fixed", row: RowDraft, place: number, field: string}} props A parameter, and what is done with it. */
+function Row({ rows, row, place, field }) {
+  const all = draft.value[rows];
+  const declaration = declared(row.name);
+  const isAxis = rows === "axes";
+  const found = size.value.estimate?.axes[place];
+  const known = isAxis && found?.name === row.name ? found : null;
+  const become = (/** @type {RowDraft} */ other) => change({ [rows]: all.with(place, other) });
+  const options = (subject.value?.declarations ?? []).map(({ name, label, group }) => ({ value: name, words: label, group }));
+  const choose = (/** @type {string} */ name) => become(isAxis ? rowOf(declared(name)) : plan.fixedAt(declared(name)));
+  // Without a recording something has to be varied; on one, other seeds are something to see.
+  const isRemovable = !isAxis || all.length > 1 || subject.value?.upload;
+  return html`<div class="axis" role="group" aria-label=${isAxis ? `Axis ${place + 1}` : declaration.title} data-field=${field}>
+    <div class="axis-head">
+      ${h(Select, { label: isAxis ? "Varied parameter" : "Fixed parameter", options, value: row.name, choose, field: `${field}.name` })}
+      ${isAxis && isNumerical(declaration) && h(Segments, {
+        label: "Form",
+        options: FORMS,
+        value: row.form,
+        choose: (form) => form !== row.form && become(plan.inOtherForm(declaration, row, known)),
+      })}
+      ${isRemovable && html`<button type="button" class="quiet" onClick=${() => change({ [rows]: all.toSpliced(place, 1) })}>Remove</button>`}
+    </div>
+    <div class="axis-values">${h(Values, { declaration, row, field, become })}</div>
+    ${h(Wrong, { place: field })}
+    <p class="hint">${known ? preview(known, declaration) : declaration.description} ${allowed(declaration)}</p>
+  </div>`;
+}
+
+/** @param {{declaration: Declaration, row: RowDraft, field: string, become: (other: RowDraft) => void}} props */
+function Values({ declaration, row, field, become }) {
+  const { title, unit, step } = declaration;
+  const options = choicesOf(declaration).map((value) => ({ value, words: value }));
+  const give = (/** @type {string} */ list) => become({ ...row, list });
+  const number = (/** @type {"start"|"stop"|"step"} */ name, /** @type {string} */ label) =>
+    h(Input, { field: `${field}.${name}`, label, value: row[name], give: (value) => become({ ...row, [name]: value }) });
+  if (row.form === "range") return html`from ${number("start", "From")} to ${number("stop", "To")} in steps of ${number("step", "Step")}${unit}`;
+  if (row.form === "one") {
+    if (options.length > 0) return h(Select, { label: title, options, value: row.list, choose: give });
+    return [h(Input, { field, label: title, type: isNumerical(declaration) ? "number" : "text", step, value: row.list, give }), unit];
+  }
+  if (options.length > 0) return h(Boxes, { options, chosen: row.list.split(", "), choose: (chosen) => give(chosen.join(", ")) });
+  return [h(Input, { field: `${field}.values`, label: "Values, separated by commas", type: "text", value: row.list, give }), unit];
 }
 
 /**
- * The example's axes with the tracker and the values of a run.
- *
- * @param {SweepCreate} example
- * @param {Partial<SweepCreate>|null} given
- * @returns {SweepCreate}
+ * @param {{count: number, first: readonly unknown[]}} known
+ * @param {Declaration} declaration
  */
-function exampleWith(example, given) {
-  const varied = new Set(example.axes.map(({ name }) => name));
-  const kept = Object.entries(given?.parameters ?? {}).filter(([name]) => !varied.has(name));
-  return { ...example, trackers: given?.trackers ?? example.trackers, parameters: { ...example.parameters, ...Object.fromEntries(kept) } };
+function preview({ count: all, first }, { unit }) {
+  return `${count(all, "value")}: ${first.slice(0, PREVIEWED).join(", ")}${all > PREVIEWED ? ", …" : ""}${unit && ` ${unit}`}.`;
 }
 
-/** @returns {Partial<SweepCreate>|null} A link may name the experiment alone. */
-function planOfAddress() {
-  try {
-    return decode(location.hash);
-  } catch {
-    return null;
-  }
+/**
+ * "Allowed 0 to 640 px."
+ *
+ * @param {Declaration} declaration
+ */
+function allowed({ minimum, maximum, unit }) {
+  return minimum === null || maximum === null ? "" : `Allowed ${minimum} to ${maximum.toLocaleString("en-GB")}${unit && ` ${unit}`}.`;
 }
+
+/** @param {{now: Subject}} props */
+function TrackersPart({ now: { experiment } }) {
+  const options = experiment.trackers.map(({ id, title, description }) => ({ value: id, words: title, hint: description }));
+  return html`<section class="plan-part" data-field="trackers">
+    <h2>Trackers</h2>
+    <div class="methods">${h(Boxes, { options, chosen: draft.value.trackers, choose: (trackers) => change({ trackers }) })}</div>
+    ${h(Wrong, { place: "trackers" })}
+    <p class="hint">All trackers meet the same scenes and seeds.</p>
+  </section>`;
+}
+
+/** @param {{now: Subject}} props */
+function RunsPart({ now: { experiment } }) {
+  const { loss_probability } = draft.value;
+  const able = experiment.trackers.filter(({ id }) => experiment.loss_trackers.includes(id));
+  const who = able.length === experiment.trackers.length ? "" : ` Only some trackers can tell: ${able.map(({ title }) => title).join(", ")}.`;
+  const field = (/** @type {"trials"|"frames"|"seed"|"title"} */ name, /** @type {string} */ title, /** @type {string} */ type = "number") =>
+    html`<label class="field" data-field=${name}>
+      <span>${title}</span>
+      ${h(Input, { field: name, label: title, type, value: draft.value[name], give: (value) => change({ [name]: value }) })}
+      ${h(Wrong, { place: name })}
+    </label>`;
+  return html`<section class="plan-part">
+    <h2>Runs</h2>
+    <div class="plan-fields">
+      ${field("trials", "Trials in each cell")} ${field("frames", "Frames of a run")} ${field("seed", "Seed")}
+      <div class="grow">${field("title", "Title (optional)", "text")}</div>
+    </div>
+    ${able.length > 0 && html`<div data-field="loss_probability">
+      <label class="check">
+        <input type="checkbox" checked=${loss_probability} onChange=${() => change({ loss_probability: !loss_probability })} />
+        Measure how probable it is that the target is lost, too
+      </label>
+      ${h(Wrong, { place: "loss_probability" })}
+      <p class="hint">As the trackers say themselves, without a look at the truth.${who} Fast trackers take longer for it, see the estimate.</p>
+    </div>`}
+  </section>`;
+}
+
+function FixedPart() {
+  const { fixed, own } = draft.value;
+  const isKind = (/** @type {Declaration} */ declaration) => isNumerical(declaration) || declaration.kind === "choice";
+  return html`<section class="plan-part" data-field="parameters">
+    <h2>Fixed parameters</h2>
+    <p class="hint">All other parameters keep the experiment's defaults.</p>
+    <div>
+      ${fixed.map((row, place) => h(Row, { rows: "fixed", row, place, field: `parameters.${row.name}` }))}
+      ${own.length > 0 && html`<p class="hint">Parameters of a file keep the file's defaults: ${own.join(", ")}.</p>`}
+    </div>
+    ${h(Wrong, { place: "parameters" })}
+    <div>
+      <button type="button" data-role="add-fixed" onClick=${() => change({ fixed: [...fixed, plan.fixedAt(plan.unused(isKind))] })}>Fix a parameter</button>
+    </div>
+  </section>`;
+}
+
+/** How large the plan is and how long it will take; and the start. */
+function Size() {
+  const { estimate, isStale, isRefused } = size.value;
+  const seconds = estimate?.seconds ?? null;
+  const time = seconds === null ? html`<small>measuring the time</small>` : html`${duration(seconds)} <small>to compute</small>`;
+  const processes = estimate?.jobs === 1 ? "1 process" : `${estimate?.jobs} processes`;
+  return html`<aside class=${isStale ? "plan-size stale" : "plan-size"} aria-label="Size">
+    <div role="status">
+      <p class="figure">${estimate ? html`${estimate.runs.toLocaleString("en-GB")} <small>${estimate.runs === 1 ? "run" : "runs"}</small>` : "–"}</p>
+      <div class="size-words">
+        ${estimate && html`
+          <p>${count(estimate.conditions, "condition")} × ${count(estimate.runs / estimate.conditions, "run")}</p>
+          <p class="hint">${count(estimate.cells, "cell")} a map, at most ${bytes(estimate.bytes)}</p>
+        `}
+      </div>
+    </div>
+    <div>
+      <p class="figure" data-role="time">${isRefused ? "–" : time}</p>
+      <p class="hint">${!isRefused && seconds !== null && `Measured on a few runs, for ${processes}; add some seconds for the start.`}</p>
+    </div>
+    ${wrong.value.place === "" && wrong.value.words && html`<p class="note">${wrong.value.words}</p>`}
+    <button type="button" class="primary" disabled=${plan.isStarting.value || isRefused} onClick=${plan.begin}>Start the sweep</button>
+  </aside>`;
+}
+
+const BONES = html`<div class="plan-part"><div class="bone shimmer"></div><div class="bone short shimmer"></div></div>`;
+const words = { failed: "The form could not be prepared", bones: BONES };
+showPage("plan", null, () => answer(api.experiments, (experiments) => h(Form, { experiments }), words));

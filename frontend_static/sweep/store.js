@@ -1,220 +1,201 @@
 /**
- * What the page knows of its sweep, and what a person has chosen to see of it.
- *
- * The server decides what is so; this is its latest word. Views subscribe to topics: `sweep` (how far it is), `cells`
- * (the maps), `view` (what is shown of them), `comparison`, `chosen` (the cell whose runs are listed), `connection`.
+ * What the page knows of its sweep, and what a person has chosen to see of it; an address names that, so that a link shows
+ * the same. The server decides what is so, and the newest that it said counts.
  */
 
+import { messageOf } from "../shared/api.js";
+import { lastOfAddress } from "../shared/dom.js";
+import { Stream } from "../shared/stream.js";
 import { throttle } from "../shared/timing.js";
-import { Topics } from "../shared/topics.js";
-import { sweeps } from "./api.js";
+import { batch, computed, signal } from "../vendor/preact.js";
+import { sweepStream, sweeps } from "./api.js";
+import { quantitiesOf } from "./cells.js";
+
+/** @import { Cells, CellsPublic, ComparisonPublic, SweepMessage, SweepPublic } from "../shared/messages.js" */
+/** @import { Quantity } from "./cells.js" */
+
+/**
+ * What is shown, as words of an address.
+ *
+ * @typedef {object} View
+ * @property {string} show "values" of single trackers, or the "difference" or "significance" of two.
+ * @property {string} of Name of the quantity that is shown, or that two trackers are compared by.
+ * @property {string} x Name of the axis across.
+ * @property {string} y Name of the axis up.
+ * @property {string} first
+ * @property {string} second
+ * @property {string} level
+ * @property {string} correction "none" or "holm"
+ * @property {string} test "chi-square" or "fisher"
+ */
+
+/** @typedef {{i: number, j: number, tracker: string|null, nth: number}} Chosen A cell, the tracker of its map, and how many were chosen with it. */
+
+/**
+ * The sweep as it is shown.
+ *
+ * @typedef {object} Seen
+ * @property {SweepPublic} sweep
+ * @property {CellsPublic} cells
+ * @property {View} view
+ * @property {Quantity} quantity
+ * @property {boolean} compares Whether the maps show one tracker against another.
+ * @property {ComparisonPublic|null} comparison
+ * @property {string} problem Why there is no comparison.
+ */
 
 const COMPARE_EVERY_MS = 1000;
-/** @type {Exclude<keyof MapPublic, "tracker"|"measures">[]} */
-const COLUMNS = ["runs", "problems", "successes", "rate", "low", "high", "error", "lost_frames"];
+/** The server closes the stream so where the sweep has no such axes. */
+const REFUSED = 4422;
 export const NO_AXIS = "none";
+/** Where an address does not say otherwise; what is empty is the first that the sweep has. */
+const USUAL = { show: "values", of: "", x: "", y: "", first: "", second: "", level: "0.01", correction: "none", test: "chi-square" };
 
-/** @import { Cells, CellsPublic, ComparisonPublic, MapPublic, SweepMessage, SweepPublic } from "../shared/messages.js" */
-/** @import { View } from "./view.js" */
+/** The sweep as it is now. */
+export const newest = signal(/** @type {SweepPublic|null} */ (null));
+const cells = signal(/** @type {CellsPublic|null} */ (null));
+const wish = signal(/** @type {View} */ (USUAL));
+/** Or why there is none. */
+const comparison = signal(/** @type {ComparisonPublic|string|null} */ (null));
+/** The cell whose runs are listed. */
+export const chosen = signal(/** @type {Chosen|null} */ (null));
+export const isLost = signal(false);
+/** Why the sweep cannot be shown. */
+export const gone = signal(/** @type {string|null} */ (null));
 
-/** @typedef {"sweep"|"cells"|"view"|"comparison"|"chosen"|"connection"} Topic */
+export const seen = computed(() => {
+  if (newest.value === null || cells.value === null) return null;
+  const found = comparison.value;
+  const isFound = typeof found === "object";
+  return { ...viewOf(wish.value, newest.value, cells.value), comparison: isFound ? found : null, problem: isFound ? "" : found };
+});
 
-/** @typedef {{i: number, j: number, tracker: string|null}} Chosen A cell by its places on the axes, and the method of its map. */
-
-/** @extends {Topics<Topic>} */
-export class SweepStore extends Topics {
-  /** @type {SweepPublic|null} */
-  sweep = null;
-  /** @type {CellsPublic|null} */
-  cells = null;
-  /** @type {ComparisonPublic|null} */
-  comparison = null;
-  /** @type {Chosen|null} */
-  chosen = null;
-  /** @type {"connecting"|"open"|"lost"|"gone"} */
-  connection = "connecting";
-  view;
-
-  /** @param {View} view */
-  constructor(view) {
-    super();
-    this.view = view;
-  }
-
-  /** The sweep, where there must be one: who listens to what changes in it is only called then. */
-  get known() {
-    if (this.sweep === null) throw new Error("The sweep has not been loaded yet");
-    return this.sweep;
-  }
-
-  /**
-   * Take over the sweep as the server describes it, before the stream brings more.
-   *
-   * @param {SweepPublic} sweep
-   */
-  begin(sweep) {
-    this.sweep = sweep;
-    this.#complete();
-    this.tell("sweep", "view");
-  }
-
-  /**
-   * Take over how far it is.
-   *
-   * @param {SweepPublic} sweep
-   */
-  take(sweep) {
-    this.sweep = sweep;
-    this.tell("sweep", "cells");
-  }
-
-  /**
-   * Take over a message of the stream.
-   *
-   * @param {SweepMessage} message
-   */
-  receive(message) {
-    if (message.type === "hello") {
-      this.connection = "open";
-      this.sweep = message.sweep;
-      this.cells = message.cells;
-      this.tell("connection", "sweep", "cells");
-      this.compare();
-    } else if (message.type === "progress") {
-      this.take(message.sweep);
-    } else if (message.type === "cells" && this.cells !== null) {
-      this.#merge(message);
-      this.tell("cells");
-      this.compare();
-    }
-  }
-
-  /**
-   * Change what is shown.
-   *
-   * @param {Partial<View>} changes
-   */
-  show(changes) {
-    Object.assign(this.view, changes);
-    if (this.view.first === this.view.second) {
-      const other = this.known.trackers.find(({ id }) => id !== this.view.first);
-      if ("first" in changes) this.view.second = other?.id ?? this.view.second;
-      else this.view.first = other?.id ?? this.view.first;
-    }
-    this.comparison = null;
-    this.tell("view");
-    this.compare();
-  }
-
-  /**
-   * List the runs of a cell.
-   *
-   * @param {Chosen} cell
-   */
-  choose(cell) {
-    this.chosen = cell;
-    this.tell("chosen");
-  }
-
-  /** @param {SweepStore["connection"]} connection */
-  setConnection(connection) {
-    this.connection = connection;
-    this.tell("connection");
-  }
-
-  /** What is shown of single methods, or what two are compared by. */
-  get quantity() {
-    if (this.measure !== undefined) return "measure";
-    return this.view.show === "error" || (this.compares && this.view.measure === "error") ? "error" : "success";
-  }
-
-  /** The measure that is shown, or by which two methods are compared, if one is. */
-  get measure() {
-    const { show, of, measure } = this.view;
-    const shown = show === "measure" ? of : this.compares && measure;
-    return this.known.measures.find(({ name }) => name === shown);
-  }
-
-  /** Whether the maps show one method against another. */
-  get compares() {
-    return ["difference", "significance"].includes(this.view.show) && this.sweep !== null && this.sweep.trackers.length > 1;
-  }
-
-  compare = throttle(() => this.#compare(), COMPARE_EVERY_MS);
-
-  /**
-   * "h-SPF" of "Hard switching (h-SPF)".
-   *
-   * @param {string} tracker
-   */
-  shortOf(tracker) {
-    const title = this.titleOf(tracker);
-    return /\(([^)]+)\)$/.exec(title)?.[1] ?? title;
-  }
-
-  /** @param {string} tracker */
-  titleOf(tracker) {
-    return this.known.trackers.find(({ id }) => id === tracker)?.title ?? tracker;
-  }
-
-  async #compare() {
-    if (!this.compares) return;
-    const { x, y, first, second, measure, level, correction, test } = this.view;
-    const asked = JSON.stringify([x, y, first, second, measure, level, correction, test]);
-    try {
-      const { comparison } = await sweeps.cells(this.known.id, { x, y, first, second, measure, level, correction, test });
-      const now = this.view;
-      if (asked !== JSON.stringify([now.x, now.y, now.first, now.second, now.measure, now.level, now.correction, now.test])) return;
-      this.comparison = comparison;
-      this.tell("comparison");
-    } catch {
-      // The next change of the cells asks again.
-    }
-  }
-
-  /** Fill in what the address left open. */
-  #complete() {
-    const { axes, trackers } = this.known;
-    const view = this.view;
-    const known = (/** @type {string} */ name) => axes.some((axis) => axis.name === name);
-    if (!known(view.x)) view.x = axes[0]?.name ?? NO_AXIS;
-    if (!known(view.y) || view.y === view.x) view.y = axes.find(({ name }) => name !== view.x)?.name ?? NO_AXIS;
-    const ids = trackers.map(({ id }) => id);
-    if (!ids.includes(view.first)) view.first = ids[0];
-    if (!ids.includes(view.second) || view.second === view.first) view.second = ids.find((id) => id !== view.first) ?? ids[0];
-    this.#completeMeasure();
-    this.#completeShow();
-  }
-
-  /** Show nothing that there is not: without truth there are neither success nor error. */
-  #completeShow() {
-    const { view, known } = this;
-    /** @type {import("./view.js").View["show"][]} */
-    const open = [];
-    if (known.judged) open.push("success");
-    if (known.has_truth) open.push("error");
-    if (known.measures.length > 0) open.push("measure");
-    if (known.trackers.length > 1) open.push("difference", "significance");
-    if (!open.includes(view.show)) view.show = open[0];
-  }
-
-  #completeMeasure() {
-    const { view, known } = this;
-    if (!known.measures.some(({ name }) => name === view.of)) view.of = known.measures[0]?.name ?? "";
-    const names = [...(known.judged ? ["success"] : []), ...(known.has_truth ? ["error"] : []), ...known.measures.map(({ name }) => name)];
-    if (!names.includes(view.measure)) view.measure = names[0];
-  }
-
-  /** @param {Cells} message */
-  #merge({ at, maps, done }) {
-    const { cells } = this;
-    if (cells === null) return;
-    cells.done = done;
-    for (const changed of maps) {
-      const map = cells.maps.find(({ tracker }) => tracker === changed.tracker);
-      if (!map) continue;
-      for (const name of COLUMNS) at.forEach((index, place) => (map[name][index] = changed[name][place]));
-      for (const [name, column] of Object.entries(changed.measures)) at.forEach((index, place) => (map.measures[name][index] = column[place]));
-    }
-  }
+/**
+ * What a wish comes to: what the sweep does not have is replaced by what it has.
+ *
+ * @param {View} wanted
+ * @param {SweepPublic} known
+ * @param {CellsPublic} map
+ * @returns {Omit<Seen, "comparison"|"problem">}
+ */
+export function viewOf(wanted, known, map) {
+  const ids = known.trackers.map(({ id }) => id);
+  const first = ids.find((id) => id === wanted.first) ?? ids.find((id) => id !== wanted.second) ?? ids[0];
+  const second = ids.find((id) => id === wanted.second && id !== first) ?? ids.find((id) => id !== first) ?? first;
+  const quantities = quantitiesOf(known);
+  const quantity = quantities.find(({ name }) => name === wanted.of) ?? quantities[0];
+  const compares = ids.length > 1 && ["difference", "significance"].includes(wanted.show);
+  const show = compares ? wanted.show : USUAL.show;
+  const view = { ...wanted, show, of: quantity.name, first, second, x: map.x.name, y: map.y?.name ?? NO_AXIS };
+  return { sweep: known, cells: map, view, quantity, compares };
 }
+
+/**
+ * @param {URLSearchParams} query
+ * @returns {View}
+ */
+export function wishOf(query) {
+  return { ...USUAL, ...Object.fromEntries(query) };
+}
+
+/** @param {View} view */
+export function queryOf(view) {
+  const usual = new Map(Object.entries(USUAL));
+  return new URLSearchParams(Object.entries(view).filter(([name, value]) => value !== usual.get(name)));
+}
+
+/** Show what the address says, and follow the sweep from now on. */
+export function begin() {
+  const id = lastOfAddress();
+  wish.value = wishOf(new URLSearchParams(location.search));
+  stream = new Stream(
+    {
+      message: receive,
+      lost: () => (isLost.value = true),
+      closed: ({ code }) => code === REFUSED && look({ x: USUAL.x, y: USUAL.y }),
+      gone: ({ message }) => (gone.value = message),
+    },
+    { address: () => sweepStream(id, axes()), look: () => sweeps.cells(id, axes()) },
+  );
+}
+
+/** @type {Stream<SweepMessage>|null} */
+let stream = null;
+
+/** The axes of the maps; the server chooses where none are named. */
+function axes() {
+  const { x, y } = wish.value;
+  return { ...(x && { x }), ...(y && { y }) };
+}
+
+/** @param {SweepMessage} message */
+function receive(message) {
+  batch(() => {
+    isLost.value = false;
+    if (message.type === "cells") cells.value = cells.value && merged(cells.value, message);
+    else newest.value = message.sweep;
+    if (message.type === "hello") cells.value = message.cells;
+  });
+  if (message.type !== "progress") compare();
+}
+
+/**
+ * The cells with those that have changed. Columns are long and few of their cells change, so they are not copied.
+ *
+ * @param {CellsPublic} before
+ * @param {Cells} message
+ */
+function merged(before, { at, maps, done }) {
+  const put = (/** @type {Record<string, unknown>} */ columns, /** @type {Record<string, unknown>} */ changed) => {
+    for (const [name, column] of Object.entries(columns)) {
+      const some = changed[name];
+      if (Array.isArray(column) && Array.isArray(some)) at.forEach((index, place) => (column[index] = some[place]));
+    }
+  };
+  maps.forEach((changed, place) => {
+    put({ ...before.maps[place] }, { ...changed });
+    put(before.maps[place].measures, changed.measures);
+  });
+  return { ...before, done };
+}
+
+/**
+ * Change what is shown.
+ *
+ * @param {Partial<View>} changes
+ */
+export function look(changes) {
+  const isOtherMap = "x" in changes || "y" in changes;
+  batch(() => {
+    wish.value = { ...wish.value, ...changes };
+    comparison.value = null;
+    if (isOtherMap) chosen.value = null;
+  });
+  const query = queryOf(wish.value);
+  history.replaceState(null, "", query.size > 0 ? `${location.pathname}?${query}` : location.pathname);
+  if (isOtherMap) stream?.again();
+  compare();
+}
+
+/**
+ * List the runs of a cell.
+ *
+ * @param {{i: number, j: number}} cell
+ * @param {string|null} tracker Of which alone.
+ */
+export function choose({ i, j }, tracker) {
+  chosen.value = { i, j, tracker, nth: (chosen.value?.nth ?? 0) + 1 };
+}
+
+const compare = throttle(async () => {
+  const now = seen.value;
+  if (!now?.compares) return;
+  const { show: _, of: measure, ...asked } = now.view;
+  const isNewest = () => JSON.stringify(seen.value?.view) === JSON.stringify(now.view);
+  try {
+    const { comparison: found } = await sweeps.cells(now.sweep.id, { ...asked, measure });
+    if (isNewest()) comparison.value = found;
+  } catch (error) {
+    if (isNewest()) comparison.value = messageOf(error);
+  }
+}, COMPARE_EVERY_MS);

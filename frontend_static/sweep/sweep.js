@@ -1,113 +1,336 @@
-/** The page of a sweep: finds it, follows its stream, and puts the parts together. */
+/** The page of a sweep: how far it is, what its maps show, and the runs of the chosen cell, failures first. */
 
 import { START } from "../shared/address.js";
-import { messageOf, statusOf } from "../shared/api.js";
-import { fill, h, lastOfAddress, part, setText } from "../shared/dom.js";
-import { parameterValue } from "../shared/format.js";
-import { navigation } from "../shared/navigation.js";
-import { notice } from "../shared/notice.js";
+import { linkToReferences } from "../shared/comparison_link.js";
+import { Segments, Select } from "../shared/controls.js";
+import { confirmLoss } from "../shared/dialog.js";
+import { h as element, lastOfAddress, part, setText } from "../shared/dom.js";
+import { count, duration, parameterValue } from "../shared/format.js";
+import { IconButton, icon } from "../shared/icons.js";
+import { Notice } from "../shared/notice.js";
+import { Made, answer, showPage } from "../shared/page.js";
 import { presentationButton } from "../shared/presentation.js";
-import { Stream } from "../shared/stream.js";
+import { newSweep } from "../shared/share_link.js";
 import { sourceCodeButton } from "../shared/source_code.js";
 import { explain } from "../shared/terms.js";
-import { themeButton } from "../shared/theme.js";
-import { sweepStream, sweeps } from "./api.js";
-import { bar } from "./bar.js";
-import { choices } from "./choices.js";
-import { legend } from "./legend.js";
-import { Maps } from "./maps.js";
-import { RunList } from "./runs.js";
-import { SweepStore } from "./store.js";
-import { queryOf, viewOf } from "./view.js";
+import { later } from "../shared/timing.js";
+import { attempt } from "../shared/toast.js";
+import { popover } from "../session/popover.js";
+import { effect, h, html, useEffect, useSignal } from "../vendor/preact.js";
+import { runPage, sweeps } from "./api.js";
+import { quantitiesOf, short } from "./cells.js";
+import { Maps, placeOf, shortOf, titleOf } from "./maps.js";
+import { NO_AXIS, begin, chosen, gone, isLost, look, newest, seen } from "./store.js";
 
-/** @import { SweepMessage } from "../shared/messages.js" */
+/** @import { RowPublic, RowsPublic, SweepPublic } from "../shared/messages.js" */
+/** @import { Chosen, Seen, View } from "./store.js" */
+
+/** @typedef {(offset: number) => Promise<RowsPublic>} Ask */
 
 const SKELETON_AFTER_MS = 200;
-const id = lastOfAddress();
-const store = new SweepStore(viewOf(new URLSearchParams(location.search)));
-/** @type {Stream<SweepMessage>|null} */
-let stream = null;
+const ROWS = 50;
+const MOST_BESIDE = 3;
+const ALL = "";
+const INVITATION = "Choose a cell of a map, and its runs are listed here, failures first. A run opens in a new tab, shortly before it lost the target.";
+const FORMATS = [
+  ["parquet", "All runs, Parquet"],
+  ["csv", "All runs, CSV"],
+  ["html", "Report, one HTML page"],
+  ["png", "Maps, PNG in an archive"],
+  ["svg", "Maps, SVG in an archive"],
+];
+const SINGLE = [
+  { value: "success", words: "Success", hint: "Share of the runs that succeeded" },
+  { value: "error", words: "Error", hint: "Mean error of the successful runs" },
+  { value: "measure", words: "Measure", hint: "Mean over all runs of a measure as benchmarks define it" },
+];
+const COMPARED = [
+  { value: "difference", words: "Difference", hint: "One tracker's rate, error or measure minus another's" },
+  { value: "significance", words: "Significance", hint: "Where a test tells two trackers apart" },
+];
+const TESTS = [
+  { value: "chi-square", words: "chi-square" },
+  { value: "fisher", words: "Fisher exact" },
+];
+const LEVELS = [
+  { value: "0.05", words: "5 %" },
+  { value: "0.01", words: "1 %" },
+  { value: "0.001", words: "0.1 %" },
+];
 
-navigation(null);
-part("tools").append(sourceCodeButton(() => sweeps.sourceCode(id)), themeButton(), presentationButton());
-bar(part("bar"), store);
-choices(part("choices"), store);
-legend(part("legend"), store);
-new Maps(part("maps"), store);
-new RunList(part("runs"), store);
-store.on(["sweep"], () => {
-  setText(part("title"), store.known.title);
-  const percent = store.known.state === "running" ? `${Math.floor((100 * store.known.done) / store.known.runs)} % · ` : "";
-  document.title = `${percent}${store.known.title} · pftrack`;
-});
-store.on(["view"], () => {
-  history.replaceState(null, "", addressOfView());
-  facts();
-});
-store.on(["connection"], () => {
-  part("disconnected").hidden = store.connection !== "lost";
-});
-begin();
-
-async function begin() {
-  const slow = setTimeout(() => fill(part("maps"), ...[0, 1, 2].map(() => h("div", { class: "map-bone shimmer" }))), SKELETON_AFTER_MS);
-  try {
-    store.begin(await sweeps.show(id));
-  } catch (error) {
-    clearTimeout(slow);
-    if (statusOf(error) === 404) fail("There is no such sweep", "It may have been deleted.");
-    else fail("This sweep cannot be shown", messageOf(error));
-    return;
+/** All of the page. */
+function Page() {
+  const isSlow = useSignal(false);
+  useEffect(() => later(() => (isSlow.value = true), SKELETON_AFTER_MS), []);
+  const now = seen.value;
+  if (gone.value !== null) {
+    const action = { label: "Back to the experiments", href: START };
+    return html`<div class="sweep-wait">${h(Notice, { title: "This sweep cannot be shown", message: gone.value, action, inline: false })}</div>`;
   }
-  listen();
-  clearTimeout(slow);
-  let axes = `${store.view.x} ${store.view.y}`;
-  store.on(["view"], () => {
-    if (axes === `${store.view.x} ${store.view.y}`) return;
-    axes = `${store.view.x} ${store.view.y}`;
-    stream?.stop();
-    listen();
-  });
-}
-
-function listen() {
-  stream = new Stream(
-    {
-      message: (message) => store.receive(message),
-      lost: () => store.setConnection("lost"),
-      gone: (error) => {
-        store.setConnection("gone");
-        if (error.status === 404) fail("This sweep has been deleted", "Only what you downloaded remains.");
-        else fail("This sweep cannot be shown", error.message);
-      },
-    },
-    { address: () => sweepStream(id, store.view), look: () => sweeps.cells(id, { x: store.view.x, y: store.view.y }) },
-  );
+  return html`
+    <div class="bar-lost" role="status" hidden=${!isLost.value}>Reconnecting</div>
+    <section class="sweep-main">
+      <div class="sweep-bar" role="group" aria-label="Progress">${now && h(Bar, { sweep: now.sweep })}</div>
+      <div class="sweep-choices" role="group" aria-label="What the maps show">${now && h(Choices, { now })}</div>
+      ${now ? h(Maps, { now }) : html`<div class="maps">${isSlow.value && [0, 1, 2].map(() => html`<div class="map-bone shimmer"></div>`)}</div>`}
+      ${now && h(Facts, { now })}
+    </section>
+    <aside class="sweep-side" data-part="runs" aria-label="Runs of the chosen cell">${now && h(Runs, { now })}</aside>
+  `;
 }
 
 /**
- * @param {string} title
- * @param {string} message
+ * How far the sweep is, and what can be done with it.
+ *
+ * @param {{sweep: SweepPublic}} props
  */
-function fail(title, message) {
-  const words = notice(title, message, { label: "Back to the experiments", href: START });
-  document.querySelector("main")?.replaceWith(h("main", { class: "sweep-wait", id: "content", tabindex: -1 }, words));
+function Bar({ sweep }) {
+  const { id, done, runs, state, message, experiment, trials, frames, seed, parameters, loss_probability } = sweep;
+  const act = (/** @type {(id: string) => Promise<SweepPublic>} */ work) => async () => (newest.value = (await attempt(() => work(id))) ?? newest.value);
+  const axes = sweep.axes.map(({ name, values }) => ({ name, values }));
+  const again = { experiment, axes, trackers: sweep.trackers.map((tracker) => tracker.id), trials, frames, seed, parameters, loss_probability };
+  return html`
+    <div class="bar-line">
+      <div class="bar-grow">
+        <progress max="1" value=${done / runs} aria-label="Runs done" hidden=${state === "done"}></progress>
+        <p class="bar-words" role="status">${progress(sweep)}</p>
+      </div>
+      <div class="row-actions">
+        ${state === "running" && html`<button type="button" data-role="cancel" onClick=${act(sweeps.cancel)}>Cancel</button>`}
+        ${state === "stopped" && html`<button type="button" class="primary" data-role="resume" onClick=${act(sweeps.resume)}>Resume</button>`}
+        ${done > 0 && h(Made, { make: () => downloads(id) })}
+        ${!sweep.recording && html`<a class="button" href=${newSweep(again)} title="Fill the form with this plan">Change and repeat</a>`}
+        ${h(IconButton, { name: "trash", title: "Delete this sweep", run: () => remove(sweep) })}
+      </div>
+    </div>
+    ${state === "stopped" && message && html`<p class="note">${message}</p>`}
+  `;
 }
 
-/** What holds for all runs. */
-function facts() {
-  const { known: sweep } = store;
+/** @param {SweepPublic} sweep */
+function progress({ state, runs, done, rate, seconds, seconds_left }) {
+  const all = count(runs, "run");
+  if (state === "done") return html`<strong>Complete</strong>, ${all} in ${duration(seconds)}`;
+  const some = `${done.toLocaleString("en-GB")} of ${all}`;
+  if (state === "stopped") return html`<strong>Stopped</strong>, ${some} are there`;
+  if (rate === null) return html`<strong>${done === 0 ? "Starting" : "Running"}</strong>, ${some}`;
+  const speed = rate >= 10 ? Math.round(rate).toLocaleString("en-GB") : rate.toFixed(1);
+  return html`<strong>${some}</strong>, ${speed} runs/s, about ${duration(seconds_left)} left`;
+}
+
+/** @param {string} id */
+function downloads(id) {
+  const button = element("button", { type: "button", data: { role: "download" } }, icon("save"), "Download");
+  const links = FORMATS.map(([format, words]) => element("a", { class: "button quiet grow", href: sweeps.downloadAddress(id, format), download: "" }, words));
+  return popover(button, element("ul", { class: "menu-list" }, links.map((link) => element("li", {}, link))));
+}
+
+/** @param {SweepPublic} sweep */
+async function remove({ id, title, done }) {
+  const text = `${title} and its ${count(done, "run")} are lost for good, unless you downloaded them.`;
+  if (!(await confirmLoss({ title: "Delete this sweep?", text, action: "Delete it" }))) return;
+  if ((await attempt(() => sweeps.remove(id).then(() => true))) === true) location.assign(START);
+}
+
+/**
+ * The quantity, the axes, and the two trackers that are compared.
+ *
+ * @param {{now: Seen}} props
+ */
+function Choices({ now }) {
+  const { sweep, view, quantity, compares } = now;
+  const quantities = quantitiesOf(sweep);
+  const measures = sweep.measures.map(({ name, title }) => ({ value: name, words: title }));
+  const single = SINGLE.filter(({ value }) => (value === "measure" ? measures.length > 0 : quantities.some(({ name }) => name === value)));
+  const shows = [...single, ...(sweep.trackers.length > 1 ? COMPARED : [])];
+  const shown = quantity.measure ? "measure" : quantity.name;
+  const choose = (/** @type {string} */ show) => {
+    if (COMPARED.some(({ value }) => value === show)) look({ show });
+    else look({ show: "values", of: show === "measure" ? (quantity.measure?.name ?? measures[0].value) : show });
+  };
+  const of = (/** @type {string} */ name) => look({ of: name });
+  return html`
+    ${h(Segments, { label: "Quantity", options: shows, value: compares ? view.show : shown, choose })}
+    ${!compares && quantity.measure && html`<span class="choice" title=${quantity.measure.description}>
+      ${h(Select, { label: "Which measure", options: measures, value: view.of, choose: of })}
+    </span>`}
+    ${sweep.axes.length > 1 && h(Axes, { now })}
+    ${compares && html`<span class="choice versus">
+      ${h(Pair, { now })}
+      ${quantities.length > 1 && html`<span title=${quantity.measure?.description}>
+        ${" by "}${h(Select, { label: "Compared by", options: quantities.map(({ name, words }) => ({ value: name, words })), value: view.of, choose: of })}
+      </span>`}
+      ${view.show === "significance" && h(Significance, { view })}
+    </span>`}
+  `;
+}
+
+/** @param {{now: Seen}} props */
+function Axes({ now: { sweep, view } }) {
+  const across = sweep.axes.map(({ name, title }) => ({ value: name, words: title }));
+  const up = [...across, { value: NO_AXIS, words: "none" }];
+  return html`<span class="choice end">
+    <span class="pair">across${h(Select, { label: "Axis across", options: across, value: view.x, choose: eitherOf(view, "x", "y") })}</span>
+    <span class="pair">up${h(Select, { label: "Axis up", options: up, value: view.y, choose: eitherOf(view, "y", "x") })}</span>
+  </span>`;
+}
+
+/** @param {{now: Seen}} props */
+function Pair({ now: { sweep, view } }) {
+  const trackers = sweep.trackers.map(({ id }) => ({ value: id, words: shortOf(sweep, id) }));
+  return html`
+    ${h(Select, { label: "First tracker", options: trackers, value: view.first, choose: eitherOf(view, "first", "second") })}
+    ${" against "}
+    ${h(Select, { label: "Second tracker", options: trackers, value: view.second, choose: eitherOf(view, "second", "first") })}
+  `;
+}
+
+/**
+ * Choosing the value of the other one swaps the two.
+ *
+ * @param {View} view
+ * @param {keyof View} one
+ * @param {keyof View} other
+ */
+function eitherOf(view, one, other) {
+  return (/** @type {string} */ value) => look({ [one]: value, [other]: value === view[other] ? view[one] : view[other] });
+}
+
+/** @param {{view: View}} props */
+function Significance({ view }) {
+  const isHolm = view.correction === "holm";
+  return html`
+    ${view.of === "success" && h(Select, { label: "Test", options: TESTS, value: view.test, choose: (test) => look({ test }) })}
+    ${h(Select, { label: "Level", options: LEVELS, value: view.level, choose: (level) => look({ level }) })}
+    <label class="check" title="Holm's correction: the level holds for the whole map, not for each single cell">
+      <input type="checkbox" checked=${isHolm} onChange=${() => look({ correction: isHolm ? "none" : "holm" })} />Holm
+    </label>
+  `;
+}
+
+/** @param {{now: Seen}} props What holds for all runs. */
+function Facts({ now: { sweep, view } }) {
+  const { trials, frames, seed, experiment } = sweep;
   const fixed = sweep.fixed.map(({ title, values: [value], ...declaration }) => `${title.toLowerCase()} ${parameterValue(value, declaration)}`);
-  const unseen = sweep.axes.filter(({ name }) => name !== store.view.x && name !== store.view.y);
+  const unseen = sweep.axes.filter(({ name }) => name !== view.x && name !== view.y);
   const pooled = unseen.map(({ title, values }) => `${values.length} values of ${title.toLowerCase()}`);
-  const words = [`${sweep.trials} ${sweep.trials === 1 ? "trial" : "trials"} of ${sweep.frames} frames`, `seed ${sweep.seed}`, ...fixed];
-  if (pooled.length > 0) words.push(`pooled over ${pooled.join(" and ")}`);
-  setText(part("facts"), `${words.join(", ")}. All trackers meet the same seeds. Intervals are Wilson's, 95\u00a0%.`);
-  explain(part("facts"), { experiment: sweep.experiment });
+  const parts = [`${count(trials, "trial")} of ${frames} frames`, `seed ${seed}`, ...fixed];
+  if (pooled.length > 0) parts.push(`pooled over ${pooled.join(" and ")}`);
+  const words = `${parts.join(", ")}. All trackers meet the same seeds. Intervals are Wilson's, 95\u00a0%.`;
+  const make = () => {
+    const line = element("p", { class: "hint sweep-facts" }, words);
+    explain(line, { experiment });
+    return line;
+  };
+  return h(Made, { key: words, make });
 }
 
-/** The address names what is shown, so that a link shows the same. */
-function addressOfView() {
-  const query = queryOf(store.view);
-  return query.size > 0 ? `${location.pathname}?${query}` : location.pathname;
+/** @param {{now: Seen}} props */
+function Runs({ now }) {
+  const cell = chosen.value;
+  return cell === null ? html`<h2>Runs</h2><p class="hint">${INVITATION}</p>` : h(RunsOfCell, { key: cell.nth, now, cell });
 }
+
+/** @param {{now: Seen, cell: Chosen}} props */
+function RunsOfCell({ now, cell: { i, j, tracker: first } }) {
+  const { sweep, cells: { x, y }, view } = now;
+  const tracker = useSignal(first ?? ALL);
+  const trackers = [{ value: ALL, words: "All trackers" }, ...sweep.trackers.map(({ id, title }) => ({ value: id, words: title }))];
+  const ask = (/** @type {number} */ offset) =>
+    sweeps.rows(sweep.id, { x: view.x, y: view.y, i, j, offset, limit: ROWS, ...(tracker.value !== ALL && { tracker: tracker.value }) });
+  return html`
+    <header class="runs-head">
+      <h2>${placeOf(x, i)}${y && [html`<br />`, placeOf(y, j)]}</h2>
+      ${trackers.length > 2 && h(Select, { label: "Tracker", options: trackers, value: tracker.value, choose: (id) => (tracker.value = id) })}
+    </header>
+    ${h(Asked, { key: tracker.value, now, ask })}
+  `;
+}
+
+/** @param {{now: Seen, ask: Ask}} props */
+function Asked({ now, ask }) {
+  const bones = [html`<div class="bone shimmer"></div>`, html`<div class="bone short shimmer"></div>`];
+  return answer(() => ask(0), (found) => h(List, { now, found, ask }), { failed: "These runs cannot be listed", bones });
+}
+
+/**
+ * The first runs of a cell, and a button for more.
+ *
+ * @param {{now: Seen, found: RowsPublic, ask: Ask}} props
+ */
+function List({ now: { sweep, view }, found, ask }) {
+  const { total, failures } = found;
+  const rows = useSignal(found.rows);
+  const more = async () => {
+    const next = await attempt(() => ask(rows.value.length));
+    if (next) rows.value = [...rows.value, ...next.rows];
+  };
+  const nothing = sweep.state === "running" ? "No run of this cell has been computed yet." : "No run of this cell was computed.";
+  const some = sweep.judged ? `${failures} of ${count(total, "run")} failed` : count(total, "run");
+  const hidden = sweep.axes.filter(({ name }) => name !== view.x && name !== view.y);
+  const pooled = (/** @type {RowPublic} */ { conditions, seed }) =>
+    [...hidden.map((axis) => `${axis.title.toLowerCase()} ${parameterValue(conditions[axis.name], axis)}`), `seed ${seed}`].join(", ");
+  return html`
+    <p class="hint">${total === 0 ? nothing : some}</p>
+    <ol class="runs">${rows.value.map((row) => h(Run, { key: row.run, sweep, row, pooled: pooled(row) }))}</ol>
+    ${rows.value.length < total && html`<button type="button" onClick=${more}>Show more</button>`}
+  `;
+}
+
+/** @param {{sweep: SweepPublic, row: RowPublic, pooled: string}} props */
+function Run({ sweep, row, pooled }) {
+  const { run, tracker, trial, problem, success } = row;
+  const verdicts = { true: "success", false: "failure", null: "" };
+  const verdict = problem === null ? verdicts[`${success}`] : "not possible";
+  const title = html`<span class="run-method">${titleOf(sweep, tracker)}</span><span>trial ${trial}</span>`;
+  return html`<li class="run" data-run=${run} data-verdict=${verdict}>
+    <div class="run-line">
+      ${problem === null
+        ? html`<a class="run-title" href=${runPage(sweep.id, run)} target="_blank" rel="noreferrer">${title}</a>`
+        : html`<span class="run-title">${title}</span>`}
+      <span class=${`run-verdict ${verdict}`}>${verdict}</span>
+    </div>
+    <p class="hint">${problem ?? outcome(sweep, row)}</p>
+    <p class="hint">${pooled}</p>
+    ${problem === null && sweep.trackers.length > 1 && h(Others, { sweep, row })}
+  </li>`;
+}
+
+/**
+ * Links to the same seed with the other trackers.
+ *
+ * @param {{sweep: SweepPublic, row: RowPublic}} props
+ */
+function Others({ sweep, row: { run, tracker } }) {
+  const others = sweep.trackers.map(({ id }) => id).filter((id) => id !== tracker);
+  const beside = others.slice(0, MOST_BESIDE);
+  const compared = linkToReferences([`${sweep.id}:${run}`, ...beside.map((id) => `${sweep.id}:${run}:${id}`)]);
+  const chip = (/** @type {string} */ words, /** @type {string} */ href, /** @type {string} */ title) =>
+    html`<a class="chip-link" title=${`The same seed with ${title}`} href=${href} target="_blank" rel="noreferrer">${words}</a>`;
+  return html`<p class="run-others">
+    <span class="hint">Same seed</span>
+    ${chip("Compare", compared, `${[tracker, ...beside].map((id) => titleOf(sweep, id)).join(", ")}, in step`)}
+    ${others.map((id) => chip(shortOf(sweep, id), runPage(sweep.id, run, id), titleOf(sweep, id)))}
+  </p>`;
+}
+
+/**
+ * @param {SweepPublic} sweep
+ * @param {RowPublic} row
+ */
+function outcome({ unit }, { mean_error, lost_frames, first_lost_frame }) {
+  // The unit stays with its number.
+  const error = mean_error === null ? "" : `error ${short(mean_error)}${unit && `\u00a0${unit}`}`;
+  if (lost_frames === null) return error;
+  if (lost_frames === 0) return `never lost, ${error}`;
+  return `lost in ${count(lost_frames, "frame")}, first in frame ${first_lost_frame}, ${error}`;
+}
+
+effect(() => {
+  if (newest.value === null) return;
+  const { title, state, done, runs } = newest.value;
+  setText(part("title"), title);
+  document.title = `${state === "running" ? `${Math.floor((100 * done) / runs)} % · ` : ""}${title} · pftrack`;
+});
+begin();
+showPage("sweep", null, Page, [sourceCodeButton(() => sweeps.sourceCode(lastOfAddress())), presentationButton()]);

@@ -12,7 +12,7 @@ import { Thumbnail } from "../shared/thumbnail.js";
 import { attempt } from "../shared/toast.js";
 import { popover } from "../session/popover.js";
 import { trackerTitle } from "../session/timeline.js";
-import { sweeps } from "../sweep/api.js";
+import { shortTitle, sweeps } from "../sweep/api.js";
 import { h, html } from "../vendor/preact.js";
 
 /** @import { RunPublic, SavedComparisonPublic, SessionPublic, SweepPublic, UploadPublic, WorkPublic } from "../shared/messages.js" */
@@ -141,7 +141,7 @@ function comparisonItem({ id, title, experiments, trackers, created, page }) {
  * @returns {Item}
  */
 function sweepItem({ id, title, page, trackers, outcome, state, created, done, runs }) {
-  const methods = trackers.map((tracker) => /\(([^)]+)\)$/.exec(tracker.title)?.[1] ?? tracker.title).join(", ");
+  const methods = trackers.map((tracker) => shortTitle(tracker.title)).join(", ");
   const meter = html`<progress class="row-meter" max="1" value=${done / runs} aria-label=${`${title}, runs done`}></progress>`;
   return {
     id,

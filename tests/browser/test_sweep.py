@@ -1,13 +1,16 @@
 """A sweep on its pages: planned in the form, watched while its map fills, and followed back to the run that failed."""
 
+from collections.abc import Callable
 from typing import Any
 
+import httpx
 import pytest
 
 from tests.browser.accessible import check
 from tests.browser.conftest import Complaints
 from tests.browser.host import Server, until
 from tests.browser.views import Gallery, SessionPage, View
+from tests.server.uploads.test_uploads import video
 
 SMALL: dict[str, Any] = {
     "experiment": "ball",
@@ -85,8 +88,9 @@ def sweep(complete: dict[str, Any], page: Any) -> SweepPage:
 
 
 def test_a_session_becomes_a_sweep(page: Any, server: Server) -> None:
-    """Each session leads to a sweep with its tracker and its values; a further axis lies around the default."""
-    session = server.start_session(tracker="condensation", timeline=[{"frame": 0, "values": {"ball_radius_px": 7}}])
+    """A session leads to a sweep with its tracker and values over what was moved last; it begins with a curve."""
+    moved = [{"frame": 0, "values": {"ball_radius_px": 7}}, {"frame": 3, "values": {"occlusion_width_px": 60}}]
+    session = server.start_session(tracker="condensation", timeline=moved)
     page.goto(session["page"])
     page.get_by_role("link", name="Sweep", exact=True).click()
     page.wait_for_selector(".plan-size")
@@ -94,6 +98,17 @@ def test_a_session_becomes_a_sweep(page: Any, server: Server) -> None:
         "condensation"
     ]
     assert page.locator("[data-field=parameters] input").first.input_value() == "7"
+    assert page.get_by_label("Varied parameter").input_value() == "occlusion_width_px"
+    assert [page.get_by_label(end, exact=True).input_value() for end in ("From", "To", "Step")] == ["0", "120", "12"]
+    page.get_by_label("Trials in each cell").fill("1")
+    page.get_by_label("Frames of a run").fill("8")
+    form = View(page)
+    form.until(lambda: page.inner_text(".plan-size .figure >> nth=0") == "11 runs", "the form tells the number of runs")
+    page.get_by_role("button", name="Start the sweep").click()
+    page.wait_for_url("**/sweep/*")
+    SweepPage(page).complete()
+    page.get_by_role("img", name="Success rate over Occluder width").wait_for()
+    page.locator("[data-map=condensation] [role=application]").wait_for()
 
 
 def test_from_the_form_to_the_frame_of_the_loss(page: Any, server: Server) -> None:
@@ -218,6 +233,11 @@ def there_are_several_ways_to_see_it(sweep: SweepPage, page: Any) -> None:
         choice = page.locator(f"[aria-label='{label}']")
         sweep.until(lambda choice=choice, value=value: choice.input_value() == value, f"{label} is {value}")  # type: ignore[misc]
     sweep.until(page.locator("label", has_text="Holm").locator("input").is_checked, "and Holm is checked")
+    up = page.locator("[aria-label='Axis up']")
+    up.select_option("none")
+    sweep.until(lambda: "y=none" in page.url, "the address says that one axis is shown")
+    page.reload()
+    sweep.until(lambda: up.count() == 1 and up.input_value() == "none", "a link pools the other one, too")
 
 
 def a_measure_is_chosen(sweep: SweepPage, page: Any, server: Server) -> None:
@@ -231,7 +251,7 @@ def a_measure_is_chosen(sweep: SweepPage, page: Any, server: Server) -> None:
     )
     sweep.until(lambda: sweep.colours("h-spf") != successes, "so do the maps")
     shown = sweep.colours("h-spf")
-    sweep.until(lambda: "show=measure" in page.url and "of=inside_share" in page.url, "the address names it")
+    sweep.until(lambda: "of=inside_share" in page.url, "the address names it")
     page.reload()
     sweep.until(lambda: page.locator(".map .figure-plot[data-left]").count() == 2, "the maps are drawn")
     sweep.until(lambda: sweep.colours("h-spf") == shown, "the link shows the same")
@@ -335,6 +355,50 @@ def my_work_lists_it(sweep: SweepPage, page: Any) -> None:
     page.locator("[data-experiment=sine] >> text=Sweep over conditions").click()
     page.wait_for_selector(".plan-size")
     assert page.locator("[aria-label=Experiment]").input_value() == "sine"
+
+
+def test_a_session_on_a_clip_becomes_a_sweep(watch: Callable[..., SessionPage], server: Server, page: Any) -> None:
+    """The form knows the clip and the parameters of recordings; the maps show what the trackers say of themselves."""
+    sent = httpx.post(f"{server.url}/api/v1/uploads", files=[("file", ("ball.mp4", video(16)))], timeout=60)
+    shown = watch(experiment="histogram", upload=sent.json()["id"], box=[10, 20, 10, 10], frames=None)
+    what_is_brought_in_is_in_sight(shown)
+    link = shown.page.locator("header >> [aria-label=Sweep]")
+    link.wait_for()
+    page.goto(link.get_attribute("href"))
+    form = View(page)
+    page.wait_for_selector(".plan-size")
+    assert "All runs are on ball.mp4" in page.inner_text(".plan-form")
+    assert page.inner_text("[data-field=experiment]") == "Colours of a window"
+    form.until(lambda: page.inner_text(".plan-size .figure >> nth=0") == "20 runs", "other seeds are planned")
+    page.click("[data-role=add-axis]")
+    choice = page.locator(".axis select").first
+    names = choice.locator("option").evaluate_all("(all) => all.map((one) => one.value)")
+    assert "sample_count" in names
+    assert "sway_px" not in names
+    choice.select_option("sample_count")
+    for part, number in (("start", "30"), ("stop", "60"), ("step", "30")):
+        page.locator(f".axis [data-field='axes.0.{part}']").fill(number)
+    page.locator("[data-field=trials] input").fill("2")
+    page.locator(".methods input[value=apf]").check()
+    form.until(lambda: page.inner_text(".plan-size .figure >> nth=0") == "8 runs", "the axis is understood")
+    page.click("text=Start the sweep")
+    page.wait_for_url("**/sweep/*")
+    sweep = SweepPage(page)
+    sweep.complete()
+    assert page.locator("[aria-pressed=true]").first.inner_text() == "Measure"
+    told = server.get(f"sweeps/{sweep.id}")
+    assert (told["recording"], told["problems"], told["done"]) == ("ball.mp4", 0, 8)
+    assert page.locator("text=Change and repeat").count() == 0
+
+
+def what_is_brought_in_is_in_sight(shown: SessionPage) -> None:
+    """On a low screen, too, nothing of the menu of files has to be scrolled to."""
+    shown.page.set_viewport_size({"width": 1280, "height": 720})
+    shown.page.get_by_role("button", name="Files").click()
+    menu = shown.page.locator(".menu:popover-open")
+    menu.get_by_text("Truth, CSV").wait_for()
+    assert menu.evaluate("(it) => it.scrollHeight <= it.clientHeight")
+    shown.press("Escape")
 
 
 def test_what_is_only_drawn_is_nothing_to_sweep_over(gallery: Gallery) -> None:

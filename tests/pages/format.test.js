@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
 import { bytes, count, duration, measureValue, moment, number, parameterValue, quantity, smallestSpan, speed } from "../../frontend_static/shared/format.js";
-import { share2, short } from "../../frontend_static/sweep/cell_style.js";
+import { share2, short } from "../../frontend_static/sweep/cells.js";
 import { progressWords } from "../../frontend_static/shared/progress.js";
 
 describe("numbers as a person reads them", () => {

@@ -4,7 +4,7 @@ import { before, describe, it } from "node:test";
 import { Axis, GUTTER } from "../../frontend_static/session/scrubber/rows.js";
 import { DIVERGING, VIRIDIS } from "../../frontend_static/shared/palette.js";
 import { css, diverging, inkOn, viridis } from "../../frontend_static/shared/colours.js";
-import { differenceEnd, errorEnd, measureEnd, methodLook } from "../../frontend_static/sweep/cell_style.js";
+import { differenceEnd, endOf, methodLook, quantitiesOf } from "../../frontend_static/sweep/cells.js";
 
 let medium = "screen";
 
@@ -61,40 +61,39 @@ describe("the colours of a map", () => {
 });
 
 describe("the ends of a scale", () => {
-  const store = (error) => ({ cells: { maps: [{ error }] }, quantity: "error", comparison: { difference: error } });
+  const [error] = quantitiesOf({ judged: false, has_truth: true, measures: [], unit: "px" });
+  const maps = (values) => [{ error: values }];
 
   it("are round and not moved by a few outliers", () => {
-    assert.deepEqual(errorEnd(store([1, 2, null, 2.8]).cells), { most: 3, words: "" });
+    assert.deepEqual(endOf(error, maps([1, 2, null, 2.8])), { most: 3, words: "" });
     const many = [...Array.from({ length: 99 }, () => 1.9), 500];
-    assert.deepEqual(errorEnd(store(many).cells), { most: 2, words: " or more" });
+    assert.deepEqual(endOf(error, maps(many)), { most: 2, words: " or more" });
   });
 
   it("are 1 where nothing is known", () => {
-    assert.deepEqual(errorEnd(store([null, null]).cells), { most: 1, words: "" });
+    assert.deepEqual(endOf(error, maps([null, null])), { most: 1, words: "" });
   });
 
   it("are the same to both sides of a difference", () => {
-    assert.equal(differenceEnd(store([-4.2, 1, null])).most, 5);
-    const by = (how) => differenceEnd({ ...store([-0.2, 0.1]), quantity: "measure", measure: { how } }).most;
-    assert.deepEqual([by("share"), by("median")], [1, 0.2]);
-    assert.equal(differenceEnd({ ...store([0.1]), quantity: "success" }).most, 1);
+    assert.equal(differenceEnd(error, [-4.2, 1, null]).most, 5);
+    assert.deepEqual([true, false].map((isShare) => differenceEnd({ isShare }, [-0.2, 0.1]).most), [1, 0.2]);
   });
 });
 
 describe("a measure's scale", () => {
+  const measured = (how, better) => quantitiesOf({ judged: false, has_truth: false, measures: [{ name: "m", title: "M", unit: "", how, better }], unit: "" })[0];
   /** @param {number[]} values */
   const cells = (values) => ({ planned: 1, maps: [{ runs: values.map(() => 1), problems: values.map(() => 0), measures: { m: values } }] });
 
   it("ends at 1 for a share, and a little above the largest value for anything else", () => {
-    assert.deepEqual(measureEnd(cells([0.2, 0.4]), { name: "m", how: "share" }), { most: 1, words: "" });
-    assert.deepEqual(measureEnd(cells([2, 2.8]), { name: "m", how: "median" }), { most: 3, words: "" });
+    assert.deepEqual(endOf(measured("share", "higher"), cells([0.2, 0.4]).maps), { most: 1, words: "" });
+    assert.deepEqual(endOf(measured("median", "lower"), cells([2, 2.8]).maps), { most: 3, words: "" });
   });
 
   it("is bright where the measure is good, whichever end that is", () => {
     for (const [better, best] of [["higher", 1], ["lower", 0]]) {
-      const store = { quantity: "measure", measure: { name: "m", how: "share", better }, known: { state: "done" } };
       const shown = cells([0, 1]);
-      const look = methodLook(store, shown, shown.maps[0]);
+      const look = methodLook({ sweep: { state: "done" }, cells: shown, quantity: measured("share", better) }, shown.maps[0]);
       assert.deepEqual(look(best).colour, VIRIDIS.at(-1));
       assert.deepEqual(look(1 - best).colour, VIRIDIS[0]);
     }

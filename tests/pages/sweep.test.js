@@ -1,38 +1,54 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
-import { listOf, rangeOf } from "../../frontend_static/sweep/axis_inputs.js";
-import { queryOf, viewOf } from "../../frontend_static/sweep/view.js";
+import { axisOf, inOtherForm, rowOf } from "../../frontend_static/sweep/plan.js";
+import { queryOf, viewOf, wishOf } from "../../frontend_static/sweep/store.js";
 
 describe("the values of an axis", () => {
-  const declaration = { default: 40, step: 5, minimum: 0, maximum: 50, useful: [0, 50] };
+  const declaration = { name: "n", kind: "number", default: 40, step: 5, useful: [0, 100], choices: [] };
+  const range = ({ start, stop, step }) => [start, stop, step];
 
-  it("are given, taken from a list, or made up within the bounds", () => {
-    assert.deepEqual(rangeOf(declaration, { start: 1, stop: 9, step: 2 }), { start: 1, stop: 9, step: 2 });
-    assert.deepEqual(rangeOf(declaration, { values: [10, 20, 30] }), { start: 10, stop: 30, step: 10 });
-    assert.deepEqual(rangeOf(declaration, {}), { start: 20, stop: 50, step: 10 });
-    assert.deepEqual(rangeOf({ ...declaration, step: null, maximum: null }, {}), { start: 20, stop: 60, step: 10 });
+  it("are given, taken from a list, or over the useful range in whole steps of the slider", () => {
+    assert.deepEqual(range(rowOf(declaration, { start: 1, stop: 9, step: 2 })), ["1", "9", "2"]);
+    assert.deepEqual(range(rowOf(declaration, { values: [0.1, 0.2, 0.3] })), ["0.1", "0.3", "0.1"]);
+    assert.deepEqual(range(rowOf(declaration)), ["0", "100", "10"]);
+    assert.deepEqual(range(rowOf({ ...declaration, useful: [0, 8] })), ["0", "8", "5"]);
   });
 
-  it("of a range become a list without the traces of floating point, unless it is long or no range", () => {
-    assert.deepEqual(listOf({ start: 0.1, stop: 0.4, step: 0.1 }), [0.1, 0.2, 0.3, 0.4]);
-    assert.deepEqual(listOf({ start: 5, stop: 5, step: 1 }), [5]);
-    for (const none of [{ start: 0, stop: 1000, step: 1 }, { start: 0, stop: 1, step: 0 }, { start: null, stop: 1, step: 1 }, { start: 2, stop: 1, step: 1 }]) {
-      assert.equal(listOf(none), null);
-    }
+  it("are sent as they are typed: an empty field is null, and no number stays a word", () => {
+    assert.deepEqual(axisOf(declaration, { ...rowOf(declaration), stop: " " }), { name: "n", start: 0, stop: null, step: 10 });
+    assert.deepEqual(axisOf(declaration, { name: "n", form: "list", list: "1, 2;x 3" }).values, [1, 2, "x", 3]);
+    const choice = { name: "n", kind: "choice", choices: ["two words", "one"], default: "one" };
+    assert.deepEqual(axisOf(choice, rowOf(choice)).values, ["two words", "one"]);
+    const boolean = { name: "n", kind: "boolean", choices: [], default: true };
+    assert.deepEqual(axisOf(boolean, rowOf(boolean)).values, [false, true]);
+  });
+
+  it("become a list when the server has told them all, and a range again", () => {
+    const row = rowOf(declaration);
+    const list = inOtherForm(declaration, row, { name: "n", count: 3, first: [0, 10, 20] });
+    assert.deepEqual([list.form, list.list], ["list", "0, 10, 20"]);
+    assert.deepEqual(range(inOtherForm(declaration, list, null)), ["0", "20", "10"]);
+    assert.equal(inOtherForm(declaration, row, { name: "n", count: 900, first: [0, 10] }).list, "40");
   });
 });
 
 describe("what of a sweep is shown", () => {
+  const trackers = ["p", "q", "r"].map((id) => ({ id, title: id }));
+  const sweep = { judged: true, has_truth: true, measures: [], unit: "px", trackers };
+  const cells = { x: { name: "a" }, y: null };
+  const shown = (query) => viewOf(wishOf(new URLSearchParams(query)), sweep, cells).view;
+
   it("comes back from the address that names it", () => {
-    const view = { show: "significance", of: "inside_share", measure: "error", x: "a", y: "none", first: "p", second: "q", level: 0.001, correction: "holm", test: "fisher" };
-    assert.deepEqual(viewOf(queryOf(view)), view);
-    assert.equal(queryOf(viewOf(new URLSearchParams())).size, 0);
+    const query = "show=significance&of=error&x=a&y=none&first=p&second=q&level=0.001&correction=holm&test=fisher";
+    assert.equal(queryOf(wishOf(new URLSearchParams(query))).toString(), query);
+    assert.equal(queryOf(wishOf(new URLSearchParams())).size, 0);
+    assert.deepEqual(queryOf(shown(query)).toString(), query);
   });
 
-  it("is the usual where an address says what there is not", () => {
-    assert.equal(viewOf(new URLSearchParams("measure=inside_share")).measure, "inside_share");
-    const view = viewOf(new URLSearchParams("show=colours&measure=&level=x&correction=all&test=rank-sum"));
-    assert.deepEqual(view, viewOf(new URLSearchParams()));
+  it("is what the sweep has where an address names what it has not", () => {
+    const { show, of, first, second, x, y } = shown("show=colours&of=beauty&first=z&second=p");
+    assert.deepEqual([show, of, first, second, x, y], ["values", "success", "q", "p", "a", "none"]);
+    assert.equal(viewOf(wishOf(new URLSearchParams("show=difference")), { ...sweep, trackers: [trackers[0]] }, cells).compares, false);
   });
 });

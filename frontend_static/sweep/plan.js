@@ -1,0 +1,333 @@
+/** The plan of a new sweep as it stands in the form, and what the server says of it: how large it is, or what is wrong. */
+
+import { ApiError, api, messageOf, statusOf } from "../shared/api.js";
+import { decode } from "../shared/share_link.js";
+import { later } from "../shared/timing.js";
+import { toast } from "../shared/toast.js";
+import { batch, computed, effect, signal } from "../vendor/preact.js";
+import { sweeps } from "./api.js";
+
+/** @import { Declaration, EstimatePublic, ExperimentDetail, SweepAxis, SweepCreate, UploadPublic, ValuesPublic } from "../shared/messages.js" */
+/** @import { Value } from "../shared/format.js" */
+/** @import { Plan } from "./api.js" */
+
+/**
+ * What is done with a parameter: it is varied over a range or a list, or has one value in all runs.
+ *
+ * @typedef {{name: string, form: "range"|"list"|"one", start: string, stop: string, step: string, list: string}} RowDraft
+ */
+
+/**
+ * The form, its numbers as they are typed.
+ *
+ * @typedef {object} Draft
+ * @property {string} title
+ * @property {readonly RowDraft[]} axes
+ * @property {string[]} trackers
+ * @property {string} trials
+ * @property {string} frames
+ * @property {string} seed
+ * @property {boolean} loss_probability
+ * @property {readonly RowDraft[]} fixed
+ * @property {readonly string[]} own Parameters of a file, which are known only where the file is executed.
+ */
+
+/** @typedef {{experiment: ExperimentDetail, declarations: Declaration[], recording: Partial<SweepCreate>, upload: UploadPublic|null}} Subject */
+/** @typedef {{plan: Plan, estimate: EstimatePublic|null, error: unknown}} Answer */
+
+const STEPS = 10;
+const OTHER_SEEDS = 20;
+const [COUNT_AFTER_MS, MEASURE_AFTER_MS, ASK_AGAIN_MS] = [150, 700, 3000];
+const PLACE = /^(?:axes\.\d+|parameters\.\w+|\w+)/;
+const FIELDS = ["title", "axes", "trackers", "trials", "frames", "seed", "loss_probability", "parameters"];
+
+/** What the form is filled in with: what the address says, or an experiment's example. A link may name the experiment alone. */
+export const given = signal(planOfAddress());
+/** What is swept. */
+export const subject = signal(/** @type {Subject|null} */ (null));
+export const draft = signal(
+  /** @type {Draft} */ ({ title: "", axes: [], trackers: [], trials: "", frames: "", seed: "", loss_probability: false, fixed: [], own: [] }),
+);
+export const isStarting = signal(false);
+const answered = signal(/** @type {Answer|null} */ (null));
+
+/** The plan as the server takes it: an empty field is null, and the server says what is missing. */
+const plan = computed(/** @returns {Plan|null} */ () => {
+  if (subject.value === null) return null;
+  const { experiment, recording } = subject.value;
+  const { title, axes, fixed, trials, frames, seed, own, ...rest } = draft.value;
+  return {
+    ...rest,
+    ...recording,
+    ...(title.trim() !== "" && { title: title.trim() }),
+    experiment: experiment.id,
+    axes: axes.map((axis) => axisOf(declared(axis.name), axis)),
+    trials: numberOf(trials),
+    frames: numberOf(frames),
+    seed: numberOf(seed),
+    parameters: Object.fromEntries(fixed.map(({ name, list }) => [name, valueOf(declared(name).kind, list)])),
+  };
+});
+
+/** The newest estimate, whether it is of another plan than this, and whether this one cannot be started. */
+export const size = computed(() => {
+  const { plan: of, estimate = null, error = null } = answered.value ?? {};
+  const isRefused = statusOf(error) === 422 || (estimate !== null && estimate.problem !== null);
+  return { estimate, isStale: error !== null || of !== plan.value, isRefused };
+});
+
+/** What is wrong, the field that it is about, and the place in the form where it is said; "" is beside the size. */
+export const wrong = computed(() => {
+  const { error = null, estimate = null } = answered.value ?? {};
+  if (error === null) return { field: "", place: "", words: estimate?.problem ?? "" };
+  const field = (error instanceof ApiError && error.field) || "";
+  const rows = draft.value.fixed.map(({ name }) => `parameters.${name}`);
+  const isPlace = (/** @type {string} */ one) => one.startsWith("axes.") || rows.includes(one) || FIELDS.includes(one);
+  const place = [PLACE.exec(field)?.[0] ?? "", field.split(".")[0]].find(isPlace) ?? "";
+  const message = messageOf(error);
+  const words = message.startsWith(`${field}: `) ? message.slice(field.length + 2) : message;
+  return { field, place, words: words.slice(0, 1).toUpperCase() + words.slice(1) };
+});
+
+/** @param {Partial<Draft>} changes */
+export function change(changes) {
+  draft.value = { ...draft.value, ...changes };
+}
+
+/** @param {string} name */
+export function declared(name) {
+  const declarations = subject.value?.experiment.declarations ?? [];
+  return declarations.find((declaration) => declaration.name === name) ?? declarations[0];
+}
+
+/** @returns {Partial<SweepCreate>} */
+function planOfAddress() {
+  try {
+    return decode(location.hash);
+  } catch {
+    return {};
+  }
+}
+
+/**
+ * Begin anew with the example of another experiment.
+ *
+ * @param {string} experiment
+ */
+export function choose(experiment) {
+  if (experiment === subject.value?.experiment.id) return;
+  batch(() => {
+    given.value = { experiment };
+    subject.value = null;
+    answered.value = null;
+  });
+}
+
+/**
+ * Fill the form in.
+ *
+ * @param {string} id Of the experiment.
+ */
+export async function fill(id) {
+  const asked = given.value;
+  const upload = asked.upload ? await api.upload(asked.upload) : null;
+  const experiment = await api.experiment(id, upload?.kind);
+  // Files, and what is only drawn, are nothing to vary or to fix.
+  const declarations = experiment.declarations.filter(({ kind, role }) => kind !== "file" && role !== "drawing");
+  const axes = (asked.axes ?? []).filter(({ name }) => declarations.some((declaration) => declaration.name === name));
+  // On a recording the example's scene does not exist: what is asked first is what other seeds come to.
+  const begun = upload || axes.length > 0 ? { trials: OTHER_SEEDS, ...asked, axes } : exampleWith(await sweeps.example(id), asked);
+  // Of two experiments that were chosen quickly the answers may come in the other order.
+  if (given.value !== asked) return;
+  batch(() => {
+    subject.value = { experiment, declarations, upload, recording: upload ? { upload: upload.id, footage: asked.footage } : {} };
+    draft.value = draftOf(begun, upload ? upload.frames - (asked.footage?.start ?? 0) : experiment.frames);
+  });
+}
+
+/**
+ * The example with the tracker and the values of a run; over one axis then, so that its first result is a curve.
+ *
+ * @param {SweepCreate} example
+ * @param {Partial<SweepCreate>} run
+ * @returns {Partial<SweepCreate> & {axes: SweepAxis[]}}
+ */
+function exampleWith(example, { trackers, parameters }) {
+  if (trackers === undefined) return example;
+  return { ...example, axes: example.axes.slice(0, 1), trackers, parameters: { ...example.parameters, ...parameters } };
+}
+
+/**
+ * @param {Partial<SweepCreate> & {axes: SweepAxis[]}} begun
+ * @param {number} longest Frames of a run, where it does not say.
+ * @returns {Draft}
+ */
+function draftOf({ title, axes, trackers = [], trials, frames, seed, loss_probability = false, parameters = {} }, longest) {
+  const isKnown = (/** @type {string} */ name) => declared(name).name === name;
+  const rest = Object.entries(parameters).filter(([name]) => axes.every((axis) => axis.name !== name));
+  return {
+    title: title ?? "",
+    axes: axes.map((axis) => rowOf(declared(axis.name), axis)),
+    trackers,
+    trials: `${trials}`,
+    frames: `${frames ?? longest}`,
+    seed: `${seed ?? 0}`,
+    loss_probability,
+    fixed: rest.filter(([name]) => isKnown(name)).map(([name, value]) => fixedAt(declared(name), value)),
+    own: rest.map(([name]) => name).filter((name) => !isKnown(name)),
+  };
+}
+
+/** @param {Pick<Declaration, "kind">} declaration */
+export function isNumerical({ kind }) {
+  return kind === "integer" || kind === "number";
+}
+
+/** @param {Pick<Declaration, "kind"|"choices">} declaration */
+export function choicesOf({ kind, choices }) {
+  return kind === "boolean" ? ["false", "true"] : choices;
+}
+
+/**
+ * An axis as it is given, or over the useful range of its parameter.
+ *
+ * @param {Declaration} declaration
+ * @param {Omit<SweepAxis, "name">} [given]
+ * @returns {RowDraft}
+ */
+export function rowOf(declaration, { start, stop, step, values } = {}) {
+  const { name, useful, step: least } = declaration;
+  const numbers = (values ?? []).filter((value) => typeof value === "number");
+  const [from, to] = useful ?? [0, 0];
+  const stride = Math.max(1, Math.round((to - from) / STEPS / (least ?? 1))) * (least ?? 1);
+  /** @type {[unknown, unknown, number]} */
+  let range = [from, to, stride];
+  if (numbers.length > 1) range = [numbers[0], numbers.at(-1), numbers[1] - numbers[0]];
+  if (typeof step === "number") range = [start, stop, step];
+  const choices = choicesOf(declaration);
+  return {
+    name,
+    form: isNumerical(declaration) && !values ? "range" : "list",
+    start: `${range[0]}`,
+    stop: `${range[1]}`,
+    step: `${Number(range[2].toPrecision(6))}`,
+    list: (values ?? (choices.length > 0 ? choices : [declaration.default])).join(", "),
+  };
+}
+
+/**
+ * @param {Declaration} declaration
+ * @param {unknown} [value]
+ * @returns {RowDraft}
+ */
+export function fixedAt(declaration, value = declaration.default) {
+  return { ...rowOf(declaration, { values: [value] }), form: "one" };
+}
+
+/**
+ * @param {Declaration} declaration
+ * @param {RowDraft} row
+ * @returns {SweepAxis}
+ */
+export function axisOf(declaration, { name, form, start, stop, step, list }) {
+  if (form === "range") return { name, start: numberOf(start), stop: numberOf(stop), step: numberOf(step) };
+  // A choice may be of several words.
+  const parts = list.split(choicesOf(declaration).length > 0 ? ", " : /[,;\s]+/).filter(Boolean);
+  return { name, values: parts.map((part) => valueOf(declaration.kind, part)) };
+}
+
+/**
+ * The same values in another form: as a list, once they are known, or as a range.
+ *
+ * @param {Declaration} declaration
+ * @param {RowDraft} row
+ * @param {ValuesPublic|null} known
+ * @returns {RowDraft}
+ */
+export function inOtherForm(declaration, row, known) {
+  if (row.form === "list") return { ...rowOf(declaration, axisOf(declaration, row)), form: "range" };
+  // A range of very many values stays one.
+  const isWhole = known !== null && known.count === known.first.length;
+  return { ...row, form: "list", list: isWhole ? known.first.join(", ") : row.list };
+}
+
+/**
+ * The first parameter of a kind that is neither varied nor fixed.
+ *
+ * @param {(declaration: Declaration) => boolean} isKind
+ */
+export function unused(isKind) {
+  const used = new Set([...draft.value.axes, ...draft.value.fixed].map(({ name }) => name));
+  const declarations = subject.value?.declarations ?? [];
+  return declarations.find((declaration) => isKind(declaration) && !used.has(declaration.name)) ?? declarations[0];
+}
+
+/**
+ * What a field says; a word in the place of a number is sent as it stands, so that the server names it.
+ *
+ * @param {Declaration["kind"]} kind
+ * @param {string} text
+ * @returns {Value|null}
+ */
+function valueOf(kind, text) {
+  if (kind === "boolean") return text === "true";
+  if (!isNumerical({ kind })) return text.trim();
+  if (text.trim() === "") return null;
+  return Number.isFinite(Number(text)) ? Number(text) : text;
+}
+
+/** @param {string} text */
+function numberOf(text) {
+  return /** @type {number|null} */ (valueOf("number", text));
+}
+
+// Soon after each change ask how large the plan is, and a little later how long it takes.
+effect(() => {
+  const now = plan.value;
+  const end = new AbortController();
+  if (now !== null) {
+    later(() => look(now, false, end.signal), COUNT_AFTER_MS, end.signal);
+    later(() => look(now, true, end.signal), MEASURE_AFTER_MS, end.signal);
+  }
+  return () => end.abort();
+});
+
+/**
+ * @param {Plan} now
+ * @param {boolean} measure
+ * @param {AbortSignal} outdated Ends the interest in the answer.
+ */
+async function look(now, measure, outdated) {
+  try {
+    const estimate = await sweeps.estimate(now, measure);
+    if (outdated.aborted) return;
+    answered.value = { plan: now, estimate, error: null };
+    // A place may become free, or room on the disk.
+    if (estimate.problem !== null && measure) later(() => look(now, true, outdated), ASK_AGAIN_MS, outdated);
+  } catch (error) {
+    if (!outdated.aborted) refuse(now, error);
+  }
+}
+
+/**
+ * @param {Plan} now
+ * @param {unknown} error
+ */
+function refuse(now, error) {
+  answered.value = { plan: now, estimate: answered.value?.estimate ?? null, error };
+}
+
+/** Begin the sweep, and go to its page. */
+export async function begin() {
+  const now = plan.value;
+  if (now === null) return;
+  isStarting.value = true;
+  try {
+    const { page } = await sweeps.begin(now);
+    location.assign(page);
+  } catch (error) {
+    refuse(now, error);
+    isStarting.value = false;
+    if (wrong.value.place === "") toast(wrong.value.words, { kind: "error" });
+  }
+}
