@@ -1,19 +1,24 @@
 /**
- * A comparison as a component: runs in step in any element of a page, beside what differs between them, and none of it
- * left when it is taken away again. Whoever follows a class has the same of sessions that are another's, to be looked at.
+ * A comparison as a component: runs in step, beside what differs between them and what came of them. Whoever follows a class
+ * has the same of sessions that are another's, to be looked at.
  */
 
-import { fill, h } from "../shared/dom.js";
-import { begin, follow } from "./comparison_request.js";
-import { column } from "./column.js";
+import { messageOf, request } from "../shared/api.js";
+import { whenCompiled } from "../shared/compiling.js";
+import { elementOf, h as element } from "../shared/dom.js";
+import { IconButton } from "../shared/icons.js";
+import { cancelJob, followJob } from "../shared/jobs.js";
+import { Made } from "../shared/page.js";
+import { linkTo } from "../shared/share_link.js";
+import { h, html, render, signal } from "../vendor/preact.js";
+import { JointView } from "./joint.js";
 import { Table } from "./table.js";
-import { JointView } from "./joint_view.js";
 
 /** @import { ViewKind } from "../session/view_choice.js" */
 /** @import { ComparedPublic, ComparedRun, ComparisonJob, ComparisonResult, FileKind, Recipe, RunComparisonPublic } from "../shared/messages.js" */
-/** @import { Column } from "./column.js" */
 /** @import { Arrangement, Wanted } from "../shared/comparison_link.js" */
-/** @import { Member } from "./joint_view.js" */
+/** @import { Child } from "../vendor/preact.js" */
+/** @import { Member } from "./joint.js" */
 
 /**
  * What others need to show the same sessions, as a lecturer's page tells a class; what makes the runs is none of it, which
@@ -31,204 +36,215 @@ import { JointView } from "./joint_view.js";
 
 /**
  * @typedef {object} Options
- * @property {ViewKind} [view] How the runs are seen; flat if not given.
+ * @property {Arrangement} [arrangement]
+ * @property {boolean} [readOnly] Whether they can be looked at and not be moved.
  * @property {Partial<import("../session/keys.js").Actions>} [actions] What keys do beyond moving through the runs.
- * @property {(compared: RunComparison) => void} [onChange] Called when its link, or what is told of it, has changed.
  * @property {(runs: ComparedRun[]) => void} [onFewer] Called with the runs that stay when one is taken away.
  */
 
 /**
  * Compare runs: sessions are made for them, which end with the comparison.
  *
- * @param {HTMLElement} element
  * @param {Wanted} wanted
  * @param {(sentence: string) => void} tell What to say while it has to be waited for; empty when there is nothing to wait for.
- * @param {AbortSignal} signal
- * @param {Options} [options]
+ * @param {Options} options
  * @returns {Promise<RunComparison>} Rejects where the runs cannot be compared.
  */
-export async function compare(element, { runs, position = 0, arrangement = "side" }, tell, signal, options = {}) {
-  const job = await begin(runs, tell, signal);
+export async function compare({ runs, position = 0, arrangement }, tell, options) {
+  const experiment = runs.find(({ recipe }) => recipe)?.recipe?.experiment ?? "";
+  const page = new AbortController();
+  /** @type {ComparisonJob} */
+  const job = await whenCompiled(experiment, () => request("POST", "comparisons", { runs }), tell, page.signal);
   const comparison = job.result;
   if (comparison === null) throw new Error(job.error ?? "The runs could not be compared");
-  const known = comparison.runs.map(({ recipe }) => ({ recipe }));
   const at = Math.min(position, comparison.frames - 1);
   const members = comparison.runs.map(({ shown, upload, first }) => ({ recipe: { recipe: shown, upload, position: first + at } }));
-  const compared = new RunComparison(element, comparison, members, { ...options, arrangement, readOnly: false });
-  follow(job, known, (now) => compared.know({ ...now, result: now.result?.found ?? null }), compared.signal).catch((error) => compared.fail(error));
+  const compared = new RunComparison(comparison, members, { ...options, arrangement });
+  compared.follow(job);
   return compared;
 }
 
 /**
  * Look at a comparison that somebody else moves.
  *
- * @param {HTMLElement} element
+ * @param {HTMLElement} place
  * @param {Told} told
  * @param {readonly string[]} sessions
- * @param {Options} [options]
  */
-export function watch(element, { outline, outcome, arrangement }, sessions, options = {}) {
-  const compared = new RunComparison(element, outline, sessions.map((session) => ({ session })), { ...options, arrangement, readOnly: true });
+export function watch(place, { outline, outcome, arrangement }, sessions) {
+  const compared = new RunComparison(outline, sessions.map((session) => ({ session })), { arrangement, readOnly: true });
   if (outcome !== null) compared.know(outcome);
+  render(h(Comparison, { compared }), place);
+  compared.signal.addEventListener("abort", () => render(null, place));
   return compared;
 }
 
-export class RunComparison {
-  #outline;
-  /** @type {Outcome|null} */
-  #outcome = null;
-  /** @type {Arrangement} */
-  #arrangement = "side";
-  /** @type {JointView} */
-  #together;
-  /** @type {Column[]} */
-  #columns;
-  #table;
-  #root;
-  #options;
-  #difference;
-
+export class RunComparison extends JointView {
+  /** Place of the run whose losses, changes and limits are shown. */
+  front = signal(0);
+  outcome = signal(/** @type {Outcome|null} */ (null));
+  arrangement = signal(/** @type {Arrangement} */ ("side"));
+  view = signal(/** @type {ViewKind} */ ("flat"));
+  /** Title of what decides on success; empty until that is known. */
+  judgedBy = signal("");
   /**
-   * @param {HTMLElement} element
    * @param {Outline} outline
    * @param {readonly Pick<Member, "recipe"|"session">[]} sessions
-   * @param {Options & {arrangement: Arrangement, readOnly: boolean}} options
+   * @param {Options} options
    */
-  constructor(element, outline, sessions, options) {
-    this.#outline = outline;
-    this.#options = options;
-    const { runs } = outline;
-    const isRemovable = runs.length > 2 && options.onFewer !== undefined;
-    this.#columns = runs.map((run, place) =>
-      column(run, place, {
-        choose: () => this.#choose(place),
-        remove: isRemovable ? () => this.#without(place) : null,
-        position: () => this.position,
-      }),
-    );
-    this.#table = new Table(outline);
-    const [deck, plots] = [h("div", { class: "comparison-deck" }), h("div", { class: "plots" })];
-    const views = h("div", { class: "comparison-views" }, this.#columns.map((each) => each.element));
-    const side = h("aside", { class: "comparison-side", "aria-label": "What differs" }, this.#table.element, plots);
-    this.#root = h("div", { class: "comparison", data: { runs: runs.length } }, views, side, deck);
-    this.#root.style.setProperty("--runs", String(runs.length));
-    fill(element, this.#root);
-    const members = runs.map(({ name, colour, first }, place) => ({ name, colour, first, place: this.#columns[place].place, ...sessions[place] }));
-    this.#together = new JointView(members, { view: options.view, readOnly: options.readOnly });
-    this.#difference = h("button", { type: "button", disabled: true, on: { click: () => this.toDifference() } }, "First difference");
-    this.#together.deck(deck, [this.#difference]);
-    this.#together.plotInto(plots);
-    if (!options.readOnly) this.#together.listen({ ...options.actions, difference: () => this.toDifference() });
-    const { store } = this.#together;
-    store.on(["session"], () => this.#outcome && this.#table.show(this.#outcome, this.#together.measure));
-    this.arrange(options.arrangement);
-    this.#choose(0);
-    /** Resolves with the ids of the sessions when all of them are there, or rejects. */
-    this.begun = this.#together.begun;
+  constructor(outline, sessions, { arrangement = "side", readOnly = false, actions = {}, onFewer }) {
+    super(outline.runs.map(({ name, colour, first }, at) => {
+      const place = element("div", { class: "compared-view", data: { within: `Run ${at + 1}, ${name}` } });
+      return { name, colour, first, ...sessions[at], place };
+    }), { readOnly });
+    this.outline = outline;
+    this.onFewer = outline.runs.length > 2 ? onFewer : undefined;
+    if (!readOnly) this.listen({ ...actions, difference: () => this.toDifference() });
+    this.store.on(["session"], () => (this.judgedBy.value = this.measure));
+    this.arrange(arrangement);
+    this.choose(0);
   }
 
-  get signal() {
-    return this.#together.signal;
-  }
-
-  /** The frame that is shown, of those that all runs have. */
-  get position() {
-    return this.#together.store.session?.position ?? 0;
-  }
-
-  /** Files that can be made of it, where that is known. */
-  get exports() {
-    return this.#outline.exports ?? [];
+  /** What makes the runs, where that is known. @returns {ComparedRun[]} */
+  get runs() {
+    return this.outline.runs.map(({ recipe }) => ({ recipe }));
   }
 
   /** What makes the same comparison elsewhere. @returns {Wanted} */
   get wanted() {
-    return { runs: this.#runs(), position: this.position, arrangement: this.#arrangement };
-  }
-
-  /** Each run's session as it is mounted. */
-  get views() {
-    return this.#together.views;
+    return { runs: this.runs, position: this.position, arrangement: this.arrangement.value };
   }
 
   /** What others need to show the same sessions. @returns {Told} */
   get told() {
-    const { unit, settings, runs } = this.#outline;
+    const { unit, settings, runs } = this.outline;
     const named = runs.map(({ name, title, colour, first }) => ({ name, title, colour, first }));
-    return { outline: { unit, settings, runs: named }, outcome: this.#outcome, arrangement: this.#arrangement };
+    return { outline: { unit, settings, runs: named }, outcome: this.outcome.value, arrangement: this.arrangement.value };
   }
 
   get title() {
-    return this.#outline.runs.map(({ name }) => name).join(" · ");
+    return this.outline.runs.map(({ name }) => name).join(" · ");
+  }
+
+  /**
+   * Learn what came of the runs while it is computed. A comparison that the server does not know any more, as after it was
+   * restarted, is begun anew.
+   *
+   * @param {ComparisonJob} begun
+   */
+  async follow(begun) {
+    let newest = begun;
+    const hear = (/** @type {ComparisonJob|null} */ job) => {
+      if (job === null) return;
+      newest = job;
+      this.know({ ...job, result: job.result?.found ?? null });
+    };
+    this.signal.addEventListener("abort", () => newest.state === "working" && cancelJob(newest.id));
+    hear(begun);
+    try {
+      await followJob(begun, hear, this.signal, () => request("POST", "comparisons", { runs: this.runs }, this.signal));
+    } catch (error) {
+      if (!this.signal.aborted) this.know({ state: "failed", done: 0, total: 0, result: null, error: messageOf(error) });
+    }
   }
 
   /** @param {Outcome} outcome What is known by now of what came of the runs. */
   know({ state, done, total, result, error }) {
-    const isNew = this.#outcome?.state !== state;
-    const outcome = (this.#outcome = { state, done, total, result, error });
-    const { store } = this.#together;
-    this.#table.show(outcome, this.#together.measure);
-    if (result !== null && isNew) {
-      const { first_difference: difference, before_loss: beforeLoss } = result;
-      this.#difference.disabled = difference === null;
-      this.#difference.title = difference === null ? "The runs are identical" : `Go to frame ${difference}, the first in which two runs differ (D)`;
-      this.#difference.textContent = difference === null ? "No difference" : `First difference ${difference}`;
-      store.know({ beforeLoss, notes: difference === null ? [] : [{ frame: difference, note: "The first frame in which two runs differ" }] });
-    }
-    if (isNew) this.#options.onChange?.(this);
-  }
-
-  /** @param {unknown} error Why it is not known what came of the runs. */
-  fail(error) {
-    if (this.signal.aborted) return;
-    const why = error instanceof Error ? error.message : String(error);
-    this.know({ state: "failed", done: 0, total: 0, result: null, error: why });
+    const isNew = this.outcome.peek()?.state !== state;
+    this.outcome.value = { state, done, total, result, error };
+    if (result === null || !isNew) return;
+    const { first_difference: frame, before_loss: beforeLoss } = result;
+    this.store.know(beforeLoss, frame === null ? [] : [{ frame, note: "The first frame in which two runs differ" }]);
   }
 
   /** Go to the first frame in which two runs differ. */
   toDifference() {
-    const frame = this.#outcome?.result?.first_difference ?? null;
-    if (frame !== null) this.#together.steering.seek(frame);
+    const frame = this.outcome.value?.result?.first_difference ?? null;
+    if (frame !== null) this.steering.seek(frame);
   }
 
   /** @param {Arrangement} arrangement */
   arrange(arrangement) {
-    this.#arrangement = arrangement;
-    this.#root.dataset.arrangement = arrangement;
-    if (arrangement === "over") this.#together.show("flat");
-    this.#together.overlays.forEach((overlay, place) => {
-      overlay.wear(arrangement === "over" ? { tint: rgb(this.#outline.runs[place].colour), isLowest: place === 0 } : null);
+    this.arrangement.value = arrangement;
+    if (arrangement === "over") this.show("flat");
+    this.overlays.forEach((overlay, place) => {
+      overlay.wear(arrangement === "over" ? { tint: rgb(this.outline.runs[place].colour), isLowest: place === 0 } : null);
     });
-    this.#options.onChange?.(this);
   }
 
   /** @param {ViewKind} kind */
   show(kind) {
+    this.view.value = kind;
     if (kind === "scene") this.arrange("side");
-    this.#together.show(kind);
+    super.show(kind);
   }
 
-  /** End it with the sessions that were made for it. */
-  end() {
-    this.#together.end();
-    this.#root.remove();
+  /** @param {number} place Of the run whose losses, changes and limits are to be shown. */
+  choose(place) {
+    this.front.value = place;
+    this.store.bringToFront(place);
   }
 
-  /** @param {number} place */
-  #choose(place) {
-    this.#together.store.bringToFront(place);
-    this.#columns.forEach(({ setFront }, other) => setFront(other === place));
-  }
+}
 
-  /** @param {number} place */
-  #without(place) {
-    this.#options.onFewer?.(this.#runs().filter((_, other) => other !== place));
-  }
+/** @param {{compared: RunComparison}} props */
+export function Comparison({ compared }) {
+  const { outline } = compared;
+  const { runs } = outline;
+  return html`<div class="comparison" data-runs=${runs.length} data-arrangement=${compared.arrangement.value} style=${{ "--runs": String(runs.length) }}>
+    <div class="comparison-views">${runs.map((run, place) => h(Compared, { compared, run, place }))}</div>
+    <aside class="comparison-side" aria-label="What differs">
+      ${h(Table, { outline, outcome: compared.outcome.value, measure: compared.judgedBy.value })}
+      ${h(Made, { make: () => compared.plotted() })}
+    </aside>
+    ${h(Made, { make: () => compared.deck("comparison-deck", elementOf(h(DifferenceButton, { compared }))) })}
+  </div>`;
+}
 
-  /** What makes the runs, where that is known. */
-  #runs() {
-    return this.#outline.runs.map(({ recipe }) => ({ recipe }));
-  }
+/**
+ * One of the runs: what it is called, and its picture.
+ *
+ * @param {{compared: RunComparison, run: Outline["runs"][number], place: number}} props
+ */
+function Compared({ compared, run: { name, title, colour, recipe, first }, place }) {
+  const { front, runs, onFewer } = compared;
+  const hint = `${title ?? name}. Show its losses, changes and limits below`;
+  const aim = () => linkTo({ recipe: /** @type {Recipe} */ (recipe), position: first + compared.position });
+  const open = html`<span>Open</span>`;
+  const remove = onFewer && h(IconButton, { name: "close", title: `Remove ${name}`, run: () => onFewer(runs.filter((_, other) => other !== place)) });
+  return html`<section class="compared" aria-label=${`Run ${place + 1}, ${name}`} data-place=${place} style=${{ "--run": colour }}>
+    <header class="compared-head">
+      <h2>
+        <button type="button" class="chip" aria-pressed=${String(place === front.value)} title=${hint} onClick=${() => compared.choose(place)}>
+          <span class="swatch" style=${{ background: colour }}></span><strong>${place + 1}</strong><span>${name}</span>
+        </button>
+      </h2>
+      ${recipe && h(LinkNow, { class: "link", aim, title: "Open this run as a separate session, at this frame", content: open })}
+      ${remove}
+    </header>
+    ${h(Made, { make: () => compared.places[place] })}
+  </section>`;
+}
+
+/**
+ * A link to something at the frame that is shown when somebody goes there.
+ *
+ * @param {{class: string, aim: () => string, title: string, label?: string, content: Child}} props
+ */
+export function LinkNow({ class: kind, aim, title, label, content }) {
+  const now = (/** @type {Event & {currentTarget: HTMLAnchorElement}} */ { currentTarget }) => (currentTarget.href = aim());
+  return html`<a class=${kind} href=${aim()} title=${title} aria-label=${label} onPointerEnter=${now} onFocus=${now} onClick=${now}>${content}</a>`;
+}
+
+/** @param {{compared: RunComparison}} props */
+function DifferenceButton({ compared }) {
+  const result = compared.outcome.value?.result ?? null;
+  const frame = result?.first_difference ?? null;
+  const there = frame === null ? "The runs are identical" : `Go to frame ${frame}, the first in which two runs differ (D)`;
+  const words = frame === null ? "No difference" : `First difference ${frame}`;
+  return html`<button type="button" disabled=${frame === null} title=${result && there} onClick=${() => compared.toDifference()}>
+    ${result === null ? "First difference" : words}
+  </button>`;
 }
 
 /**

@@ -1,43 +1,28 @@
 /**
- * Several runs in step as one store: what a session has as branches, a comparison has as runs. So the scrubber and the
- * plots draw a line for each, and whatever moves through the runs has one position.
+ * Several runs in step as one store: what a session has as branches, a comparison has as runs. So the scrubber and the plots
+ * draw a line for each, and whatever moves through the runs has one position.
  *
  * Frames are those that all runs have in common, counted from 0 on, as the run that leads counts its own.
  */
 
 import { HistoryWindow } from "../session/history_window.js";
 import { eventFramesOf } from "../session/series.js";
+import { Steering } from "../session/steering.js";
 import { Store } from "../session/store.js";
 
 /** @import { BranchPublic, SessionPublic } from "../shared/messages.js" */
-/** @import { History } from "../session/history.js" */
 
-/** @typedef {{frame: number, note: string}} Note A frame worth finding again. */
-
-/**
- * Frames that are known of the runs as wholes.
- *
- * @typedef {object} Landmarks
- * @property {number|null} beforeLoss From where to watch the first loss of any run.
- * @property {Note[]} notes
- */
-
-/**
- * One of the runs.
- *
- * @typedef {object} JointRun
- * @property {Store} store Of its session.
- * @property {string} name
- * @property {string} colour
- * @property {number} first Its frame that is frame 0 here.
- */
+/** @typedef {{name: string, colour: string, first: number}} Run `colour` as CSS has it; `first` is its frame that is frame 0 here. */
+/** @typedef {Run & {store: Store}} JointRun With what is known of its session. */
 
 export class JointStore extends Store {
   #runs;
   #lead;
   #front = 0;
-  /** @type {Landmarks} */
-  #landmarks = { beforeLoss: null, notes: [] };
+  /** @type {{frame: number, note: string}[]} Frames worth finding again. */
+  #notes = [];
+  /** @type {number|null} From where to watch the first loss of any run, where there is one. */
+  beforeLoss = null;
 
   /**
    * @param {readonly JointRun[]} runs
@@ -60,30 +45,26 @@ export class JointStore extends Store {
     return Math.min(...this.#runs.map(({ store, first }) => (store.session?.frames ?? 0) - first));
   }
 
-  /** Place of the run whose bands, strips and changes are shown, and whose curves lie above. */
-  get front() {
-    return this.#front;
-  }
-
-  /** @param {number} place */
+  /** @param {number} place Of the run whose bands, strips and changes are shown, and whose curves lie above. */
   bringToFront(place) {
     this.#front = place;
     this.#heard("session", "branch", "branches", "history", "timeline");
   }
 
-  /** @param {Landmarks} landmarks */
-  know(landmarks) {
-    this.#landmarks = landmarks;
+  /**
+   * Take note of what is known of the runs as wholes.
+   *
+   * @param {JointStore["beforeLoss"]} beforeLoss
+   * @param {{frame: number, note: string}[]} notes
+   */
+  know(beforeLoss, notes) {
+    this.beforeLoss = beforeLoss;
+    this.#notes = notes;
     this.#heard("session", "bookmarks", "history");
   }
 
   get knowsLoss() {
-    return this.#landmarks.beforeLoss !== null;
-  }
-
-  /** From where to watch the first loss, where there is one. */
-  get beforeLoss() {
-    return this.#landmarks.beforeLoss;
+    return this.beforeLoss !== null;
   }
 
   /** The frames in which something happens in any run, in rising order. */
@@ -125,7 +106,7 @@ export class JointStore extends Store {
       computed: Math.max(0, Math.min(...lengths) - 1),
       branch: String(this.#front),
       branches: this.#runs.map(branchOf),
-      bookmarks: this.#landmarks.notes.map((note, place) => ({ id: String(place), branch: "", ...note })),
+      bookmarks: this.#notes.map((note, place) => ({ id: String(place), branch: "", ...note })),
       timeline: front.timeline.map((change) => ({ ...change, frame: Math.max(0, change.frame - first) })),
       thresholds: front.thresholds.map((limit) => ({
         ...limit,
@@ -148,4 +129,28 @@ function branchOf({ name, colour, store }, place) {
 function worst(all) {
   const order = /** @type {const} */ (["gone", "lost", "connecting"]);
   return order.find((each) => all.includes(each)) ?? "open";
+}
+
+/** Moving through the runs: the one that leads is moved, and the others follow it. */
+export class JointSteering extends Steering {
+  #joint;
+
+  /**
+   * @param {Store} lead
+   * @param {JointStore} joint
+   * @param {AbortSignal} signal
+   */
+  constructor(lead, joint, signal) {
+    super(lead, signal);
+    this.#joint = joint;
+  }
+
+  eventFrames() {
+    return this.#joint.eventFrames;
+  }
+
+  /** Go to before the first loss of any run, also where it has not been computed here yet. */
+  async beforeLoss() {
+    if (this.#joint.beforeLoss !== null) await this.seek(this.#joint.beforeLoss);
+  }
 }

@@ -1,251 +1,237 @@
 /** The page of a comparison: what its address names, beside each other, and a link that holds all that makes it. */
 
-import { absolute } from "../shared/address.js";
-import { api, messageOf } from "../shared/api.js";
-import { copyButton } from "../shared/copy.js";
-import { askName, openDialog } from "../shared/dialog.js";
-import { fill, h, part, setText } from "../shared/dom.js";
-import { exportLists } from "../shared/exports.js";
-import { icon, iconButton } from "../shared/icons.js";
-import { navigation } from "../shared/navigation.js";
-import { notice } from "../shared/notice.js";
-import { present, presentationButton } from "../shared/presentation.js";
-import { printButton } from "../shared/print.js";
-import { sourceCode } from "../shared/source_code.js";
-import { themeButton } from "../shared/theme.js";
-import { later } from "../shared/timing.js";
-import { attempt, toast } from "../shared/toast.js";
 import { followChip } from "../lecturer/chip.js";
 import { ClassControl } from "../lecturer/class_control.js";
 import { popover } from "../session/popover.js";
-import { viewSwitch } from "../session/scene.js";
-import { compare } from "./compare.js";
-import { help } from "./help.js";
+import { NO_GRAPHICS } from "../session/scene.js";
+import { graphics } from "../session/view_choice.js";
+import { api, messageOf } from "../shared/api.js";
 import { linkTo, savedOf, wantedOf } from "../shared/comparison_link.js";
+import { askName, openKeys } from "../shared/dialog.js";
+import { elementOf, h as element, part } from "../shared/dom.js";
+import { exportLists } from "../shared/exports.js";
+import { Icon, IconButton } from "../shared/icons.js";
+import { navigation } from "../shared/navigation.js";
+import { Notice } from "../shared/notice.js";
+import { Loaded, Made } from "../shared/page.js";
+import { present, presentationButton } from "../shared/presentation.js";
+import { printButton } from "../shared/print.js";
+import { openCode } from "../shared/source_code.js";
+import { themeButton } from "../shared/theme.js";
+import { attempt, toast } from "../shared/toast.js";
+import { computed, effect, h, html, render, signal, untracked } from "../vendor/preact.js";
+import { Comparison, compare } from "./compare.js";
 
 /** @import { ComparedRun } from "../shared/messages.js" */
+/** @import { ViewKind } from "../session/view_choice.js" */
 /** @import { RunComparison } from "./compare.js" */
 /** @import { Arrangement, Wanted } from "../shared/comparison_link.js" */
 
-const SKELETON_AFTER_MS = 200;
 const WORK = { label: "Choose saved runs", href: "work?show=runs" };
 const EMPTY = "Compare a session with its branches or with other trackers (key C on its page), two saved runs (My work), or two trackers on a row of a sweep.";
 const RECORDING = "The link does not contain recordings: on another server, upload the recording first.";
 const LONGEST_TITLE = 200;
-const root = part("comparison");
-/** @type {RunComparison|null} */
-let compared = null;
-/** @type {string[]} */
-let sessions = [];
-/** What somebody calls it; empty where its runs say what it is. */
-let givenTitle = "";
-/**
- * The saved comparison that is shown, and what is kept in it, as text; null where that is not known yet.
- *
- * @type {{id: string, content: string|null}|null}
- */
-let saved = null;
-/** Nothing ends what listens here but the page itself. */
-const { signal } = new AbortController();
-const control = new ClassControl(() => {
-  if (compared === null || sessions.length === 0) return null;
-  return { title: titleOf(compared), sessions, lesson: null, arrangement: { comparison: compared.told } };
-}, signal);
+/** @type {readonly [keys: string, what: string][]} */
+const KEYS = [
+  ["space", "Play or pause all runs"],
+  ["← →", "One frame back or forward"],
+  ["shift ← →", "Ten frames back or forward"],
+  ["home end", "First frame, newest frame"],
+  ["D", "Go to the first frame in which two runs differ"],
+  ["L", "Go to before the first loss"],
+  ["E", "Go to the next event of any run, such as an identity switch; with shift, to the one before"],
+  ["[ ]", "Slower, faster"],
+  ["F", "Present in large type; escape ends it"],
+  ["pageup pagedown", "In a lecture: the item before, the next one"],
+  ["?", "This help"],
+];
+/** @type {readonly [Arrangement, string, string][]} */
+const ARRANGEMENTS = [
+  ["side", "Side by side", "Each run has its own picture"],
+  ["over", "Over each other", "All runs on the picture of the first, each in its colour"],
+];
+/** @type {readonly [ViewKind, string, string][]} */
+const VIEWS = [["flat", "Flat", "The picture from the front"], ["scene", "3-D", "The scene in three dimensions"]];
 
-navigation(null);
-const arrangements = arrangementSwitch();
-const views = viewSwitch("flat", (kind) => {
-  compared?.show(kind);
-  if (kind === "scene") arrangements.mark("side");
-});
-const share = tool("share", "Share", "Share a link to this comparison", shareDialog);
-const away = exportLists((name) => {
-  if (compared === null) throw new Error("Wait until the comparison is computed, then write it");
-  return api.exportComparison(name, { runs: compared.wanted.runs, title: titleOf(compared).slice(0, LONGEST_TITLE) });
-});
-const files = tool("files", "Files", "Export this comparison", () => {});
-const fileMenu = popover(files, h("section", {}, h("h2", {}, "Take away"), away.element));
-const save = tool("save", "Save", "Keep this comparison; My work lists it", saveIt);
-const rename = iconButton("rename", "Rename this comparison", renameIt);
-rename.hidden = true;
-part("title").after(rename);
-const keys = h("button", { type: "button", class: "quiet icon-only", title: "Keys (?)", "aria-label": "Keys", on: { click: help } }, "?");
-const presenting = presentationButton({ hears: false });
-part("tools").append(arrangements.element, views, followChip(control, signal), save, fileMenu, share, themeButton(), printButton(), presenting, keys);
-// The sessions are the page's own; whoever comes back by the browser's cache begins anew.
-addEventListener("pageshow", (event) => event.persisted && location.reload());
-addEventListener("hashchange", () => location.reload());
-load();
+const compared = signal(/** @type {RunComparison|null} */ (null));
+/** Ids of its sessions, once all of them are there. */
+const sessions = signal(/** @type {string[]} */ ([]));
+/** What somebody calls it; empty where its runs say what it is. */
+const givenTitle = signal("");
+/** The saved comparison that is shown, and what is kept in it, as text; null where that is not known yet. */
+const saved = signal(/** @type {{id: string, content: string|null}|null} */ (null));
+/** What is waited for, one sentence. */
+const waiting = signal("");
+/** What is compared in place of what the address names. */
+const fewer = signal(/** @type {Wanted|null} */ (null));
+const title = computed(() => givenTitle.value || (compared.value?.title ?? ""));
+/** What of a comparison is kept when it is saved, but for the frame that is shown. */
+const content = computed(() => compared.value && JSON.stringify([compared.value.runs, compared.value.arrangement.value]));
+const isSaved = computed(() => saved.value !== null && saved.value.content === content.value);
+/** Nothing ends what listens here but the page itself. */
+const { signal: whole } = new AbortController();
+const control = new ClassControl(() => {
+  const shown = compared.peek();
+  if (shown === null || sessions.peek().length === 0) return null;
+  return { title: title.peek(), sessions: sessions.peek(), lesson: null, arrangement: { comparison: shown.told } };
+}, whole);
 
 async function load() {
   try {
-    const id = savedOf(location);
-    saved = id === null ? null : { id, content: null };
-    const wanted = id === null ? wantedOf(location) : await api.savedComparison(id);
-    if (wanted === null) fill(root, notice("Nothing to compare yet", EMPTY, WORK));
-    else show(wanted);
-  } catch (error) {
-    fill(root, notice("This link cannot be read", messageOf(error), WORK));
-  }
-}
-
-/** @param {Wanted} wanted */
-async function show(wanted) {
-  const wait = h("p", { class: "note compiling", role: "status", hidden: true });
-  const there = later(() => fill(root, h("div", { class: "comparison-wait" }, wait, h("div", { class: "shimmer" }))), SKELETON_AFTER_MS);
-  const tell = (/** @type {string} */ sentence) => {
-    setText(wait, sentence && `${sentence}. The comparison begins by itself.`);
-    wait.hidden = sentence === "";
-  };
-  givenTitle = wanted.title ?? "";
-  try {
-    const actions = { help, present: () => present() };
-    compared = await compare(root, wanted, tell, signal, { actions, onChange: keepAddress, onFewer: showFewer });
-    there();
-    arrangements.mark(wanted.arrangement ?? "side");
-    if (saved) saved.content = contentOf(compared);
-    entitle(compared);
-    keepAddress(compared);
-    away.draw(compared.exports, []);
-    share.disabled = files.disabled = rename.hidden = false;
-    compared.begun.then((ids) => {
-      sessions = ids;
+    const wanted = fewer.value ?? (await wish());
+    if (wanted === null) return h(Notice, { title: "Nothing to compare yet", message: EMPTY, action: WORK, inline: false });
+    const options = { actions: { help, present: () => present() }, onFewer: showFewer };
+    const shown = await compare(wanted, (sentence) => (waiting.value = sentence), options);
+    givenTitle.value = wanted.title ?? "";
+    compared.value = shown;
+    if (saved.value) saved.value = { ...saved.value, content: content.value };
+    away.draw(shown.outline.exports ?? [], []);
+    shown.begun.then((ids) => {
+      sessions.value = ids;
       control.find();
     }, () => {});
+    return h(Comparison, { compared: shown });
   } catch (error) {
-    there();
-    setText(part("title"), "Compare");
-    fill(root, notice("These runs cannot be compared", messageOf(error), WORK));
+    return h(Notice, { title: "These runs cannot be compared", message: messageOf(error), action: WORK, inline: false });
   }
 }
 
-/**
- * The address holds what makes the runs as soon as that is known, so that it can be kept, sent and reloaded.
- *
- * @param {RunComparison} shown
- */
-function keepAddress(shown) {
-  if (shown !== compared) return;
-  history.replaceState(null, "", linkTo({ ...shown.wanted, position: 0, title: givenTitle }));
-  save.disabled = saved?.content === contentOf(shown);
-  control.update();
+/** What the address names. @returns {Promise<Wanted|null>} */
+async function wish() {
+  const id = savedOf(location);
+  if (id === null) return wantedOf(location);
+  saved.value = { id, content: null };
+  return api.savedComparison(id);
 }
 
-/**
- * What of a comparison is kept when it is saved, but for the frame that is shown.
- *
- * @param {RunComparison} shown
- */
-function contentOf({ wanted: { runs, arrangement } }) {
-  return JSON.stringify([runs, arrangement]);
+/** @param {ComparedRun[]} runs */
+function showFewer(runs) {
+  const position = compared.value?.position ?? 0;
+  compared.value?.end();
+  // It is another one now.
+  [compared.value, sessions.value, saved.value] = [null, [], null];
+  fewer.value = { runs, position };
 }
 
-/** @param {RunComparison} shown */
-function titleOf(shown) {
-  return givenTitle || shown.title;
+/** All of the page but its header. */
+function Page() {
+  const bones = html`<div class="comparison-wait">${h(Wait, {})}<div class="shimmer"></div></div>`;
+  return h(Loaded, { key: JSON.stringify(fewer.value), load, failed: "", bones });
 }
 
-/** @param {RunComparison} shown */
-function entitle(shown) {
-  setText(part("title"), `Compare · ${titleOf(shown)}`);
-  document.title = `${titleOf(shown)} · Compare · pftrack`;
+function Wait() {
+  return waiting.value !== "" && html`<p class="note compiling" role="status">${waiting.value}. The comparison begins by itself.</p>`;
 }
 
 /** Keep it as it is seen now, as one more. */
 async function saveIt() {
-  if (compared === null) return;
-  const shown = compared;
-  const name = await askName("Save this comparison", titleOf(shown).slice(0, LONGEST_TITLE), "Save");
-  if (name === null) return;
+  const shown = compared.value;
+  const name = shown && (await askName("Save this comparison", title.value.slice(0, LONGEST_TITLE), "Save"));
+  if (!shown || name === null) return;
   const { runs, position = 0, arrangement = "side" } = shown.wanted;
   const recipes = runs.flatMap(({ recipe }) => (recipe ? [{ recipe }] : []));
   await attempt(async () => {
     const kept = await api.saveComparison({ title: name, runs: recipes, position, arrangement });
-    saved = { id: kept.id, content: contentOf(shown) };
-    givenTitle = name;
-    entitle(shown);
-    save.disabled = true;
+    saved.value = { id: kept.id, content: content.value };
+    givenTitle.value = name;
     toast("Saved; My work lists it", { action: { label: "My work", href: "work?show=comparisons" } });
   });
 }
 
 /** Give it another name, here and where it is kept. */
 async function renameIt() {
-  if (compared === null) return;
-  const shown = compared;
-  const name = await askName("Rename this comparison", titleOf(shown));
+  const name = await askName("Rename this comparison", title.value);
   if (name === null) return;
   await attempt(async () => {
-    if (saved !== null) await api.renameComparison(saved.id, name);
-    givenTitle = name;
-    entitle(shown);
-    keepAddress(shown);
+    if (saved.value !== null) await api.renameComparison(saved.value.id, name);
+    givenTitle.value = name;
   });
 }
 
-/** @param {ComparedRun[]} runs */
-function showFewer(runs) {
-  const wanted = { runs, position: compared?.position ?? 0 };
-  compared?.end();
-  // It is another one now.
-  [compared, sessions, saved] = [null, [], null];
-  show(wanted);
+function share() {
+  if (compared.value === null) return;
+  const { wanted } = compared.value;
+  const words = [
+    `The link holds the settings of all runs, and frame ${wanted.position}. ` +
+      "Wherever it is opened, the runs have the same numbers and differ from the same frame on.",
+    wanted.runs.some(({ recipe }) => recipe?.footage) ? RECORDING : "",
+  ];
+  openCode("Share this comparison", words, () => api.sourceCode(wanted.runs), linkTo({ ...wanted, title: givenTitle.value }));
 }
 
-function shareDialog() {
-  if (compared === null) return;
-  const { wanted } = compared;
-  const address = absolute(linkTo({ ...wanted, title: givenTitle }));
-  openDialog("Share this comparison", (close) => {
-    const field = h("input", { type: "text", readonly: true, value: address, "aria-label": "Link", "data-role": "share-link", autofocus: true });
-    field.addEventListener("focus", () => field.select());
-    return [
-      h(
-        "p",
-        {},
-        `The link holds the settings of all runs, and frame ${wanted.position}. `,
-        "Wherever it is opened, the runs have the same numbers and differ from the same frame on.",
-      ),
-      wanted.runs.some(({ recipe }) => recipe?.footage) && h("p", { class: "hint" }, RECORDING),
-      field,
-      sourceCode(() => api.sourceCode(wanted.runs)),
-      h("footer", {}, h("button", { type: "button", on: { click: close } }, "Close"), copyButton("Copy link", address, "the link")),
-    ];
-  }, { wide: true });
-}
+const help = () => openKeys(KEYS);
 
-/**
- * @param {import("../shared/icons.js").IconName} name
- * @param {string} text
- * @param {string} hint
- * @param {() => void} run
- */
-function tool(name, text, hint, run) {
-  const properties = { type: "button", class: "tool", title: hint, disabled: true, data: { tool: name }, on: { click: run } };
-  return h("button", properties, icon(name), h("span", { class: "wide-only" }, text));
-}
+const away = exportLists((name) => {
+  if (compared.value === null) throw new Error("Wait until the comparison is computed, then write it");
+  return api.exportComparison(name, { runs: compared.value.runs, title: title.value.slice(0, LONGEST_TITLE) });
+});
 
-function arrangementSwitch() {
-  /** @type {Record<Arrangement, HTMLButtonElement>} */
-  const buttons = {
-    side: button("side", "Side by side", "Each run has its own picture"),
-    over: button("over", "Over each other", "All runs on the picture of the first, each in its colour"),
+/** What the header has at the right. */
+function Tools() {
+  const shown = compared.value;
+  const view = (/** @type {ViewKind} */ kind) => {
+    if (kind === "scene" && graphics() === "none") toast(NO_GRAPHICS, { kind: "error" });
+    else shown?.show(kind);
   };
-  const mark = (/** @type {Arrangement} */ chosen) => {
-    for (const [name, each] of Object.entries(buttons)) each.setAttribute("aria-pressed", String(name === chosen));
-  };
-  /**
-   * @param {Arrangement} name
-   * @param {string} text
-   * @param {string} title
-   */
-  function button(name, text, title) {
-    const press = () => {
-      compared?.arrange(name);
-      mark(name);
-      if (name === "over") views.querySelector("[data-view=flat]")?.dispatchEvent(new MouseEvent("click"));
-    };
-    return h("button", { type: "button", title, "aria-pressed": String(name === "side"), data: { arrangement: name }, on: { click: press } }, text);
-  }
-  return { element: h("div", { class: "view-switch", role: "group", "aria-label": "Arrangement" }, buttons.side, buttons.over), mark };
+  return html`
+    ${h(Switch, {
+      label: "Arrangement",
+      chosen: shown?.arrangement.value ?? "side",
+      options: ARRANGEMENTS.map(([kind, text, hint]) => ({ kind, text, hint, choose: () => shown?.arrange(kind) })),
+    })}
+    ${h(Switch, {
+      label: "View",
+      chosen: shown?.view.value ?? "flat",
+      options: VIEWS.map(([kind, text, hint]) => ({ kind, text, hint, choose: () => view(kind) })),
+    })}
+    ${h(Made, { make: () => followChip(control, whole) })}
+    ${h(Tool, { name: "save", text: "Save", hint: "Keep this comparison; My work lists it", isOff: isSaved.value, run: saveIt })}
+    ${h(Made, { make: fileMenu })}
+    ${h(Tool, { name: "share", text: "Share", hint: "Share a link to this comparison", run: share })}
+    ${[themeButton, printButton, () => presentationButton({ hears: false })].map((make) => h(Made, { make }))}
+    <button type="button" class="quiet icon-only" title="Keys (?)" aria-label="Keys" onClick=${help}>?</button>
+  `;
 }
+
+function fileMenu() {
+  const button = elementOf(h(Tool, { name: "files", text: "Files", hint: "Export this comparison" }));
+  return popover(/** @type {HTMLButtonElement} */ (button), element("section", {}, element("h2", {}, "Take away"), away.element));
+}
+
+/** @param {{name: import("../shared/icons.js").IconName, text: string, hint: string, isOff?: boolean, run?: () => void}} props */
+function Tool({ name, text, hint, isOff = false, run }) {
+  return html`<button type="button" class="tool" title=${hint} disabled=${isOff || compared.value === null} data-tool=${name} onClick=${run}>
+    ${h(Icon, { name })}<span class="wide-only">${text}</span>
+  </button>`;
+}
+
+/** @param {{label: string, chosen: string, options: {kind: string, text: string, hint: string, choose: () => void}[]}} props */
+function Switch({ label, chosen, options }) {
+  const buttons = options.map(({ kind, text, hint, choose }) =>
+    html`<button type="button" title=${hint} aria-pressed=${String(kind === chosen)} data-view=${kind} onClick=${choose}>${text}</button>`);
+  return html`<div class="view-switch" role="group" aria-label=${label}>${buttons}</div>`;
+}
+
+/** What it is called. */
+function Heading() {
+  return html`<h1 data-part="title">${title.value ? `Compare · ${title.value}` : "Compare"}</h1>
+    ${compared.value && h(IconButton, { name: "rename", title: "Rename this comparison", run: renameIt })}`;
+}
+
+effect(() => {
+  const shown = compared.value;
+  if (shown === null) return;
+  document.title = `${title.value} · Compare · pftrack`;
+  // The address holds what makes the runs as soon as that is known, so that it can be kept, sent and reloaded.
+  const { runs, arrangement, outcome } = shown;
+  history.replaceState(null, "", linkTo({ runs, arrangement: arrangement.value, title: givenTitle.value }));
+  void outcome.value?.state;
+  untracked(() => control.update());
+});
+// The sessions are the page's own; whoever comes back by the browser's cache begins anew.
+addEventListener("pageshow", (event) => event.persisted && location.reload());
+addEventListener("hashchange", () => location.reload());
+navigation(null);
+render(h(Heading, {}), part("heading"));
+render(h(Tools, {}), part("tools"));
+render(h(Page, {}), part("comparison"));

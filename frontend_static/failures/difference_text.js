@@ -10,8 +10,8 @@ import { number } from "../shared/format.js";
  *
  * @param {FailurePublic} failure
  */
-export function differences(failure) {
-  return failure.differences.map(({ title, unit, failing, cured }) => withUnit(`${title} ${value(failing)} to ${value(cured)}`, unit)).join(", ");
+export function differences({ differences: all }) {
+  return all.map(({ title, unit, failing, cured }) => `${title} ${value(failing)} to ${value(cured, unit)}`).join(", ");
 }
 
 /**
@@ -21,19 +21,15 @@ export function differences(failure) {
  * @param {"failing"|"cured"} side
  */
 export function settings(failure, side) {
-  return failure.differences.map((each) => withUnit(`${each.title} ${value(each[side])}`, each.unit)).join(", ");
-}
-
-/** @param {Value} given */
-export function value(given) {
-  if (typeof given === "boolean") return given ? "on" : "off";
-  return typeof given === "number" ? number(given, 3).replace(/\.?0+$/, "") : given;
+  return failure.differences.map((each) => `${each.title} ${value(each[side], each.unit)}`).join(", ");
 }
 
 /**
- * @param {string} text
- * @param {string} unit
+ * @param {Value} given
+ * @param {string} [unit]
  */
-export function withUnit(text, unit) {
-  return unit ? `${text} ${unit}` : text;
+export function value(given, unit = "") {
+  const switched = given ? "on" : "off";
+  const text = typeof given === "number" ? number(given, 3).replace(/\.?0+$/, "") : given;
+  return [typeof given === "boolean" ? switched : text, unit].filter(Boolean).join(" ");
 }

@@ -1,135 +1,180 @@
 /** A failure beside its cure: two runs of one seed in step, why the one fails, and what helps the other. */
 
-import { api, messageOf, statusOf } from "../shared/api.js";
-import { whenCompiled } from "../shared/compiling.js";
-import { fill, h, lastOfAddress, part, setText } from "../shared/dom.js";
-import { icon } from "../shared/icons.js";
-import { navigation } from "../shared/navigation.js";
-import { notice } from "../shared/notice.js";
-import { presentationButton } from "../shared/presentation.js";
-import { printButton } from "../shared/print.js";
-import { sourceCodeButton } from "../shared/source_code.js";
-import { themeButton } from "../shared/theme.js";
-import { later } from "../shared/timing.js";
+import { LinkNow } from "../compare/compare.js";
+import { JointView } from "../compare/joint.js";
 import { followChip } from "../lecturer/chip.js";
 import { ClassControl } from "../lecturer/class_control.js";
-import { linkTo } from "../shared/comparison_link.js";
-import { column } from "./column.js";
-import { pair, told } from "./pair.js";
+import { api, messageOf } from "../shared/api.js";
+import { linkTo as linkToComparison } from "../shared/comparison_link.js";
+import { whenCompiled } from "../shared/compiling.js";
+import { h as element, lastOfAddress, part } from "../shared/dom.js";
+import { quantity } from "../shared/format.js";
+import { Icon } from "../shared/icons.js";
+import { Failed, Loaded, Made, showPage } from "../shared/page.js";
+import { presentationButton } from "../shared/presentation.js";
+import { printButton } from "../shared/print.js";
+import { linkTo } from "../shared/share_link.js";
+import { CodeButton } from "../shared/source_code.js";
+import { tokens } from "../shared/theme.js";
+import { h, html, render, signal } from "../vendor/preact.js";
+import { settings, value } from "./difference_text.js";
 
-/** @import { FailurePublic } from "../shared/messages.js" */
-/** @import { JointView } from "../compare/joint_view.js" */
-/** @import { Column } from "./column.js" */
+/** @import { FailurePublic, FailureResult } from "../shared/messages.js" */
+/** @typedef {"failing"|"cured"} Side */
 
-const SKELETON_AFTER_MS = 200;
-const NOT_FOUND = 404;
+/** @type {readonly Side[]} */
+const SIDES = ["failing", "cured"];
+const HEADS = { failing: "Fails", cured: "Cured" };
+/** As in the gallery's curves. */
+const COLOURS = /** @type {const} */ ({ failing: "lost", cured: "second" });
 const GALLERY = { label: "All failures", href: "failures" };
-const name = lastOfAddress();
-const root = part("failure");
-/** @type {{failure: FailurePublic, columns: Column[], sessions: string[]}|null} What a class may see. */
-let shown = null;
-/** Nothing ends what listens here but the page itself. */
-const page = new AbortController();
-const control = new ClassControl(() => {
-  if (shown === null) return null;
-  const { failure, columns, sessions } = shown;
-  return { title: failure.title, sessions, lesson: null, arrangement: { comparison: told(columns, failure) } };
-}, page.signal);
 
-navigation("failures");
-part("tools").append(followChip(control, page.signal), themeButton(), printButton(), presentationButton());
-// The next failure is the next page of the lecture.
-part("neighbours").addEventListener("click", () => control.takeAlong());
-// The sessions are the page's own; whoever comes back by the browser's cache begins anew.
-addEventListener("pageshow", (event) => event.persisted && location.reload());
-load();
+/** A failure with its two runs, from the frame before it happens. */
+class Pair extends JointView {
+  /** Why the two could not be started. */
+  problem = signal("");
+  /** What was measured in both as wholes; or a sentence in its place. */
+  course = signal(/** @type {FailureResult|string|null} */ (null));
+  /** Ids of the sessions, once both are there. @type {string[]} */
+  sessions = [];
+
+  /** @param {FailurePublic} failure */
+  constructor(failure) {
+    const { frame } = failure;
+    super(SIDES.map((side) => {
+      const place = element("div", { class: "failure-view", data: { within: HEADS[side] } });
+      return { name: HEADS[side], colour: colourOf(side), first: 0, place, recipe: { recipe: failure[side], position: frame } };
+    }));
+    this.failure = failure;
+    this.store.know(frame, [{ frame, note: "before it happens" }]);
+    this.listen({});
+    this.begun.then((ids) => {
+      this.sessions = ids;
+      control.find();
+    }, (error) => {
+      this.problem.value = messageOf(error);
+      this.end();
+    });
+    this.#measure();
+  }
+
+  /** What a class sees: a comparison, whose settings are what the cure changes. */
+  get told() {
+    const { differences } = this.failure;
+    const runs = SIDES.map((side) => ({ name: HEADS[side], title: `${HEADS[side]}, ${settings(this.failure, side)}`, colour: colourOf(side), first: 0 }));
+    const changed = differences.map((each) => ({ name: each.title, title: each.title, values: SIDES.map((side) => value(each[side], each.unit)) }));
+    return { outline: { unit: "", settings: changed, runs }, outcome: null, arrangement: "side" };
+  }
+
+  async #measure() {
+    const { failure: { experiment, id }, signal: end } = this;
+    try {
+      this.course.value = await whenCompiled(experiment, () => api.course(id, end), (sentence) => (this.course.value = sentence), end);
+    } catch (error) {
+      if (!end.aborted) this.course.value = `The measurement is not available: ${messageOf(error)}`;
+    }
+  }
+}
+
+/** @param {Side} side */
+function colourOf(side) {
+  return tokens(COLOURS[side])[COLOURS[side]];
+}
+
+const shown = signal(/** @type {Pair|null} */ (null));
+/** Nothing ends what listens here but the page itself. */
+const { signal: whole } = new AbortController();
+const control = new ClassControl(() => {
+  const pair = shown.peek();
+  if (pair === null || pair.sessions.length === 0) return null;
+  return { title: pair.failure.title, sessions: pair.sessions, lesson: null, arrangement: { comparison: pair.told } };
+}, whole);
 
 async function load() {
-  const there = later(() => fill(root, h("div", { class: "failure-wait" }, h("div", { class: "shimmer" }))), SKELETON_AFTER_MS);
-  try {
-    const failure = await api.failure(name);
-    there();
-    setText(part("title"), `${failure.number}  ${failure.title}`);
-    document.title = `${failure.title} · pftrack`;
-    history.replaceState(null, "", failure.page + location.search);
-    fill(part("neighbours"), neighbour(failure.previous, "previous"), neighbour(failure.next, "next"));
-    begin(failure);
-  } catch (error) {
-    there();
-    const isUnknown = statusOf(error) === NOT_FOUND;
-    setText(part("title"), "Failure");
-    const title = isUnknown ? "There is no such failure" : "The failure cannot be shown";
-    fill(root, notice(title, messageOf(error), isUnknown ? GALLERY : { label: "Try again", run: load }));
-  }
+  const failure = await api.failure(lastOfAddress());
+  part("title").textContent = `${failure.number}  ${failure.title}`;
+  document.title = `${failure.title} · pftrack`;
+  history.replaceState(null, "", failure.page + location.search);
+  const begin = () => (shown.value = new Pair(failure));
+  begin();
+  return h(Runs, { begin });
+}
+
+/** @param {{begin: () => void}} props */
+function Runs({ begin }) {
+  const pair = shown.value;
+  if (pair === null) return null;
+  if (pair.problem.value) return h(Failed, { title: "The two runs could not be started", message: pair.problem.value, again: begin });
+  const { frame } = pair.failure;
+  const before = () => element("button", { type: "button", on: { click: () => pair.steering.seek(frame) } }, `Frame ${frame}, before it happens`);
+  return [...SIDES.map((side, place) => h(Column, { pair, side, place })), h(Made, { make: () => pair.deck("failure-deck", before()) })];
+}
+
+/** @param {{pair: Pair, side: Side, place: number}} props One of the runs: what is said of it, and its picture. */
+function Column({ pair: { failure, course, places }, side, place }) {
+  return html`<section class="failure-column" aria-label=${HEADS[side]} data-side=${side}>
+    <div class="failure-words">
+      <h2>
+        <span class="failure-verdict">${HEADS[side]}</span><span class="failure-setting">${settings(failure, side)}</span>
+        <a class="link" href=${linkTo({ recipe: failure[side], position: failure.frame })}>Open as a session</a>
+      </h2>
+      <p>${side === "failing" ? failure.diagnosis : failure.cure}</p>
+      ${h(Measured, { course: course.value, side })}
+    </div>
+    ${h(Made, { make: () => places[place] })}
+  </section>`;
 }
 
 /**
- * @param {FailurePublic["next"]} failure
- * @param {"previous"|"next"} way
- */
-function neighbour(failure, way) {
-  if (failure === null) return null;
-  const words = `${way === "next" ? "Next" : "Previous"} failure, ${failure.title}`;
-  const href = `failures/${encodeURIComponent(failure.id)}`;
-  return h("a", { class: "button quiet icon-only", rel: way === "next" ? "next" : "prev", href, title: words, "aria-label": words }, icon(way));
-}
-
-/** @param {FailurePublic} failure */
-function begin(failure) {
-  const columns = [column(failure, "failing"), column(failure, "cured")];
-  const deck = h("div", { class: "failure-deck" });
-  fill(root, columns.map(({ element }) => element), deck);
-  const runs = pair(columns, deck, failure);
-  measure(failure, columns, runs.signal);
-  const both = [{ recipe: failure.failing }, { recipe: failure.cured }];
-  fill(part("compare"), comparisonLink(failure, runs), sourceCodeButton(() => api.sourceCode(both)));
-  runs.begun.then((sessions) => {
-    shown = { failure, columns, sessions };
-    return control.find();
-  }, (error) => {
-    if (runs.signal.aborted) return;
-    runs.end();
-    fill(root, notice("The two runs could not be started", messageOf(error), { label: "Try again", run: () => begin(failure) }));
-  });
-}
-
-/**
- * A link to both runs as a comparison, at the frame that is shown.
+ * Why a run is lost where it stays so, what was found in its numbers, and what shows the failure from the loss on.
  *
- * @param {FailurePublic} failure
- * @param {JointView} runs
+ * @param {{course: FailureResult|string|null, side: Side}} props
  */
-function comparisonLink({ failing, cured, frame }, runs) {
-  const to = (/** @type {number} */ position) => linkTo({ runs: [{ recipe: failing }, { recipe: cured }], position });
-  const go = () => (link.href = to(runs.store.session?.position ?? frame));
-  const link = h(
-    "a",
-    {
-      class: "button tool",
-      href: to(frame),
-      title: "Compare both runs: what differs, all plots, and what came of them",
-      "aria-label": "Compare both runs",
-      on: { pointerenter: go, focus: go, click: go },
-    },
-    icon("compare"),
-    h("span", { class: "wide-only" }, "Compare"),
-  );
-  return link;
+function Measured({ course, side }) {
+  if (course === null || typeof course === "string") {
+    return html`<p class="measured" role="status">${course ?? html`<span class="bone shimmer"></span>`}</p>`;
+  }
+  const { frame, measured } = course;
+  const { finding, why, lost } = course[side];
+  const terms = measured.map((it) => html`<div><dt>${it.title}</dt><dd>${value(quantity(it[side], it.unit), it.unit)}</dd></div>`);
+  return html`<p class="measured" role="status">${lost.at(-1) && html`<strong>${why}</strong> `}${finding}</p>
+    ${terms.length > 0 && html`<div class="failure-numbers"><p class="hint">From frame ${frame} on</p><dl>${terms}</dl></div>`}`;
 }
 
-/**
- * Say of both runs what is measured in them as wholes.
- *
- * @param {FailurePublic} failure
- * @param {Column[]} columns
- * @param {AbortSignal} signal
- */
-async function measure(failure, columns, signal) {
-  const tell = (/** @type {string} */ sentence) => columns.forEach((each) => each.tell(sentence));
-  try {
-    const course = await whenCompiled(failure.experiment, () => api.course(failure.id, signal), tell, signal);
-    columns.forEach((each) => each.show(course));
-  } catch (error) {
-    if (!signal.aborted) tell(`The measurement is not available: ${messageOf(error)}`);
-  }
+/** The failures before and after. */
+function Neighbours() {
+  const { previous, next } = shown.value?.failure ?? { previous: null, next: null };
+  /** @param {FailurePublic["next"]} failure @param {"previous"|"next"} way @param {string} words */
+  const neighbour = (failure, way, words) => {
+    if (failure === null) return null;
+    const title = `${words} failure, ${failure.title}`;
+    const href = `failures/${encodeURIComponent(failure.id)}`;
+    // The next failure is the next page of the lecture.
+    return html`<a class="button quiet icon-only" rel=${way === "next" ? "next" : "prev"} href=${href} title=${title} aria-label=${title}
+      onClick=${() => control.takeAlong()}>${h(Icon, { name: way })}</a>`;
+  };
+  return [neighbour(previous, "previous", "Previous"), neighbour(next, "next", "Next")];
 }
+
+/** The ways to both runs as a comparison, at the frame that is shown, and as code. */
+function Ways() {
+  const pair = shown.value;
+  if (pair === null) return null;
+  const runs = SIDES.map((side) => ({ recipe: pair.failure[side] }));
+  const title = "Compare both runs: what differs, all plots, and what came of them";
+  const content = [h(Icon, { name: "compare" }), html`<span class="wide-only">Compare</span>`];
+  const aim = () => linkToComparison({ runs, position: pair.position });
+  return [
+    h(LinkNow, { class: "button tool", aim, title, label: "Compare both runs", content }),
+    h(CodeButton, { ask: () => api.sourceCode(runs) }),
+  ];
+}
+
+// The sessions are the page's own; whoever comes back by the browser's cache begins anew.
+addEventListener("pageshow", (event) => event.persisted && location.reload());
+render(h(Neighbours, {}), part("neighbours"));
+render(h(Ways, {}), part("compare"));
+const bones = html`<div class="failure-wait"><div class="shimmer"></div></div>`;
+const unknown = { title: "There is no such failure", action: GALLERY };
+const content = () => h(Loaded, { load, failed: "The failure could not be shown", bones, unknown });
+showPage("failure", "failures", content, [followChip(control, whole), printButton(), presentationButton()]);

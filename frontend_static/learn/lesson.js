@@ -5,7 +5,7 @@ import { ClassControl } from "../lecturer/class_control.js";
 import { END_FORK, endFork } from "../lecturer/end_fork.js";
 import { START, here } from "../shared/address.js";
 import { messageOf } from "../shared/api.js";
-import { dialogIsOpen, openDialog } from "../shared/dialog.js";
+import { dialogIsOpen, openKeys } from "../shared/dialog.js";
 import { h as element, lastOfAddress, part } from "../shared/dom.js";
 import { Icon } from "../shared/icons.js";
 import { navigation } from "../shared/navigation.js";
@@ -20,10 +20,11 @@ import { effect, h, html, render, signal, untracked, useEffect, useMemo, useRef,
 import { lessons } from "./api.js";
 import { Course, Question, written } from "./course.js";
 import { Mark, checked } from "./numbers.js";
-import { Demonstration, DemonstrationStage, LessonRun, RunStage } from "./stage.js";
+import { Demonstration, LessonRun, Stage } from "./stage.js";
 
 /** @import { ChecksPublic, LessonDetail, NeighbourPublic, ScenarioPublic } from "../shared/messages.js" */
 
+/** @type {readonly [keys: string, what: string][]} */
 const KEYS = [
   ["N", "Next lesson"],
   ["P", "Previous lesson"],
@@ -48,12 +49,12 @@ function Lesson({ course }) {
   const use = found ? lesson.uses[Number(found[1]) - 1] : undefined;
   const isUsed = use !== undefined && use.problem === null;
   const isLocked = answer.value === null;
-  const shown = { isLocked, notice: html`<p class="lesson-notice" data-part="notice"><span ...${written(lesson.notice)}></span></p>` };
+  const notice = html`<p class="lesson-notice" data-part="notice"><span ...${written(lesson.notice)}></span></p>`;
   return html`
     <article class="lesson-text" data-part="text" tabindex="0" aria-label="Idea">${h(Text, { lesson })}</article>
     <section class="lesson-stage" data-part="own" aria-label="Figure" hidden=${isUsed}>
       <h2 class="visually-hidden">Figure</h2>
-      ${stage instanceof Demonstration ? h(DemonstrationStage, { stage, random: lesson.random, ...shown }) : h(RunStage, { stage, ...shown })}
+      ${h(Stage, { stage, isLocked, notice })}
     </section>
     ${isUsed && h(Use, { key: hash.value, use, course })}
     <section class="lesson-question" data-part="question" data-stage=${stageOf(answer.value)} aria-label="Question" hidden=${isUsed}>
@@ -151,27 +152,31 @@ function Use({ use, course }) {
       <a class="button" href=${linkTo({ recipe: use.recipe, position: use.frame })} target="_blank">Open as a session</a>
       <a class="button primary" href=${here("")}>Back to the lesson</a>
     </div>
-    ${h(RunStage, { stage, isLocked: false })}
+    ${h(Stage, { stage, isLocked: false })}
   </section>`;
 }
 
-/** @param {{lesson: LessonDetail, lead: () => void}} props `lead` takes a class along. */
-function Neighbours({ lesson: { previous, next }, lead }) {
-  /** @param {NeighbourPublic|null} to @param {"previous"|"next"} which @param {string} words */
-  const way = (to, which, words) => {
+/**
+ * How far the course is, and the lessons before and after.
+ *
+ * @param {{course: Course, lead: () => void}} props `lead` takes a class along.
+ */
+function Head({ course: { all, progress, lesson: { previous, next } }, lead }) {
+  /** @param {NeighbourPublic|null} to @param {"previous"|"next"} way @param {string} words */
+  const neighbour = (to, way, words) => {
     if (to === null) return null;
     const title = `${words}: ${to.title}`;
-    const rel = which === "next" ? "next" : "prev";
+    const rel = way === "next" ? "next" : "prev";
     return html`<a class="button quiet icon-only" href=${`learn/${encodeURIComponent(to.id)}`} rel=${rel} title=${title} aria-label=${title} onClick=${lead}>
-      ${h(Icon, { name: which })}
+      ${h(Icon, { name: way })}
     </a>`;
   };
-  return [way(previous, "previous", "Previous lesson (P)"), way(next, "next", "Next lesson (N)")];
-}
-
-/** @param {{course: Course}} props How far the course is. */
-function Done({ course: { all, progress } }) {
-  return all.length > 0 && `${progress.done(all)} of ${all.length} done`;
+  return html`
+    ${all.length > 0 && html`<span class="lesson-progress" data-part="progress">${progress.done(all)} of ${all.length} done</span>`}
+    <nav class="neighbours" aria-label="Lessons before and after">
+      ${neighbour(previous, "previous", "Previous lesson (P)")} ${neighbour(next, "next", "Next lesson (N)")}
+    </nav>
+  `;
 }
 
 /** @param {{course: Course}} props */
@@ -218,14 +223,12 @@ function opened(course) {
   document.title = `${lesson.title} · pftrack`;
   part("title").textContent = lesson.number ? `${lesson.number} · ${lesson.title}` : lesson.title;
   if (control !== null) part("tools").prepend(followChip(control, whole));
-  render(h(Done, { course }), part("progress"));
+  render(h(Head, { course, lead: () => control?.takeAlong() }), part("head"));
   render(h(Remark, { course }), part("remark"));
-  render(h(Neighbours, { lesson, lead: () => control?.takeAlong() }), part("neighbours"));
-  if (!(stage instanceof Demonstration)) return h(Lesson, { course });
   effect(() => {
     part("disconnected").hidden = !stage.isLost.value;
   });
-  actions.d = () => stage.draw();
+  actions.d = () => stage.draw?.();
   return h(Lesson, { course });
 }
 
@@ -237,14 +240,11 @@ async function load() {
   return opened(new Course(mine, all));
 }
 
-function help() {
-  const lines = KEYS.map(([keys, what]) => [element("dt", {}, keys.split(" ").map((key) => element("kbd", {}, key))), element("dd", {}, what)]);
-  openDialog("Keys", () => [element("dl", { class: "keys" }, lines), element("p", { class: "hint" }, ARROWS)]);
-}
+const help = () => openKeys(KEYS, element("p", { class: "hint" }, ARROWS));
 
 /** @param {"next"|"prev"} rel Which neighbour's link to take. */
 function go(rel) {
-  /** @type {HTMLElement|null} */ (part("neighbours").querySelector(`a[rel=${rel}]`))?.click();
+  /** @type {HTMLElement|null} */ (document.querySelector(`.neighbours a[rel=${rel}]`))?.click();
 }
 
 /** @type {Record<string, () => void>} What keys do, where no run has them. */

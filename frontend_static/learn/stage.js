@@ -15,7 +15,7 @@ import { NewestRequest } from "../shared/newest_request.js";
 import { Notice } from "../shared/notice.js";
 import { Made } from "../shared/page.js";
 import { toast } from "../shared/toast.js";
-import { effect, h, html, signal, useMemo } from "../vendor/preact.js";
+import { effect, h, html, signal } from "../vendor/preact.js";
 import { lessons } from "./api.js";
 import { Controls, SEED, declared, seedControl } from "./controls.js";
 import { Numbers } from "./numbers.js";
@@ -35,8 +35,28 @@ const TRACKER_HINT = "What follows the target; a change counts from the next fra
 /** @type {readonly import("../session/layout.js").Part[]} */
 const PARTS = ["scene", "plots", "transport", "scrubber"];
 
+/** What both have, as their component draws it. */
+class Shown {
+  /** @type {string|null} Why it cannot be shown. */
+  problem = null;
+  /** Whether it is out of reach as a whole while the question is asked. */
+  isCovered = false;
+  /** @type {(() => void)|undefined} Draws other random numbers. */
+  draw;
+  /** Id of the session that it is, once that is known. */
+  id = signal(/** @type {string|null} */ (null));
+  turnables = signal(/** @type {readonly Turnable[]} */ ([]));
+  /** What the controls show. */
+  values = signal(/** @type {Values} */ ({}));
+  numbers = signal(/** @type {LessonNumber[]} */ ([]));
+  /** How many figures were drawn. */
+  drawn = signal(0);
+  isAble = signal(true);
+  isLost = signal(false);
+}
+
 /** A demonstration: the server computes its figure; this asks and shows. */
-export class Demonstration {
+export class Demonstration extends Shown {
   /** @type {Values} Of the figure that is shown. */
   #shown = {};
   #lesson;
@@ -47,12 +67,6 @@ export class Demonstration {
   #figure = null;
   /** @type {string|null} */
   #follow = null;
-  /** What is wished for, which the controls show. */
-  values = signal(/** @type {Values} */ ({}));
-  numbers = signal(/** @type {LessonNumber[]} */ ([]));
-  /** How many figures were drawn. */
-  drawn = signal(0);
-  isLost = signal(false);
 
   /**
    * @param {LessonDetail} lesson
@@ -60,9 +74,13 @@ export class Demonstration {
    * @param {(value: number) => void} placed A prediction was placed in the figure.
    */
   constructor(lesson, answer, placed) {
+    super();
+    const { declarations, defaults, random } = lesson;
     this.#lesson = lesson;
     this.#answer = answer;
     this.#placed = placed;
+    this.turnables.value = [...declared(declarations, defaults), ...(random ? [seedControl(DRAW_HINT)] : [])];
+    if (random) this.draw = () => this.turn(SEED, Number(this.values.value[SEED]) + 1);
     const { signal: whole } = new AbortController();
     this.#newest = new NewestRequest((/** @type {FigureRequest} */ wanted) => this.#computed(wanted, whole), {
       answer: (found, wanted, isNewest) => this.#show(found, wanted, isNewest),
@@ -76,11 +94,6 @@ export class Demonstration {
 
   get isRevealed() {
     return this.#answer.peek() !== null;
-  }
-
-  get turnables() {
-    const { declarations, defaults, random } = this.#lesson;
-    return [...declared(declarations, defaults), ...(random ? [seedControl(DRAW_HINT)] : [])];
   }
 
   /** @param {AbortSignal} gone */
@@ -111,11 +124,6 @@ export class Demonstration {
   /** @param {string} name */
   reset(name) {
     this.turn(name, name === SEED ? this.#lesson.seed : this.#lesson.defaults[name]);
-  }
-
-  /** Draw other random numbers. */
-  draw() {
-    if (this.#lesson.random) this.turn(SEED, Number(this.values.value[SEED]) + 1);
   }
 
   /** @param {string|null} follow The class that sees the figure, too, from now on and the one that is shown now. */
@@ -172,25 +180,8 @@ export class Demonstration {
   }
 }
 
-/** @param {{stage: Demonstration, isLocked: boolean, notice: Child, random: boolean}} props */
-export function DemonstrationStage({ stage, isLocked, notice, random }) {
-  const turnables = useMemo(() => stage.turnables, [stage]);
-  return html`
-    <div class="lesson-show" data-part="show" data-shown=${stage.drawn.value}>${h(Made, { make: (gone) => stage.make(gone) })}</div>
-    ${notice}
-    <div class="lesson-numbers" data-part="numbers">${h(Numbers, { numbers: stage.numbers.value })}</div>
-    ${h(Controls, {
-      turnables, isLocked,
-      values: stage.values.value,
-      propose: (name, value) => stage.turn(name, value),
-      reset: (name) => stage.reset(name),
-      ...(random && { draw: () => stage.draw() }),
-    })}
-  `;
-}
-
 /** A run in a lesson. It begins and ends with what shows it. */
-export class LessonRun {
+export class LessonRun extends Shown {
   /** @type {Mounted|null} */
   #mounted = null;
   /** @type {Values} */
@@ -199,16 +190,14 @@ export class LessonRun {
   #goal = null;
   /** @type {Proposals|null} */
   #proposals = null;
-  /** Id of its session, once that is known. */
-  id = signal(/** @type {string|null} */ (null));
-  turnables = signal(/** @type {Turnable[]} */ ([]));
-  /** In force, but for what somebody has in hand. */
-  values = signal(/** @type {Values} */ ({}));
-  isAble = signal(false);
+  isCovered = true;
 
   /** @param {ScenarioPublic} scenario */
   constructor(scenario) {
+    super();
     this.scenario = scenario;
+    this.problem = scenario.problem;
+    this.isAble.value = false;
   }
 
   /** @param {AbortSignal} gone */
@@ -226,9 +215,17 @@ export class LessonRun {
     return place;
   }
 
-  /** @param {string} name @param {Value} [value] As it was at first if not given. */
-  turn(name, value = this.#first[name]) {
+  /**
+   * @param {string} name
+   * @param {Value} value
+   */
+  turn(name, value) {
     this.#proposals?.propose(name, value);
+  }
+
+  /** @param {string} name */
+  reset(name) {
+    this.turn(name, this.#first[name]);
   }
 
   /** @param {number} frame Play until it is shown. */
@@ -251,6 +248,7 @@ export class LessonRun {
       this.turnables.value = unlocked(session, this.scenario.unlocked);
       this.id.value = session.id;
     }
+    // What somebody has in hand stays.
     this.values.value = Object.fromEntries(Object.entries(inForce).filter(([name]) => !this.#proposals?.holds(name)));
     if (this.#goal === null || !session.playing || session.position < this.#goal) return;
     steering.seek(this.#goal);
@@ -275,21 +273,29 @@ function unlocked({ declarations, parameters, trackers }, names) {
   return names.flatMap((name) => all.filter((each) => each.name === name));
 }
 
-/** @param {{stage: LessonRun, isLocked: boolean, notice?: Child}} props */
-export function RunStage({ stage, isLocked, notice = null }) {
-  const { problem } = stage.scenario;
+/**
+ * What is shown, with its numbers and controls.
+ *
+ * @param {{stage: Demonstration|LessonRun, isLocked: boolean, notice?: Child}} props
+ */
+export function Stage({ stage, isLocked, notice = null }) {
+  const { problem } = stage;
   const action = { label: "All lessons", href: "learn" };
   const missing = problem !== null && h(Notice, { title: "This run is not available", message: problem, action, inline: true });
   return html`
-    <div class="lesson-show" data-part="show" inert=${isLocked && !missing}>${missing || h(Made, { make: (gone) => stage.make(gone) })}</div>
+    <div class="lesson-show" data-part="show" data-shown=${stage.drawn.value} inert=${isLocked && stage.isCovered && !missing}>
+      ${missing || h(Made, { make: (gone) => stage.make(gone) })}
+    </div>
     ${notice}
+    <div class="lesson-numbers" data-part="numbers">${h(Numbers, { numbers: stage.numbers.value })}</div>
     ${h(Controls, {
       isLocked,
       turnables: stage.turnables.value,
       values: stage.values.value,
       isInert: !stage.isAble.value,
       propose: (name, value) => stage.turn(name, value),
-      reset: (name) => stage.turn(name),
+      reset: (name) => stage.reset(name),
+      draw: stage.draw,
     })}
   `;
 }

@@ -1,7 +1,7 @@
 /** The list of keys. */
 
 import { api } from "../shared/api.js";
-import { openDialog } from "../shared/dialog.js";
+import { openKeys } from "../shared/dialog.js";
 import { h } from "../shared/dom.js";
 import { isParticipant } from "../shared/participant.js";
 import { GLOSSARY } from "../shared/terms.js";
@@ -11,15 +11,7 @@ import { HELP } from "./keys.js";
 export function helpDialog() {
   const tour = h("p", {});
   if (!isParticipant) offerTour(tour);
-  openDialog("Keys", () => [
-    h(
-      "dl",
-      { class: "keys" },
-      HELP.map(({ keys, what }) => [h("dt", {}, keys.split(" ").map((key) => h("kbd", {}, key))), h("dd", {}, what)]),
-    ),
-    tour,
-    !isParticipant && h("p", {}, h("a", { href: GLOSSARY }, "Glossary: what the words mean")),
-  ]);
+  openKeys(HELP, tour, !isParticipant && h("p", {}, h("a", { href: GLOSSARY }, "Glossary: what the words mean")));
 }
 
 /** @param {HTMLElement} place Stays empty where there is no tour. */

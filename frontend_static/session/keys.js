@@ -4,8 +4,6 @@
 
 import { dialogIsOpen } from "../shared/dialog.js";
 
-/** @typedef {{keys: string, what: string}} Line what the help shows */
-
 /**
  * @typedef {object} Actions
  * @property {() => void} toggle
@@ -35,26 +33,26 @@ import { dialogIsOpen } from "../shared/dialog.js";
  */
 const listening = new Set();
 
-/** @type {Line[]} */
+/** @type {[keys: string, what: string][]} What the help shows. */
 export const HELP = [
-  { keys: "space", what: "Play or pause" },
-  { keys: "← →", what: "One frame back or forward" },
-  { keys: "shift ← →", what: "Ten frames back or forward" },
-  { keys: "home end", what: "First frame, newest frame" },
-  { keys: "L", what: "Go to before the loss" },
-  { keys: "E", what: "Go to the next event, such as an identity switch; with shift, to the one before" },
-  { keys: "W", what: "Why was it lost?" },
-  { keys: "B", what: "Bookmark this frame" },
-  { keys: "N", what: "Branch from this frame" },
-  { keys: "I", what: "Look into the frame: likelihood, particles, ancestors; again to stop" },
-  { keys: "C", what: "Compare this run with others" },
-  { keys: "[ ]", what: "Slower, faster" },
-  { keys: "P", what: "List the presets" },
-  { keys: "T", what: "On a recording: mark where the target truly is" },
-  { keys: "+ - 0", what: "In the plots: zoom in at this frame, zoom out, show all; also Ctrl with the wheel" },
-  { keys: "F", what: "Present in large type; escape ends it" },
-  { keys: "pageup pagedown", what: "In a lecture: the item before, the next one" },
-  { keys: "?", what: "This help" },
+  ["space", "Play or pause"],
+  ["← →", "One frame back or forward"],
+  ["shift ← →", "Ten frames back or forward"],
+  ["home end", "First frame, newest frame"],
+  ["L", "Go to before the loss"],
+  ["E", "Go to the next event, such as an identity switch; with shift, to the one before"],
+  ["W", "Why was it lost?"],
+  ["B", "Bookmark this frame"],
+  ["N", "Branch from this frame"],
+  ["I", "Look into the frame: likelihood, particles, ancestors; again to stop"],
+  ["C", "Compare this run with others"],
+  ["[ ]", "Slower, faster"],
+  ["P", "List the presets"],
+  ["T", "On a recording: mark where the target truly is"],
+  ["+ - 0", "In the plots: zoom in at this frame, zoom out, show all; also Ctrl with the wheel"],
+  ["F", "Present in large type; escape ends it"],
+  ["pageup pagedown", "In a lecture: the item before, the next one"],
+  ["?", "This help"],
 ];
 
 /** @type {Readonly<Record<string, "present"|"bookmark"|"branch"|"inspect"|"compare"|"difference"|"beforeLoss"|"presets"|"truth"|"why">>} */

@@ -26,8 +26,8 @@ export function arrange(element, parts) {
     if (!parts.includes(part)) return null;
     return (places[part] = h(tag, { ...properties, data: { part } }));
   };
-  // A page may show several, each in a section of its own.
-  const around = element.closest("section[aria-label]")?.getAttribute("aria-label");
+  // A page may show several, each in a section of its own, which an element that is not on the page yet names itself.
+  const around = element.dataset.within ?? element.closest("section[aria-label]")?.getAttribute("aria-label");
   const named = (/** @type {string} */ label) => (around ? `${around}: ${label.toLowerCase()}` : label);
   const scene = place("scene", "section", { class: "scene", "aria-label": named("Scene") });
   const side = [

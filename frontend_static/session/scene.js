@@ -29,7 +29,7 @@ import { chosenView, graphics, rememberView } from "./view_choice.js";
 
 /** Later than elsewhere: a skeleton just before the picture would only make it flicker. */
 const SKELETON_AFTER_MS = 500;
-const NO_GRAPHICS = "This browser has no 3-D graphics (WebGL 2). Turn on hardware acceleration, or use another browser, to see the scene.";
+export const NO_GRAPHICS = "This browser has no 3-D graphics (WebGL 2). Turn on hardware acceleration, or use another browser, to see the scene.";
 
 export class Scene {
   /** What holds it. */

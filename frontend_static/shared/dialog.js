@@ -100,6 +100,17 @@ export function askName(title, name, action = "Rename") {
   });
 }
 
+/**
+ * Show which keys there are.
+ *
+ * @param {readonly (readonly [keys: string, what: string])[]} keys
+ * @param {...Child} more
+ */
+export function openKeys(keys, ...more) {
+  const lines = keys.map(([each, what]) => [h("dt", {}, each.split(" ").map((key) => h("kbd", {}, key))), h("dd", {}, what)]);
+  openDialog("Keys", () => [h("dl", { class: "keys" }, lines), ...more]);
+}
+
 /** Whether keys belong to a dialog now. */
 export function dialogIsOpen() {
   return document.querySelector("dialog[open]") !== null;

@@ -1,57 +1,50 @@
-/** What computes something again, to be copied as Python or as a command. */
+/** What computes something again: as a link, as Python or as a command, to be copied. */
 
-import { messageOf } from "./api.js";
-import { copyButton } from "./copy.js";
+import { absolute } from "./address.js";
+import { CopyButton, copyButton } from "./copy.js";
 import { openDialog } from "./dialog.js";
-import { fill, h } from "./dom.js";
-import { icon } from "./icons.js";
+import { elementOf, h as element } from "./dom.js";
+import { Icon } from "./icons.js";
+import { Loaded } from "./page.js";
+import { h, html } from "../vendor/preact.js";
 
 /** @import { SourceCode } from "./messages.js" */
 
 /**
- * The lines, asked for when they are looked at.
+ * Show, ready to be copied, what computes something again.
  *
+ * @param {string} title
+ * @param {string[]} words What is shown; nothing for a sentence that is left out.
  * @param {() => Promise<SourceCode>} ask
+ * @param {string} [link] Relative to the server's address.
  */
-export function sourceCode(ask) {
-  const place = h("div", { class: "source-code" });
-  const show = async () => {
-    try {
-      const { python, command } = await ask();
-      fill(place, lines("Python", python), lines("command", command));
-    } catch (error) {
-      fill(place, h("p", { class: "hint", role: "alert" }, messageOf(error)));
-    }
-  };
-  show();
-  return place;
+export function openCode(title, words, ask, link) {
+  const address = link === undefined ? "" : absolute(link);
+  const field = element("input", { type: "text", readonly: true, value: address, "aria-label": "Link", "data-role": "share-link", autofocus: true });
+  field.addEventListener("focus", () => field.select());
+  openDialog(title, (close) => [
+    words.map((each) => each !== "" && element("p", {}, each)),
+    address && field,
+    elementOf(html`<div class="source-code">${h(Loaded, { load: () => lines(ask), failed: "There are no lines of code" })}</div>`),
+    element("footer", {}, element("button", { type: "button", on: { click: close } }, "Close"), address && copyButton("Copy link", address, "the link")),
+  ], { wide: true });
 }
 
-/**
- * A button that shows the lines in a dialog.
- *
- * @param {() => Promise<SourceCode>} ask
- */
-export function sourceCodeButton(ask) {
-  const open = () =>
-    openDialog("The same in code", (close) => [
-      h("p", {}, "These lines compute the same numbers where pftrack is installed."),
-      sourceCode(ask),
-      h("footer", {}, h("button", { type: "button", on: { click: close } }, "Close")),
-    ], { wide: true });
+/** @param {{ask: () => Promise<SourceCode>}} props */
+export function CodeButton({ ask }) {
+  const open = () => openCode("The same in code", ["These lines compute the same numbers where pftrack is installed."], ask);
   const title = "Copy as Python or as a command";
-  return h("button", { type: "button", class: "tool", title, "aria-label": title, data: { role: "code" }, on: { click: open } }, icon("code"));
+  return html`<button type="button" class="tool" title=${title} aria-label=${title} data-role="code" onClick=${open}>${h(Icon, { name: "code" })}</button>`;
 }
 
-/**
- * @param {string} what
- * @param {string} text
- */
-function lines(what, text) {
-  return h(
-    "details",
-    { open: text.length < 400 },
-    h("summary", {}, `As ${what}`, copyButton(`Copy as ${what}`, text, "the lines")),
-    h("pre", { tabindex: 0, "aria-label": `Lines of ${what}` }, text),
-  );
+/** @param {() => Promise<SourceCode>} ask */
+export const sourceCodeButton = (ask) => elementOf(h(CodeButton, { ask }));
+
+/** @param {() => Promise<SourceCode>} ask */
+async function lines(ask) {
+  const { python, command } = await ask();
+  return [["Python", python], ["command", command]].map(([what, text]) => html`<details open=${text.length < 400}>
+    <summary>As ${what}${h(CopyButton, { label: `Copy as ${what}`, text, what: "the lines" })}</summary>
+    <pre tabindex="0" aria-label=${`Lines of ${what}`}>${text}</pre>
+  </details>`);
 }

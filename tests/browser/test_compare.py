@@ -5,12 +5,14 @@ import json
 from collections.abc import Callable, Iterator
 from typing import Any
 
+import httpx
 import pytest
 
 from tests.browser.accessible import check, fits
 from tests.browser.conftest import Complaints
 from tests.browser.host import Server
 from tests.browser.views import LINES, TRACE, SessionPage, View
+from tests.making import disc_film
 
 FRAMES = (
     "[...document.querySelectorAll('.flat-canvas')].map((it) => it.dataset.frame)"
@@ -185,6 +187,28 @@ def test_a_comparison_is_saved_under_a_name_and_opened_again(shown: ComparePage)
     row.get_by_role("button", name="Delete").click()
     page.locator("dialog").get_by_role("button", name="Delete it").click()
     row.wait_for(state="detached")
+
+
+def test_runs_on_a_clip_that_begin_apart_count_alike(shown: ComparePage, server: Server) -> None:
+    """Both captions say the frame of the comparison, and the dialog with the long lines of code cuts no button."""
+    page = shown.page
+    file = {"file": (f"{'a-clip-with-a-long-name-' * 4}.mp4", disc_film(24))}
+    upload = httpx.post(f"{server.url}/api/v1/uploads", files=file, timeout=60).raise_for_status().json()["id"]
+    marks = ((start, {"kind": "box", "x": 31 + 2 * start, "y": 51, "width": 18, "height": 18}) for start in (0, 5))
+    recipes = [{"experiment": "ball", "footage": {"mark": mark, "start": start}} for start, mark in marks]
+    runs = [server.post("sessions", {"recipe": recipe, "upload": upload})["recipe"] for recipe in recipes]
+    page.goto(link(*runs))
+    shown.stand_at(5, 0)
+    page.locator(".play:enabled").wait_for()
+    page.keyboard.press("ArrowRight")
+    shown.stand_at(6, 1)
+    captions = page.locator(".compared .flat-caption")
+    shown.until(lambda: [said.split(" ·")[0] for said in captions.all_inner_texts()] == ["frame 1"] * 2, "they agree")
+    widths = "(it) => [it.scrollWidth <= it.clientWidth, it.querySelector('.verdict').scrollWidth <= it.clientWidth]"
+    assert [it.evaluate(widths) for it in page.locator(".compared .readout").all()] == [[True, True]] * 2
+    page.locator("[data-tool=share]").click()
+    page.get_by_role("button", name="Copy as Python").wait_for()
+    assert page.locator("dialog").evaluate("(it) => it.scrollWidth <= it.clientWidth")
 
 
 def test_what_cannot_be_compared_is_said(shown: ComparePage, complaints: Complaints) -> None:

@@ -68,6 +68,26 @@ def test_failure_three_is_found_in_the_gallery(failure: FailurePage, server: Ser
     assert card.locator("h3 a").get_attribute("href") == "failures/look-alike-capture"
 
 
+def test_a_gallery_that_fails_asks_once_at_a_time(failure: FailurePage, complaints: Complaints) -> None:
+    """Whoever presses *Try again* twice has asked once."""
+    complaints.expected = ("ERR_FAILED",)
+    page = failure.page
+    asked: list[Any] = []
+    again = page.get_by_role("button", name="Try again")
+    page.route("**/api/v1/failures", lambda route: asked.append(route))  # noqa: PLW0108 - playwright marks handlers
+    page.goto("failures")
+    failure.until(lambda: asked, "it has asked")
+    asked[0].abort()
+    again.dblclick()
+    failure.until(lambda: len(asked) > 1, "it has asked again")
+    asked[1].abort()
+    again.wait_for()
+    assert len(asked) == 2
+    page.unroute("**/api/v1/failures")
+    again.click()
+    page.locator(".failure-card").first.wait_for()
+
+
 def test_a_failure_and_its_cure_are_watched_in_step(failure: FailurePage, server: Server) -> None:
     """By its number it opens at the frame before; one frame on the one is lost and the other not, and both say why."""
     page = failure.page

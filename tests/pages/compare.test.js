@@ -3,7 +3,7 @@ import { describe, it } from "node:test";
 
 import { JointStore } from "../../frontend_static/compare/joint_store.js";
 import { linkTo, linkToReferences, wantedOf } from "../../frontend_static/shared/comparison_link.js";
-import { outcomeLines, sentence } from "../../frontend_static/compare/outcome_text.js";
+import { outcomeLines } from "../../frontend_static/compare/table.js";
 import { coated } from "../../frontend_static/session/flat/overlay.js";
 import { Clock } from "../../frontend_static/session/clock.js";
 import { Store } from "../../frontend_static/session/store.js";
@@ -54,7 +54,7 @@ describe("several runs as one store", () => {
     late.receive({ type: "hello", diagnostics: { frame: [0] }, session: session().known });
     assert.equal(joint.known.branches.length, 2);
     assert.equal(joint.knowsLoss, false);
-    joint.know({ beforeLoss: 7, notes: [{ frame: 9, note: "they part" }] });
+    joint.know(7, [{ frame: 9, note: "they part" }]);
     assert.deepEqual([joint.knowsLoss, joint.beforeLoss], [true, 7]);
     assert.deepEqual(joint.known.bookmarks.map(({ frame, note }) => [frame, note]), [[9, "they part"]]);
   });
@@ -125,12 +125,6 @@ describe("what came of the runs, in words", () => {
     assert.equal(lines[3].cells[1].more, "10.0 to 24.3");
     const unknown = outcomes.map(() => ({ mean_error: null, success_share: null, first_lost_frame: null, lost_frames: null }));
     assert.deepEqual(outcomeLines({ frames: 240, outcomes: unknown, paired: [{ ...paired, mean: null, low: null, high: null }] }, known), []);
-  });
-
-  it("is a sentence for whoever wants one", () => {
-    assert.equal(sentence(paired, known.names), "Error: of B on average 17.1 px larger than of A, over 240 frames, 95 % interval 10.0 to 24.3.");
-    const share = { ...paired, name: "hit_rate", title: "Not lost", unit: "", mean: -0.6, low: null, high: null };
-    assert.equal(sentence(share, known.names), "Not lost: of B on average 60 percentage points smaller than of A, over 240 frames.");
   });
 });
 

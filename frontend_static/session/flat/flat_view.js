@@ -148,7 +148,7 @@ export class FlatView {
     };
     canvas.addEventListener("pointermove", (event) => (canvas.title = named(event)));
     canvas.addEventListener("pointerdown", (event) => {
-      if (this.#ready !== null) setText(this.#caption, named(event) || wordsOf(this.#ready.drawing));
+      if (this.#ready !== null) setText(this.#caption, named(event) || wordsOf(this.#ready.drawing, this.#overlay));
     });
   }
 
@@ -169,7 +169,7 @@ export class FlatView {
 
   /** @param {Drawing} drawing */
   #say(drawing) {
-    const words = wordsOf(drawing);
+    const words = wordsOf(drawing, this.#overlay);
     setText(this.#caption, words);
     // Once it stands: who listens to the page is not told of every picture of a run that plays.
     this.#unsettle();
@@ -196,7 +196,11 @@ export class FlatView {
   }
 }
 
-/** @param {Drawing} drawing */
-function wordsOf({ caption, frame }) {
-  return caption || `frame ${frame}`;
+/**
+ * @param {Drawing} drawing
+ * @param {Overlay} [overlay]
+ */
+function wordsOf({ caption, frame }, overlay) {
+  const counted = `frame ${frame - (overlay?.first ?? 0)}`;
+  return caption ? caption.replace(`frame ${frame}`, counted) : counted;
 }

@@ -20,6 +20,11 @@ export class Overlay {
   /** @type {Set<() => void>} */
   #listeners = new Set();
 
+  /** @param {number} first The frame of the run that is frame 0 of all: a caption counts as all do. */
+  constructor(first) {
+    this.first = first;
+  }
+
   /** @param {Coat|null} coat */
   wear(coat) {
     this.coat = coat;

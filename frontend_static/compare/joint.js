@@ -9,38 +9,29 @@ import { listen, moves } from "../session/keys.js";
 import { arrange } from "../session/layout.js";
 import { mount } from "../session/mount.js";
 import { OwnSession } from "../session/own_session.js";
-import { plots } from "../session/plots/plots.js";
 import { OVERLAID } from "../session/plots/kinds/kinds.js";
+import { plots } from "../session/plots/plots.js";
 import { Scrubber } from "../session/scrubber/scrubber.js";
 import { SessionStart } from "../session/session_start.js";
 import { transport } from "../session/transport.js";
-import { JointSteering } from "./joint_steering.js";
-import { JointStore } from "./joint_store.js";
+import { h as element } from "../shared/dom.js";
+import { JointSteering, JointStore } from "./joint_store.js";
 
 /** @import { Actions } from "../session/keys.js" */
 /** @import { ViewKind } from "../session/view_choice.js" */
 /** @import { NewSession } from "../shared/share_link.js" */
+/** @import { Run } from "./joint_store.js" */
 
 /**
- * One of the runs.
+ * One of the runs on a page.
  *
- * @typedef {object} Member
- * @property {HTMLElement} place For its picture and its numbers.
- * @property {string} name
- * @property {string} colour As CSS has it.
- * @property {number} first Its frame that is the first of those that all have.
- * @property {NewSession} [recipe] What to make its session with.
- * @property {string} [session] Otherwise the session that there is.
- */
-
-/**
- * @typedef {object} Options
- * @property {ViewKind} [view]
- * @property {boolean} [readOnly] Whether they can be looked at and not be moved.
+ * @typedef {Run & {place: HTMLElement, recipe?: NewSession, session?: string}} Member `place` is for its picture and its numbers,
+ *     `recipe` makes its session; otherwise `session` is the one that there is.
  */
 
 const PARTS = /** @type {const} */ (["scene", "readout"]);
 
+/** The places of the runs, and all that they have together. */
 export class JointView {
   #end = new AbortController();
   /** @type {OwnSession[]} */
@@ -51,12 +42,14 @@ export class JointView {
 
   /**
    * @param {readonly Member[]} members
-   * @param {Options} options
+   * @param {{view?: ViewKind, readOnly?: boolean}} [options] `readOnly` where they can be looked at and not be moved.
    */
   constructor(members, { view = "flat", readOnly = false } = {}) {
     this.#readOnly = readOnly;
+    /** For the pictures of the runs. */
+    this.places = members.map(({ place }) => place);
     /** How each flat view is painted where they lie over each other. */
-    this.overlays = members.map(() => new Overlay());
+    this.overlays = members.map(({ first }) => new Overlay(first));
     this.#starts = members.map(({ place, recipe, session }, index) => {
       const look = { parts: PARTS, view, overlay: this.overlays[index], isBare: true };
       if (recipe === undefined) return new SessionStart(place, { session, ...look });
@@ -108,25 +101,30 @@ export class JointView {
     return (titles.size === 1 && [...titles][0]) || "Successful";
   }
 
-  /**
-   * Put the transport and the scrubber into a place; where nothing can be moved, the scrubber alone.
-   *
-   * @param {HTMLElement} place
-   * @param {Node[]} extras Further controls, at the right of the transport.
-   */
-  deck(place, extras) {
-    const places = arrange(place, this.#readOnly ? ["scrubber"] : ["transport", "scrubber"]);
-    if (places.transport) transport(places.transport, this, extras);
-    if (places.scrubber) new Scrubber(places.scrubber, this);
+  /** The frame that is shown, of those that all runs have. */
+  get position() {
+    return this.store.session?.position ?? 0;
   }
 
   /**
-   * Put the plots into a place, all runs in each.
+   * The transport and the scrubber; where nothing can be moved, the scrubber alone.
    *
-   * @param {HTMLElement} place
+   * @param {string} kind Class of the element.
+   * @param {Node} extra A further control, at the right of the transport.
    */
-  plotInto(place) {
+  deck(kind, extra) {
+    const place = element("div", { class: kind });
+    const places = arrange(place, this.#readOnly ? ["scrubber"] : ["transport", "scrubber"]);
+    if (places.transport) transport(places.transport, this, [extra]);
+    if (places.scrubber) new Scrubber(places.scrubber, this);
+    return place;
+  }
+
+  /** The plots, all runs in each. */
+  plotted() {
+    const place = element("div", { class: "plots" });
     plots(place, this);
+    return place;
   }
 
   /**
