@@ -1,98 +1,164 @@
-/** What the class sees, made anew when the lecturer shows something else. */
+/** What the class sees: sessions, a comparison, or the figure of a lesson; made anew when the lecturer shows something else. */
 
 import { watch } from "../compare/compare.js";
-import { fill, h } from "../shared/dom.js";
-import { LessonView } from "./lesson_view.js";
-import { showSessions } from "./sessions_view.js";
+import { lessons } from "../learn/api.js";
+import { Numbers } from "../learn/numbers.js";
+import { mount } from "../session/mount.js";
+import { SessionStart } from "../session/session_start.js";
+import { sessionTitle } from "../session/timeline.js";
+import { elementOf, fill, h as element, setText } from "../shared/dom.js";
+import { FigureView } from "../shared/figure/figure.js";
+import { Made } from "../shared/page.js";
+import { coalesce } from "../shared/timing.js";
+import { computed, effect, h, html, signal, untracked, useComputed, useEffect, useLayoutEffect, useRef, useSignal } from "../vendor/preact.js";
+import { InForce, ofLesson, ofSession } from "./in_force.js";
 
-/** @import { RunComparison, Told } from "../compare/compare.js" */
+/** @import { Told } from "../compare/compare.js" */
 /** @import { Mounted } from "../session/mount.js" */
-/** @import { FigurePublic, FollowPublic } from "../shared/messages.js" */
-/** @import { ClassStream } from "./class_stream.js" */
+/** @import { Figure } from "../shared/figure/types.js" */
+/** @import { FigurePublic, FigureShown, FollowPublic, FollowedPublic, LessonDetail } from "../shared/messages.js" */
+/** @import { ReadonlySignal } from "../vendor/preact.js" */
+/** @import { Entry } from "./in_force.js" */
 
-export class ClassView {
-  #place;
-  #followed;
-  #made = "";
-  #told = "";
-  #end = new AbortController();
-  /** @type {LessonView|null} */
-  #lesson = null;
-  /** @type {RunComparison|null} */
-  #compared = null;
+/** @typedef {{plots?: string[], layers?: string[]}} Arrangement Some of the plots, and layers that are shown beside those declared so. */
+/** @typedef {{views: readonly Mounted[], end: () => void}} Watched */
 
-  /**
-   * The sessions that are shown.
-   *
-   * @type {Mounted[]}
-   */
-  views = [];
+/**
+ * @typedef {object} Props
+ * @property {ReadonlySignal<FollowPublic|null>} follow
+ * @property {ReadonlySignal<FigureShown|null>} figure That of the lesson that is shown.
+ * @property {(views: readonly Mounted[]) => void} seen Called with the sessions that are shown.
+ */
 
-  /**
-   * @param {HTMLElement} place
-   * @param {ClassStream} followed
-   * @param {() => void} changed Called when other sessions are shown.
-   */
-  constructor(place, followed, changed) {
-    this.#place = place;
-    this.#followed = followed;
-    followed.on(["follow"], () => this.#look(changed));
-    followed.on(["figure"], () => this.#draw());
-  }
+/** @param {Props} props */
+export function ClassView({ follow, figure, seen }) {
+  if (follow.value === null) return null;
+  const { sessions, lesson, arrangement } = follow.value;
+  // A comparison stays when more is known of its runs, or when they are arranged otherwise.
+  const key = JSON.stringify([sessions.map(({ id }) => id), lesson, comparisonIn(follow.value)?.outline ?? arrangement]);
+  if (sessions.length > 0) return h(Sessions, { key, follow, seen });
+  if (lesson !== null) return h(Lesson, { key, lesson, figure });
+  return html`<p class="empty">The lecturer shows nothing at the moment. This page updates automatically.</p>`;
+}
 
-  /** Take all of it from the page. */
-  clear() {
-    this.#end.abort();
-    if (this.#compared === null) for (const view of this.views) view.dispose();
-    this.#compared?.end();
-    this.#compared = null;
-    this.views = [];
-    this.#lesson = null;
-    this.#made = "";
-    fill(this.#place);
-  }
+/** @param {Pick<Props, "follow"|"seen">} props */
+function Sessions({ follow, seen }) {
+  const place = useRef(/** @type {HTMLElement|null} */ (null));
+  useLayoutEffect(() => {
+    const watched = begin(/** @type {HTMLElement} */ (place.current), follow);
+    seen(watched.views);
+    return () => {
+      seen([]);
+      watched.end();
+    };
+  }, []);
+  return html`<div class="made" ref=${place}></div>`;
+}
 
-  /** @param {() => void} changed */
-  #look(changed) {
-    const { follow } = this.#followed;
-    if (follow === null) return;
-    const { sessions, lesson, arrangement } = follow;
-    const comparison = comparisonIn(follow);
-    const ids = sessions.map(({ id }) => id);
-    const made = JSON.stringify([ids, lesson, comparison?.outline ?? arrangement]);
-    if (made === this.#made) {
-      this.#follow(comparison);
-      return;
-    }
-    this.clear();
-    this.#made = made;
-    this.#end = new AbortController();
-    if (comparison !== null) this.views = (this.#compared = watch(this.#place, comparison, ids)).views;
-    else if (sessions.length > 0) this.views = showSessions(this.#place, sessions, arrangement);
-    else if (lesson !== null) this.#lesson = new LessonView(this.#place, lesson, this.#end.signal);
-    else fill(this.#place, h("p", { class: "empty" }, "The lecturer shows nothing at the moment. This page updates automatically."));
-    this.#draw();
-    changed();
-  }
+/**
+ * @param {HTMLElement} place
+ * @param {Props["follow"]} follow
+ * @returns {Watched}
+ */
+function begin(place, follow) {
+  const shown = /** @type {FollowPublic} */ (follow.peek());
+  const { sessions } = shown;
+  const comparison = comparisonIn(shown);
+  if (comparison !== null) return compare(place, comparison, follow);
+  const { plots = [], layers = [] } = /** @type {Arrangement} */ (shown.arrangement);
+  const several = sessions.length === 1 ? [whole(sessions[0].id, plots, layers)] : sessions.map((session) => beside(session, layers));
+  const elements = several.map((each) => each.element);
+  fill(place, sessions.length === 1 ? elements : element("div", { class: "follow-several", data: { count: sessions.length } }, elements));
+  const views = several.map(({ view }) => view);
+  return { views, end: () => views.forEach((view) => view.dispose()) };
+}
 
-  /**
-   * A comparison stays when more is known of its runs, or when they are arranged otherwise.
-   *
-   * @param {Told|null} comparison
-   */
-  #follow(comparison) {
-    const told = JSON.stringify(comparison);
-    if (comparison === null || told === this.#told) return;
-    this.#told = told;
-    if (comparison.outcome !== null) this.#compared?.know(comparison.outcome);
-    this.#compared?.arrange(comparison.arrangement);
-  }
+/**
+ * @param {HTMLElement} place
+ * @param {Told} first
+ * @param {Props["follow"]} follow
+ * @returns {Watched}
+ */
+function compare(place, first, follow) {
+  const compared = watch(place, first, (follow.peek()?.sessions ?? []).map(({ id }) => id));
+  const told = computed(() => follow.value && JSON.stringify(comparisonIn(follow.value)));
+  const stop = effect(() => {
+    /** @type {Told|null} */
+    const now = JSON.parse(told.value ?? "null");
+    untracked(() => {
+      if (now?.outcome) compared.know(now.outcome);
+      if (now) compared.arrange(now.arrangement);
+    });
+  });
+  const end = () => {
+    stop();
+    compared.end();
+  };
+  return { views: compared.views, end };
+}
 
-  #draw() {
-    const { figure } = this.#followed;
-    if (figure === null || figure.lesson !== this.#followed.follow?.lesson) return;
-    this.#lesson?.show(/** @type {FigurePublic} */ (/** @type {unknown} */ (figure.figure)));
-  }
+/**
+ * @param {string} session
+ * @param {string[]} plots
+ * @param {string[]} layers
+ */
+function whole(session, plots, layers) {
+  const root = element("div", { class: "follow-one" });
+  const start = new SessionStart(root, { session, layers, parts: ["scene", "branches", "plots", "readout"], view: "flat" });
+  const view = mount(root, { start, plots, readOnly: true });
+  const entries = signal(/** @type {readonly Entry[]} */ ([]));
+  start.places.readout?.after(elementOf(h(InForce, { entries })));
+  const look = coalesce(() => {
+    if (view.store.session !== null) entries.value = ofSession(view.store.session);
+  }, view.signal);
+  view.store.on(["parameters", "tracker", "recipe"], look);
+  return { element: root, view };
+}
+
+/**
+ * @param {FollowedPublic} session
+ * @param {string[]} layers
+ */
+function beside({ id, title }, layers) {
+  const caption = element("figcaption", {}, title);
+  const place = element("div", { class: "follow-view" });
+  const start = new SessionStart(place, { session: id, layers, parts: ["scene", "readout"], view: "flat" });
+  const view = mount(place, { start, readOnly: true });
+  const { store } = view;
+  store.on(["tracker", "recipe"], () => store.session !== null && setText(caption, sessionTitle(store.session)));
+  return { element: element("figure", {}, caption, place), view };
+}
+
+/**
+ * The figure of a lesson as the lecturer has it, with its numbers and what the lecturer has moved.
+ *
+ * @param {{lesson: string, figure: Props["figure"]}} props
+ */
+function Lesson({ lesson, figure }) {
+  const known = useSignal(/** @type {LessonDetail|null} */ (null));
+  const shown = useComputed(() => {
+    const of = figure.value?.lesson === lesson ? figure.value.figure : null;
+    return /** @type {FigurePublic|null} */ (/** @type {unknown} */ (of));
+  });
+  const entries = useComputed(() => (known.value && shown.value ? ofLesson(known.value, shown.value.parameters, shown.value.seed) : []));
+  // Without what is known of the lesson the figure is still there, and says most of it.
+  useEffect(() => void lessons.get(lesson).then((found) => (known.value = found), () => {}), []);
+  const make = (/** @type {AbortSignal} */ end) => {
+    const spot = element("div", { class: "lesson-figure-place" });
+    // What the lecturer turns is turned nowhere else.
+    const view = new FigureView(spot, { declared: (name) => known.peek()?.declarations.find((each) => each.name === name) }, end);
+    const stop = effect(() => {
+      if (shown.value) view.show(/** @type {Figure} */ (/** @type {unknown} */ (shown.value.figure)), { locked: true });
+    });
+    end.addEventListener("abort", stop);
+    return spot;
+  };
+  return html`<div class="follow-lesson">
+    <h2 class="visually-hidden">Figure</h2>
+    <div class="lesson-show">${h(Made, { make })}</div>
+    <div class="lesson-numbers">${h(Numbers, { numbers: shown.value?.numbers ?? [] })}</div>
+    ${h(InForce, { entries })}
+  </div>`;
 }
 
 /**

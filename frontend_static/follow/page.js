@@ -1,64 +1,180 @@
 /** The page of somebody who follows a class: what the lecturer shows, as the lecturer shows it, to be looked at. */
 
-import { dialogIsOpen } from "../shared/dialog.js";
-import { fill, h, part, setText } from "../shared/dom.js";
-import { notice } from "../shared/notice.js";
-import { later } from "../shared/timing.js";
-import { ClassStream } from "./class_stream.js";
-import { forkButton } from "./fork.js";
-import { followingLine } from "./following_line.js";
-import { PollView } from "../lecturer/poll.js";
+import { followed } from "../lecturer/api.js";
+import { Poll } from "../lecturer/poll.js";
+import { sessionTitle } from "../session/timeline.js";
+import { dialogIsOpen, openDialog } from "../shared/dialog.js";
+import { elementOf, part } from "../shared/dom.js";
+import { speed } from "../shared/format.js";
+import { Notice } from "../shared/notice.js";
+import { Doing } from "../shared/page.js";
+import { socketAddress } from "../shared/socket.js";
+import { Stream } from "../shared/stream.js";
+import { coalesce, later } from "../shared/timing.js";
+import { attempt } from "../shared/toast.js";
+import { computed, effect, h, html, render, signal } from "../vendor/preact.js";
 import { ClassView } from "./class_view.js";
 
-const SKELETON_AFTER_MS = 200;
-const { signal } = new AbortController();
-
-const followed = new ClassStream(signal);
-const place = part("shown");
-const waiting = later(() => fill(place, h("div", { class: "follow-wait" }, h("div", { class: "shimmer" }))), SKELETON_AFTER_MS);
-followed.on(["follow"], waiting);
-const shown = new ClassView(place, followed, () => line.watch());
-const line = followingLine(part("following"), followed, () => shown.views);
-forkButton(part("fork"), followed, () => shown.views);
-poll();
-followed.on(["follow"], () => {
-  const { title } = /** @type {NonNullable<ClassStream["follow"]>} */ (followed.follow);
-  setText(part("title"), title);
-  document.title = `${title} · pftrack`;
-});
-followed.on(["state"], () => {
-  const { state, sentence } = followed;
-  part("disconnected").hidden = state !== "lost" || followed.follow === null;
-  if (state === "full") say("This class is full", `${sentence} This page joins automatically as soon as there is a place.`);
-  if (state === "over") say("The class has ended", sentence);
-  part("foot").hidden = state === "full" || state === "over";
-});
+/** @import { Mounted } from "../session/mount.js" */
+/** @import { FigureShown, FollowNews, FollowPublic, MinePublic } from "../shared/messages.js" */
 
 /**
- * Say why there is nothing to be seen.
+ * How it stands between this page and the class: it may be full, and it ends for good; the sentence says why.
  *
- * @param {string} title
- * @param {string} sentence
+ * @typedef {{is: "connecting"|"open"|"lost"|"full"|"over", sentence?: string}} State
  */
-function say(title, sentence) {
-  waiting();
-  shown.clear();
-  fill(place, notice(title, sentence, null, { inline: true }));
+
+const WORDS = { connecting: "Connecting", open: "Following", lost: "Reconnecting", full: "Waiting", over: "Ended" };
+const OVER = 4404;
+const FULL = 4429;
+const SKELETON_AFTER_MS = 200;
+
+const state = signal(/** @type {State} */ ({ is: "connecting" }));
+const follow = signal(/** @type {FollowPublic|null} */ (null));
+const mine = signal(/** @type {MinePublic} */ ({ fork: null, vote: null }));
+const figure = signal(/** @type {FigureShown|null} */ (null));
+/** The sessions that are shown, and where the first of them is. */
+const views = signal(/** @type {readonly Mounted[]} */ ([]));
+const position = signal("");
+const isLong = signal(false);
+/** Which answer was given to the poll, if any. */
+const answered = computed(() => {
+  const { vote: given } = mine.value;
+  return given !== null && given.poll === follow.value?.poll?.id ? given.answer : null;
+});
+
+const stream = new Stream(
+  {
+    message: receive,
+    // A class that is full may have room by the next try.
+    lost: () => state.value.is !== "full" && become("lost"),
+    closed: ({ code, reason }) => {
+      if (code === FULL) become("full", reason);
+      if (code !== OVER) return;
+      stream.stop();
+      become("over", reason);
+    },
+    gone: (error) => become("over", error.message),
+  },
+  { address: () => socketAddress(followed.stream), look: followed.get },
+);
+
+/** @param {FollowNews|FigureShown} message */
+function receive(message) {
+  if (message.type === "figure") {
+    figure.value = message;
+    return;
+  }
+  follow.value = message.follow;
+  // What is told to all says nothing of one.
+  mine.value = message.follow.mine ?? mine.value;
+  if (message.type === "hello") become("open");
 }
 
-/** Answer by a click, or by the number of the answer. */
-function poll() {
-  const view = new PollView({ vote: (answer) => followed.vote(answer) });
-  part("poll").append(view.element);
-  const draw = () => {
-    const { poll: asked } = followed;
-    part("poll").hidden = asked === null;
-    if (asked !== null) view.show(asked, { own: followed.answered });
+/**
+ * @param {State["is"]} is
+ * @param {string} [sentence]
+ */
+function become(is, sentence = "") {
+  state.value = { is, sentence };
+}
+
+/** @param {number} answer */
+async function vote(answer) {
+  const poll = follow.value?.poll;
+  if (!poll || poll.revealed || answer >= poll.answers.length || state.value.is !== "open") return;
+  const given = await attempt(() => followed.vote({ poll: poll.id, answer }));
+  if (given !== undefined) mine.value = { ...mine.value, vote: given };
+}
+
+/** @param {readonly Mounted[]} shown */
+function seen(shown) {
+  views.value = shown;
+  for (const { store } of shown.slice(0, 1)) store.on(["position", "playing", "speed"], look);
+  look();
+}
+
+const look = coalesce(() => {
+  const session = views.value.at(0)?.store.session;
+  const playing = session?.playing && (session.speed === 0 ? "playing as fast as possible" : `playing ${speed(session.speed)}`);
+  position.value = session ? [`frame ${session.position} of ${session.frames}`, playing].filter(Boolean).join(" · ") : "";
+});
+
+/** All of the page. */
+function Follow() {
+  const { is, sentence = "" } = state.value;
+  const isThere = is !== "full" && is !== "over";
+  return html`
+    <div class="bar-lost" role="status" hidden=${is !== "lost" || follow.value === null}>Reconnecting</div>
+    <header class="top">
+      <span class="brand">pftrack</span>
+      <h1>${follow.value?.title ?? "A class"}</h1>
+      <p class="following" data-state=${is}>${[WORDS[is], is === "open" && position.value].filter(Boolean).join(" · ")}</p>
+    </header>
+    <main>${isThere ? h(Shown, {}) : h(Without, { isFull: is === "full", sentence })}</main>
+    ${isThere && follow.value !== null && h(Foot, { follow: follow.value })}
+  `;
+}
+
+function Shown() {
+  if (follow.value === null) return isLong.value && html`<div class="follow-wait"><div class="shimmer"></div></div>`;
+  return h(ClassView, { follow, figure, seen });
+}
+
+/** @param {{isFull: boolean, sentence: string}} props Why there is nothing to be seen. */
+function Without({ isFull, sentence }) {
+  const again = `${sentence} This page joins automatically as soon as there is a place.`;
+  const words = isFull ? { title: "This class is full", message: again } : { title: "The class has ended", message: sentence };
+  return h(Notice, { ...words, action: null, inline: true });
+}
+
+/** @param {{follow: FollowPublic}} props */
+function Foot({ follow: { poll, sessions, lesson } }) {
+  const isEmpty = sessions.length === 0 && lesson === null;
+  return html`<footer class="follow-foot">
+    ${poll !== null && html`<div class="follow-poll">${h(Poll, { poll, own: answered.value, vote })}</div>`}
+    ${!isEmpty && html`<div class="follow-try">${h(Try, { sessions: sessions.map(({ id }) => id), lesson })}</div>`}
+  </footer>`;
+}
+
+/**
+ * A session of one's own, which begins where the lecturer's stands, or the lesson for oneself.
+ *
+ * @param {{sessions: string[], lesson: string|null}} props
+ */
+function Try({ sessions, lesson }) {
+  const { fork: own } = mine.value;
+  // A lesson of one's own ends when the class goes on to another.
+  const isOpen = own !== null && (own.id !== null || own.page === `learn/${lesson}`);
+  const run = async () => {
+    const session = sessions.length > 1 && !isOpen ? await choose() : (sessions.at(0) ?? null);
+    if (session === undefined) return;
+    await attempt(async () => {
+      // A lesson that the class has left keeps the place, though nobody can open it.
+      if (own !== null && !isOpen) await followed.giveBack();
+      location.assign(isOpen ? own.page : (await followed.fork({ session })).page);
+    });
   };
-  followed.on(["follow"], draw);
-  draw();
-  document.addEventListener("keydown", (event) => {
-    if (!/^[1-8]$/.test(event.key) || event.ctrlKey || event.metaKey || event.altKey || dialogIsOpen()) return;
-    followed.vote(Number(event.key) - 1);
+  const label = isOpen ? "Continue with your own copy" : "Try it yourself";
+  return h(Doing, { label, run, disabled: state.value.is !== "open", class: "primary" });
+}
+
+/** @returns {Promise<string|undefined>} One of the sessions, if one is chosen. */
+function choose() {
+  const sessions = views.value.flatMap(({ store }) => store.session ?? []);
+  const choice = (/** @type {typeof sessions[number]} */ session) => html`<button value=${session.id}>${sessionTitle(session)}</button>`;
+  const form = elementOf(html`<form method="dialog" class="fork-choices">${sessions.map(choice)}</form>`);
+  return new Promise((resolve) => {
+    const dialog = openDialog("Which session?", () => [form]);
+    dialog.addEventListener("close", () => resolve(dialog.returnValue || undefined));
   });
 }
+
+later(() => (isLong.value = true), SKELETON_AFTER_MS);
+effect(() => {
+  if (follow.value !== null) document.title = `${follow.value.title} · pftrack`;
+});
+document.addEventListener("keydown", (event) => {
+  if (/^[1-8]$/.test(event.key) && !event.ctrlKey && !event.metaKey && !event.altKey && !dialogIsOpen()) vote(Number(event.key) - 1);
+});
+render(h(Follow, {}), part("class"));

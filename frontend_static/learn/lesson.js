@@ -2,7 +2,7 @@
 
 import { followChip } from "../lecturer/chip.js";
 import { ClassControl } from "../lecturer/class_control.js";
-import { END_FORK, endFork } from "../lecturer/end_fork.js";
+import { END_FORK, endFork } from "../lecturer/api.js";
 import { START, here } from "../shared/address.js";
 import { messageOf } from "../shared/api.js";
 import { dialogIsOpen, openKeys } from "../shared/dialog.js";
@@ -30,7 +30,7 @@ const KEYS = [
   ["P", "Previous lesson"],
   ["D", "New draw"],
   ["F", "Present in large type; escape ends it"],
-  ["pageup pagedown", "In a lecture: the item before, the next one"],
+  ["pageup pagedown", "In a lecture: the item before, the next one, as N"],
   ["?", "These keys"],
 ];
 const ARROWS = "A slider, or a line in the figure, that has the focus is moved by the arrow keys. Where a run is shown, the keys are those of a session.";
@@ -197,13 +197,15 @@ function classOf(course) {
     const { plots, layers } = run.scenario;
     return run.id.value === null ? null : { title, sessions: [run.id.value], lesson: id, arrangement: { plots, layers } };
   }, whole);
-  control.on(["follow"], () => {
-    const { isHere, follow } = control;
-    const led = isHere ? follow : null;
-    course.askClass.value = led !== null && led.poll === null ? () => control.ask({ lesson: id }) : null;
-    if (led?.poll?.revealed && led.poll.lesson === id) course.answered();
-    if (course.stage instanceof Demonstration) course.stage.followedBy(course.run === null ? (led?.id ?? null) : null);
-  }, whole);
+  effect(() => {
+    const led = control.isHere.value ? control.follow.value : null;
+    const figureOf = course.run === null && led !== null ? led.id : null;
+    untracked(() => {
+      course.askClass.value = led !== null && led.poll === null ? () => control.ask({ lesson: id }) : null;
+      if (led?.poll?.revealed && led.poll.lesson === id) course.answered();
+      if (course.stage instanceof Demonstration) course.stage.followedBy(figureOf);
+    });
+  });
   effect(() => {
     void course.run?.id.value;
     untracked(() => control.update());

@@ -1,6 +1,6 @@
 /** The numbers of a figure: the one that counts large, each with its exact value and whether it is as close as it should be. */
 
-import { h, html, render } from "../vendor/preact.js";
+import { h, html } from "../vendor/preact.js";
 
 /** @import { CheckedPublic, Number as LessonNumber } from "../shared/messages.js" */
 
@@ -58,12 +58,4 @@ export function Numbers({ numbers }) {
       </span>
     </div>`;
   });
-}
-
-/**
- * @param {HTMLElement} place
- * @param {readonly LessonNumber[]} numbers
- */
-export function showNumbers(place, numbers) {
-  render(h(Numbers, { numbers }), place);
 }

@@ -1,11 +1,14 @@
-/** A class that follows, in the server's REST interface: what a lecturer does with it, and what somebody who follows. */
+/** Classes, their polls, and lectures in the server's REST interface: what a lecturer does, and what a follower does. */
 
+import { START } from "../shared/address.js";
 import { ROOT, pathOf, query, request } from "../shared/api.js";
 import { after } from "../shared/timing.js";
+import { attempt } from "../shared/toast.js";
 
 /** @import * as Messages from "../shared/messages.js" */
 
 const one = pathOf("follows");
+const lecture = pathOf("lectures");
 const AGAIN_MS = 300;
 
 /** With the lecturer's rights. */
@@ -71,19 +74,48 @@ export const followed = {
   stream: "follow/stream",
 };
 
+export const END_FORK = "End your copy and free its place";
+
+/** End what a follower tries alone, and go back to the class. */
+export async function endFork() {
+  if ((await attempt(followed.giveBack)) !== undefined) location.assign(START);
+}
+
 /** What classes have answered. */
 export const polls = {
-  /** @type {(lecture?: string) => Promise<Messages.PollKept[]>} */
-  all: (lecture) => request("GET", `polls${of(lecture)}`),
+  /** @type {(id?: string) => Promise<Messages.PollKept[]>} Of one lecture, or all */
+  all: (id) => request("GET", `polls${of(id)}`),
 
   /** @type {(id: string) => Promise<null>} */
   remove: (id) => request("DELETE", pathOf("polls")(id)),
 
   /** Where they are as a table. */
-  csvAddress: (/** @type {string} */ lecture = "") => `${ROOT}polls/answers.csv${of(lecture)}`,
+  csvAddress: (/** @type {string} */ id = "") => `${ROOT}polls/answers.csv${of(id)}`,
 };
 
-/** @param {string} [lecture] */
-function of(lecture) {
-  return lecture ? `?${query({ lecture })}` : "";
+export const lectures = {
+  /** @returns {Promise<Messages.LectureSummary[]>} */
+  all: () => request("GET", "lectures"),
+
+  /** @type {(id: string) => Promise<Messages.LecturePublic>} */
+  get: (id) => request("GET", lecture(id)),
+
+  /** @type {(body: Messages.LectureUpdate) => Promise<Messages.LecturePublic>} */
+  add: (body) => request("POST", "lectures", body),
+
+  /** @type {(id: string, body: Messages.LectureUpdate) => Promise<Messages.LecturePublic>} */
+  change: (id, body) => request("PUT", lecture(id), body),
+
+  /** @type {(id: string) => Promise<null>} */
+  remove: (id) => request("DELETE", lecture(id)),
+
+  /** @type {(file: Blob) => Promise<Messages.LecturePublic>} */
+  bringIn: (file) => request("POST", "lectures/import", new Blob([file], { type: "text/markdown" })),
+
+  fileAddress: (/** @type {string} */ id) => `${ROOT}${lecture(id, "file")}`,
+};
+
+/** @param {string} [id] Of a lecture. */
+function of(id) {
+  return id ? `?${query({ lecture: id })}` : "";
 }

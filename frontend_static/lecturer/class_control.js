@@ -1,16 +1,16 @@
 /**
- * The class that follows this page, as its lecturer sees it. It belongs to the tab: whoever goes on to another page leads
- * there, too. What leads to the next page of a lecture takes the class along; elsewhere the lecturer decides whether it
- * shall see that page.
+ * The class that follows this page, as its lecturer sees it. It belongs to the tab: the next page of the tab leads it, too.
+ * What leads to the next page of a lecture takes the class along; elsewhere the lecturer decides whether it shall see that page.
  */
 
 import { statusOf } from "../shared/api.js";
+import { KeptInTab } from "../shared/kept.js";
 import { NewestRequest } from "../shared/newest_request.js";
 import { classOfLink, isParticipant } from "../shared/participant.js";
 import { socketAddress } from "../shared/socket.js";
 import { Stream } from "../shared/stream.js";
 import { attempt, toast } from "../shared/toast.js";
-import { Topics } from "../shared/topics.js";
+import { batch, computed, signal } from "../vendor/preact.js";
 import { follows } from "./api.js";
 
 /** @import { FollowOwned, FollowUpdate, PollCreateRequest, OwnedNews } from "../shared/messages.js" */
@@ -25,104 +25,71 @@ import { follows } from "./api.js";
  * @property {Record<string, unknown>} [arrangement]
  */
 
-const KEY = "pftrack-class";
 const NOT_FOUND = 404;
 const GONE = 410;
+/** Which class this tab leads, and which page it sees; null for the next one. */
+const led = /** @type {KeptInTab<{id: string, page: string|null}>} */ (new KeptInTab("pftrack-class"));
 
-/** @extends {Topics<"follow">} */
-export class ClassControl extends Topics {
-  /**
-   * As the server describes it; null while nobody is led from this tab.
-   *
-   * @type {FollowOwned|null}
-   */
-  follow = null;
+export class ClassControl {
+  /** As the server describes it; null while nobody is led from this tab. */
+  follow = signal(/** @type {FollowOwned|null} */ (null));
   /** Whether the class sees this page and no other. */
-  isHere = false;
-  #shown;
-  #signal;
+  isHere = signal(false);
+  /** What this page has to show; null as long as that is not known. */
+  shown = signal(/** @type {Shown|null} */ (null));
+  /** Whether a class may be begun here: a link has the rights over one, and is worth nothing after its end. */
+  mayBegin = computed(() => this.shown.value !== null && !isParticipant);
+  #look;
+  #end;
   #tellClass;
   /** @type {Stream<OwnedNews>|null} */
   #stream = null;
 
   /**
-   * @param {() => Shown|null} shown What this page has to show; null as long as that is not known.
-   * @param {AbortSignal} signal
+   * @param {() => Shown|null} look Finds what this page has to show.
+   * @param {AbortSignal} end
    */
-  constructor(shown, signal) {
-    super();
-    this.#shown = shown;
-    this.#signal = signal;
-    this.#tellClass = new NewestRequest(() => this.#compared(), {}, signal);
-  }
-
-  /** Whether there is something to be shown. */
-  get isReady() {
-    return this.#shown() !== null;
-  }
-
-  /** Whether a class may be begun here: a link has the rights over one, and is worth nothing after its end. */
-  get mayBegin() {
-    return this.isReady && !isParticipant;
+  constructor(look, end) {
+    this.#look = look;
+    this.#end = end;
+    this.#tellClass = new NewestRequest(() => this.#compare(), {}, end);
   }
 
   /** Find the class that this tab leads, if it leads one. */
   async find() {
     // On another device of the lecturer's the link itself says which one.
-    const known = classOfLink === null ? remembered() : { id: classOfLink, page: location.pathname };
+    const known = classOfLink === null ? led.get() : { id: classOfLink, page: location.pathname };
     try {
       const follow = known && (await follows.get(known.id));
-      if (follow === null || this.#signal.aborted) return;
-      if (known?.page === null) this.#take(follow);
-      else {
-        this.isHere = known?.page === location.pathname;
-        this.#lead(follow);
-      }
+      if (follow !== null && !this.#end.aborted) this.#lead(follow, known?.page ?? null);
     } catch (error) {
-      if ([NOT_FOUND, GONE].includes(statusOf(error) ?? 0)) remember(null);
+      if ([NOT_FOUND, GONE].includes(statusOf(error) ?? 0)) led.set(null);
     } finally {
       this.update();
     }
   }
 
-  /**
-   * Begin a class.
-   *
-   * @param {number} mostFollowers
-   */
-  async begin(mostFollowers) {
-    const shown = this.#shown();
-    if (shown === null) return;
-    const follow = await attempt(() => follows.begin({ ...shown, most_followers: mostFollowers }));
-    if (follow !== undefined) this.#take(follow);
+  /** Take note that this page shows something else by now, and tell the class, if it sees this page. */
+  update() {
+    this.shown.value = this.#look();
+    this.#tellClass.ask(null);
   }
 
   /**
    * Show this page to a class.
    *
-   * @param {FollowOwned} follow
+   * @param {FollowOwned} [follow] A new one if not given.
    */
   async show(follow) {
-    const shown = this.#shown();
+    const shown = this.#look();
     if (shown === null) return;
-    const changed = await attempt(() => follows.change(follow.id, whole(shown)));
-    if (changed !== undefined) this.#take(changed);
-  }
-
-  /** Which lesson the page shows, if it shows one. */
-  get lesson() {
-    return this.#shown()?.lesson ?? null;
+    const taken = await attempt(() => (follow ? follows.change(follow.id, whole(shown)) : follows.begin(shown)));
+    if (taken !== undefined) this.#lead(taken, null);
   }
 
   /** Have the class come along to the page that is opened next, if it sees this one. */
   takeAlong() {
-    if (this.isHere && this.follow !== null) remember(this.follow.id, null);
-  }
-
-  /** Take note that this page shows something else by now, and tell the class, if it sees this page. */
-  update() {
-    this.tell("follow");
-    this.#tellClass.ask(null);
+    if (this.isHere.value) takeClassAlong();
   }
 
   /** @param {FollowUpdate} update */
@@ -137,22 +104,22 @@ export class ClassControl extends Topics {
    * @returns {Promise<boolean>} Whether it is asked.
    */
   ask(poll) {
-    return this.#done((id) => follows.ask(id, poll, this.#signal));
+    return this.#done((id) => follows.ask(id, poll, this.#end));
   }
 
   /** Show the answers to all. */
   reveal() {
-    return this.#done((id) => follows.reveal(id));
+    return this.#done(follows.reveal);
   }
 
   /** Ask no more; answers that were revealed are kept, others forgotten. */
   withdraw() {
-    return this.#done((id) => follows.withdraw(id));
+    return this.#done(follows.withdraw);
   }
 
   /** End it for all. */
   async end() {
-    if (await this.#done((id) => follows.end(id))) this.#left();
+    if (await this.#done(follows.end)) this.#leave();
   }
 
   /**
@@ -160,31 +127,28 @@ export class ClassControl extends Topics {
    * @returns {Promise<boolean>} Whether it went well.
    */
   async #done(work) {
-    const { follow } = this;
+    const follow = this.follow.peek();
     return follow !== null && (await attempt(() => work(follow.id))) !== undefined;
   }
 
-  async #compared() {
-    const shown = this.#shown();
-    const { follow } = this;
-    if (!this.isHere || follow === null || shown === null || isSame(follow, shown)) return;
+  async #compare() {
+    const [shown, follow] = [this.#look(), this.follow.peek()];
+    if (!this.isHere.peek() || follow === null || shown === null || isSame(follow, shown)) return;
     const changed = await attempt(() => follows.change(follow.id, whole(shown)));
-    if (changed !== undefined && this.follow?.id === changed.id) this.follow = changed;
+    if (changed !== undefined && this.follow.value?.id === changed.id) this.follow.value = changed;
   }
 
-  /** @param {FollowOwned} follow */
-  #take(follow) {
-    this.isHere = true;
-    remember(follow.id);
-    this.#lead(follow);
-  }
-
-  /** @param {FollowOwned} follow */
-  #lead(follow) {
-    const isNew = this.follow?.id !== follow.id;
-    this.follow = follow;
-    if (isNew) this.#listen(follow.id);
-    this.tell("follow");
+  /**
+   * @param {FollowOwned} follow
+   * @param {string|null} page Which page it sees; null for this one, from now on.
+   */
+  #lead(follow, page) {
+    if (page === null) led.set({ id: follow.id, page: location.pathname });
+    if (this.follow.value?.id !== follow.id) this.#listen(follow.id);
+    batch(() => {
+      this.follow.value = follow;
+      this.isHere.value = page === null || page === location.pathname;
+    });
   }
 
   /** @param {string} id */
@@ -192,27 +156,25 @@ export class ClassControl extends Topics {
     this.#stream?.stop();
     this.#stream = new Stream(
       {
-        message: ({ follow }) => {
-          this.follow = follow;
-          this.tell("follow");
-        },
+        message: ({ follow }) => (this.follow.value = follow),
         lost: () => {},
         gone: () => {
           toast("The class has ended");
-          this.#left();
+          this.#leave();
         },
       },
-      { address: () => socketAddress(follows.stream(id)), look: () => follows.get(id), signal: this.#signal },
+      { address: () => socketAddress(follows.stream(id)), look: () => follows.get(id), signal: this.#end },
     );
   }
 
-  #left() {
+  #leave() {
     this.#stream?.stop();
     this.#stream = null;
-    remember(null);
-    this.follow = null;
-    this.isHere = false;
-    this.tell("follow");
+    led.set(null);
+    batch(() => {
+      this.follow.value = null;
+      this.isHere.value = false;
+    });
   }
 }
 
@@ -236,28 +198,15 @@ function isSame({ title, sessions, lesson, arrangement }, shown) {
 
 /** Have the class that this tab leads come along to the page that is opened next, whatever it sees now. */
 export function takeClassAlong() {
-  const known = remembered();
-  if (known !== null) remember(known.id, null);
-}
-
-/** @returns {{id: string, page: string|null}|null} Which class this tab leads, and which page it sees; null for the next one. */
-function remembered() {
-  try {
-    return JSON.parse(sessionStorage.getItem(KEY) ?? "null");
-  } catch {
-    return null;
-  }
+  const known = led.get();
+  if (known !== null) led.set({ ...known, page: null });
 }
 
 /**
- * @param {string|null} id
- * @param {string|null} page
+ * "1 follows", "23 follow".
+ *
+ * @param {number} followers
  */
-function remember(id, page = location.pathname) {
-  try {
-    if (id === null) sessionStorage.removeItem(KEY);
-    else sessionStorage.setItem(KEY, JSON.stringify({ id, page }));
-  } catch {
-    // Without storage it is led from this page alone.
-  }
+export function following(followers) {
+  return followers === 1 ? "1 follows" : `${followers} follow`;
 }

@@ -1,86 +1,189 @@
 /**
- * A poll as everybody sees it: the question with its answers, and, once these are revealed, a bar for each, with its figures
- * beside it and a sentence below.
+ * Polls: the question with its answers, and, once these are revealed, a bar for each with its figures and a sentence below; the
+ * form by which a class is asked; and what classes have answered before.
  */
 
-import { fill, h, setText } from "../shared/dom.js";
-import { pollWords } from "./text.js";
+import { confirmLoss } from "../shared/dialog.js";
+import { count, moment, percent } from "../shared/format.js";
+import { IconButton } from "../shared/icons.js";
+import { attempt } from "../shared/toast.js";
+import { h, html, useRef, useSignal } from "../vendor/preact.js";
+import { polls } from "./api.js";
 
-/** @import { Child } from "../shared/elements.js" */
-/** @import { PollPublic } from "../shared/messages.js" */
-
-/**
- * @typedef {object} Options
- * @property {((answer: number) => void)|null} vote Called with what is answered; null where nobody is asked.
- * @property {Child} [tools] What can be done with the poll as a whole.
- */
+/** @import { PollKept, PollPublic } from "../shared/messages.js" */
+/** @import { Child } from "../vendor/preact.js" */
+/** @import { ClassControl } from "./class_control.js" */
 
 /** Letters from which on a question takes several lines where it is presented. */
 const LONG = 90;
+const FEWEST = 2;
+const MOST = 8;
+/** The answers that a form begins with. */
+const FIRST = [{ key: 0, text: "Yes" }, { key: 1, text: "No" }];
+const IN_A_SENTENCE = new Intl.ListFormat("en-GB");
 
-export class PollView {
-  #question = h("h2", {});
-  #answers = h("ol", { class: "poll-answers" });
-  #said = h("p", { class: "hint", role: "status" });
-  #vote;
-  #made = "";
+/**
+ * @typedef {object} PollProps
+ * @property {PollPublic} poll
+ * @property {number|null} [own] Which answer is one's own.
+ * @property {number} [followers] How many are asked, where that is known.
+ * @property {((answer: number) => void)|null} [vote] Called with what is answered; null where nobody is asked.
+ * @property {Child} [tools] What can be done with the poll as a whole.
+ */
 
-  element = h("section", { class: "poll", "aria-label": "Poll" });
+/** @param {PollProps} props */
+export function Poll({ poll, own = null, followers, vote = null, tools = null }) {
+  const { question, answers, counts } = poll;
+  const votes = counts === null ? 0 : sum(counts);
+  const lines = answers.map((text, place) => {
+    const isOwn = own === place;
+    if (counts !== null) return h(Bar, { text, isOwn, amount: counts[place], share: votes === 0 ? 0 : counts[place] / votes });
+    const content = html`<span class="poll-place" aria-hidden="true">${isOwn ? "✓" : place + 1}</span><span>${text}</span>`;
+    if (vote === null) return html`<div class="poll-answer">${content}</div>`;
+    return html`<button type="button" class="poll-answer" aria-pressed=${String(isOwn)} onClick=${() => vote(place)}>${content}</button>`;
+  });
+  return html`<section class="poll" aria-label="Poll" data-revealed=${counts !== null || null} data-long=${question.length > LONG || null}>
+    <h2>${question}</h2>
+    <ol class="poll-answers">${lines.map((line) => html`<li>${line}</li>`)}</ol>
+    <div class="poll-line"><p class="hint" role="status">${pollWords(poll, { own, followers, asks: vote !== null })}</p>${tools}</div>
+  </section>`;
+}
 
-  /** @param {Options} options */
-  constructor({ vote, tools }) {
-    this.#vote = vote;
-    fill(this.element, this.#question, this.#answers, h("div", { class: "poll-line" }, this.#said, tools));
-  }
-
-  /**
-   * @param {PollPublic} poll
-   * @param {{own?: number|null, followers?: number}} [beside] Which answer is one's own, and how many are asked, where that is known.
-   */
-  show(poll, { own = null, followers } = {}) {
-    setText(this.#question, poll.question);
-    // What is about to be pressed must not be exchanged under the finger.
-    const made = JSON.stringify([poll.id, poll.counts, this.#vote === null ? null : own]);
-    if (made !== this.#made) {
-      const held = this.element.contains(document.activeElement) ? document.activeElement?.getAttribute("data-answer") : null;
-      this.#made = made;
-      fill(this.#answers, poll.answers.map((text, place) => h("li", {}, poll.counts === null ? this.#asked(text, place, own) : bar(poll, place, own))));
-      const again = held && this.#answers.querySelector(`[data-answer="${held}"]`);
-      if (again instanceof HTMLElement) again.focus();
-    }
-    this.element.toggleAttribute("data-revealed", poll.counts !== null);
-    this.element.toggleAttribute("data-long", poll.question.length > LONG);
-    setText(this.#said, pollWords(poll, { own, followers, asks: this.#vote !== null }));
-  }
-
-  /**
-   * @param {string} text
-   * @param {number} place
-   * @param {number|null} own
-   */
-  #asked(text, place, own) {
-    const content = [h("span", { class: "poll-place", "aria-hidden": "true" }, own === place ? "✓" : place + 1), h("span", {}, text)];
-    const vote = this.#vote;
-    if (vote === null) return h("div", { class: "poll-answer" }, content);
-    const pressed = String(own === place);
-    return h("button", { type: "button", class: "poll-answer", "aria-pressed": pressed, data: { answer: place }, on: { click: () => vote(place) } }, content);
-  }
+/** @param {{text: string, isOwn: boolean, amount: number, share: number}} props */
+function Bar({ text, isOwn, amount, share }) {
+  return html`<div class="poll-bar">
+    <span class="poll-text">${text}${isOwn && html`<span class="poll-own"> · your answer</span>`}</span>
+    <span class="poll-count">${amount} · ${percent(share)}</span>
+    <span class="poll-track" aria-hidden="true"><i style=${{ width: `${100 * share}%` }}></i></span>
+  </div>`;
 }
 
 /**
- * @param {PollPublic} poll
- * @param {number} place
- * @param {number|null} own
+ * The poll of a class with what its lecturer can do with it; nothing while nothing is asked.
+ *
+ * @param {{control: ClassControl, tools?: Child}} props `tools` come before the buttons that reveal and withdraw.
  */
-function bar({ answers, counts }, place, own) {
-  const all = counts ?? [];
-  const votes = all.reduce((sum, each) => sum + each, 0);
-  const share = votes === 0 ? 0 : all[place] / votes;
-  return h(
-    "div",
-    { class: "poll-bar" },
-    h("span", { class: "poll-text" }, answers[place], own === place && h("span", { class: "poll-own" }, " · your answer")),
-    h("span", { class: "poll-count" }, `${all[place]} · ${Math.round(100 * share)} %`),
-    h("span", { class: "poll-track", "aria-hidden": "true" }, h("i", { style: `width: ${100 * share}%` })),
-  );
+export function ClassPoll({ control, tools = null }) {
+  const { poll = null, followers } = control.follow.value ?? {};
+  if (poll === null) return null;
+  const reveal = html`<button type="button" class="primary" data-role="reveal" onClick=${() => control.reveal()}>Reveal</button>`;
+  const withdraw = html`<button type="button" data-role="withdraw" onClick=${() => control.withdraw()}>${poll.revealed ? "Close" : "Withdraw"}</button>`;
+  return h(Poll, { poll, followers, tools: [tools, !poll.revealed && reveal, withdraw] });
+}
+
+/**
+ * The form of a poll: a question, and two to eight answers.
+ *
+ * @param {{ask: (poll: {question: string, answers: string[]}) => Promise<boolean>, action: string}} props It is as new once it was asked.
+ */
+export function PollForm({ ask, action }) {
+  const fields = useSignal(FIRST);
+  const newest = useRef(/** @type {HTMLElement|null} */ (null));
+  const submit = async (/** @type {Event & {currentTarget: HTMLFormElement}} */ event) => {
+    event.preventDefault();
+    const form = event.currentTarget;
+    const [question, ...answers] = [...new FormData(form).values()].map((text) => String(text).trim());
+    if (!(await ask({ question, answers: answers.filter((answer) => answer !== "") }))) return;
+    form.reset();
+    fields.value = FIRST;
+  };
+  const add = () => {
+    fields.value = [...fields.value, { key: Math.max(...fields.value.map(({ key }) => key)) + 1, text: "" }];
+    requestAnimationFrame(() => newest.current?.focus());
+  };
+  const field = (/** @type {typeof FIRST[number]} */ { key, text }, /** @type {number} */ place) => html`<li key=${key}>
+    <input
+      ref=${newest} type="text" name="answer" required=${place < FEWEST} autocomplete="off" maxlength="100" defaultValue=${text}
+      aria-label=${`Answer ${place + 1}`}
+    />
+    ${fields.value.length > FEWEST && h(IconButton, {
+      name: "close",
+      title: "Remove this answer",
+      run: () => (fields.value = fields.value.filter((other) => other.key !== key)),
+    })}
+  </li>`;
+  return html`<form class="poll-form" onSubmit=${submit}>
+    <label for="poll-question">Question</label>
+    <input type="text" id="poll-question" name="question" required autocomplete="off" maxlength="300" placeholder="Will it survive the pillar?" />
+    <ol class="poll-fields">${fields.value.map(field)}</ol>
+    <div class="poll-line">
+      ${fields.value.length < MOST && html`<button type="button" class="quiet" onClick=${add}>Another answer</button>`}
+      <button type="submit" class="primary">${action}</button>
+    </div>
+  </form>`;
+}
+
+/**
+ * What classes have answered: a line for each poll, which opens its bars.
+ *
+ * @typedef {object} AnsweredProps
+ * @property {readonly PollKept[]} kept
+ * @property {boolean} [isOpen] Whether the bars of all are in sight at once.
+ * @property {() => unknown} [removed] Called when one has been deleted; without it none can be.
+ * @property {(poll: PollKept) => unknown} [again] Show its answers to the class again.
+ */
+
+/** @param {AnsweredProps} props */
+export function Answered({ kept, isOpen = false, removed, again }) {
+  const line = (/** @type {PollKept} */ poll) => {
+    const { id, question, votes, followers, lecture_title: lecture, title, asked } = poll;
+    const remove = async () => {
+      const text = `“${question}” and its ${count(votes, "answer")} are lost for good, unless you downloaded them.`;
+      if (await confirmLoss({ title: "Delete this poll?", text, action: "Delete it" })) await attempt(() => polls.remove(id).then(removed));
+    };
+    const tools = [
+      again && html`<button type="button" onClick=${() => again(poll)}>Show again</button>`,
+      removed && h(IconButton, { name: "trash", title: `Delete ${question}`, run: remove }),
+    ];
+    return html`<li key=${id}>
+      <details data-poll=${id} open=${isOpen}>
+        <summary class="row">
+          <span class="row-words">
+            <span class="row-title">${question}</span>
+            <span class="hint">${lecture ?? title}, ${votes} of ${followers} answered, ${moment(asked)}</span>
+          </span>
+        </summary>
+        ${h(Poll, { poll: { ...poll, lesson: null, revealed: true }, tools })}
+      </details>
+    </li>`;
+  };
+  return html`<ul class="rows answered">${kept.map(line)}</ul>`;
+}
+
+/**
+ * Where a poll stands, as a sentence; with the answers, once they are shown.
+ *
+ * @param {PollPublic} poll
+ * @param {{own?: number|null, followers?: number, asks: boolean}} beside One's own answer, how many are asked, and whether one is asked oneself.
+ */
+export function pollWords({ answers, counts, votes }, { own = null, followers, asks }) {
+  if (counts !== null) return resultWords(answers, counts);
+  if (asks && own === null) return "Click or tap an answer, or press its number; nobody sees who answered what.";
+  if (asks) return `You answered “${answers[/** @type {number} */ (own)]}”. It can be changed until the answers are revealed.`;
+  if (votes === null) return "Nobody follows: ask for a show of hands.";
+  const all = followers === undefined ? "" : ` of ${followers}`;
+  return `${votes}${all} ${votes === 1 ? "has" : "have"} answered. The answers are shown to all when you reveal them.`;
+}
+
+/**
+ * "Most answered “No”, 14 of 23; “Yes” 9."
+ *
+ * @param {readonly string[]} answers
+ * @param {readonly number[]} counts
+ */
+export function resultWords(answers, counts) {
+  const votes = sum(counts);
+  if (votes === 0) return "Nobody has answered.";
+  const ranked = answers.map((text, place) => ({ text: `“${text}”`, amount: counts[place] })).sort((a, b) => b.amount - a.amount);
+  const most = ranked[0].amount;
+  const ahead = ranked.filter(({ amount }) => amount === most).map(({ text }) => text);
+  const rest = ranked.slice(ahead.length).map(({ text, amount }) => `${text} ${amount}`).join(", ");
+  const figures = `${most} of ${votes}${rest && `; ${rest}`}.`;
+  if (ahead.length > 1) return `${IN_A_SENTENCE.format(ahead)} were answered equally often, each ${figures}`;
+  return 2 * most > votes ? `Most answered ${ahead[0]}, ${figures}` : `${ahead[0]} was answered most often, ${figures}`;
+}
+
+/** @param {readonly number[]} amounts */
+function sum(amounts) {
+  return amounts.reduce((total, each) => total + each, 0);
 }

@@ -3,13 +3,23 @@
  * each page that is opened finds it. A poll has no page: it is asked over what is shown before it, or, where nothing is, after.
  */
 
+import { KeptInTab } from "../shared/kept.js";
+
 /** @import { LectureItemPublic, LecturePublic } from "../shared/messages.js" */
 
-/** @typedef {Pick<LectureItemPublic, "kind"|"title"|"minutes"|"page"|"asks">} Step */
+/**
+ * An item as it is shown; times are in milliseconds.
+ *
+ * @typedef {Pick<LectureItemPublic, "kind"|"title"|"minutes"|"page"|"asks"> & Progress} Step
+ */
+/**
+ * @typedef {object} Progress
+ * @property {number} spent How long it has taken, without the time since it was come to, if it is the one that is shown.
+ * @property {boolean} asked Whether the class was asked what it asks.
+ * @property {string|null} opened Where what it began is, as a session that has a name by now.
+ */
 
 /**
- * What is known of a walk; times are in milliseconds.
- *
  * @typedef {object} Walk
  * @property {string} lecture
  * @property {string} title
@@ -18,30 +28,26 @@
  * @property {number} begun When.
  * @property {number} since When the step that is shown was come to.
  * @property {number|null} ended
- * @property {number[]} spent How long each has taken, without the time since the one that is shown was come to.
- * @property {boolean[]} asked Whether the class was asked what a step asks.
- * @property {(string|null)[]} opened Where what a step began is, as a session that has a name by now.
  */
 
-const KEPT_AS = "pftrack-lecture";
 const MINUTE_MS = 60_000;
+
+/** The walk of this tab. */
+export const walkOfTab = /** @type {KeptInTab<Walk>} */ (new KeptInTab("pftrack-walk"));
 
 /**
  * Begin a lecture with its first step. What cannot be shown here is left out.
  *
- * @param {Pick<LecturePublic, "id"|"title"|"items">} lecture
+ * @param {Pick<LecturePublic, "id"|"title"> & {items: readonly LectureItemPublic[]}} lecture
  * @param {number} now
  * @returns {Walk|null} Null where nothing of it has a page.
  */
 export function begin({ id, title, items }, now) {
   const steps = items
     .filter(({ problem, page, asks }) => problem === null && (page !== null || asks !== null))
-    .map(({ kind, title: name, minutes, page, asks }) => ({ kind, title: name, minutes, page, asks }));
+    .map(({ kind, title: name, minutes, page, asks }) => ({ kind, title: name, minutes, page, asks, spent: 0, asked: false, opened: null }));
   if (steps.every(({ page }) => page === null)) return null;
-  const each = (/** @type {unknown} */ value) => steps.map(() => value);
-  return /** @type {Walk} */ ({
-    lecture: id, title, steps, at: 0, begun: now, since: now, ended: null, spent: each(0), asked: each(false), opened: each(null),
-  });
+  return { lecture: id, title, steps, at: 0, begun: now, since: now, ended: null };
 }
 
 /**
@@ -62,8 +68,8 @@ export function hostOf({ steps, at: shown }, at = shown) {
  * @returns {string}
  */
 export function pageOf(walk) {
-  const host = hostOf(walk);
-  return walk.opened[host] ?? walk.steps[host].page ?? "";
+  const { opened: begun, page } = walk.steps[hostOf(walk)];
+  return begun ?? page ?? "";
 }
 
 /**
@@ -76,7 +82,7 @@ export function pageOf(walk) {
  */
 export function go(walk, by, now) {
   const at = Math.max(0, Math.min(walk.steps.length - 1, walk.at + by));
-  return { ...walk, at, since: now, spent: replaced(walk.spent, walk.at, spentOn(walk, walk.at, now)) };
+  return { ...changed(walk, walk.at, { spent: spentOn(walk, walk.at, now) }), at, since: now };
 }
 
 /**
@@ -91,20 +97,22 @@ export function end(walk, now) {
 }
 
 /**
+ * The same, its step having been asked.
+ *
  * @param {Walk} walk
- * @returns {Walk} The same, its step having been asked.
  */
 export function asked(walk) {
-  return { ...walk, asked: replaced(walk.asked, walk.at, true) };
+  return changed(walk, walk.at, { asked: true });
 }
 
 /**
+ * The same, knowing where what the step began is.
+ *
  * @param {Walk} walk
  * @param {string|null} address
- * @returns {Walk} The same, knowing where what the step began is.
  */
 export function opened(walk, address) {
-  return { ...walk, opened: replaced(walk.opened, hostOf(walk), address) };
+  return changed(walk, hostOf(walk), { opened: address });
 }
 
 /**
@@ -116,7 +124,7 @@ export function opened(walk, address) {
  */
 export function spentOn(walk, at, now) {
   const isShown = walk.at === at && walk.ended === null;
-  return walk.spent[at] + (isShown ? Math.max(0, now - walk.since) : 0);
+  return walk.steps[at].spent + (isShown ? Math.max(0, now - walk.since) : 0);
 }
 
 /**
@@ -126,8 +134,9 @@ export function spentOn(walk, at, now) {
  * @param {number} now
  */
 export function clock(walk, now) {
+  const planned = walk.steps.reduce((sum, { minutes }) => sum + minutes, 0);
   return {
-    whole: { taken: Math.max(0, (walk.ended ?? now) - walk.begun), planned: MINUTE_MS * walk.steps.reduce((sum, { minutes }) => sum + minutes, 0) },
+    whole: { taken: Math.max(0, (walk.ended ?? now) - walk.begun), planned: MINUTE_MS * planned },
     step: { taken: spentOn(walk, walk.at, now), planned: MINUTE_MS * walk.steps[walk.at].minutes },
   };
 }
@@ -167,31 +176,12 @@ export function minutesText(minutes) {
   return rest === 0 ? `${hours} h` : `${hours} h ${rest} min`;
 }
 
-/** @returns {Walk|null} The walk of this tab. */
-export function walkOfTab() {
-  try {
-    const walk = JSON.parse(sessionStorage.getItem(KEPT_AS) ?? "null");
-    return Array.isArray(walk?.steps) && walk.at in walk.steps ? walk : null;
-  } catch {
-    return null;
-  }
-}
-
-/** @param {Walk} walk */
-export function keepWalk(walk) {
-  try {
-    sessionStorage.setItem(KEPT_AS, JSON.stringify(walk));
-  } catch {
-    // Without storage there is no walk.
-  }
-}
-
 /**
- * @template T
- * @param {readonly T[]} list
+ * @param {Walk} walk
  * @param {number} at
- * @param {T} value
+ * @param {Partial<Progress>} progress
+ * @returns {Walk}
  */
-function replaced(list, at, value) {
-  return list.map((each, place) => (place === at ? value : each));
+function changed(walk, at, progress) {
+  return { ...walk, steps: walk.steps.map((step, place) => (place === at ? { ...step, ...progress } : step)) };
 }

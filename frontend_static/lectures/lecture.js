@@ -1,96 +1,52 @@
 /** The page on which a lecture is made: its order, what it can be made of, and how it begins. What is changed is saved at once. */
 
-import { answeredList } from "../lecturer/answered.js";
-import { polls } from "../lecturer/api.js";
-import { minutesText, spentOn, time, walkOfTab } from "../lecturer/walk.js";
-import { messageOf, statusOf } from "../shared/api.js";
+import { lectures, polls } from "../lecturer/api.js";
+import { ClassControl, following } from "../lecturer/class_control.js";
+import { beginLecture, open } from "../lecturer/lecture_line.js";
+import { Answered } from "../lecturer/poll.js";
+import { clock, clockWords, minutesText, spentOn, time, walkOfTab } from "../lecturer/walk.js";
+import { messageOf } from "../shared/api.js";
 import { askName } from "../shared/dialog.js";
-import { fill, h, lastOfAddress, part, setText } from "../shared/dom.js";
+import { lastOfAddress, part } from "../shared/dom.js";
 import { count } from "../shared/format.js";
-import { navigation } from "../shared/navigation.js";
 import { NewestRequest } from "../shared/newest_request.js";
-import { notice } from "../shared/notice.js";
-import { themeButton } from "../shared/theme.js";
+import { Doing, Loaded, showPage } from "../shared/page.js";
 import { toast } from "../shared/toast.js";
-import { lectures } from "../lecturer/lectures_api.js";
-import { OrderList } from "./order.js";
-import { over } from "./over.js";
-import { palette } from "./palette.js";
-import { beginLecture, open, unfinished } from "./start.js";
+import { h, html, signal, useEffect, useRef } from "../vendor/preact.js";
+import { Order } from "./order.js";
+import { Palette } from "./palette.js";
 
-/** @import { LecturePublic, LectureUpdate } from "../shared/messages.js" */
+/** @import { LectureItemPublic, LecturePublic, LectureUpdate, PollKept } from "../shared/messages.js" */
+/** @import { Item } from "../lecturer/items.js" */
+/** @import { Walk } from "../lecturer/walk.js" */
 /** @import { Entry } from "./order.js" */
-/** @import { New } from "./palette.js" */
+
+/** @typedef {Omit<LecturePublic, "items"> & {items: readonly Entry[]}} Shown */
 
 const EMPTY = "Nothing is in it yet. Add a lesson, a failure, a session, a comparison or a poll.";
-const NOT_FOUND = 404;
-const ALL = { label: "All lectures", href: "lectures" };
+const RUN_MINUTES = 5;
 const id = lastOfAddress();
 /** Nothing ends what listens here but the page itself. */
-const page = new AbortController();
+const { signal: end } = new AbortController();
+
+/** With what the server does not know yet. */
+const lecture = signal(/** @type {Shown|null} */ (null));
+const answered = signal(/** @type {readonly PollKept[]} */ ([]));
+let keys = 0;
+
 const saving = new NewestRequest((/** @type {LectureUpdate} */ wish) => lectures.change(id, wish), {
-  answer: (answer, _, isNewest) => isNewest && take(answer),
+  answer: (found, _, isNewest) => isNewest && take(found),
   refused: (error) => toast(messageOf(error), { kind: "error" }),
   lost: (isLost) => (part("disconnected").hidden = !isLost),
-}, page.signal);
+}, end);
 
-/** @type {LecturePublic} */
-let lecture;
-/** @type {Entry[]} */
-let entries = [];
-let keys = 0;
-const title = h("input", { type: "text", id: "lecture-title", maxlength: 200, on: { change: () => save() } });
-const notes = h("textarea", { id: "lecture-notes", rows: 4, maxlength: 10_000, on: { change: () => save() } });
-const total = h("p", { class: "lecture-total", role: "status" });
-const ways = h("div", { class: "row-actions" });
-const empty = h("p", { class: "empty" }, EMPTY);
-const answered = h("section", { "aria-label": "Polls of this lecture" });
-const order = new OrderList({ changed: (found) => change(found), rename, note: taken });
+async function findAnswered() {
+  answered.value = await polls.all(id).catch(() => []);
+}
 
-navigation("lectures");
-part("tools").append(themeButton());
-addEventListener("pageshow", (event) => event.persisted && location.reload());
-load();
-
-async function load() {
-  try {
-    lecture = await lectures.get(id);
-  } catch (error) {
-    const isUnknown = statusOf(error) === NOT_FOUND;
-    const what = isUnknown ? "There is no such lecture" : "The lecture cannot be shown";
-    fill(part("lecture"), notice(what, messageOf(error), isUnknown ? ALL : { label: "Try again", run: load }));
-    return;
-  }
-  title.value = lecture.title;
-  notes.value = lecture.notes;
-  const download = h("a", { class: "button", href: lectures.fileAddress(id), download: "", title: "One small text file, which can be shared" }, "Download");
-  fill(
-    part("lecture"),
-    over(id, page.signal),
-    h(
-      "div",
-      { class: "lecture-head" },
-      h("div", { class: "lecture-name" }, h("label", { for: "lecture-title" }, "Title"), title),
-      h("div", { class: "row-actions" }, download, ways),
-    ),
-    h(
-      "div",
-      { class: "lecture-parts" },
-      h(
-        "div",
-        { class: "lecture-own" },
-        h("header", {}, h("h2", {}, "Order"), total),
-        empty,
-        order.element,
-        answered,
-        h("label", { for: "lecture-notes" }, "Notes, for you alone"),
-        notes,
-      ),
-      palette(add),
-    ),
-  );
-  take(lecture);
-  drawAnswered();
+/** @returns {Shown} Once it is there. */
+function known() {
+  return /** @type {Shown} */ (lecture.value);
 }
 
 /**
@@ -99,77 +55,127 @@ async function load() {
  * @param {LecturePublic} found
  */
 function take(found) {
-  lecture = found;
-  document.title = `${found.title} · pftrack`;
-  setText(part("title"), found.title);
+  const before = lecture.value?.items ?? [];
   // An entry keeps its key, so that the focus stays where it is.
-  entries = found.items.map((item, place) => ({ ...item, key: entries.length === found.items.length ? entries[place].key : keys++ }));
-  draw();
+  const items = found.items.map((item, place) => ({ ...item, key: before.length === found.items.length ? before[place].key : keys++ }));
+  lecture.value = { ...found, items };
+  document.title = `${found.title} · pftrack`;
+  part("title").textContent = found.title;
 }
 
-/** @param {Entry[]} found */
-function change(found) {
-  entries = found;
-  draw();
-  save();
+/**
+ * @param {Partial<Shown>} changes
+ * @returns {Promise<void>} Resolves when it is saved.
+ */
+function change(changes) {
+  const { title, notes, items } = (lecture.value = { ...known(), ...changes });
+  return saving.ask({ title, notes, items: items.map(({ item }) => item) });
 }
 
-function save() {
-  const name = title.value.trim() || lecture.title;
-  title.value = name;
-  saving.ask({ title: name, notes: notes.value, items: entries.map(({ item }) => item) });
-}
-
-/** @param {New} added */
-function add(added) {
-  change([...entries, { ...added, key: keys++, page: null, asks: null, problem: null }]);
-  toast(`${added.title} is item ${entries.length}`);
+/**
+ * Add an item at the end; what it is called, and how long it takes, is a guess until the server has answered.
+ *
+ * @param {Item} item
+ * @param {string} [name]
+ * @param {number} [minutes]
+ */
+function add(item, name, minutes = RUN_MINUTES) {
+  // An item names its kind first.
+  const [kind] = /** @type {LectureItemPublic["kind"][]} */ (Object.keys(item));
+  const title = String(name ?? item.title ?? kind);
+  change({ items: [...known().items, { item, kind, title, minutes, key: keys++, page: null, asks: null, problem: null }] });
+  toast(`${title} is item ${known().items.length}`);
 }
 
 /** @param {Entry} entry */
 async function rename(entry) {
-  const name = await askName(`Rename ${entry.title}`, entry.title);
-  if (name === null) return;
-  change(entries.map((each) => (each.key === entry.key ? { ...each, title: name, item: { ...each.item, title: name } } : each)));
+  const title = await askName(`Rename ${entry.title}`, entry.title);
+  if (title === null) return;
+  const renamed = { title, item: { ...entry.item, title } };
+  change({ items: known().items.map((each) => (each.key === entry.key ? { ...each, ...renamed } : each)) });
 }
 
-function draw() {
-  empty.hidden = entries.length > 0;
-  order.show(entries);
-  setText(total, `${count(entries.length, "item")}, ${minutesText(entries.reduce((sum, { minutes }) => sum + minutes, 0))}`);
-  const walk = unfinished(id);
-  const words = walk ? "Begin again" : "Begin the lecture";
-  const begin = h("button", { type: "button", class: walk ? "" : "primary", disabled: entries.length === 0, on: { click: start } }, words);
-  const goOn = walk && h("button", { type: "button", class: "primary", on: { click: () => open(walk) } }, `Continue with item ${walk.at + 1}`);
-  fill(ways, begin, goOn);
+/** All of the page, once it is known. */
+function Lecture() {
+  const { title, notes, items } = known();
+  const kept = walkOfTab.get();
+  const walk = kept?.lecture === id ? kept : null;
+  const note = (/** @type {Entry} */ entry) => {
+    const at = walk?.steps.findIndex((step) => step.kind === entry.kind && step.title === entry.title) ?? -1;
+    const spent = walk === null || at < 0 ? 0 : spentOn(walk, at, Date.now());
+    return spent > 0 ? `took ${time(spent)} last time` : "";
+  };
+  const entitle = (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget: field }) =>
+    field.reportValidity() && change({ title: field.value.trim() });
+  const write = (/** @type {Event & {currentTarget: HTMLTextAreaElement}} */ { currentTarget }) => change({ notes: currentTarget.value });
+  return html`
+    ${walk?.ended && h(Over, { walk })}
+    <div class="lecture-head">
+      <div class="lecture-name">
+        <label for="lecture-title">Title</label>
+        <input type="text" id="lecture-title" required pattern=".*\\S.*" maxlength="200" defaultValue=${title} onChange=${entitle} />
+      </div>
+      ${h(Ways, { walk: walk?.ended === null ? walk : null, isEmpty: items.length === 0 })}
+    </div>
+    <div class="lecture-parts">
+      <div class="lecture-own">
+        <header>
+          <h2>Order</h2>
+          <p class="lecture-total" role="status">${count(items.length, "item")}, ${minutesText(items.reduce((sum, { minutes }) => sum + minutes, 0))}</p>
+        </header>
+        ${items.length === 0 && html`<p class="empty">${EMPTY}</p>`}
+        ${h(Order, { entries: items, change: (entries) => change({ items: entries }), rename, note })}
+        ${answered.value.length > 0 && html`<section aria-label="Polls of this lecture">
+          <header><h2>What was answered</h2><a class="button" href=${polls.csvAddress(id)} download="">Download as CSV</a></header>
+          ${h(Answered, { kept: answered.value, removed: findAnswered, isOpen: true })}
+        </section>`}
+        <label for="lecture-notes">Notes, for you alone</label>
+        <textarea id="lecture-notes" rows="4" maxlength="10000" defaultValue=${notes} onChange=${write}></textarea>
+      </div>
+      ${h(Palette, { add })}
+    </div>
+  `;
 }
 
-/** What was changed a moment ago is part of it. */
-async function start() {
-  save();
-  await saving.ask({ title: title.value, notes: notes.value, items: entries.map(({ item }) => item) });
-  beginLecture(lecture);
+/** @param {{walk: Walk|null, isEmpty: boolean}} props `walk` is through it, begun in this tab and not finished. */
+function Ways({ walk, isEmpty }) {
+  // What was changed a moment ago is part of it.
+  const start = () => change({}).then(() => beginLecture(known()));
+  return html`<div class="row-actions">
+    <a class="button" href=${lectures.fileAddress(id)} download="" title="One small text file, which can be shared">Download</a>
+    ${h(Doing, { label: walk ? "Begin again" : "Begin the lecture", run: start, disabled: isEmpty, class: walk ? "" : "primary" })}
+    ${walk && html`<button type="button" class="primary" onClick=${() => open(walk)}>Continue with item ${walk.at + 1}</button>`}
+  </div>`;
 }
+
+/** The class that this tab leads; nothing of this page is for it. */
+const control = new ClassControl(() => null, end);
 
 /**
- * How long an item took when the lecture was last held in this tab.
+ * What a lecturer finds after a lecture: how long it took, and the class, which goes on following until it is ended.
  *
- * @param {Entry} entry
+ * @param {{walk: Walk}} props
  */
-function taken(entry) {
-  const walk = walkOfTab();
-  if (walk === null || walk.lecture !== id) return "";
-  const at = walk.steps.findIndex(({ kind, title: name }) => kind === entry.kind && name === entry.title);
-  const spent = at < 0 ? 0 : spentOn(walk, at, Date.now());
-  return spent > 0 ? `took ${time(spent)} last time` : "";
+function Over({ walk }) {
+  const hadClass = useRef(false);
+  useEffect(() => void control.find(), []);
+  const follow = control.follow.value;
+  hadClass.current ||= follow !== null;
+  const words = follow === null ? "The class has ended." : `${following(follow.followers)}; the pages of the class stay open until you end it.`;
+  const finish = html`<button type="button" class="primary" data-role="end-class" onClick=${() => control.end()}>End for the class</button>`;
+  return html`<section class="lecture-over" aria-label="The lecture is over" role="status">
+    <h2>The lecture is over</h2>
+    <p>It took ${clockWords(clock(walk, Date.now()).whole)}. Below stand how long each item took, and what was answered.</p>
+    ${hadClass.current && html`<p class="lecture-class"><span>${words}</span>${follow !== null && finish}</p>`}
+  </section>`;
 }
 
-async function drawAnswered() {
-  const kept = await polls.all(id).catch(() => []);
-  answered.hidden = kept.length === 0;
-  fill(
-    answered,
-    h("header", {}, h("h2", {}, "What was answered"), h("a", { class: "button", href: polls.csvAddress(id), download: "" }, "Download as CSV")),
-    answeredList(kept, { remove: drawAnswered, isOpen: true }),
-  );
+async function load() {
+  take(await lectures.get(id));
+  await findAnswered();
+  return h(Lecture, {});
 }
+
+addEventListener("pageshow", (event) => event.persisted && location.reload());
+const unknown = { title: "There is no such lecture", action: { label: "All lectures", href: "lectures" } };
+showPage("lecture", "lectures", () => h(Loaded, { load, failed: "The lecture cannot be shown", unknown }));

@@ -1,21 +1,17 @@
 /** All lectures, and what classes have answered. */
 
-import { answeredList } from "../lecturer/answered.js";
-import { polls } from "../lecturer/api.js";
+import { lectures, polls } from "../lecturer/api.js";
+import { beginLecture } from "../lecturer/lecture_line.js";
+import { Answered } from "../lecturer/poll.js";
 import { minutesText } from "../lecturer/walk.js";
-import { messageOf } from "../shared/api.js";
 import { confirmLoss } from "../shared/dialog.js";
-import { fill, h, part } from "../shared/dom.js";
 import { count, moment } from "../shared/format.js";
-import { iconButton } from "../shared/icons.js";
-import { navigation } from "../shared/navigation.js";
-import { notice } from "../shared/notice.js";
-import { themeButton } from "../shared/theme.js";
+import { IconButton } from "../shared/icons.js";
+import { Loaded, showPage } from "../shared/page.js";
 import { attempt } from "../shared/toast.js";
-import { lectures } from "../lecturer/lectures_api.js";
-import { beginLecture } from "./start.js";
+import { h, html, signal, useRef } from "../vendor/preact.js";
 
-/** @import { LectureSummary, PollKept } from "../shared/messages.js" */
+/** @import { LecturePublic, LectureSummary, PollKept } from "../shared/messages.js" */
 
 const LEAD =
   "A lecture puts lessons, failures, sessions, comparisons and polls into an order. While you present, Next moves on, the class " +
@@ -23,90 +19,84 @@ const LEAD =
 const EMPTY = "No lecture has been made yet. A new one is empty; or open the file of one that somebody shared.";
 const UNANSWERED = "No class has answered a poll yet. Answers are kept here without names.";
 
-navigation("lectures");
-part("tools").append(themeButton());
-addEventListener("pageshow", (event) => event.persisted && load());
-load();
+const known = signal(/** @type {{all: LectureSummary[], answered: PollKept[]}} */ ({ all: [], answered: [] }));
 
-async function load() {
-  try {
-    const [all, answered] = await Promise.all([lectures.all(), polls.all()]);
-    draw(all);
-    drawAnswered(answered);
-  } catch (error) {
-    fill(part("list"), notice("The lectures could not be listed", messageOf(error), { label: "Try again", run: load }, { inline: true }));
-  }
+async function look() {
+  const [all, answered] = await Promise.all([lectures.all(), polls.all()]);
+  known.value = { all, answered };
 }
 
-/** @param {readonly LectureSummary[]} all */
-function draw(all) {
-  /** @type {HTMLInputElement} */
-  const file = h("input", {
-    type: "file", accept: ".md,text/markdown", class: "visually-hidden", tabindex: -1, "aria-label": "File of a lecture", on: { change: bringIn },
-  });
-  fill(
-    part("list"),
-    h(
-      "header",
-      {},
-      h("div", {}, h("h2", {}, "Lectures"), h("p", { class: "hint" }, LEAD)),
-      h(
-        "div",
-        { class: "row-actions" },
-        file,
-        h("button", { type: "button", on: { click: () => file.click() } }, "Open a file"),
-        h("button", { type: "button", class: "primary", on: { click: add } }, "New lecture"),
-      ),
-    ),
-    all.length > 0 ? h("ul", { class: "rows" }, all.map(row)) : h("p", { class: "empty" }, EMPTY),
-  );
-
-  async function bringIn() {
-    const [chosen] = file.files ?? [];
-    if (!chosen) return;
-    const made = await attempt(() => lectures.bringIn(chosen));
-    file.value = "";
-    if (made !== undefined) location.assign(made.page);
-  }
+/** All of the page, once it is known. */
+function Lectures() {
+  const { all, answered } = known.value;
+  return html`
+    <section aria-label="Lectures">
+      <header>
+        <div><h2>Lectures</h2><p class="hint">${LEAD}</p></div>
+        ${h(Ways, {})}
+      </header>
+      ${all.length > 0 ? html`<ul class="rows">${all.map((lecture) => h(Row, { key: lecture.id, lecture }))}</ul>` : html`<p class="empty">${EMPTY}</p>`}
+    </section>
+    <section aria-label="Polls">
+      <header>
+        <h2>What classes have answered</h2>
+        ${answered.length > 0 && html`<a class="button" href=${polls.csvAddress()} download="">Download as CSV</a>`}
+      </header>
+      ${answered.length > 0 ? h(Answered, { kept: answered, removed: look }) : html`<p class="empty">${UNANSWERED}</p>`}
+    </section>
+  `;
 }
 
-async function add() {
-  const made = await attempt(() => lectures.add({ title: "New lecture" }));
-  if (made !== undefined) location.assign(made.page);
+/** How a lecture comes about. */
+function Ways() {
+  const file = useRef(/** @type {HTMLInputElement|null} */ (null));
+  const made = async (/** @type {() => Promise<LecturePublic>} */ make) => {
+    const lecture = await attempt(make);
+    if (lecture !== undefined) location.assign(lecture.page);
+  };
+  const bringIn = async (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget: field }) => {
+    const [chosen] = field.files ?? [];
+    if (chosen) await made(() => lectures.bringIn(chosen));
+    field.value = "";
+  };
+  return html`<div class="row-actions">
+    <input
+      ref=${file} type="file" accept=".md,text/markdown" class="visually-hidden" tabindex="-1" aria-label="File of a lecture" onChange=${bringIn}
+    />
+    <button type="button" onClick=${() => file.current?.click()}>Open a file</button>
+    <button type="button" class="primary" onClick=${() => made(() => lectures.add({ title: "New lecture" }))}>New lecture</button>
+  </div>`;
 }
 
-/** @param {LectureSummary} lecture */
-function row({ id, title, count: items, minutes, updated, page }) {
+/** @param {{lecture: LectureSummary}} props */
+function Row({ lecture: { id, title, count: items, minutes, updated, page } }) {
   const start = async () => {
     const lecture = await attempt(() => lectures.get(id));
     if (lecture !== undefined) beginLecture(lecture);
   };
   const remove = async () => {
     const text = `${title} is lost for good, unless you downloaded it. What was answered in it stays.`;
-    if (await confirmLoss({ title: "Delete this lecture?", text, action: "Delete it" })) await attempt(() => lectures.remove(id).then(load));
+    if (await confirmLoss({ title: "Delete this lecture?", text, action: "Delete it" })) await attempt(() => lectures.remove(id).then(look));
   };
-  const facts = [count(items, "item"), minutesText(minutes), moment(updated)];
-  return h(
-    "li",
-    { class: "row", data: { lecture: id } },
-    h("div", { class: "row-words" }, h("a", { class: "row-title", href: page }, title), h("span", { class: "hint" }, facts.join(", "))),
-    h(
-      "div",
-      { class: "row-actions" },
-      h("button", { type: "button", class: "primary", disabled: items === 0, on: { click: start } }, "Begin"),
-      h("a", { class: "button", href: page }, "Edit"),
-      h("a", { class: "button", href: lectures.fileAddress(id), download: "", "aria-label": `Download ${title}` }, "Download"),
-      iconButton("trash", `Delete ${title}`, remove),
-    ),
-  );
+  return html`<li class="row" data-lecture=${id}>
+    <div class="row-words">
+      <a class="row-title" href=${page}>${title}</a>
+      <span class="hint">${count(items, "item")}, ${minutesText(minutes)}, ${moment(updated)}</span>
+    </div>
+    <div class="row-actions">
+      <button type="button" class="primary" disabled=${items === 0} onClick=${start}>Begin</button>
+      <a class="button" href=${page}>Edit</a>
+      <a class="button" href=${lectures.fileAddress(id)} download="" aria-label=${`Download ${title}`}>Download</a>
+      ${h(IconButton, { name: "trash", title: `Delete ${title}`, run: remove })}
+    </div>
+  </li>`;
 }
 
-/** @param {readonly PollKept[]} answered */
-function drawAnswered(answered) {
-  const csv = h("a", { class: "button", href: polls.csvAddress(), download: "" }, "Download as CSV");
-  fill(
-    part("answered"),
-    h("header", {}, h("h2", {}, "What classes have answered"), answered.length > 0 && csv),
-    answered.length > 0 ? answeredList(answered, { remove: load }) : h("p", { class: "empty" }, UNANSWERED),
-  );
+async function load() {
+  await look();
+  return h(Lectures, {});
 }
+
+// A page that comes back from the browser's cache shows what was; ask again.
+addEventListener("pageshow", (event) => event.persisted && attempt(look));
+showPage("lectures", "lectures", () => h(Loaded, { load, failed: "The lectures could not be listed" }));

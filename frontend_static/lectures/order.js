@@ -1,22 +1,14 @@
-/**
- * The order of a lecture: a list whose lines are moved by dragging their handles, by the arrow keys on these, or by buttons.
- */
+/** The order of a lecture: a list whose lines are moved by dragging their handles, by the arrow keys on these, or by buttons. */
 
-import { fill, h, setText } from "../shared/dom.js";
-import { icon, iconButton } from "../shared/icons.js";
+import { Icon, IconButton } from "../shared/icons.js";
+import { h, html, useLayoutEffect, useRef, useSignal } from "../vendor/preact.js";
 
 /** @import { LectureItemPublic } from "../shared/messages.js" */
 
-/** @typedef {Omit<LectureItemPublic, "item"> & {key: number, item: Record<string, unknown>}} Entry An item, and what tells it from others. */
-
-/**
- * @typedef {object} Listener
- * @property {(entries: Entry[]) => void} changed Called with the new order.
- * @property {(entry: Entry) => void} rename
- * @property {(entry: Entry) => string} note What more is known of an item, or nothing.
- */
+/** @typedef {LectureItemPublic & {key: number}} Entry An item, and what tells it from others. */
 
 const KINDS = { lesson: "Lesson", failure: "Failure", session: "Session", comparison: "Comparison", question: "Question", poll: "Poll" };
+const MOST_MINUTES = 180;
 
 /**
  * A list in which one entry has another place.
@@ -29,199 +21,128 @@ const KINDS = { lesson: "Lesson", failure: "Failure", session: "Session", compar
  */
 export function moved(list, from, to) {
   const rest = list.filter((_, place) => place !== from);
-  const at = Math.max(0, Math.min(rest.length, to));
-  return [...rest.slice(0, at), list[from], ...rest.slice(at)];
+  return [...rest.slice(0, to), list[from], ...rest.slice(to)];
 }
 
-export class OrderList {
-  #on;
-  #list = h("ol", { class: "rows order", "aria-label": "Order" });
-  #said = h("p", { class: "visually-hidden", role: "status" });
-  /** @type {Entry[]} */
-  #entries = [];
-  #drawn = "";
-  #isDragged = false;
+/**
+ * @typedef {object} OrderProps
+ * @property {readonly Entry[]} entries
+ * @property {(entries: readonly Entry[]) => void} change Called with what is in the list from now on.
+ * @property {(entry: Entry) => void} rename
+ * @property {(entry: Entry) => string} note What more is known of an item, or nothing.
+ */
 
-  /** @param {Listener} on */
-  constructor(on) {
-    this.#on = on;
-    this.element = h("div", {}, this.#list, this.#said);
-  }
+/** @param {OrderProps} props */
+export function Order({ entries, change, rename, note }) {
+  const list = useRef(/** @type {HTMLElement|null} */ (null));
+  /** Which line is dragged, and where it is by now. */
+  const dragged = useSignal(/** @type {{key: number, to: number}|null} */ (null));
+  const said = useSignal("");
+  /** What has the focus once the lines have changed places. */
+  const held = useRef("");
+  useLayoutEffect(() => {
+    const focused = held.current && list.current?.querySelector(held.current);
+    if (focused instanceof HTMLElement) focused.focus();
+    held.current = "";
+  });
+  const from = entries.findIndex(({ key }) => key === dragged.value?.key);
+  const shown = dragged.value === null ? entries : moved(entries, from, dragged.value.to);
+  const put = (/** @type {number} */ place, /** @type {number} */ to, role = "handle") => {
+    if (!(to in entries)) return;
+    const { key, title } = entries[place];
+    // At an end its own button is off: the handle gets the focus.
+    held.current = `[data-key="${key}"] [data-role=${to === 0 || to === entries.length - 1 ? "handle" : role}]`;
+    said.value = `${title} is item ${to + 1} of ${entries.length}`;
+    change(moved(entries, place, to));
+  };
+  const drag = (/** @type {PointerEvent} */ { clientY }) => {
+    if (dragged.value === null) return;
+    const { key, to } = dragged.value;
+    const above = [...(list.current?.children ?? [])].filter((line, place) => place !== to && middle(line) < clientY).length;
+    if (above === to) return;
+    held.current = `[data-key="${key}"] [data-role=handle]`;
+    dragged.value = { key, to: above };
+  };
+  const drop = () => {
+    const to = dragged.value?.to ?? from;
+    dragged.value = null;
+    if (to !== from) put(from, to);
+  };
+  const line = (/** @type {Entry} */ entry, /** @type {number} */ place) => {
+    const grip = (/** @type {PointerEvent & {currentTarget: HTMLElement}} */ event) => {
+      if (event.button !== 0) return;
+      event.preventDefault();
+      event.currentTarget.focus();
+      // The list keeps the pointer: it stays where it is when lines change places.
+      list.current?.setPointerCapture(event.pointerId);
+      dragged.value = { key: entry.key, to: place };
+    };
+    const become = (/** @type {Entry|null} */ other) => change(entries.flatMap((each) => (each.key === entry.key ? (other ?? []) : each)));
+    const move = (/** @type {number} */ by, /** @type {string} */ role) => put(place, place + by, role);
+    const ends = { isFirst: place === 0, isLast: place === entries.length - 1, isDragged: dragged.value?.key === entry.key };
+    return h(Line, { key: entry.key, entry, note: note(entry), ...ends, grip, move, become, rename: () => rename(entry) });
+  };
+  return html`
+    <ol ref=${list} class="rows order" aria-label="Order" onPointerMove=${drag} onLostPointerCapture=${drop}>${shown.map(line)}</ol>
+    <p class="visually-hidden" role="status">${said.value}</p>
+  `;
+}
 
-  /** @param {Entry[]} entries */
-  show(entries) {
-    this.#entries = entries;
-    // What is held must not be exchanged under the hand; most of what the server answers changes nothing that is seen.
-    const drawn = JSON.stringify(entries.map((entry) => [entry.key, entry.kind, entry.title, entry.minutes, entry.problem, this.#on.note(entry)]));
-    if (this.#isDragged || drawn === this.#drawn) return;
-    this.#drawn = drawn;
-    const held = this.#held();
-    fill(this.#list, entries.map((entry, place) => this.#line(entry, place)));
-    if (held) /** @type {HTMLElement|null} */ (this.#list.querySelector(held))?.focus();
-  }
+/**
+ * @typedef {object} LineProps
+ * @property {Entry} entry
+ * @property {string} note
+ * @property {boolean} isFirst
+ * @property {boolean} isLast
+ * @property {boolean} isDragged
+ * @property {(event: PointerEvent & {currentTarget: HTMLElement}) => void} grip
+ * @property {(by: number, role: string) => void} move
+ * @property {(other: Entry|null) => void} become Null to leave it out.
+ * @property {() => void} rename
+ */
 
-  /** What has the focus, to be found again among new lines. */
-  #held() {
-    const focused = document.activeElement;
-    if (!(focused instanceof HTMLElement) || !this.#list.contains(focused)) return null;
-    const line = focused.closest("li");
-    const role = line?.dataset.again ?? focused.dataset.role;
-    return `[data-key="${line?.dataset.key}"] [data-role="${role}"]:not(:disabled)`;
-  }
-
-  /**
-   * @param {Entry} entry
-   * @param {number} place
-   */
-  #line(entry, place) {
-    const { key, kind, title, minutes, problem } = entry;
-    const last = this.#entries.length - 1;
-    const handle = h(
-      "button",
-      {
-        type: "button",
-        class: "quiet icon-only order-handle",
-        title: "Drag, or move with the arrow keys",
-        "aria-label": `Move ${title}: arrow keys`,
-        data: { role: "handle" },
-        on: { keydown: (event) => this.#press(event, key), pointerdown: (event) => this.#drag(event) },
-      },
-      icon("menu"),
-    );
-    /** @type {HTMLInputElement} */
-    const field = h("input", {
-      type: "number",
-      min: 0.5,
-      max: 180,
-      step: 0.5,
-      value: minutes,
-      "aria-label": `Minutes for ${title}`,
-      data: { role: "minutes" },
-      on: { change: () => this.#time(key, field) },
-    });
-    const up = this.#mover("up", `Move ${title} up`, place === 0, () => this.#move(key, -1));
-    const down = this.#mover("down", `Move ${title} down`, place === last, () => this.#move(key, 1));
-    const rename = iconButton("rename", `Rename ${title}`, () => this.#on.rename(this.#of(key)));
-    const away = iconButton("close", `Leave ${title} out`, () => this.#on.changed(this.#entries.filter((each) => each.key !== key)));
-    const note = this.#on.note(entry);
-    return h(
-      "li",
-      { class: "row", data: { key, kind } },
-      handle,
-      h(
-        "span",
-        { class: "row-words" },
-        h("span", { class: "row-title" }, title),
-        h("span", { class: "hint" }, [KINDS[kind], note].filter(Boolean).join(", ")),
-        problem !== null && h("span", { class: "wrong" }, problem),
-      ),
-      h("span", { class: "row-actions" }, h("label", { class: "order-minutes" }, field, "min"), up, down, rename, away),
-    );
-  }
-
-  /**
-   * @param {"up"|"down"} way
-   * @param {string} title
-   * @param {boolean} isOff
-   * @param {() => void} run
-   */
-  #mover(way, title, isOff, run) {
-    const button = iconButton(way, title, run);
-    button.dataset.role = way;
-    button.disabled = isOff;
-    return button;
-  }
-
-  /**
-   * @param {KeyboardEvent} event
-   * @param {number} key
-   */
-  #press(event, key) {
+/** @param {LineProps} props */
+function Line({ entry, note, isFirst, isLast, isDragged, grip, move, become, rename }) {
+  const { key, kind, title, minutes, problem, item } = entry;
+  const press = (/** @type {KeyboardEvent} */ event) => {
     const by = { ArrowUp: -1, ArrowDown: 1 }[event.key];
     if (by === undefined) return;
     event.preventDefault();
-    this.#move(key, by);
-  }
-
-  /**
-   * @param {number} key
-   * @param {number} by
-   */
-  #move(key, by) {
-    const from = this.#entries.findIndex((each) => each.key === key);
-    const to = from + by;
-    if (to < 0 || to >= this.#entries.length) return;
-    const line = this.#list.children[from];
-    // At an end its own button is off: the handle keeps the focus.
-    if (line instanceof HTMLElement && (to === 0 || to === this.#entries.length - 1)) line.dataset.again = "handle";
-    this.#tell(moved(this.#entries, from, to), key);
-  }
-
-  /**
-   * The lines beside the one that is dragged change places with it: it stays in the page, and keeps the pointer.
-   *
-   * @param {PointerEvent} event
-   */
-  #drag(event) {
-    const handle = event.currentTarget;
-    const line = handle instanceof HTMLElement ? handle.closest("li") : null;
-    if (event.button !== 0 || !(handle instanceof HTMLElement) || line === null) return;
-    event.preventDefault();
-    handle.focus();
-    handle.setPointerCapture(event.pointerId);
-    line.dataset.dragged = "";
-    this.#isDragged = true;
-    const end = new AbortController();
-    const { signal } = end;
-    handle.addEventListener("pointermove", ({ clientY }) => {
-      const [before, after] = [line.previousElementSibling, line.nextElementSibling];
-      if (before !== null && clientY < middle(before)) line.after(before);
-      else if (after !== null && clientY > middle(after)) line.before(after);
-    }, { signal });
-    const drop = () => {
-      end.abort();
-      delete line.dataset.dragged;
-      this.#isDragged = false;
-      const found = [...this.#list.children].map((each) => this.#of(Number(/** @type {HTMLElement} */ (each).dataset.key)));
-      this.#drawn = "";
-      if (found.some((entry, place) => entry !== this.#entries[place])) this.#tell(found, Number(line.dataset.key));
-      else this.show(this.#entries);
-    };
-    for (const type of ["pointerup", "pointercancel", "lostpointercapture"]) handle.addEventListener(type, drop, { signal });
-  }
-
-  /**
-   * @param {Entry[]} entries
-   * @param {number} key Of the one that was moved.
-   */
-  #tell(entries, key) {
-    const place = entries.findIndex((each) => each.key === key);
-    setText(this.#said, `${entries[place].title} is item ${place + 1} of ${entries.length}`);
-    this.#on.changed(entries);
-  }
-
-  /**
-   * @param {number} key
-   * @returns {Entry} As it is by now.
-   */
-  #of(key) {
-    return /** @type {Entry} */ (this.#entries.find((each) => each.key === key));
-  }
-
-  /**
-   * @param {number} key
-   * @param {HTMLInputElement} field
-   */
-  #time(key, field) {
-    const entry = this.#of(key);
-    const minutes = field.valueAsNumber;
-    if (!(minutes > 0 && minutes <= 180)) {
-      field.value = String(entry.minutes);
-      return;
-    }
-    const changed = { ...entry, minutes, item: { ...entry.item, minutes } };
-    this.#on.changed(this.#entries.map((each) => (each.key === key ? changed : each)));
-  }
+    move(by, "handle");
+  };
+  const time = (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget: field }) => {
+    const given = field.valueAsNumber;
+    if (given > 0 && given <= MOST_MINUTES) become({ ...entry, minutes: given, item: { ...item, minutes: given } });
+    else field.value = String(minutes);
+  };
+  const mover = (/** @type {"up"|"down"} */ way, /** @type {boolean} */ isOff) => html`<button
+    type="button" class="quiet icon-only" title=${`Move ${title} ${way}`} aria-label=${`Move ${title} ${way}`} disabled=${isOff}
+    data-role=${way} onClick=${() => move(way === "up" ? -1 : 1, way)}
+  >
+    ${h(Icon, { name: way })}
+  </button>`;
+  return html`<li class="row" data-key=${key} data-kind=${kind} data-dragged=${isDragged || null}>
+    <button
+      type="button" class="quiet icon-only order-handle" title="Drag, or move with the arrow keys" aria-label=${`Move ${title}: arrow keys`}
+      data-role="handle" onKeyDown=${press} onPointerDown=${grip}
+    >
+      ${h(Icon, { name: "menu" })}
+    </button>
+    <span class="row-words">
+      <span class="row-title">${title}</span>
+      <span class="hint">${[KINDS[kind], note].filter(Boolean).join(", ")}</span>
+      ${problem !== null && html`<span class="wrong">${problem}</span>`}
+    </span>
+    <span class="row-actions">
+      <label class="order-minutes">
+        <input type="number" min="0.5" max=${MOST_MINUTES} step="0.5" defaultValue=${minutes} aria-label=${`Minutes for ${title}`} onChange=${time} />min
+      </label>
+      ${mover("up", isFirst)}
+      ${mover("down", isLast)}
+      ${h(IconButton, { name: "rename", title: `Rename ${title}`, run: rename })}
+      ${h(IconButton, { name: "close", title: `Leave ${title} out`, run: () => become(null) })}
+    </span>
+  </li>`;
 }
 
 /** @param {Element} element */

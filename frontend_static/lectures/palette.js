@@ -1,209 +1,174 @@
 /** What a lecture can be made of: lists of each kind, a form for a poll, and a field for a link. */
 
 import { lessons } from "../learn/api.js";
-import { pollForm } from "../lecturer/poll_form.js";
+import { itemOfAddress, itemOfSession } from "../lecturer/items.js";
+import { PollForm } from "../lecturer/poll.js";
 import { minutesText } from "../lecturer/walk.js";
-import { bodyOf } from "../session/share.js";
 import { sessionTitle } from "../session/timeline.js";
-import { api, messageOf } from "../shared/api.js";
-import { fill, h, setText } from "../shared/dom.js";
+import { api } from "../shared/api.js";
 import { count, moment } from "../shared/format.js";
+import { Loaded } from "../shared/page.js";
 import { presetRecipe } from "../shared/share_link.js";
 import { attempt } from "../shared/toast.js";
-import { itemOfLink } from "../lecturer/item_of_link.js";
+import { h, html, useSignal } from "../vendor/preact.js";
 
-/** @import { LectureItemPublic, RunPublic, SessionPublic } from "../shared/messages.js" */
-/** @import { Child } from "../shared/elements.js" */
+/** @import { Child } from "../vendor/preact.js" */
+/** @import { Item } from "../lecturer/items.js" */
 
-/** @typedef {{item: Record<string, unknown>, kind: LectureItemPublic["kind"], title: string, minutes: number}} New */
-/** @typedef {(added: New) => void} Add */
-/** @typedef {"lessons"|"failures"|"sessions"|"comparisons"|"polls"} Place */
+/** @typedef {(item: Item, title?: string, minutes?: number) => void} Add `title` is for an item that says none itself; the server knows better. */
 
-/** @type {readonly {id: Place, title: string, show: (add: Add) => Promise<Child[]>}[]} */
-const PLACES = [
-  { id: "lessons", title: "Lessons", show: lessonRows },
-  { id: "failures", title: "Failures", show: failureRows },
-  { id: "sessions", title: "Sessions", show: sessionRows },
-  { id: "comparisons", title: "Comparisons", show: comparisonRows },
-  { id: "polls", title: "Polls", show: async (add) => [poll(add)] },
-];
 const MOST_COMPARED = 4;
 const MOST_LISTED = 50;
-const RUN_MINUTES = 5;
 const POLL_MINUTES = 2;
+/** @type {readonly {id: string, title: string, list: (add: Add) => Promise<Child>}[]} */
+const PLACES = [
+  { id: "lessons", title: "Lessons", list: listLessons },
+  { id: "failures", title: "Failures", list: listFailures },
+  { id: "sessions", title: "Sessions", list: listSessions },
+  { id: "comparisons", title: "Comparisons", list: async (add) => h(Compared, { add, all: await mine() }) },
+  { id: "polls", title: "Polls", list: async (add) => h(PollForm, { ask: poll(add), action: "Add the poll" }) },
+];
 
-/** @param {Add} add */
-export function palette(add) {
-  const place = h("div", { class: "palette-place" });
-  let shown = "";
-  const buttons = PLACES.map(({ id, title }) =>
-    h("button", { type: "button", "aria-pressed": "false", data: { place: id }, on: { click: () => show(id) } }, title));
-  show("lessons");
-  return h(
-    "section",
-    { class: "palette", "aria-label": "Add to the lecture" },
-    h("h2", {}, "Add"),
-    h("div", { class: "kinds", role: "group", "aria-label": "Kind" }, buttons),
-    place,
-    linkField(add),
-  );
-
-  /** @param {Place} id */
-  async function show(id) {
-    shown = id;
-    for (const each of buttons) each.setAttribute("aria-pressed", String(each.dataset.place === id));
-    const kind = PLACES.find((each) => each.id === id);
-    try {
-      const found = (await kind?.show(add)) ?? [];
-      if (shown === id) fill(place, found);
-    } catch (error) {
-      fill(place, h("p", { class: "wrong" }, messageOf(error)));
-    }
-  }
+/** @param {{add: Add}} props */
+export function Palette({ add }) {
+  const shown = useSignal(PLACES[0]);
+  const { id, title, list } = shown.value;
+  const kind = (/** @type {typeof PLACES[number]} */ place) => html`<button
+    type="button" aria-pressed=${String(place.id === id)} data-place=${place.id} onClick=${() => (shown.value = place)}
+  >
+    ${place.title}
+  </button>`;
+  return html`<section class="palette" aria-label="Add to the lecture">
+    <h2>Add</h2>
+    <div class="kinds" role="group" aria-label="Kind">${PLACES.map(kind)}</div>
+    <div key=${id} class="palette-place">${h(Loaded, { load: () => list(add), failed: `${title} could not be listed` })}</div>
+    ${h(LinkField, { add })}
+  </section>`;
 }
 
 /** @param {Add} add */
-async function lessonRows(add) {
+async function listLessons(add) {
   const { lessons: all } = await lessons.all();
-  return [rows(all.filter(({ problem }) => problem === null).map(({ id, number, title, minutes }) => {
-    const name = number > 0 ? `${number} · ${title}` : title;
-    const question = () => add({ item: { question: id }, kind: "question", title: `Question: ${title}`, minutes: POLL_MINUTES });
-    return row(name, minutesText(minutes), [
-      button("Its question", `Add the question of ${title} as a poll`, question),
-      adding(title, () => add({ item: { lesson: id }, kind: "lesson", title, minutes })),
-    ]);
-  }))];
+  return rows(all.filter(({ problem }) => problem === null).map(({ id, number, title, minutes }) => {
+    const ask = () => add({ question: id }, `Question: ${title}`, POLL_MINUTES);
+    const question = html`<button type="button" aria-label=${`Add the question of ${title} as a poll`} onClick=${ask}>Its question</button>`;
+    return row(number > 0 ? `${number} · ${title}` : title, minutesText(minutes), () => add({ lesson: id }, title, minutes), { name: title, more: question });
+  }));
 }
 
 /** @param {Add} add */
-async function failureRows(add) {
+async function listFailures(add) {
   const all = await api.failures();
-  return [rows(all.map(({ id, number, title, kind_title: hint }) =>
-    row(`${number} · ${title}`, hint, [adding(title, () => add({ item: { failure: id }, kind: "failure", title, minutes: RUN_MINUTES }))])))];
+  return rows(all.map(({ id, number, title, kind_title: hint }) =>
+    row(`${number} · ${title}`, hint, () => add({ failure: id }, title), { name: title })));
 }
 
 /** @param {Add} add */
-async function sessionRows(add) {
-  const [{ sessions, runs }, experiments] = await Promise.all([mine(), api.experiments()]);
-  const one = (/** @type {string} */ title, /** @type {unknown} */ session) => add({ item: { session, title }, kind: "session", title, minutes: RUN_MINUTES });
-  return [
-    h("h3", {}, "Running sessions and saved runs"),
-    sessions.length + runs.length === 0 && h("p", { class: "hint" }, "There are none. Presets are below; a session's link can be pasted."),
-    rows([
-      ...sessions.map((session) => row(session.name, `running, frame ${session.position}`, [adding(session.name, () => one(session.name, bodyOf(session)))])),
-      ...runs.map(({ id, title, created }) => row(title, `saved ${moment(created)}`, [adding(title, () => one(title, { reference: id }))])),
-    ]),
-    ...experiments.flatMap((experiment) => [
-      h("h3", {}, experiment.title),
-      rows(experiment.presets.map((preset) => {
-        const title = `${experiment.title}: ${preset.title}`;
-        return row(preset.title, preset.watch, [adding(title, () => one(title, { recipe: presetRecipe(experiment, preset) }))]);
-      })),
-    ]),
-  ];
-}
-
-/** @param {Add} add */
-async function comparisonRows(add) {
-  const { sessions, runs } = await mine();
-  /** @type {Map<string, unknown>} */
-  const chosen = new Map();
-  const go = h("button", { type: "button", class: "primary", disabled: true, on: { click: () => compare() } }, "Add");
-  const boxes = [...sessions.map(ofSession), ...runs.map(ofRun)].map(({ title, hint, run }) => {
-    /** @type {HTMLInputElement} */
-    const box = h("input", { type: "checkbox", on: { change: () => choose(title, run, box.checked) } });
-    return h("li", {}, h("label", { class: "row" }, box, words(title, hint)));
-  });
-  if (boxes.length < 2) return [h("p", { class: "hint" }, "Two sessions or saved runs make a comparison. There are fewer; the link of one can be pasted.")];
-  return [h("h3", {}, "Choose two to four"), rows(boxes), h("div", { class: "poll-line" }, go)];
-
-  /**
-   * @param {string} title
-   * @param {unknown} run
-   * @param {boolean} isChosen
-   */
-  function choose(title, run, isChosen) {
-    if (isChosen) chosen.set(title, run);
-    else chosen.delete(title);
-    go.disabled = chosen.size < 2 || chosen.size > MOST_COMPARED;
-    setText(go, chosen.size < 2 ? "Add" : `Add a comparison of ${count(chosen.size, "run")}`);
-  }
-
-  function compare() {
-    const title = [...chosen.keys()].join(" · ");
-    add({ item: { comparison: { runs: [...chosen.values()] }, title }, kind: "comparison", title, minutes: RUN_MINUTES });
-  }
-}
-
-/** @param {SessionPublic} session */
-function ofSession(session) {
-  const { recipe, upload } = session;
-  return { title: sessionTitle(session), hint: `running, seed ${recipe.seed}`, run: { recipe, ...(upload && { upload }) } };
-}
-
-/** @param {RunPublic} run */
-function ofRun({ id, title, created }) {
-  return { title, hint: `saved ${moment(created)}`, run: { reference: id } };
-}
-
-/** @param {Add} add */
-function poll(add) {
-  const form = pollForm(async ({ question, answers }) => {
-    add({ item: { poll: question, answers }, kind: "poll", title: question ?? "", minutes: POLL_MINUTES });
-    form.replaceWith(poll(add));
-  }, "Add the poll");
-  return form;
-}
-
-/** @param {Add} add */
-function linkField(add) {
-  const field = h("input", { type: "text", id: "palette-link", autocomplete: "off", placeholder: "Link of a session, a comparison, a lesson or a failure" });
-  const take = async (/** @type {SubmitEvent} */ event) => {
-    event.preventDefault();
-    const added = await attempt(() => linked(field.value));
-    if (added === undefined) return;
-    field.value = "";
-    add(added);
-  };
-  return h(
-    "form",
-    { class: "palette-link", on: { submit: take } },
-    h("label", { for: "palette-link" }, "Or paste a link"),
-    h("div", { class: "menu-form" }, field, h("button", { type: "submit" }, "Add")),
-  );
+async function listSessions(add) {
+  const [own, experiments] = await Promise.all([mine(), api.experiments()]);
+  const presets = experiments.map((experiment) => html`
+    <h3>${experiment.title}</h3>
+    ${rows(experiment.presets.map((preset) => {
+      const title = `${experiment.title}: ${preset.title}`;
+      return row(preset.title, preset.watch, () => add({ session: { recipe: presetRecipe(experiment, preset) }, title }), { name: title });
+    }))}
+  `);
+  return html`
+    <h3>Running sessions and saved runs</h3>
+    ${own.length === 0 && html`<p class="hint">There are none. Presets are below; a session's link can be pasted.</p>`}
+    ${rows(own.map(({ title, hint, item }) => row(title, hint, () => add(item))))}
+    ${presets}
+  `;
 }
 
 /**
- * @param {string} text
- * @returns {Promise<New>}
+ * Runs to be chosen for a comparison.
+ *
+ * @param {{add: Add, all: Awaited<ReturnType<typeof mine>>}} props
  */
-async function linked(text) {
-  const found = itemOfLink(text, document.baseURI);
-  if ("session" in found) {
-    const session = await api.session(found.session);
-    return { item: { session: bodyOf(session), title: session.name }, kind: "session", title: session.name, minutes: RUN_MINUTES };
-  }
-  const [kind] = /** @type {LectureItemPublic["kind"][]} */ (Object.keys(found.item));
-  // The server finds out what it is called.
-  return { item: found.item, kind, title: kind, minutes: RUN_MINUTES };
+function Compared({ add, all }) {
+  const chosen = useSignal(/** @type {readonly typeof all[number][]} */ ([]));
+  if (all.length < 2) return html`<p class="hint">Two sessions or saved runs make a comparison. There are fewer; the link of one can be pasted.</p>`;
+  const box = (/** @type {typeof all[number]} */ run) => {
+    const isChosen = chosen.value.includes(run);
+    const turn = () => (chosen.value = isChosen ? chosen.value.filter((other) => other !== run) : [...chosen.value, run]);
+    return html`<li><label class="row"><input type="checkbox" checked=${isChosen} onChange=${turn} />${words(run.title, run.hint)}</label></li>`;
+  };
+  const amount = chosen.value.length;
+  const compare = () => add({ comparison: { runs: chosen.value.map(({ run }) => run) }, title: chosen.value.map(({ title }) => title).join(" · ") });
+  return html`
+    <h3>Choose two to four</h3>
+    ${rows(all.map(box))}
+    <div class="poll-line">
+      <button type="button" class="primary" disabled=${amount < 2 || amount > MOST_COMPARED} onClick=${compare}>
+        ${amount < 2 ? "Add" : `Add a comparison of ${count(amount, "run")}`}
+      </button>
+    </div>
+  `;
 }
 
-function mine() {
-  return api.work({ limit: MOST_LISTED }, new AbortController().signal);
+/** What somebody has: as an item by itself, and as a run of a comparison. */
+async function mine() {
+  const { sessions, runs } = await api.work({ limit: MOST_LISTED }, new AbortController().signal);
+  return [
+    ...sessions.map((session) => {
+      const { recipe, upload, position } = session;
+      return { title: sessionTitle(session), hint: `running, frame ${position}`, item: itemOfSession(session), run: { recipe, upload } };
+    }),
+    ...runs.map(({ id, title, created }) => {
+      const run = { reference: id };
+      return { title, hint: `saved ${moment(created)}`, item: { session: run, title }, run };
+    }),
+  ];
 }
 
-/** @param {Child[]} lines */
+/**
+ * @param {Add} add
+ * @returns {(poll: {question: string, answers: string[]}) => Promise<boolean>}
+ */
+function poll(add) {
+  return async ({ question, answers }) => {
+    add({ poll: question, answers }, question, POLL_MINUTES);
+    return true;
+  };
+}
+
+/** @param {{add: Add}} props */
+function LinkField({ add }) {
+  const take = async (/** @type {Event & {currentTarget: HTMLFormElement}} */ event) => {
+    event.preventDefault();
+    const form = event.currentTarget;
+    const item = await attempt(() => itemOfAddress(String(new FormData(form).get("link"))));
+    if (item === undefined) return;
+    add(item);
+    form.reset();
+  };
+  const placeholder = "Link of a session, a comparison, a lesson or a failure";
+  return html`<form class="palette-link" onSubmit=${take}>
+    <label for="palette-link">Or paste a link</label>
+    <div class="menu-form">
+      <input type="text" name="link" id="palette-link" required autocomplete="off" placeholder=${placeholder} />
+      <button type="submit">Add</button>
+    </div>
+  </form>`;
+}
+
+/** @param {readonly Child[]} lines */
 function rows(lines) {
-  return lines.length > 0 && h("ul", { class: "rows" }, lines);
+  return lines.length > 0 && html`<ul class="rows">${lines}</ul>`;
 }
 
 /**
  * @param {string} title
  * @param {string} hint
- * @param {Child[]} actions
+ * @param {() => void} add
+ * @param {{name?: string, more?: Child}} [beside] Its name where its title has a number, and what else can be added.
  */
-function row(title, hint, actions) {
-  return h("li", { class: "row" }, words(title, hint), h("span", { class: "row-actions" }, actions));
+function row(title, hint, add, { name = title, more = null } = {}) {
+  return html`<li class="row">
+    ${words(title, hint)}
+    <span class="row-actions">${more}<button type="button" aria-label=${`Add ${name}`} onClick=${add}>Add</button></span>
+  </li>`;
 }
 
 /**
@@ -211,22 +176,5 @@ function row(title, hint, actions) {
  * @param {string} hint
  */
 function words(title, hint) {
-  return h("span", { class: "row-words" }, h("span", { class: "row-title" }, title), h("span", { class: "hint" }, hint));
-}
-
-/**
- * @param {string} title
- * @param {() => void} run
- */
-function adding(title, run) {
-  return button("Add", `Add ${title}`, run);
-}
-
-/**
- * @param {string} text
- * @param {string} label
- * @param {() => void} run
- */
-function button(text, label, run) {
-  return h("button", { type: "button", "aria-label": label, on: { click: run } }, text);
+  return html`<span class="row-words"><span class="row-title">${title}</span><span class="hint">${hint}</span></span>`;
 }

@@ -43,7 +43,7 @@ export const HELP = [
   ["E", "Go to the next event, such as an identity switch; with shift, to the one before"],
   ["W", "Why was it lost?"],
   ["B", "Bookmark this frame"],
-  ["N", "Branch from this frame"],
+  ["N", "Branch from this frame; in a lecture, the next item"],
   ["I", "Look into the frame: likelihood, particles, ancestors; again to stop"],
   ["C", "Compare this run with others"],
   ["[ ]", "Slower, faster"],

@@ -12,7 +12,7 @@ import { explain } from "../shared/terms.js";
 import { themeButton } from "../shared/theme.js";
 import { attempt, toast } from "../shared/toast.js";
 import { tourOfAddress } from "../shared/tour_link.js";
-import { END_FORK, endFork } from "../lecturer/end_fork.js";
+import { END_FORK, endFork } from "../lecturer/api.js";
 import { brand, isFollower, isParticipant } from "../shared/participant.js";
 import { followChip } from "../lecturer/chip.js";
 import { ClassControl } from "../lecturer/class_control.js";

@@ -78,3 +78,18 @@ export function Made({ make }) {
   }, []);
   return html`<div class="made" ref=${place}></div>`;
 }
+
+/**
+ * A button that cannot be pressed again until what it does is done.
+ *
+ * @param {{label: string, run: () => Promise<unknown>, disabled?: boolean, [attribute: string]: unknown}} props
+ */
+export function Doing({ label, run, disabled = false, ...attributes }) {
+  const isBusy = useSignal(false);
+  const press = async () => {
+    isBusy.value = true;
+    await run();
+    isBusy.value = false;
+  };
+  return html`<button type="button" ...${attributes} disabled=${disabled || isBusy.value} onClick=${press}>${label}</button>`;
+}

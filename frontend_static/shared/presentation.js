@@ -1,55 +1,64 @@
 /**
  * Presentation: the page fills the screen in large type, to be read from the back of a lecture room. Sizes follow the font
  * size of the root; what gives way to the picture is said by the style sheets under `data-presenting`. It belongs to the tab:
- * whoever goes on to another page goes on presenting, until it is ended. Pages without its button are shown as ever meanwhile.
+ * the next page presents, too, until it is ended. Pages without its button are shown as ever meanwhile.
  */
 
 import { dialogIsOpen } from "./dialog.js";
-import { fill, h } from "./dom.js";
-import { icon } from "./icons.js";
+import { elementOf } from "./dom.js";
+import { Icon } from "./icons.js";
+import { KeptInTab } from "./kept.js";
+import { effect, h, html, signal } from "../vendor/preact.js";
 
 const KEY = "f";
-const KEPT_AS = "pftrack-presenting";
 const TYPED = "input:not([type=checkbox]):not([type=radio]):not([type=range]), textarea, select, [contenteditable]";
 const root = document.documentElement;
+const presenting = signal(false);
+/** Whether the tab presents, be it shown on this page or not. */
+const kept = /** @type {KeptInTab<boolean>} */ (new KeptInTab("pftrack-presenting"));
 /** The browser leaves full screen by itself with the page; that ends nothing. */
 let isLeft = false;
 
+effect(() => {
+  if (presenting.value) root.dataset.presenting = "";
+  else delete root.dataset.presenting;
+});
 addEventListener("pagehide", () => (isLeft = true));
 addEventListener("pageshow", () => (isLeft = false));
 // The browser ends full screen by itself when somebody presses Escape.
 document.addEventListener("fullscreenchange", () => document.fullscreenElement === null && !isLeft && turn(false));
 document.addEventListener("keydown", (event) => {
   if (event.key !== "Escape" || !isPlain(event) || document.querySelector(":popover-open") !== null) return;
-  if (isPresenting() || isKept()) present(false);
+  if (isPresenting() || kept.get()) present(false);
 });
 
-/** Whether the page is presented. */
+/** Whether the page is presented; a component or an effect that asks follows it. */
 export function isPresenting() {
-  return root.dataset.presenting !== undefined;
+  return presenting.value;
 }
 
 /**
  * The button that begins and ends it, as the key F does; Escape ends it, too.
  *
  * @param {{hears?: boolean}} [options] Whether it listens to the key F itself; a session's page has a table of keys.
+ * @returns {HTMLButtonElement}
  */
 export function presentationButton({ hears = true } = {}) {
-  const button = h("button", { type: "button", class: "quiet icon-only", data: { role: "present" }, on: { click: () => present() } });
-  const show = () => {
-    const title = isPresenting() ? "Leave the presentation (F or escape)" : "Present in large type (F)";
-    fill(button, icon(isPresenting() ? "shrink" : "enlarge"));
-    button.title = title;
-    button.setAttribute("aria-label", title);
-    button.setAttribute("aria-pressed", String(isPresenting()));
-  };
-  new MutationObserver(show).observe(root, { attributeFilter: ["data-presenting"] });
   document.addEventListener("keydown", (event) => {
     if (hears && event.key.toLowerCase() === KEY && isPlain(event) && !isTyping(event.target)) present();
   });
-  if (isKept()) goOn();
-  show();
-  return button;
+  if (kept.get()) goOn();
+  return elementOf(h(PresentationButton, {}));
+}
+
+function PresentationButton() {
+  const isOn = presenting.value;
+  const title = isOn ? "Leave the presentation (F or escape)" : "Present in large type (F)";
+  return html`<button
+    type="button" class="quiet icon-only" title=${title} aria-label=${title} aria-pressed=${String(isOn)} data-role="present" onClick=${() => present()}
+  >
+    ${h(Icon, { name: isOn ? "shrink" : "enlarge" })}
+  </button>`;
 }
 
 /**
@@ -71,7 +80,7 @@ export async function present(wanted = !isPresenting()) {
 
 /** Have the page that is opened next be presented. */
 export function presentNext() {
-  keep(true);
+  kept.set(true);
 }
 
 /** Present as the page before did. Browsers give a new page the whole screen only after a key or a click. */
@@ -88,28 +97,8 @@ function goOn() {
 
 /** @param {boolean} wanted */
 function turn(wanted) {
-  if (wanted) root.dataset.presenting = "";
-  else delete root.dataset.presenting;
-  keep(wanted);
-}
-
-/** @param {boolean} wanted */
-function keep(wanted) {
-  try {
-    if (wanted) sessionStorage.setItem(KEPT_AS, "");
-    else sessionStorage.removeItem(KEPT_AS);
-  } catch {
-    // Without storage it ends with the page.
-  }
-}
-
-/** Whether the tab presents, be it shown on this page or not. */
-function isKept() {
-  try {
-    return sessionStorage.getItem(KEPT_AS) !== null;
-  } catch {
-    return false;
-  }
+  presenting.value = wanted;
+  kept.set(wanted || null);
 }
 
 /**
@@ -121,7 +110,11 @@ function isPlain(event) {
   return !event.defaultPrevented && !event.ctrlKey && !event.metaKey && !event.altKey && !dialogIsOpen();
 }
 
-/** @param {EventTarget|null} target */
-function isTyping(target) {
+/**
+ * Whether a letter is what somebody types or chooses by.
+ *
+ * @param {EventTarget|null} target
+ */
+export function isTyping(target) {
   return target instanceof Element && target.closest(TYPED) !== null;
 }

@@ -49,7 +49,7 @@ class LecturePage(View):
 def test_a_lecture_is_made_and_held(
     page: Any, server: Server, newcomer: Callable[..., Follower], complaints: Complaints
 ) -> None:
-    """Items are ordered by dragging and by keys; Next keeps presenting, asks, reveals, and takes the class along."""
+    """Items are ordered by dragging and by keys; N and Next keep presenting, ask, reveal, and take the class along."""
     # Who follows may ask for what has just ended, for what the class has just left, or for the class that is over.
     complaints.expected = ("403", "404", "410")
     page.goto("lectures")
@@ -116,7 +116,7 @@ def held(page: Any, made: LecturePage, server: Server, newcomer: Callable[..., F
     follower.open(server.get("follows")[0]["links"][0]["address"].removeprefix("http://"))
     made.until(lambda: page.inner_text(".follow-chip") == "1 follows", "somebody follows")
 
-    page.keyboard.press("PageDown")
+    page.keyboard.press("n")  # the lecture's next item, and not the next lesson
     page.wait_for_url("**/session/*")
     page.locator(".flat-canvas[data-frame]").wait_for()
     made.until(lambda: page.inner_text(".follow-chip") == "1 follows", "the class comes along to the session")
@@ -132,7 +132,7 @@ def held(page: Any, made: LecturePage, server: Server, newcomer: Callable[..., F
     page.wait_for_url(opened)  # it is the session that was begun, and no other
     page.locator(".flat-canvas[data-frame]").wait_for()
     made.until(lambda: page.inner_text(".follow-chip") == "1 follows", "the class comes back")
-    page.keyboard.press("PageDown")
+    page.keyboard.press("n")  # and no branch of the session
     page.wait_for_url("**/failures/*")
     made.until(lambda: page.inner_text(".follow-chip") == "1 follows", "the class comes along again")
 
@@ -168,6 +168,27 @@ def test_a_page_becomes_an_item(page: Any, server: Server, kind: str) -> None:
     [item] = server.get(f"lectures/{made['id']}")["items"]
     assert (item["kind"], item["problem"]) == (kind, None)
     server.delete(f"lectures/{made['id']}")
+
+
+def test_two_runs_of_one_title_are_compared(page: Any, server: Server) -> None:
+    """Runs that are called alike are chosen one by one, and the link of a saved comparison is an item, too."""
+    sessions = [server.start_session(frames=5)["id"] for _ in range(2)]
+    recipes = [{"recipe": server.get(f"sessions/{each}")["recipe"]} for each in sessions]
+    saved = server.post("comparisons/saved", {"title": "Twice", "runs": recipes, "position": 0, "arrangement": "over"})
+    made = server.post("lectures", {"title": "Alike"})
+    page.goto(made["page"])
+    page.locator("[data-place=comparisons]").click()
+    for box in page.locator(".palette input[type=checkbox]").all()[:2]:
+        box.check()
+    page.get_by_role("button", name="Add a comparison of 2 runs").click()
+    page.get_by_label("Or paste a link").fill(f"compare?saved={saved['id']}")
+    page.locator(".palette-link").get_by_role("button", name="Add").click()
+    address = f"lectures/{made['id']}"
+    until(lambda: len(server.get(address)["items"]) == 2, "both comparisons are saved")
+    compared = [item["item"]["comparison"] for item in server.get(address)["items"]]
+    assert [len(each["runs"]) for each in compared] == [2, 2]
+    assert compared[1]["arrangement"] == "over"
+    server.delete(address)
 
 
 def folded_above(page: Any) -> bool:

@@ -1,8 +1,9 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
-import { ofSession } from "../../frontend_static/follow/parameter_list.js";
-import { following, pollWords, resultWords } from "../../frontend_static/lecturer/text.js";
+import { ofSession } from "../../frontend_static/follow/in_force.js";
+import { following } from "../../frontend_static/lecturer/class_control.js";
+import { pollWords, resultWords } from "../../frontend_static/lecturer/poll.js";
 
 const poll = (more = {}) => ({ id: "p", question: "Q?", answers: ["Yes", "No"], votes: null, counts: null, revealed: false, ...more });
 

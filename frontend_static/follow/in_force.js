@@ -1,11 +1,12 @@
-/** The parameters that are in force, as a list to be read: first what the lecturer has changed, folded all the rest. */
+/** The parameters in force, as a list to be read: first what the lecturer has changed, folded all the rest. */
 
-import { fill, h } from "../shared/dom.js";
-import { parameterValue } from "../shared/format.js";
 import { trackerTitle } from "../session/timeline.js";
+import { parameterValue } from "../shared/format.js";
+import { html } from "../vendor/preact.js";
 
 /** @import { Declaration, LessonDetail, SessionPublic } from "../shared/messages.js" */
 /** @import { Value } from "../shared/format.js" */
+/** @import { ReadonlySignal } from "../vendor/preact.js" */
 
 /**
  * @typedef {object} Entry
@@ -15,28 +16,23 @@ import { trackerTitle } from "../session/timeline.js";
  * @property {boolean} isFirst Whether it is among those that count here.
  */
 
-
-/**
- * @param {HTMLElement} place
- * @param {Entry[]} entries
- */
-export function showParameters(place, entries) {
-  const isOpen = place.querySelector("details")?.open ?? false;
-  const others = entries.filter(({ isFirst }) => !isFirst);
-  fill(
-    place,
-    h("h2", {}, "Parameters"),
-    list(entries.filter(({ isFirst }) => isFirst)),
-    others.length > 0 && h("details", { open: isOpen }, h("summary", {}, `${others.length} more, with their initial values`), list(others)),
-  );
+/** @param {{entries: ReadonlySignal<readonly Entry[]>}} props */
+export function InForce({ entries }) {
+  const others = entries.value.filter(({ isFirst }) => !isFirst);
+  return html`<section class="in-force" aria-label="Parameters in force">
+    <h2>Parameters</h2>
+    ${list(entries.value.filter(({ isFirst }) => isFirst))}
+    ${others.length > 0 && html`<details><summary>${others.length} more, with their initial values</summary>${list(others)}</details>`}
+  </section>`;
 }
 
-/** @param {Entry[]} entries */
+/** @param {readonly Entry[]} entries */
 function list(entries) {
-  return h("dl", {}, entries.map(({ title, value, was: old }) => [
-    h("dt", {}, title),
-    h("dd", { data: old === undefined ? {} : { changed: true } }, value, old !== undefined && h("span", { class: "hint" }, ` was ${old}`)),
-  ]));
+  const one = (/** @type {Entry} */ { title, value, was: old }) => html`
+    <dt>${title}</dt>
+    <dd data-changed=${old === undefined ? null : true}>${value}${old !== undefined && html`<span class="hint"> was ${old}</span>`}</dd>
+  `;
+  return html`<dl>${entries.map(one)}</dl>`;
 }
 
 /**
