@@ -43,7 +43,7 @@ def begin(name: str, tracker: str, frames: int, *changes: Change) -> Run:
 
 def holds(run: Run, found: Report) -> bool:
     """Compute a trial to its end, and return whether it holds its target there."""
-    run.seek(found.end)
+    run.seek(found.last)
     return not any(row.lost for row in run.diagnostics[-found.judged :])
 
 
@@ -52,7 +52,7 @@ def by_branches(lost: Run, found: Report) -> int:
     return sum(
         holds(lost.branch(found.begin, {**each.alternative.values, "seed": seed}), found)
         for each in found.findings
-        for seed in each.held
+        for seed in each.at_end
     )
 
 
@@ -62,7 +62,7 @@ def from_the_first_frame(lost: Run, found: Report) -> int:
     return sum(
         holds(begin("ball", lost.tracker, lost.frames, *changes, Change(found.begin + 1, values)), found)
         for each in found.findings
-        for values in ({**each.alternative.values, "seed": seed} for seed in each.held)
+        for values in ({**each.alternative.values, "seed": seed} for seed in each.at_end)
     )
 
 
@@ -76,8 +76,8 @@ def explain(seeds: int) -> list[dict[str, object]]:
 
     last()
     ms, found = timed(last)
-    runs = sum(each.runs for each in found.findings)
-    rows = [_row("what-if", runs, ms, ms, sum(each.holding for each in found.findings))]
+    runs = sum(len(each.at_end) for each in found.findings)
+    rows = [_row("what-if", runs, ms, ms, sum(sum(each.at_end.values()) for each in found.findings))]
     for what, work in (("branches", by_branches), ("runs from frame 0", from_the_first_frame)):
         progress(f"what-if by {what}")
         taken, holding = timed(lambda work=work: work(lost, found))  # type: ignore[misc]

@@ -33,8 +33,8 @@ export function arrange(element, parts) {
   const side = [
     scene ? null : place("panel", "section", { class: "controls standing", "aria-label": named("Parameters") }),
     place("branches", "nav", { class: "branches", "aria-label": named("Branches"), hidden: true }),
-    place("inspection", "section", { class: "inspection", "aria-label": named("Look into the frame"), hidden: true }),
-    place("why", "section", { class: "why", "aria-label": named("Why the target was lost"), hidden: true }),
+    place("inspection", "section", { class: "inspection", "aria-label": named("Look into the frame") }),
+    place("why", "section", { class: "why", "aria-label": named("Why the target was lost") }),
     place("plots", "div", { class: "plots" }),
     place("readout", "section", { class: "readout" }),
   ].filter((it) => it !== null);

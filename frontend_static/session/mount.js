@@ -6,16 +6,16 @@
 import { START } from "../shared/address.js";
 import { api, messageOf, statusOf } from "../shared/api.js";
 import { fill } from "../shared/dom.js";
+import { iconButton } from "../shared/icons.js";
 import { isParticipant } from "../shared/participant.js";
 import { notice } from "../shared/notice.js";
 import { toast } from "../shared/toast.js";
 import { bookmarkMenu } from "./bookmarks.js";
 import { branchDialog, branchLegend } from "./branches.js";
 import { Commands } from "./commands.js";
-import { explore } from "./explore/explore.js";
 import { Layers } from "./flat/layers.js";
 import { fileMenu } from "./files.js";
-import { Inspector, lookButton } from "./inspect/inspector.js";
+import { Inspection, Inspector } from "./inspect/inspector.js";
 import { listen, moves } from "./keys.js";
 import { Panel } from "./panel/panel.js";
 import { plots } from "./plots/plots.js";
@@ -26,8 +26,12 @@ import { SessionStream } from "./session_stream.js";
 import { Steering } from "./steering.js";
 import { Store } from "./store.js";
 import { transport } from "./transport.js";
-import { Why, whyButton } from "./why/why.js";
+import { Loss } from "./why/loss.js";
+import { LostCard } from "./why/lost_card.js";
+import { OtherSeeds } from "./why/other_seeds.js";
+import { Beside, WhyButton } from "./why/why.js";
 import { markTruth } from "./truth/marking.js";
+import { h, render } from "../vendor/preact.js";
 
 const WAY = isParticipant ? { label: "Back to the class", href: START } : { label: "Back to the experiments", href: START };
 const KEPT = isParticipant ? "" : "Runs that you saved are in My work.";
@@ -74,8 +78,8 @@ export class Mounted {
   #keys;
   /** @type {Inspector|null} */
   #inspector = null;
-  /** @type {Why|null} */
-  #why = null;
+  /** @type {Loss|null} */
+  #loss = null;
 
   /**
    * @param {SessionStart} start
@@ -115,31 +119,68 @@ export class Mounted {
 
   /** Look into the frame, or no more; one card at a time takes the place of the plots. */
   #look() {
-    this.#why?.close();
+    if (this.#loss) this.#loss.tab.value = null;
     this.#inspector?.toggle();
   }
 
   /** Ask why the target was lost. */
   #ask() {
-    if (this.#inspector?.isOpen) this.#inspector.toggle();
-    this.#why?.open();
+    if (this.#inspector?.isOpen.peek()) this.#inspector.toggle();
+    this.#loss?.open();
   }
 
   #fill() {
     const { places } = this.#start;
     if (places.transport) transport(places.transport, this, this.#extras(places));
     if (places.scrubber) new Scrubber(places.scrubber, this);
-    const why = places.why ? new Why(places.why, this) : null;
-    if (places.readout) readout(places.readout, this, why && whyButton(this, () => this.#ask()));
-    this.#why = why;
+    if (!this.store.isReadOnly) this.#questions(places);
+    if (places.readout) readout(places.readout, this, this.#loss && this.#placeOf(h(WhyButton, { loss: this.#loss })));
     if (places.branches) branchLegend(places.branches, this);
-    if (places.inspection && !this.store.isReadOnly) this.#inspector = new Inspector(places.inspection, this);
     if (places.plots) plots(places.plots, this);
-    if (places.plots && places.scene && !this.store.isReadOnly) explore(places.plots, this);
     if (places.panel) this.#panel(places.panel);
     this.scene?.follow(this);
     if (this.#keys) listen(this.#keys, this.actions, this.signal);
     this.store.on(["refused"], () => toast(this.store.refusal, { kind: "error" }));
+  }
+
+  /**
+   * Have a component in a place as long as the session is on the page.
+   *
+   * @param {HTMLElement} place
+   * @param {import("../vendor/preact.js").VNode} content
+   */
+  #show(place, content) {
+    render(content, place);
+    this.signal.addEventListener("abort", () => render(null, place));
+  }
+
+  /**
+   * A component in a place of its own, beside parts that are not components.
+   *
+   * @param {import("../vendor/preact.js").VNode} content
+   */
+  #placeOf(content) {
+    const place = document.createElement("div");
+    this.#show(place, content);
+    return place;
+  }
+
+  /**
+   * What can be asked about the run: why it was lost, what would have saved it, what is in a frame, what other seeds do.
+   *
+   * @param {SessionStart["places"]} places
+   */
+  #questions({ inspection, plots: figures, scene, why }) {
+    if (why) {
+      const loss = (this.#loss = new Loss(this));
+      this.#show(why, h(Beside, { loss }));
+      this.scene?.lay(this.#placeOf(h(LostCard, { loss })));
+    }
+    if (inspection) {
+      const inspector = (this.#inspector = new Inspector(this));
+      this.#show(inspection, h(Inspection, { inspector }));
+    }
+    if (figures && scene) figures.before(this.#placeOf(h(OtherSeeds, { view: this })));
   }
 
   /**
@@ -148,7 +189,8 @@ export class Mounted {
    * @param {SessionStart["places"]} places
    */
   #extras(places) {
-    const look = places.inspection && !this.store.isReadOnly && lookButton(() => this.#look());
+    const title = "Look into the frame: likelihood, particles, ancestors (I)";
+    const look = places.inspection && !this.store.isReadOnly && iconButton("inspect", title, () => this.#look());
     return [look, !isParticipant && fileMenu(this), bookmarkMenu(this)];
   }
 

@@ -509,8 +509,6 @@ export interface ExplorationCreate {
   frame?: number | null;
   /** Of ensemble, whether each run sees what its own seed makes of the scene */
   scene?: "same" | "other";
-  /** Of what-if, an exploration with whose findings this one goes on */
-  after?: string | null;
   /** After so long it ends with what it has found */
   seconds?: number;
 }
@@ -532,6 +530,8 @@ export interface ExplorationJob {
   error: string | null;
   session: string;
   branch: string;
+  /** Whether the session's run is no longer the one that this is about */
+  stale: boolean;
 }
 
 /** A file that is being written; the first half of its steps computes the run. */
@@ -1530,6 +1530,7 @@ export interface Report {
   loss: number;
   begin: number;
   end: number;
+  last: number;
   judged: number;
   planned: number;
   trials: number;
@@ -1539,12 +1540,8 @@ export interface Report {
   loss_sentence: string;
   /** What the p-values are, a sentence. */
   correction: string;
-  /** The result in one or two sentences. */
+  /** The result in one or two sentences, which say no more than the seeds tried so far allow. */
   sentence: string;
-  /** With how many seeds the changes have been tried, in a sentence. */
-  progress: string;
-  /** What it does not say. */
-  caveat: string;
   /** One entry a change, best first. */
   findings: ToldFinding[];
 }
@@ -2107,10 +2104,13 @@ export interface ToldFinding {
   share: number | null;
   low: number | null;
   high: number | null;
+  holding_at_end: number;
+  runs_to_end: number;
+  shares: string;
   step_ms: number;
-  p_value: number | null;
   corrected: number | null;
-  verdict: "baseline" | "better" | "worse" | "unclear";
+  verdict: "baseline" | "better" | "brief" | "worse" | "unclear" | "few";
+  words: string;
   seed: number | null;
 }
 

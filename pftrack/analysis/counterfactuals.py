@@ -7,12 +7,14 @@ exist for every tracker. First of all nothing is changed: of the same settings w
 it was bad luck.
 
 Each share comes with Wilson's interval. A change is compared with no change on the same seeds (McNemar's test), and
-since many are tried the p-values are corrected for that (Holm). What cures this run need not cure others: that is a
-question for a sweep.
+since many are tried the p-values are corrected for that (Holm). Below eleven pairs nothing is said, since even eleven
+seeds that all speak for a change are only just enough among thirty. Runs are judged soon after the loss and at their
+end: a change may save the target for a while only. What cures this run need not cure others: that is a question for a
+sweep.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from typing import Annotated, Any, Literal, TypeAlias
 
@@ -29,28 +31,19 @@ from pftrack.core.model.series import Known, as_json
 from pftrack.core.numerics.statistics import holm, mcnemar, wilson
 from pftrack.core.refusal import RefusedError
 from pftrack.runs.loss import Loss
-from pftrack.runs.many import FrameBlock, Trial, read_blocks
+from pftrack.runs.many import KeptFrames, Trial, read_blocks
 from pftrack.runs.run import Run
 
-__all__ = [
-    "Alternative",
-    "Finding",
-    "Report",
-    "alternatives",
-    "find_loss",
-    "join",
-    "read_record",
-    "record",
-    "what_if",
-]
+__all__ = ["Alternative", "Finding", "Report", "alternatives", "find_loss", "join", "read_record", "record", "what_if"]
 
 
 # Reports: what came of the changes that were tried, and how sure one may be of it; and the trials themselves.
 #
 # A trial is a run that goes on from shortly before a loss, with a change and with other seeds.
 
-Verdict: TypeAlias = Literal["baseline", "better", "worse", "unclear"]
-"""What may be said of a change: "unclear" where chance alone would do as much."""
+Verdict: TypeAlias = Literal["baseline", "better", "brief", "worse", "unclear", "few"]
+"""What may be said of a change: "brief" where it holds soon after the loss and no longer than without it, "unclear"
+where chance alone would do as much, "few" before it was tried with enough seeds."""
 
 LEAST_P = 0.001
 """Smaller p-values are told as below this."""
@@ -58,13 +51,19 @@ LEAST_P = 0.001
 WORDS: Mapping[Verdict, str] = {
     "baseline": "",
     "better": "better than no change",
+    "brief": "better for a while, but not at the end",
     "worse": "worse than no change",
     "unclear": "not clearly better than no change",
+    "few": "too few seeds to tell",
 }
 """What verdicts are called."""
 
 LEVEL = 0.05
 """Corrected p-values below this are called better or worse than no change."""
+
+LEAST_PAIRS = 11
+"""Seeds with which both a change and none must have been tried before anything is said of it: with fewer, not even a
+change that always wins is better after the correction for thirty changes."""
 
 CAVEAT = "A cure of this run is not a cure in general: a sweep over seeds and scenes says that."
 
@@ -75,10 +74,11 @@ class Finding:
 
     Attributes:
         alternative: The change.
-        held: Whether the run held its target, by seed; of all seeds tried so far.
+        held: Whether the run held its target soon after the loss, by seed; of all seeds tried so far.
         steps: Steps that were taken.
         seconds: That they took.
         place: Number of the change in the order in which they are tried; 0 is none.
+        at_end: Whether the run held its target at its end, by seed; of those that were followed so far.
     """
 
     alternative: Alternative
@@ -86,6 +86,7 @@ class Finding:
     steps: int = 0
     seconds: float = 0.0
     place: int = 0
+    at_end: Mapping[int, bool] = field(default_factory=dict)
 
     @property
     def runs(self) -> int:
@@ -114,9 +115,16 @@ class Finding:
         return 1e3 * self.seconds / self.steps if self.steps else 0.0
 
     @property
+    def rank(self) -> tuple[float, float, float]:
+        """Smaller for a better change: by the share at the end where that is known, by the other, by its cost."""
+        end = sum(self.at_end.values()) / len(self.at_end) if self.at_end else self.share
+        return -end, -self.share, self.step_ms
+
+    @property
     def seed(self) -> int | None:
-        """The seed to look at: the first with which it held, else the first of all."""
-        return next((seed for seed, held in self.held.items() if held), next(iter(self.held), None))
+        """The seed to look at: the first with which it held to the end, else for a while, else the first of all."""
+        held = (seed for found in (self.at_end, self.held) for seed, each in found.items() if each)
+        return next(held, next(iter(self.held), None))
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,21 +134,29 @@ class Comparison:
     Attributes:
         won: Seeds with which the run held with the change only.
         lost: Seeds with which it held without it only.
+        pairs: Seeds that both were tried with.
+        lasts: Whether at the end more runs hold with the change than without, as far as that is known.
         p_value: Of McNemar's test.
         corrected: The same after Holm's correction for all changes that are tried.
     """
 
     won: int
     lost: int
+    pairs: int
+    lasts: bool
     p_value: float
     corrected: float
 
     @property
     def verdict(self) -> Verdict:
         """What may be said of it."""
+        if self.pairs < LEAST_PAIRS:
+            return "few"
         if self.corrected >= LEVEL:
             return "unclear"
-        return "better" if self.won > self.lost else "worse"
+        if self.won < self.lost:
+            return "worse"
+        return "better" if self.lasts else "brief"
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,15 +168,18 @@ class ToldFinding:
         title: What people call it.
         values: What it sets.
         parameter: Name of the one parameter that is changed; empty if none is.
-        holding: How many runs held.
+        holding: How many runs held soon after the loss.
         runs: How many seeds were tried.
         share: Of the runs that held.
         low: Lower end of its 95 % interval (Wilson).
         high: Upper end.
+        holding_at_end: How many runs held at their end.
+        runs_to_end: How many were followed to their end.
+        shares: How many runs hold, in words.
         step_ms: Mean time of a step, ms.
-        p_value: Of McNemar's test against no change on the same seeds.
-        corrected: The same after Holm's correction for all changes that are tried.
+        corrected: p-value of McNemar's test against no change on the same seeds, after Holm's correction.
         verdict: What may be said of it.
+        words: The same in words.
         seed: To look at: the first with which it holds, else the first that was tried.
     """
 
@@ -173,10 +192,13 @@ class ToldFinding:
     share: Known
     low: Known
     high: Known
+    holding_at_end: int
+    runs_to_end: int
+    shares: str
     step_ms: float
-    p_value: float | None
     corrected: float | None
     verdict: Verdict
+    words: str
     seed: int | None
 
 
@@ -187,7 +209,8 @@ class Report:
     Attributes:
         loss: Frame in which the loss began.
         begin: Last frame that all runs have in common; the changes are in force from the next one on.
-        end: Last frame that was computed.
+        end: Frame soon after the loss up to which runs are compared.
+        last: Last frame of the run, to which they are followed.
         judged: In how many last frames a run must not have lost its target, to hold.
         planned: How many changes are tried in all, beside none.
         trials: Seeds that each is tried with in the end.
@@ -200,6 +223,7 @@ class Report:
     loss: int
     begin: int
     end: int
+    last: int
     judged: int
     planned: int
     trials: int
@@ -232,23 +256,25 @@ class Report:
 
         Changes that are yet to be tried count for the correction as if they made no difference.
         """
-        base, others = self.baseline.held, self.findings[1:]
-        pairs = [[(base[seed], held) for seed, held in each.held.items() if seed in base] for each in others]
+        others = self.findings[1:]
+        pairs = [_pairs(self.baseline.held, each.held) for each in others]
+        ends = [_pairs(self.baseline.at_end, each.at_end) for each in others]
         won = [sum(held and not before for before, held in each) for each in pairs]
         lost = [sum(before and not held for before, held in each) for each in pairs]
+        lasts = [len(each) < LEAST_PAIRS or sum(held - before for before, held in each) > 0 for each in ends]
         p_values = mcnemar(won, lost)
         corrected = holm([*p_values, *(1.0 for _ in range(self.planned - len(others)))])
-        told = zip(others, won, lost, p_values.tolist(), corrected.tolist(), strict=False)
+        told = zip(others, won, lost, map(len, pairs), lasts, p_values.tolist(), corrected.tolist(), strict=False)
         return {each.alternative: Comparison(*numbers) for each, *numbers in told}
 
     @cached_property
     def best_first(self) -> tuple[Finding, ...]:
-        """The unchanged settings, then the changes by the share of runs that held, the cheaper first among equals.
+        """The unchanged settings, then the changes, best first.
 
         Those of which nothing is known, since a tracker gives no account of itself, are left out.
         """
         known = [each for each in self.findings[1:] if each.held]
-        return (self.baseline, *sorted(known, key=lambda each: (-each.share, each.step_ms)))
+        return (self.baseline, *sorted(known, key=lambda each: each.rank))
 
     def verdict(self, finding: Finding) -> Verdict:
         """Return what may be said of a change."""
@@ -256,11 +282,20 @@ class Report:
 
     def words(self, finding: Finding) -> str:
         """Return what may be said of a change, with its corrected p-value; of none, nothing."""
-        if finding is self.baseline:
-            return ""
+        verdict = self.verdict(finding)
+        if verdict in {"baseline", "few"}:
+            return WORDS[verdict]
         p_value = self.comparisons[finding.alternative].corrected
         told = f"p < {LEAST_P}" if p_value < LEAST_P else f"p = {p_value:.2g}"
-        return f"{WORDS[self.verdict(finding)]} ({told})"
+        return f"{WORDS[verdict]} ({told})"
+
+    def shares(self, finding: Finding) -> str:
+        """Return how many runs hold soon after the loss, and at their end as far as that is known."""
+        near = f"{finding.holding} of {finding.runs} hold"
+        if self.end == self.last:
+            return f"{near} to the end"
+        far = f", {sum(finding.at_end.values())} of {len(finding.at_end)} to the end" if finding.at_end else ""
+        return f"{near} {self.end - self.loss} frames on{far}"
 
     @computed_field  # type: ignore[prop-decorator]
     @property
@@ -271,30 +306,32 @@ class Report:
     @computed_field  # type: ignore[prop-decorator]
     @property
     def sentence(self) -> str:
-        """The result in one or two sentences."""
+        """The result in one or two sentences, which say no more than the seeds tried so far allow."""
         base = self.baseline
-        if not base.runs:
-            return "Nothing has been tried so far."
+        if base.runs < LEAST_PAIRS:
+            return "Too few seeds to tell."
         luck = f"Of {base.runs} other seeds with the same settings {base.holding} hold"
         luck += ": it was bad luck." if 2 * base.holding > base.runs else "."
-        better = [each for each in self.best_first if self.verdict(each) == "better"]
-        if better:
-            best = better[0]
-            told = f"{best.alternative.title}: {best.holding} of {best.runs} hold."
-            return f"{luck} Best of the {self.planned} changes: {told}"
-        tried = "None" if self.is_complete else "So far none"
-        return f"{luck} {tried} of the {self.planned} changes is clearly better."
+        verdicts = list(map(self.verdict, self.best_first))
+        few = "few" in verdicts or len(self.findings) <= self.planned
+        if "better" in verdicts:
+            best = self.best_first[verdicts.index("better")]
+            among = "Best so far" if few else f"Best of the {self.planned} changes"
+            return f"{luck} {among}: {best.alternative.title}: {self.shares(best)}."
+        if few:
+            return f"{luck} Too few seeds to tell what helps."
+        none = "None" if self.is_complete else "So far none"
+        return f"{luck} {none} of the {self.planned} changes is clearly better."
 
-    @computed_field  # type: ignore[prop-decorator]
     @property
-    def progress(self) -> str:
-        """With how many seeds the changes have been tried, in a sentence."""
-        runs = [each.runs for each in self.findings[1:]]
-        if not runs:
-            return "No change has been tried so far."
-        among = f"{len(runs)} of {self.planned}" if len(runs) < self.planned else f"All {self.planned}"
-        seeds = f"{min(runs)} to {max(runs)}" if min(runs) < max(runs) else str(max(runs))
-        return f"{among} changes were tried, with {seeds} of {self.trials} seeds each."
+    def done(self) -> int:
+        """How many trials were made: soon after the loss a run is judged once, and once more at its end."""
+        return sum(each.runs + len(each.at_end) for each in self.findings)
+
+    @property
+    def total(self) -> int:
+        """How many trials are planned."""
+        return 2 * (self.planned + 1) * self.trials
 
     @property
     def lines(self) -> tuple[str, ...]:
@@ -304,15 +341,9 @@ class Report:
 
     def _line(self, each: Finding) -> str:
         low, high = each.interval
-        held = f"{each.holding} of {each.runs} hold ({low:.0%} to {high:.0%})"
-        said = [f"{each.alternative.title}: {held}", f"{each.step_ms:.2g} ms a step", self.words(each)]
+        held = f"{each.alternative.title}: {self.shares(each)} ({low:.0%} to {high:.0%})"
+        said = [held, f"{each.step_ms:.2g} ms a step", self.words(each)]
         return ", ".join(filter(None, said)) + "."
-
-    @computed_field  # type: ignore[prop-decorator]
-    @property
-    def caveat(self) -> str:
-        """What it does not say."""
-        return CAVEAT
 
     @computed_field(alias="findings")  # type: ignore[prop-decorator]
     @property
@@ -325,22 +356,28 @@ class Report:
         return as_json(self)
 
     def _tell(self, each: Finding) -> ToldFinding:
-        change, compared = each.alternative, None if each is self.baseline else self.comparisons[each.alternative]
+        low, high = each.interval
         return ToldFinding(
-            change.kind,
-            change.title,
-            change.values,
-            change.parameter,
-            each.holding,
-            each.runs,
-            each.share,
-            *each.interval,
-            each.step_ms,
-            None if compared is None else compared.p_value,
-            None if compared is None else compared.corrected,
-            self.verdict(each),
-            each.seed,
+            **asdict(each.alternative),
+            holding=each.holding,
+            runs=each.runs,
+            share=each.share,
+            low=low,
+            high=high,
+            holding_at_end=sum(each.at_end.values()),
+            runs_to_end=len(each.at_end),
+            shares=self.shares(each),
+            step_ms=each.step_ms,
+            corrected=None if each is self.baseline else self.comparisons[each.alternative].corrected,
+            verdict=self.verdict(each),
+            words=self.words(each),
+            seed=each.seed,
         )
+
+
+def _pairs(before: Mapping[int, bool], held: Mapping[int, bool]) -> list[tuple[bool, bool]]:
+    """Return what came of the seeds that no change and a change were both tried with."""
+    return [(before[seed], each) for seed, each in held.items() if seed in before]
 
 
 _RECORDS: TypeAdapter[Report] = TypeAdapter(Report)
@@ -372,10 +409,14 @@ def join(reports: Sequence[Report]) -> Report | None:
 
 
 HORIZON_FRAMES = 30
-"""So many frames after the loss runs are followed, where the run is that long."""
+"""So many frames after the loss runs are compared, where the run is that long."""
 
-ROUNDS = 1, 4, 10, 20, 40
+ROUNDS = 1, 4, 12, 20, 40
 """Seeds that each change has been tried with after each round: all are tried a little before one is tried much."""
+
+FEW = 12
+"""Up to so many seeds runs are followed for a while only; then these, the best changes first, and all others to the
+end."""
 
 
 def find_loss(run: Run, frame: int | None = None) -> tuple[int, int]:
@@ -411,23 +452,18 @@ def what_if(
     rounds: Sequence[int] = ROUNDS,
     allow: Allow = allow_all,
     share: tuple[int, int] = (0, 1),
-    known: Report | None = None,
 ) -> Iterator[Report]:
     """Try what would have saved a run, and yield the report again and again as it grows.
 
-    Whoever has seen enough stops asking: each report holds for what has been tried, and whoever goes on later gives
-    what is known. Several may share the work, each with its part of the changes; `join` puts their reports
-    together.
+    Whoever has seen enough stops asking: each report holds for what has been tried. Several may share the work, each
+    with its part of the changes; `join` puts their reports together.
 
     Args:
         run: As far as it has been computed; it is left as it is.
         frame: In or after the loss that is meant; see `find_loss`.
-        rounds: Ascending numbers of seeds: all changes are tried with the first so many, then with more. What all are
-            compared with, no change, is a round ahead.
+        rounds: Ascending numbers of seeds: all changes are tried with the first so many, then with more.
         allow: What may be computed.
         share: (k, n): of n parts of the changes only the k-th is tried, and in the reports. No change is in the first.
-        known: What was found of this run before, with these limits. It is not tried again, unless it is of another
-            loss: since the run has gone on another one may be meant.
 
     Raises:
         RefusedError: The run has not lost its target so far or begins with that, or was computed elsewhere.
@@ -436,86 +472,64 @@ def what_if(
     check_not_replayed(run, loss)
     if loss == 0:
         raise RefusedError("the run begins with its target lost: there is nothing before that could be changed")
-    begin, last = _begin(run, loss), min(loss + HORIZON_FRAMES, run.frames - 1)
-    trials = _Trials(run, begin, loss, last)
-    tried = alternatives(run, begin + 1, allow=allow)
+    trials = _Trials(run, _begin(run, loss), loss)
+    tried = alternatives(run, trials.begin + 1, allow=allow)
     seeds = other_seeds(run.seed, rounds[-1])
-    report = Report(
-        loss,
-        begin,
-        last,
-        trials.judged,
-        len(tried) - 1,
-        rounds[-1],
-        (),
-        asked=asked if asked != loss else None,
-        first_lost_frame=Loss.of(run.diagnostics).first_lost_frame,
-    )
-    # Findings compare that went through the same frames and are judged in the same ones.
-    same = known is not None and all(
-        getattr(report, name) == getattr(known, name) for name in ("loss", "begin", "end", "judged")
-    )
-    before = {each.place: each for each in known.findings} if known is not None and same else {}
-    findings: dict[int, Finding] = {}
-    for count, following in zip(rounds, (*rounds[1:], rounds[-1]), strict=True):
-        for place in range(share[0], len(tried), share[1]):
-            finding = findings.get(place) or _take_over(tried[place], place, before)
-            wanted = seeds[: following if place == 0 else count]
-            for some in trials.groups(finding, [seed for seed in wanted if seed not in finding.held]):
-                if finding.steps > 0 and not finding.held:  # nobody said whether the run held: no other seed says more
-                    break
-                finding = findings[place] = trials.extend(finding, some)
-                report = replace(report, findings=tuple(findings.values()))
+    limits = loss, trials.begin, trials.end, trials.last, trials.judged
+    first, meant = Loss.of(run.diagnostics).first_lost_frame, None if asked == loss else asked
+    report = Report(*limits, len(tried) - 1, rounds[-1], (), asked=meant, first_lost_frame=first)
+    findings = {place: Finding(tried[place], {}, place=place) for place in range(share[0], len(tried), share[1])}
+    stages = [(count, trials.end) for count in rounds if count <= FEW]
+    stages += [(count, trials.last) for count in rounds if count >= min(FEW, rounds[-1])]
+    for count, last in stages:
+        for place in sorted(findings, key=lambda place: (place > 0, findings[place].rank if last > trials.end else ())):
+            known = findings[place].held if last == trials.end else findings[place].at_end
+            for finding in trials.extend(findings[place], [seed for seed in seeds[:count] if seed not in known], last):
+                findings[place] = finding
+                report = replace(report, findings=tuple(each for each in findings.values() if each.steps))
                 yield report
-            findings[place] = finding
     yield replace(report, findings=tuple(findings.values()), is_complete=True)
-
-
-def _take_over(alternative: Alternative, place: int, before: Mapping[int, Finding]) -> Finding:
-    known = before.get(place)
-    if known is None or known.alternative.values != alternative.values:
-        return Finding(alternative, {}, place=place)
-    return replace(known, alternative=alternative)
 
 
 class _Trials:
     """What all trials begin with."""
 
-    def __init__(self, run: Run, begin: int, loss: int, last: int) -> None:
-        self.judged = min(END_FRAMES, last - begin)
-        self._run, self._begin, self._loss_frame, self._last = run, begin, loss, last
+    def __init__(self, run: Run, begin: int, loss: int) -> None:
+        self.begin, self.end, self.last = begin, min(loss + HORIZON_FRAMES, run.frames - 1), run.frames - 1
+        self.judged = min(END_FRAMES, self.end - begin)
+        self._run, self._since = run, loss - begin - 1
         self._state = run.branch(begin).current.state
-        self._kept: dict[Alternative | None, list[FrameBlock]] = {}
+        self._kept: dict[Alternative | None, KeptFrames] = {}
 
-    def groups(self, finding: Finding, seeds: Sequence[int]) -> Sequence[Sequence[int]]:
-        """Return the seeds that are tried together: all where the tracker takes them at once, else one by one."""
-        together = self._together(self._timeline(finding.alternative))
-        return [seeds] if together and seeds else [[seed] for seed in seeds]
+    def extend(self, finding: Finding, seeds: Sequence[int], last: int) -> Iterator[Finding]:
+        """Yield a finding with more and more seeds tried up to a frame, where a tracker can with all of them at once.
 
-    def extend(self, finding: Finding, seeds: Sequence[int]) -> Finding:
-        """Return a finding with more seeds tried, without those of which nobody knows what came."""
-        timeline, run = self._timeline(finding.alternative), self._run
-        blocks = self._blocks(finding.alternative, timeline)
-        one = Trial(run.experiment, run.source, timeline, seeds[0], self._state)
-        if self._together(timeline):
-            found = go_on(run, timeline, seeds, self._state, blocks, self._begin + 1)
-            lost = truly = np.concatenate([each for _, each in found], axis=1)
-            if not finding.steps:  # what a step of a run by itself takes
-                one.take(FrameBlock(blocks[0].frames[:1], blocks[0].width))
-        else:
-            for block in blocks:
-                one.take(block)
-            lost, truly = one.lost[None], one.truly_lost[None]
-        holds = {seed: self._holds(*rows) for seed, *rows in zip(seeds, truly, lost, strict=True)}
-        return replace(
-            finding,
-            held={**finding.held, **{seed: each for seed, each in holds.items() if each is not None}},
-            steps=finding.steps + one.steps,
-            seconds=finding.seconds + one.seconds,
-        )
-
-    def _together(self, timeline: Timeline) -> bool:
-        return takes_all_at_once(self._run, timeline, self._begin + 1) is not None
+        Seeds of which nobody knows what came are left out; after one of those no other is tried.
+        """
+        timeline, run, first = self._timeline(finding.alternative), self._run, self.begin + 1
+        source, together = self._source(finding.alternative, timeline), takes_all_at_once(run, timeline, first)
+        told = {"held": self.end - self.begin} | ({"at_end": last - self.begin} if last == self.last else {})
+        for some in [seeds] if together and seeds else [[seed] for seed in seeds]:
+            if finding.steps > 0 and not finding.held:
+                return
+            blocks = read_blocks(source, timeline.history, first, last)
+            one = Trial(run.experiment, source, timeline, some[0], self._state)
+            if together:
+                found = go_on(run, timeline, some, self._state, blocks, first)
+                lost = truly = np.concatenate([each for _, each in found], axis=1)
+                if not finding.steps:  # what a step of a run by itself takes
+                    one.take(next(read_blocks(source, timeline.history, first, first)))
+            else:
+                for block in blocks:
+                    one.take(block)
+                lost, truly = one.lost[None], one.truly_lost[None]
+            held: dict[str, Any] = {name: dict(getattr(finding, name)) for name in told}
+            for seed, *rows in zip(some, truly, lost, strict=True):
+                for name, length in told.items():
+                    holds = self._holds(*(row[:length] for row in rows))
+                    held[name] |= {} if holds is None else {seed: holds}
+            finding = replace(finding, **held, steps=finding.steps + one.steps, seconds=finding.seconds + one.seconds)
+            yield finding
 
     def _holds(self, truly: Floats, lost: Floats) -> bool | None:
         """Return whether a run holds its target, by who says so; None if nobody does.
@@ -524,25 +538,24 @@ class _Trials:
         of all since the loss: what else is said may be what was wrong with the run.
         """
         for each in (truly, lost):
-            last, since = each[-self.judged :], each[self._loss_frame - self._begin - 1 :]
+            last, since = each[-self.judged :], each[self._since :]
             said = since if np.isnan(last).all() else last
             if not np.isnan(said).all():
                 return not np.any(said == 1.0)
         return None
 
     def _timeline(self, alternative: Alternative) -> Timeline:
-        run, frame = self._run, self._begin + 1
+        run, frame = self._run, self.begin + 1
         defaults, names = run.setup.parameters, tuple(run.experiment.trackers)
         timeline = Timeline.begin(defaults, run.tracker, names, run.timeline.changes_until(frame))
         return timeline.insert(Change(frame, alternative.values)) if alternative.values else timeline
 
-    def _blocks(self, alternative: Alternative, timeline: Timeline) -> list[FrameBlock]:
+    def _source(self, alternative: Alternative, timeline: Timeline) -> KeptFrames:
         """Return the frames to come, which are the same for all changes but those of the world."""
         key = alternative if alternative.kind == "world" else None
         if key not in self._kept:
-            read = list(read_blocks(self._run.source, timeline.history, self._begin + 1, self._last))
-            kept = self._kept.get(None)
-            self._kept = {**({} if kept is None else {None: kept}), key: read}
+            kept, made = self._kept.get(None), KeptFrames(self._run.source, timeline.history)
+            self._kept = {**({} if kept is None else {None: kept}), key: made}
         return self._kept[key]
 
 

@@ -72,7 +72,7 @@ def explain(
     found: Report | None = None
     try:
         for found in what_if(run, diagnosis.frame, rounds=rounds):
-            on_step(sum(each.runs for each in found.findings), (found.planned + 1) * seeds)
+            on_step(found.done, found.total)
     except RefusedError as reason:
         return Explanation(diagnosis, untried=f"What would have saved it cannot be tried: {reason}.")
     return Explanation(diagnosis, found)

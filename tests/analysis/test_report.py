@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import pytest
 
 from pftrack.analysis.alternatives import BASELINE, Alternative
@@ -16,27 +18,27 @@ GOOD, SAME, DEAR, UNKNOWN = (
 
 def report(planned: int = 3, *, complete: bool = True) -> Report:
     findings = (
-        finding(BASELINE, "+" + 9 * "-"),
-        finding(SAME, "+" + 9 * "-", 2.0),
-        finding(DEAR, 10 * "+", 5.0),
-        finding(GOOD, 10 * "+", 2.0),
+        finding(BASELINE, "+" + 11 * "-"),
+        finding(SAME, "+" + 11 * "-", 2.0),
+        finding(DEAR, 12 * "+", 5.0),
+        finding(GOOD, 12 * "+", 2.0),
         finding(UNKNOWN, ""),
     )
-    return Report(50, 40, 80, 10, planned, 10, findings, complete)
+    return Report(50, 40, 80, 80, 10, planned, 12, findings, complete)
 
 
 def test_changes_are_compared_on_common_seeds_and_corrected_for_all() -> None:
-    """Nine seeds were won and none lost: p is 2 / 2^9, and as the smallest of three times three; of the rest 1."""
+    """Eleven seeds were won and none lost: p is 2 / 2^11, and as the smallest of four times four; of the rest 1."""
     compared = report().comparisons
-    p = 2 / 2**9
-    assert (compared[GOOD].won, compared[GOOD].lost, compared[GOOD].p_value) == (9, 0, p)
+    p = 2 / 2**11
+    assert (compared[GOOD].won, compared[GOOD].lost, compared[GOOD].p_value) == (11, 0, p)
     assert compared[GOOD].corrected == pytest.approx(4 * p)  # four changes were tried
     assert compared[SAME].p_value == compared[SAME].corrected == compared[UNKNOWN].p_value == 1.0
 
 
 def test_what_is_yet_to_be_tried_counts_for_the_correction() -> None:
     """Of forty changes four were tried: the smallest p-value counts forty times."""
-    assert report(40, complete=False).comparisons[GOOD].corrected == pytest.approx(40 * 2 / 2**9)
+    assert report(40, complete=False).comparisons[GOOD].corrected == pytest.approx(40 * 2 / 2**11)
 
 
 def test_the_best_come_first_and_the_cheaper_of_equals() -> None:
@@ -49,13 +51,50 @@ def test_verdicts_and_sentence() -> None:
     found = report()
     assert [found.verdict(it) for it in found.best_first] == ["baseline", "better", "better", "unclear"]
     assert found.sentence == (
-        "Of 10 other seeds with the same settings 1 hold. Best of the 3 changes: good: 10 of 10 hold."
+        "Of 12 other seeds with the same settings 1 hold. Best of the 3 changes: good: 12 of 12 hold to the end."
     )
-    worse = Report(50, 40, 80, 10, 1, 10, (finding(BASELINE, 9 * "+" + "-"), finding(SAME, 10 * "-")), True)
+    findings = finding(BASELINE, 11 * "+" + "-"), finding(SAME, 12 * "-")
+    worse = Report(50, 40, 80, 80, 10, 1, 12, findings, True)
     assert worse.verdict(worse.findings[1]) == "worse"
     assert worse.sentence == (
-        "Of 10 other seeds with the same settings 9 hold: it was bad luck. None of the 1 changes is clearly better."
+        "Of 12 other seeds with the same settings 11 hold: it was bad luck. None of the 1 changes is clearly better."
     )
+
+
+def test_below_eleven_seeds_nothing_is_said() -> None:
+    """Whoever looks early reads that there are too few seeds, and not that nothing helps or that it was bad luck."""
+    few = replace(report(), findings=(finding(BASELINE, 10 * "-"), finding(GOOD, 10 * "+")), is_complete=False)
+    assert (few.sentence, few.verdict(few.findings[1])) == ("Too few seeds to tell.", "few")
+    luck = "Of 12 other seeds with the same settings 0 hold."
+    begun = replace(few, findings=(finding(BASELINE, 12 * "-"), finding(GOOD, 10 * "+")))
+    assert begun.sentence == f"{luck} Too few seeds to tell what helps."
+    found = replace(few, findings=(finding(BASELINE, 12 * "-"), finding(GOOD, 12 * "+")))
+    assert found.sentence == f"{luck} Best so far: good: 12 of 12 hold to the end."
+
+
+def test_a_cure_that_does_not_last_is_not_called_better() -> None:
+    """What holds soon after the loss and is lost again at the end comes after what lasts, and both shares are told."""
+
+    def followed(alternative: Alternative, held: str, at_end: str) -> Finding:
+        return replace(finding(alternative, held), at_end=finding(alternative, at_end).held)
+
+    found = replace(
+        report(2),
+        last=200,
+        findings=(
+            followed(BASELINE, 12 * "-", "+" + 11 * "-"),
+            followed(SAME, 12 * "+", "+" + 11 * "-"),
+            followed(GOOD, 11 * "+" + "-", 10 * "+" + "--"),
+        ),
+    )
+    assert [(it.alternative.title, found.verdict(it)) for it in found.best_first[1:]] == [
+        ("good", "better"),
+        ("same", "brief"),
+    ]
+    told = found.as_dict()["findings"][2]
+    assert (told["holding"], told["runs"], told["holding_at_end"], told["runs_to_end"]) == (12, 12, 1, 12)
+    assert told["shares"] == "12 of 12 hold 30 frames on, 1 of 12 to the end"
+    assert told["words"] == "better for a while, but not at the end (p < 0.001)"
 
 
 def test_the_seed_to_look_at_is_one_that_holds() -> None:
@@ -64,10 +103,10 @@ def test_the_seed_to_look_at_is_one_that_holds() -> None:
 
 
 def test_json_says_all_that_a_page_shows() -> None:
-    """Shares, Wilson's interval of 10 of 10, cost, corrected p and verdict, best first."""
+    """Shares, Wilson's interval of 12 of 12, cost, corrected p and verdict, best first."""
     told = report().as_dict()["findings"]
-    assert told[0]["p_value"] is None
+    assert told[0]["corrected"] is None
     best = told[1]
-    assert (best["title"], best["holding"], best["runs"], best["share"]) == ("good", 10, 10, 1.0)
-    assert (best["low"], best["high"]) == (pytest.approx(1 / (1 + 1.959964**2 / 10), abs=1e-6), 1.0)
+    assert (best["title"], best["holding"], best["runs"], best["share"]) == ("good", 12, 12, 1.0)
+    assert (best["low"], best["high"]) == (pytest.approx(1 / (1 + 1.959964**2 / 12), abs=1e-6), 1.0)
     assert (best["step_ms"], best["verdict"], best["values"]) == (2.0, "better", {"good": 1})

@@ -1,111 +1,121 @@
-/**
- * Why the target was lost, in the place of the plots: a sentence, since when, and what it is said from. It is asked for by
- * a button beside the words of the frame, or by a key; nothing of it is computed before.
- */
+/** Why the target was lost and what would have saved it, in the place of the plots. */
 
-import { api, messageOf } from "../../shared/api.js";
-import { fill, h } from "../../shared/dom.js";
-import { iconButton } from "../../shared/icons.js";
+import { miniature } from "../../shared/figure/miniature.js";
+import { quantity } from "../../shared/format.js";
+import { IconButton } from "../../shared/icons.js";
+import { Made } from "../../shared/page.js";
+import { h, html, useEffect, useRef, useSignal } from "../../vendor/preact.js";
 import { later } from "../../shared/timing.js";
-import { isGone } from "../history.js";
-import { evidence } from "./evidence.js";
+import { WhatIf } from "./what_if.js";
 
-/** @import { Diagnosis, Sign } from "../../shared/messages.js" */
-/** @import { Mounted } from "../mount.js" */
+/** @import { Evidence, Sign } from "../../shared/messages.js" */
+/** @import { Axis, Line } from "../../shared/figure/traces.js" */
+/** @import { Loss } from "./loss.js" */
 
 const SKELETON_AFTER_MS = 200;
+const TABS = /** @type {const} */ ([["why", "Why?"], ["what-if", "What if…"]]);
 
-export class Why {
-  #root;
-  #view;
-  #words = h("div", { class: "why-words", role: "status" });
-  /** What is shown ends with the next question. */
-  #shown = new AbortController();
-
-  /**
-   * @param {HTMLElement} root
-   * @param {Mounted} view
-   */
-  constructor(root, view) {
-    this.#root = root;
-    this.#view = view;
-    const ask = () => this.ask(view.store.known.position);
-    const here = h("button", { type: "button", class: "quiet", title: "Ask about the frame that is shown", on: { click: ask } }, "This frame");
-    fill(root, h("header", {}, h("h2", {}, "Why?"), here, iconButton("close", "Back to the plots", () => this.close())), this.#words);
-    view.store.on(["branch"], () => this.close());
-    view.signal.addEventListener("abort", () => this.#shown.abort());
-  }
-
-  /** Ask about the loss in which the frame is that is shown, else about the first one. */
-  open() {
-    const { able, store } = this.#view;
-    if (!able) return; // a key may be pressed before there is a session
-    const { position } = store.known;
-    this.ask(isGone(store.history.at(position)) ? position : undefined);
-  }
-
-  close() {
-    this.#shown.abort();
-    this.#root.hidden = true;
-    fill(this.#words);
-  }
-
-  /** @param {number} [frame] The first lasting loss if not given. */
-  async ask(frame) {
-    if (!this.#view.able) return;
-    this.#shown.abort();
-    const { signal } = (this.#shown = new AbortController());
-    this.#root.hidden = false;
-    const there = later(() => fill(this.#words, h("div", { class: "bone shimmer" })), SKELETON_AFTER_MS, signal);
-    try {
-      const { diagnosis } = await api.explanation(this.#view.store.known.id, frame);
-      there();
-      if (!signal.aborted) this.#show(diagnosis, signal);
-    } catch (error) {
-      there();
-      if (!signal.aborted) fill(this.#words, h("p", { class: "error" }, messageOf(error)));
-    }
-  }
-
-  /**
-   * @param {Diagnosis} diagnosis
-   * @param {AbortSignal} signal
-   */
-  #show({ sentence, signs }, signal) {
-    fill(this.#words, h("p", { class: "why-sentence" }, sentence), signs.map((sign) => this.#sign(sign, signal)));
-    this.#root.scrollIntoView({ block: "nearest" });
-  }
-
-  /**
-   * @param {Sign} sign
-   * @param {AbortSignal} signal
-   */
-  #sign({ title, since, words, evidence: columns }, signal) {
-    const go = () => this.#view.steering.seek(since);
-    return h(
-      "section",
-      { class: "sign" },
-      h(
-        "h3",
-        {},
-        h("span", {}, title),
-        h("button", { type: "button", class: "quiet", title: "Go to where it began", on: { click: go } }, `Frame ${since}`),
-      ),
-      h("p", {}, words),
-      h("div", { class: "evidences", on: { click: go } }, columns.map((column) => evidence(column, since, signal))),
-    );
-  }
+/** @param {{loss: Loss}} props */
+export function Beside({ loss }) {
+  const { tab } = loss;
+  const shown = tab.value;
+  const root = useRef(/** @type {HTMLElement|null} */ (null));
+  useEffect(() => root.current?.scrollIntoView({ block: "nearest" }), [shown]);
+  if (shown === null) return null;
+  const close = () => {
+    // The keys go on to steer the session.
+    /** @type {HTMLElement|null|undefined} */ (root.current?.closest(".session-view"))?.focus({ preventScroll: true });
+    tab.value = null;
+  };
+  const press = (/** @type {KeyboardEvent} */ event) => {
+    if (event.key !== "Escape") return;
+    event.stopPropagation();
+    close();
+  };
+  const tabs = TABS.filter(([id]) => id === "why" || loss.offersChanges).map(
+    ([id, title]) => html`<button type="button" aria-pressed=${String(id === shown)} onClick=${() => (tab.value = id)}>${title}</button>`,
+  );
+  return html`<div ref=${root} class="beside" onKeyDown=${press}>
+    <header>
+      <div class="choice" role="group" aria-label="About the loss">${tabs}</div>
+      ${h(IconButton, { name: "close", title: "Back to the plots", run: close })}
+    </header>
+    ${shown === "why" ? h(Why, { loss }) : h(WhatIf, { loss })}
+  </div>`;
 }
 
 /**
- * The button that asks. A clip without a loss may have one that nobody tells: there it says what to do.
+ * The button that asks where no loss is told: a clip may have one that nobody knows of, and there it says what to do.
  *
- * @param {Mounted} view
- * @param {() => void} ask
+ * @param {{loss: Loss}} props
  */
-export function whyButton({ store }, ask) {
-  const button = h("button", { type: "button", class: "why-ask", title: "Why was it lost? (W)", hidden: true, on: { click: ask } }, "Why?");
-  const isAsked = () => store.knowsLoss || (Boolean(store.session?.recipe.footage) && store.history.length > 1);
-  store.on(["history", "branch"], () => (button.hidden = store.isReadOnly || !isAsked()));
-  return button;
+export function WhyButton({ loss }) {
+  const { session, history, isReadOnly } = loss.view.store;
+  if (isReadOnly || !session?.recipe.footage || history.length < 2 || loss.isLost.value) return null;
+  return html`<button type="button" class="why-ask" title="Was it lost, and why? (W)" onClick=${() => loss.open()}>Why?</button>`;
+}
+
+/** @param {{loss: Loss}} props */
+function Why({ loss }) {
+  const isLate = useSignal(false);
+  useEffect(() => later(() => (isLate.value = true), SKELETON_AFTER_MS), []);
+  const { diagnosis, refusal, view } = loss;
+  const told = diagnosis.value;
+  const ask = () => loss.ask(view.store.known.position);
+  const signs = told?.signs.map((sign) => h(Signed, { key: `${sign.title} ${sign.since}`, sign, go: () => view.steering.seek(sign.since) }));
+  const words = told === null ? isLate.value && html`<div class="bone shimmer"></div>` : html`<p class="why-sentence">${told.sentence}</p>${signs}`;
+  return html`
+    <div class="why-words" role="status">${refusal.value === "" ? words : html`<p class="error">${refusal.value}</p>`}</div>
+    <button type="button" class="quiet" title="Ask about the frame that is shown" onClick=${ask}>This frame</button>
+  `;
+}
+
+/** @param {{sign: Sign, go: () => void}} props */
+function Signed({ sign: { title, since, words, evidence }, go }) {
+  return html`<section class="sign">
+    <h3><span>${title}</span><button type="button" class="quiet" title="Go to where it began" onClick=${go}>Frame ${since}</button></h3>
+    <p>${words}</p>
+    <div class="evidences" onClick=${go}>${evidence.map((column) => h(Course, { key: column.name, column, since }))}</div>
+  </section>`;
+}
+
+/**
+ * A column of numbers around the frame since when a sign holds, small, with a mark there.
+ *
+ * @param {{column: Evidence, since: number}} props
+ */
+function Course({ column: { title, unit, first, values }, since }) {
+  const known = values.filter((value) => value !== null);
+  const [low, high] = [Math.min(...known), Math.max(...known)];
+  const last = first + values.length - 1;
+  const range = `${quantity(low, unit)} to ${quantity(high, unit)} ${unit}`.trim();
+  const words = `${title}, ${range}, over frames ${first} to ${last}; frame ${since} is marked`;
+  const make = (/** @type {AbortSignal} */ end) => {
+    const x = values.map((_, place) => first + place);
+    const course = line(x, values.map((value) => value ?? NaN));
+    const traces = [{ ...line([since, since], [low, high]), ink: "lost", width: 1.5, dashed: true }, { ...course, ink: "estimate", width: 2 }];
+    return miniature({ x: axis(first, Math.max(last, first + 1)), y: axis(low, high > low ? high : low + 1), traces }, words, end);
+  };
+  return html`<figure class="evidence" title=${words}>
+    ${h(Made, { key: words, make })}
+    <figcaption><span>${title}</span><span>${range}</span></figcaption>
+  </figure>`;
+}
+
+/**
+ * @param {readonly number[]} x
+ * @param {readonly number[]} y
+ * @returns {Line}
+ */
+function line(x, y) {
+  return { kind: "line", title: "", name: "", ink: "", x, y, width: 1, said: "", unit: "" };
+}
+
+/**
+ * @param {number} low
+ * @param {number} high
+ * @returns {Axis}
+ */
+function axis(low, high) {
+  return { title: "", unit: "", low, high, log: false, names: [], hidden: true };
 }

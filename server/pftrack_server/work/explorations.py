@@ -1,11 +1,11 @@
 """Explorations: what else a session's run might have been, computed beside it, at low priority.
 
 Each is a job with processes of its own. It tells what it has found while it goes on, and ends when nobody asks any
-more, when it is cancelled, or with its session.
+more, when it is cancelled, or with its session. What it has found of a run that has changed since is stale.
 """
 
 import asyncio
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Annotated, Any, Literal
 
@@ -17,14 +17,14 @@ from pftrack.core.model.parameters import NOT_BOOLEAN
 from pftrack.core.refusal import ConflictError
 from pftrack.process import Budget
 from pftrack_server.core.bodies import FrameNumber, RequestBody
-from pftrack_server.core.errors import NotFoundError, UnavailableError
+from pftrack_server.core.errors import UnavailableError
 from pftrack_server.jobs.jobs import Job, OnStep
 from pftrack_server.sessions.session import Session
 from pftrack_server.store.files import new_name
 from pftrack_server.work.run_functions import explore_changes, explore_seeds
 from pftrack_server.work.sources import House
 
-LONGEST_S = 300.0
+LONGEST_S = 600.0
 
 
 class ExplorationCreate(RequestBody):
@@ -35,13 +35,8 @@ class ExplorationCreate(RequestBody):
         None, description="Of what-if, in the loss that is meant; the first that lasts if not given"
     )
     scene: Scene = Field("same", description="Of ensemble, whether each run sees what its own seed makes of the scene")
-    after: str | None = Field(
-        None,
-        max_length=64,
-        description="Of what-if, an exploration with whose findings this one goes on",
-    )
     seconds: Annotated[float, Field(ge=1.0, le=LONGEST_S), NOT_BOOLEAN] = Field(
-        20.0, description="After so long it ends with what it has found"
+        LONGEST_S, description="After so long it ends with what it has found"
     )
 
 
@@ -51,12 +46,15 @@ class ExplorationJob(Job[Report | Bands]):
     kind: Literal["exploration"] = "exploration"
     session: str
     branch: str
+    stale: bool = Field(False, description="Whether the session's run is no longer the one that this is about")
 
 
 NICENESS: Mapping[str, int] = {"ensemble": 6, "what-if": 14}
-"""They come after every session. A band follows a slider, and is soon there; a list fills for as long as one looks."""
+"""They come after every session. A band follows a slider, and is soon there; a list fills in the background, after all
+other work."""
 
-SILENCE_S = 60.0
+SILENCE_S = 300.0
+"""A run that is followed to its end may be long, and comes after all others."""
 LONGEST_BAND = 2000
 """Frames of an ensemble; longer runs are shown as far as that."""
 
@@ -64,7 +62,7 @@ MOST_OF_SESSION = 3
 MOST_KEPT = 100
 """Of how many runs it is kept what was found last: whoever closes the list may still export the run with it."""
 MOST_PROCESSES = 4
-"""Of one exploration; each has a part of the changes."""
+"""Of one exploration; each has a part of the changes. Several explorations share them."""
 
 BANDS = TypeAdapter(Bands)
 
@@ -75,11 +73,13 @@ class Exploration(ExplorationJob):
     Attributes:
         body: What was asked.
         run: What tells its run from all others.
+        now: Returns the same of the run that its session has now.
         parts: What each of its processes has found so far.
     """
 
     body: ExplorationCreate
     run: tuple[str, str]
+    now: Callable[[], tuple[str, str]]
     parts: dict[int, dict[str, Any]] = Field(default_factory=dict)
 
     @property
@@ -89,17 +89,12 @@ class Exploration(ExplorationJob):
 
     def refresh(self) -> None:
         """Say what has been found so far."""
-        if self.body.kind == "what-if":
-            self.result = self.report
-        elif self.parts:
+        self.stale = self.now() != self.run
+        found = self.report if self.body.kind == "what-if" else None
+        if found is not None:
+            self.result, self.done, self.total = found, found.done, found.total
+        elif self.parts and self.body.kind == "ensemble":
             self.result = BANDS.validate_python(self.parts[0])
-
-    def known_for(self, later: "Exploration") -> Report | None:
-        """Return what this one has found for one that asks the same; None where something else is asked."""
-        if any(each.body.kind != "what-if" for each in (self, later)):
-            return None
-        same = (self.branch, self.run, self.body.frame) == (later.branch, later.run, later.body.frame)
-        return self.report if same else None
 
 
 class Explorations:
@@ -114,7 +109,6 @@ class Explorations:
 
         Raises:
             ConflictError: The session has as many under way as it may have.
-            NotFoundError: It shall go on with what another one has found, and there is no such exploration.
             UnavailableError: Too much is under way.
         """
         house = self._house
@@ -124,16 +118,16 @@ class Explorations:
             raise ConflictError(
                 f"A session explores at most {MOST_OF_SESSION} questions at a time; wait, or cancel one."
             )
-        spec = session.spec
+        spec, now = session.spec, partial(_run, session)
         job = Exploration(
-            id=new_name(), name=body.kind, session=spec.id, branch=spec.branch, body=body, run=_run(session)
+            id=new_name(), name=body.kind, session=spec.id, branch=spec.branch, body=body, run=now(), now=now
         )
-        known = None if body.after is None else self._of(session, body.after).known_for(job)
         asked: list[tuple[Any, ...]] = [(explore_seeds, config, LONGEST_BAND, body.scene, body.seconds)]
         if body.kind == "what-if":
-            count = min(house.settings.sweep_jobs, MOST_PROCESSES)
+            among = 1 + len(house.jobs.under_way(Exploration))
+            count = max(min(house.settings.sweep_jobs, MOST_PROCESSES) // among, 1)
             shares = [(number, count) for number in range(count)]
-            asked = [(explore_changes, config, body.frame, share, known, body.seconds) for share in shares]
+            asked = [(explore_changes, config, body.frame, share, body.seconds) for share in shares]
 
         async def work(_: OnStep) -> Report | Bands:
             await self._compute(session, job, asked)
@@ -178,12 +172,6 @@ class Explorations:
         last = self._last.get(_run(session))
         report = last.report if last else None
         return None if report is None else record(report)
-
-    def _of(self, session: Session, name: str) -> Exploration:
-        job = self._house.jobs.get(name)
-        if not isinstance(job, Exploration) or job.session != session.spec.id:
-            raise NotFoundError("There is no such exploration in this session.")
-        return job
 
 
 def _run(session: Session) -> tuple[str, str]:

@@ -10,8 +10,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from pftrack.analysis.counterfactuals import Report, record, what_if
 from pftrack.analysis.counterfactuals import read_record as read_report
+from pftrack.analysis.counterfactuals import record, what_if
 from pftrack.analysis.diagnosis import diagnose
 from pftrack.analysis.explanation import Explanation
 from pftrack.analysis.fitting import fit
@@ -184,16 +184,13 @@ def write_comparison(configs: Sequence[WorkerConfig], export: str, path: str) ->
     return {}
 
 
-def explore_changes(
-    config: WorkerConfig, frame: int | None, share: tuple[int, int], known: Report | None, seconds: float
-) -> Growing:
+def explore_changes(config: WorkerConfig, frame: int | None, share: tuple[int, int], seconds: float) -> Growing:
     """Try what would have saved a run, and tell of it as it grows, by records of reports.
 
     Args:
         config: What makes the run, and how far it has been computed.
         frame: In the loss that is meant; the first that lasts if None.
         share: (k, n): of n parts of the changes only the k-th is tried.
-        known: What was found before.
         seconds: After so long it ends with what it has found.
 
     Raises:
@@ -210,7 +207,7 @@ def explore_changes(
             return False
         return True
 
-    growing = what_if(run, frame, allow=allow, share=share, known=known)
+    growing = what_if(run, frame, allow=allow, share=share)
     return (yield from _tell(growing, record, seconds))
 
 

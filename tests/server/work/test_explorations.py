@@ -48,22 +48,23 @@ def test_a_line_of_what_if_opens_as_a_branch_that_holds(client: httpx.Client) ->
     assert best["holding"] == 0 or not any(lost)
 
 
-def test_what_was_cut_is_gone_on_with(client: httpx.Client) -> None:
-    """Whoever asks again with an exploration that has ended begins with what that has found."""
-    session = lost_session(client)
-    cut = ended(client, explore(client, session, kind="what-if", frame=7, seconds=1))
-    runs = {each["title"]: each["runs"] for each in cut["result"]["findings"]}
-    on = ended(client, explore(client, session, kind="what-if", frame=7, seconds=1, after=cut["id"]))
-    assert {"working", "failed"}.isdisjoint({cut["state"], on["state"]})
-    further = {each["title"]: each["runs"] for each in on["result"]["findings"]}
-    assert all(further[title] >= count for title, count in runs.items())
-    assert sum(further.values()) > sum(runs.values())
-    address = f"/api/v1/sessions/{session}/explorations"
-    error_of(client.post(address, json={"kind": "what-if", "after": "nothing"}), 404)
-    band = ended(client, explore(client, session, kind="ensemble", seconds=1))
-    for kind, before in (("what-if", band), ("ensemble", band), ("ensemble", on)):
-        other = ended(client, explore(client, session, kind=kind, seconds=1, after=before["id"]))
-        assert (other["state"], other["error"]) == ("done", None), "it begins with nothing known"
+def test_what_was_found_of_a_run_before_it_changed_is_stale(client: httpx.Client) -> None:
+    """A change makes it stale and does not drop it; back on its branch it is what it was."""
+    session = lost_session(client, frames=60)
+    found = ended(client, explore(client, session, kind="what-if", frame=7, seconds=2))
+    told = found["result"]
+    assert (found["stale"], told["end"], told["last"]) == (False, 37, 59)
+    assert 0 < found["done"] <= found["total"]
+    for each in told["findings"]:
+        assert each["shares"].startswith(f"{each['holding']} of {each['runs']} hold 30 frames on")
+        assert each["holding_at_end"] <= each["runs_to_end"] <= each["runs"]
+    assert all(each["verdict"] in {"baseline", "few"} for each in told["findings"] if each["runs"] < 11)
+    made = command(client, session, "branch", frame=told["begin"], values={"occlusion_width_px": 30})
+    assert made.status_code == 200, made.text
+    later = client.get(f"/api/v1/jobs/{found['id']}").json()
+    assert (later["stale"], later["result"]) == (True, told)
+    assert command(client, session, "activate", branch=found["branch"]).status_code == 200
+    assert not client.get(f"/api/v1/jobs/{found['id']}").json()["stale"]
 
 
 def test_an_exported_page_says_what_would_have_saved_it(client: httpx.Client) -> None:
@@ -98,11 +99,9 @@ def test_a_run_that_holds_is_told_so(client: httpx.Client) -> None:
 
 
 def test_what_is_cancelled_is_gone(client: httpx.Client) -> None:
-    """Nothing goes on, and nobody can ask for it; no other session has it either."""
-    session, other = lost_session(client), begin(client)["id"]
+    """Nothing goes on, and nobody can ask for it."""
+    session = lost_session(client)
     begun = explore(client, session, kind="what-if", seconds=300)
-    foreign = client.post(f"/api/v1/sessions/{other}/explorations", json={"kind": "what-if", "after": begun["id"]})
-    assert "no such exploration in this session" in error_of(foreign, 404)["message"]
     address = f"/api/v1/jobs/{begun['id']}"
     assert client.delete(address).status_code == 204
     assert "no such job" in error_of(client.get(address), 404)["message"]

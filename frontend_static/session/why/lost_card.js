@@ -1,0 +1,91 @@
+/**
+ * What lies over the foot of the picture when the target was lost: the cause in a sentence, the best change of the tracker and of
+ * the scene, and the ways on. It can be put away, and stays small then.
+ */
+
+import { h, html } from "../../vendor/preact.js";
+import { isOfScene } from "./loss.js";
+
+/** @import { Diagnosis } from "../../shared/messages.js" */
+/** @import { Loss } from "./loss.js" */
+
+/** @param {{loss: Loss}} props */
+export function LostCard({ loss }) {
+  const { diagnosis, isAway, isLost, tab, view } = loss;
+  const told = diagnosis.value;
+  if (told === null || !told.lost) return null;
+  const isOpen = !(isAway.value ?? !isLost.value);
+  const goal = beginOf(told);
+  const turn = (/** @type {Event & {currentTarget: HTMLDetailsElement}} */ { currentTarget: { open } }) => {
+    if (open !== isOpen) isAway.value = !open;
+  };
+  return html`<section class="lost-card" aria-label="The loss" data-stale=${String(!isLost.value)}>
+    <p class="visually-hidden" role="status">${isLost.value && told.sentence}</p>
+    <details open=${isOpen} onToggle=${turn}>
+      <summary title=${isOpen ? "Put away" : "Why, and what would have saved it"}>
+        <span>${isOpen ? told.sentence : `Lost in frame ${told.frame}`}</span> ${!isLost.value && h(Stale, {})}
+      </summary>
+      ${loss.offersChanges && html`<ul>${h(Cure, { loss, ofScene: false })} ${h(Cure, { loss, ofScene: true })}</ul>`}
+      <footer>
+        <button type="button" onClick=${() => loss.open()}>Why</button>
+        ${loss.offersChanges && html`<button type="button" onClick=${() => (tab.value = "what-if")}>What if…</button>`}
+        <button type="button" onClick=${() => view.steering.seek(goal)}>Go to frame ${goal}</button>
+      </footer>
+    </details>
+  </section>`;
+}
+
+/**
+ * The best change of a kind, as far as one is better than none.
+ *
+ * @param {{loss: Loss, ofScene: boolean}} props
+ */
+function Cure({ loss, ofScene }) {
+  const { exploration, report } = loss;
+  const findings = report.value?.findings.filter((finding) => finding.verdict !== "baseline" && isOfScene(finding) === ofScene) ?? [];
+  // A recording has a scene that nobody can change.
+  if (ofScene && findings.length === 0) return null;
+  const best = findings.find(({ verdict }) => verdict === "better");
+  const of = ofScene ? "Scene" : "Tracker";
+  const why = best === undefined && without(loss, findings.some(({ verdict }) => verdict === "few"));
+  if (best === undefined) return html`<li><span class="of">${of}</span> <span class="hint">${why}</span></li>`;
+  return html`<li data-stale=${String(exploration.job.value?.stale)}>
+    <span class="of">${of}</span>
+    <span class="change"><strong>${best.title}</strong> ${best.shares} ${exploration.job.value?.stale && h(Stale, {})}</span>
+    ${h(TryOut, { loss, finding: best })}
+  </li>`;
+}
+
+/**
+ * Why no change is shown.
+ *
+ * @param {Loss} loss
+ * @param {boolean} isOpen Whether there are too few seeds to tell.
+ */
+function without({ exploration }, isOpen) {
+  if (exploration.error.value !== "") return exploration.error.value;
+  if (exploration.job.value === null) return "Trying changes…";
+  if (exploration.isWorking) return isOpen ? "Too few seeds to tell so far. Trying…" : "None is clearly better so far. Trying…";
+  return isOpen ? "Too few seeds to tell" : "No change is clearly better";
+}
+
+/** @param {{loss: Loss, finding: import("../../shared/messages.js").ToldFinding}} props */
+export function TryOut({ loss, finding }) {
+  const { title, seed } = finding;
+  const hint = `Opens a branch with the seed ${seed}`;
+  const isOff = seed === null || !loss.canTry;
+  return html`<button type="button" title=${hint} aria-label=${`Try it: ${title}`} disabled=${isOff} onClick=${() => loss.tryOut(finding)}>Try it</button>`;
+}
+
+export function Stale() {
+  return html`<span class="stale" title="The run has changed since">stale</span>`;
+}
+
+/**
+ * Where to look for how it was lost: where the first sign of it shows, or the loss itself.
+ *
+ * @param {Diagnosis} diagnosis
+ */
+function beginOf({ frame, signs }) {
+  return Math.min(frame ?? 0, ...signs.map(({ since }) => since));
+}
