@@ -101,7 +101,8 @@ function Live({ close, keep, refuse }) {
   const id = useSignal("");
   const stream = useSignal(/** @type {MediaStream|null} */ (null));
   const cameras = useSignal(/** @type {MediaDeviceInfo[]} */ ([]));
-  useEffect(() => {
+  // Its end is not put off until after the next picture of the page, as that of other effects is.
+  useLayoutEffect(() => {
     const end = new AbortController();
     const which = id.value === "" ? { facingMode: { ideal: "environment" } } : { deviceId: { exact: id.value } };
     const turnOn = async () => {
@@ -164,18 +165,21 @@ function Recording({ stream, keep, refuse }) {
   const elapsed = useSignal(0);
   const recorder = useRef(/** @type {MediaRecorder|null} */ (null));
   const stop = () => recorder.current?.state === "recording" && recorder.current.stop();
-  useEffect(() => {
+  useLayoutEffect(() => {
     const end = new AbortController();
+    let telling = 0;
+    const start = () => {
+      const since = performance.now();
+      telling = setInterval(() => {
+        elapsed.value = (performance.now() - since) / 1000;
+        if (elapsed.value >= seconds.value) stop();
+      }, TELL_EVERY_MS);
+    };
     try {
-      recorder.current = begun(stream, end.signal, keep, refuse);
+      recorder.current = begun(stream, end.signal, { start, keep, refuse });
     } catch (error) {
       refuse(messageOf(error));
     }
-    const since = performance.now();
-    const telling = setInterval(() => {
-      elapsed.value = (performance.now() - since) / 1000;
-      if (elapsed.value >= seconds.value) stop();
-    }, TELL_EVERY_MS);
     return () => {
       end.abort();
       clearInterval(telling);
@@ -225,17 +229,17 @@ function refusalOf(error) {
  *
  * @param {MediaStream} stream
  * @param {AbortSignal} left
- * @param {Ends["keep"]} keep
- * @param {Ends["refuse"]} refuse
+ * @param {{start: () => void} & Ends} on
  */
-function begun(stream, left, keep, refuse) {
+function begun(stream, left, { start, keep, refuse }) {
   const mimeType = FORMATS.find((format) => MediaRecorder.isTypeSupported(format));
   const recorder = new MediaRecorder(stream, { videoBitsPerSecond: BITS_PER_SECOND, ...(mimeType && { mimeType }) });
-  const on = { signal: left };
+  const until = { signal: left };
   /** @type {Blob[]} */
   const parts = [];
-  recorder.addEventListener("dataavailable", ({ data }) => parts.push(data), on);
-  recorder.addEventListener("error", () => refuse("The browser could not go on recording."), on);
+  recorder.addEventListener("dataavailable", ({ data }) => parts.push(data), until);
+  recorder.addEventListener("start", start, until);
+  recorder.addEventListener("error", () => refuse("The browser could not go on recording."), until);
   recorder.addEventListener("stop", () => {
     const { mimeType: type } = recorder;
     // The Swedish form of a date has its largest part first.
@@ -243,7 +247,7 @@ function begun(stream, left, keep, refuse) {
     const clip = new File(parts, name, { type });
     if (clip.size > 0) keep(clip);
     else refuse("The camera gave no picture.");
-  }, on);
+  }, until);
   recorder.start();
   return recorder;
 }
