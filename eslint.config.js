@@ -9,7 +9,7 @@ const BROWSER = [
   "addEventListener", "atob", "btoa", "cancelAnimationFrame", "clearInterval", "clearTimeout", "createImageBitmap", "devicePixelRatio",
   "document", "CSS", "NodeFilter", "Text", "DecompressionStream", "Response",
   "fetch", "getComputedStyle", "history", "innerHeight", "innerWidth", "localStorage", "location", "matchMedia", "navigator",
-  "performance", "requestAnimationFrame", "requestIdleCallback", "sessionStorage", "setInterval", "setTimeout", "Path2D", "Blob", "ImageData",
+  "performance", "queueMicrotask", "requestAnimationFrame", "requestIdleCallback", "sessionStorage", "setInterval", "setTimeout", "Path2D", "Blob", "ImageData",
   "DOMException", "File", "MediaRecorder", "MediaStream", "isSecureContext",
 ];
 

@@ -63,8 +63,11 @@ export function lectureLine(control, ends) {
   const held = new Held(walk, control);
   const [line, hands] = [elementOf(h(Line, { held })), elementOf(h(ShowOfHands, { held }))];
   const top = document.querySelector(".top");
-  // Presented it stands in the page's first line, whose words it says as well.
-  effect(() => (isPresenting() ? top?.prepend(line) : top?.after(line)));
+  // Presented it stands in the page's first line, whose words it says as well, and which may just be filled.
+  effect(() => {
+    const isFirst = isPresenting();
+    queueMicrotask(() => (isFirst ? top?.prepend(line) : top?.after(line)));
+  });
   effect(() => held.ask());
   document.body.append(hands);
   // On its page N is a branch or the next lesson: the lecture hears it first. The page keys are first those of a list or a figure.

@@ -178,8 +178,9 @@ def test_two_runs_of_one_title_are_compared(page: Any, server: Server) -> None:
     made = server.post("lectures", {"title": "Alike"})
     page.goto(made["page"])
     page.locator("[data-place=comparisons]").click()
-    for box in page.locator(".palette input[type=checkbox]").all()[:2]:
-        box.check()
+    boxes = page.get_by_role("region", name="Add to the lecture").get_by_role("checkbox")
+    for place in range(2):
+        boxes.nth(place).check()
     page.get_by_role("button", name="Add a comparison of 2 runs").click()
     page.get_by_label("Or paste a link").fill(f"compare?saved={saved['id']}")
     page.locator(".palette-link").get_by_role("button", name="Add").click()
