@@ -187,16 +187,12 @@ export function Inspection({ inspector }) {
   const isBlind = typeof found === "object" && found?.has_map === false;
   const close = (/** @type {KeyboardEvent} */ event) => event.key === "Escape" && inspector.toggle();
   const veil = (/** @type {{currentTarget: HTMLInputElement}} */ { currentTarget: { checked } }) => inspector.veil(checked);
-  const choice = KINDS.map(
-    ([kind, text, title]) => html`<button
-      type="button"
-      data-look=${kind}
-      title=${title}
-      aria-pressed=${String(kind === chosen.value)}
-      disabled=${kind === "place" && isBlind}
-      onClick=${() => inspector.choose(kind)}
-    >${text}</button>`,
-  );
+  const choice = KINDS.map(([kind, text, title]) => {
+    const isOff = kind === "place" && isBlind;
+    const isChosen = String(kind === chosen.value);
+    const choose = () => inspector.choose(kind);
+    return html`<button type="button" data-look=${kind} title=${title} aria-pressed=${isChosen} disabled=${isOff} onClick=${choose}>${text}</button>`;
+  });
   return html`<div ref=${root} onKeyDown=${close}>
     <header>
       <h2>Look into the frame</h2>

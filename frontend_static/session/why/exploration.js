@@ -75,12 +75,6 @@ export class Exploration {
     this.job.value = { ...job, state: "done" };
   }
 
-  /** Forget what was found. */
-  forget() {
-    this.stop();
-    this.job.value = null;
-  }
-
   /** Ask whether what was found is still about the session's run. */
   async look() {
     const job = this.job.peek();

@@ -6,7 +6,7 @@
 import { h, html } from "../../vendor/preact.js";
 import { isOfScene } from "./loss.js";
 
-/** @import { Diagnosis } from "../../shared/messages.js" */
+/** @import { ToldFinding } from "../../shared/messages.js" */
 /** @import { Loss } from "./loss.js" */
 
 /** @param {{loss: Loss}} props */
@@ -15,7 +15,8 @@ export function LostCard({ loss }) {
   const told = diagnosis.value;
   if (told === null || !told.lost) return null;
   const isOpen = !(isAway.value ?? !isLost.value);
-  const goal = beginOf(told);
+  // Where the first sign of it shows, or the loss itself.
+  const goal = Math.min(told.frame ?? 0, ...told.signs.map(({ since }) => since));
   const turn = (/** @type {Event & {currentTarget: HTMLDetailsElement}} */ { currentTarget: { open } }) => {
     if (open !== isOpen) isAway.value = !open;
   };
@@ -69,23 +70,13 @@ function without({ exploration }, isOpen) {
   return isOpen ? "Too few seeds to tell" : "No change is clearly better";
 }
 
-/** @param {{loss: Loss, finding: import("../../shared/messages.js").ToldFinding}} props */
+/** @param {{loss: Loss, finding: ToldFinding}} props */
 export function TryOut({ loss, finding }) {
   const { title, seed } = finding;
-  const hint = `Opens a branch with the seed ${seed}`;
-  const isOff = seed === null || !loss.canTry;
-  return html`<button type="button" title=${hint} aria-label=${`Try it: ${title}`} disabled=${isOff} onClick=${() => loss.tryOut(finding)}>Try it</button>`;
+  const words = { title: `Opens a branch with the seed ${seed}`, "aria-label": `Try it: ${title}` };
+  return html`<button type="button" ...${words} disabled=${seed === null || !loss.canTry} onClick=${() => loss.tryOut(finding)}>Try it</button>`;
 }
 
 export function Stale() {
   return html`<span class="stale" title="The run has changed since">stale</span>`;
-}
-
-/**
- * Where to look for how it was lost: where the first sign of it shows, or the loss itself.
- *
- * @param {Diagnosis} diagnosis
- */
-function beginOf({ frame, signs }) {
-  return Math.min(frame ?? 0, ...signs.map(({ since }) => since));
 }

@@ -21,7 +21,8 @@ export function OtherSeeds({ view: { store, signal } }) {
   });
   useSignalEffect(() => {
     if (isOn.value && settings.value !== "") return later(() => exploration.begin({ kind: "ensemble" }), SETTLE_MS, signal);
-    exploration.forget();
+    exploration.stop();
+    exploration.job.value = null;
     return undefined;
   });
   const result = exploration.job.value?.result;

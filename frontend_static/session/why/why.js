@@ -9,10 +9,11 @@ import { later } from "../../shared/timing.js";
 import { WhatIf } from "./what_if.js";
 
 /** @import { Evidence, Sign } from "../../shared/messages.js" */
-/** @import { Axis, Line } from "../../shared/figure/traces.js" */
 /** @import { Loss } from "./loss.js" */
 
 const SKELETON_AFTER_MS = 200;
+const LINE = /** @type {const} */ ({ kind: "line", title: "", name: "", said: "", unit: "" });
+const AXIS = { title: "", unit: "", log: false, names: [], hidden: true };
 const TABS = /** @type {const} */ ([["why", "Why?"], ["what-if", "What if…"]]);
 
 /** @param {{loss: Loss}} props */
@@ -90,32 +91,16 @@ function Course({ column: { title, unit, first, values }, since }) {
   const last = first + values.length - 1;
   const range = `${quantity(low, unit)} to ${quantity(high, unit)} ${unit}`.trim();
   const words = `${title}, ${range}, over frames ${first} to ${last}; frame ${since} is marked`;
-  const make = (/** @type {AbortSignal} */ end) => {
-    const x = values.map((_, place) => first + place);
-    const course = line(x, values.map((value) => value ?? NaN));
-    const traces = [{ ...line([since, since], [low, high]), ink: "lost", width: 1.5, dashed: true }, { ...course, ink: "estimate", width: 2 }];
-    return miniature({ x: axis(first, Math.max(last, first + 1)), y: axis(low, high > low ? high : low + 1), traces }, words, end);
-  };
+  const y = values.map((value) => value ?? NaN);
+  const x = values.map((_, place) => first + place);
+  const traces = [
+    { ...LINE, x: [since, since], y: [low, high], ink: "lost", width: 1.5, dashed: true },
+    { ...LINE, x, y, ink: "estimate", width: 2 },
+  ];
+  const axes = { x: { ...AXIS, low: first, high: Math.max(last, first + 1) }, y: { ...AXIS, low, high: high > low ? high : low + 1 } };
+  const make = (/** @type {AbortSignal} */ end) => miniature({ ...axes, traces }, words, end);
   return html`<figure class="evidence" title=${words}>
     ${h(Made, { key: words, make })}
     <figcaption><span>${title}</span><span>${range}</span></figcaption>
   </figure>`;
-}
-
-/**
- * @param {readonly number[]} x
- * @param {readonly number[]} y
- * @returns {Line}
- */
-function line(x, y) {
-  return { kind: "line", title: "", name: "", ink: "", x, y, width: 1, said: "", unit: "" };
-}
-
-/**
- * @param {number} low
- * @param {number} high
- * @returns {Axis}
- */
-function axis(low, high) {
-  return { title: "", unit: "", low, high, log: false, names: [], hidden: true };
 }
