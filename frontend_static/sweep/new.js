@@ -3,7 +3,7 @@
 import { api } from "../shared/api.js";
 import { Segments, Select } from "../shared/controls.js";
 import { bytes, count, duration } from "../shared/format.js";
-import { answer, showPage } from "../shared/page.js";
+import { Loaded, showPage } from "../shared/page.js";
 import { h, html } from "../vendor/preact.js";
 import * as plan from "./plan.js";
 import { change, choicesOf, declared, draft, isNumerical, rowOf, size, subject, wrong } from "./plan.js";
@@ -44,7 +44,7 @@ function Form({ experiments }) {
 
 /** @param {{id: string}} props The rest of the form, once it is known what there is to vary. */
 function Filled({ id }) {
-  return answer(() => plan.fill(id), () => h(Parts, {}), { failed: "The form could not be prepared", bones: BONES });
+  return h(Loaded, { load: () => plan.fill(id).then(() => h(Parts, {})), failed: "The form could not be prepared", bones: BONES });
 }
 
 function Parts() {
@@ -233,4 +233,4 @@ function Size() {
 
 const BONES = html`<div class="plan-part"><div class="bone shimmer"></div><div class="bone short shimmer"></div></div>`;
 const words = { failed: "The form could not be prepared", bones: BONES };
-showPage("plan", null, () => answer(api.experiments, (experiments) => h(Form, { experiments }), words));
+showPage("plan", null, () => h(Loaded, { load: async () => h(Form, { experiments: await api.experiments() }), ...words }));

@@ -1,8 +1,8 @@
 /** Opens a run of a sweep as a session, and goes there. A page of its own, so that a plain link can open it in a tab. */
 
 import { lastOfAddress } from "../shared/dom.js";
-import { answer, showPage } from "../shared/page.js";
-import { html } from "../vendor/preact.js";
+import { Loaded, showPage } from "../shared/page.js";
+import { h, html } from "../vendor/preact.js";
 import { sweeps } from "./api.js";
 
 const [sweep, run] = [lastOfAddress(2), lastOfAddress()];
@@ -16,9 +16,10 @@ const bones = html`<div class="notice" role="status">
 async function open() {
   const session = await sweeps.open(sweep, run, tracker);
   location.replace(session.page);
+  return bones;
 }
 
 showPage("wait", null, () => [
-  answer(open, () => bones, { failed: "This run could not be opened", bones }),
+  h(Loaded, { load: open, failed: "This run could not be opened", bones }),
   html`<a href=${`sweep/${encodeURIComponent(sweep)}`}>Back to the sweep</a>`,
 ]);

@@ -8,7 +8,7 @@ import { h as element, lastOfAddress, part, setText } from "../shared/dom.js";
 import { count, duration, parameterValue } from "../shared/format.js";
 import { IconButton, icon } from "../shared/icons.js";
 import { Notice } from "../shared/notice.js";
-import { Made, answer, showPage } from "../shared/page.js";
+import { Loaded, Made, showPage } from "../shared/page.js";
 import { presentationButton } from "../shared/presentation.js";
 import { newSweep } from "../shared/share_link.js";
 import { sourceCodeButton } from "../shared/source_code.js";
@@ -250,7 +250,7 @@ function RunsOfCell({ now, cell: { i, j, tracker: first } }) {
 /** @param {{now: Seen, ask: Ask}} props */
 function Asked({ now, ask }) {
   const bones = [html`<div class="bone shimmer"></div>`, html`<div class="bone short shimmer"></div>`];
-  return answer(() => ask(0), (found) => h(List, { now, found, ask }), { failed: "These runs cannot be listed", bones });
+  return h(Loaded, { load: async () => h(List, { now, found: await ask(0), ask }), failed: "These runs cannot be listed", bones });
 }
 
 /**
