@@ -191,7 +191,7 @@ export interface ComparedPublic {
 
 /** A run to compare: one that is here, by its name, or what makes it. */
 export interface ComparedRun {
-  /** A saved run, `session:branch` or `sweep:run`; with `:tracker` the same by another */
+  /** `run`, `session:branch`, `sweep:run`[`:tracker`] */
   reference?: string | null;
   recipe?: RecipeRequest | null;
   /** Name of the upload that the recipe's footage is */
@@ -263,11 +263,11 @@ export interface CompilationPublic {
   done: number;
   /** Functions that there are; 0 while that is not known */
   total: number;
-  /** About how long it will go on; null while that is not known */
+  /** Time left, roughly; null while unknown */
   seconds_left: number | null;
-  /** Experiments of which sessions can be started */
+  /** Experiments ready to start */
   usable: string[];
-  /** Experiments of which everything is compiled */
+  /** Experiments compiled whole */
   ready: string[];
 }
 
@@ -379,12 +379,12 @@ export interface EstimatePublic {
   problem: string | null;
 }
 
-/** A sweep of which somebody wants to know the size before it starts. */
+/** A sweep whose size is wanted before it starts. */
 export interface EstimateRequest {
   experiment: string;
   /** Name on the screen; made up from the plan if it is not given. */
   title?: string | null;
-  /** What is varied; the axes multiply. On a recording there may be none: other seeds alone. */
+  /** Axes, which multiply; may be empty on a recording. */
   axes: SweepAxis[];
   /** Trackers; all of them meet the same seeds. */
   trackers?: string[];
@@ -392,11 +392,11 @@ export interface EstimateRequest {
   /** Length of a run. */
   frames?: number | null;
   seed?: number;
-  /** Whether how probable it is that the target is lost is measured as well. */
+  /** Whether to measure how probable a loss of the target is, too. */
   loss_probability?: boolean;
   /** Parameters that differ from the defaults in every run. */
   parameters?: Record<string, unknown>;
-  /** The recording on which all runs are, as a recipe has it; the simulated scene if not given. */
+  /** The recording of all runs; the simulated scene if not given. */
   footage?: FootageRequest | null;
   /** Name of the upload that the footage is; its hash does as well. */
   upload?: string | null;
@@ -434,7 +434,7 @@ export interface ExperimentDetail {
   marks: Editor[];
   /** Kinds of recording in which the target need not be marked all the same */
   unmarked: string[];
-  /** Kind of mark that it finds by itself; null if a person has to mark the target */
+  /** Kind of mark that it finds itself; null if a person marks the target */
   finds: string | null;
   /** Kinds of mark by which a person may show it where to find the target */
   hints: string[];
@@ -478,7 +478,7 @@ export interface ExperimentPublic {
   marks: Editor[];
   /** Kinds of recording in which the target need not be marked all the same */
   unmarked: string[];
-  /** Kind of mark that it finds by itself; null if a person has to mark the target */
+  /** Kind of mark that it finds itself; null if a person marks the target */
   finds: string | null;
   /** Kinds of mark by which a person may show it where to find the target */
   hints: string[];
@@ -505,11 +505,11 @@ export interface Explanation {
 /** What to find out of the active branch of a session. */
 export interface ExplorationCreate {
   kind: "what-if" | "ensemble";
-  /** Of what-if, in the loss that is meant; the first that lasts if not given */
+  /** Of what-if, a frame of the loss; by default the first lasting */
   frame?: number | null;
   /** Of ensemble, whether each run sees what its own seed makes of the scene */
   scene?: "same" | "other";
-  /** After so long it ends with what it has found */
+  /** Time limit, s */
   seconds?: number;
 }
 
@@ -581,7 +581,7 @@ export interface FailurePublic {
   title: string;
   kind: string;
   kind_title: string;
-  /** What the diagnosis of its run comes to first */
+  /** First cause in the diagnosis of its run */
   cause: "sample-impoverishment" | "overconfident-weights" | "look-alike-capture" | "wrong-dynamics" | "occlusion-longer-than-memory" | "degenerate-resampling" | "mirror-pose" | "shrinking-covariance" | "template-drift" | "detector-seized-by-background" | "target-not-in-the-picture" | "unclear";
   experiment: string;
   experiment_title: string;
@@ -627,7 +627,7 @@ export interface FailureSide {
   why: string;
 }
 
-/** What a lesson comes to at some parameters. */
+/** The figure of a lesson at some parameters. */
 export interface FigurePublic {
   /** As `pftrack.teaching.lessons.Figure` has it */
   figure: Record<string, unknown>;
@@ -645,7 +645,7 @@ export interface FigureRequest {
   seed?: number | null;
   /** Whether what answers the question is shown */
   revealed?: boolean;
-  /** Whether a number out of bounds becomes the nearest that is allowed, as where it was dragged */
+  /** Whether a number out of bounds becomes the nearest allowed one */
   nearest?: boolean;
 }
 
@@ -759,7 +759,7 @@ export interface FollowCreate {
   lesson?: string | null;
   /** That of the lesson or the first session, if left out */
   title?: string | null;
-  /** How the lecturer's page arranges them; passed on to the followers' pages */
+  /** How the lecturer's page arranges them, for the followers' pages */
   arrangement?: Record<string, unknown>;
   /** At one time; 0 closes the class to new followers */
   most_followers?: number;
@@ -785,7 +785,7 @@ export interface FollowOwned {
   id: string;
   /** For followers, the best first */
   links: LinkPublic[];
-  /** For another device of the lecturer's; it gives the same rights over this alone */
+  /** For another device of the lecturer; gives rights over this class alone */
   owner_link: string;
   /** What keeps others from following, a sentence */
   notice: string | null;
@@ -813,7 +813,7 @@ export interface FollowUpdate {
   lesson?: string | null;
   /** That of the lesson or the first session, if left out */
   title?: string | null;
-  /** How the lecturer's page arranges them; passed on to the followers' pages */
+  /** How the lecturer's page arranges them, for the followers' pages */
   arrangement?: Record<string, unknown>;
   /** At one time; 0 closes the class to new followers */
   most_followers?: number;
@@ -875,7 +875,7 @@ export interface GenealogyPublic {
   counts: number[];
   /** The newest frame in which one particle is the ancestor of all */
   coalesced: number | null;
-  /** The heights of lines, 0 to 1, in each frame, null before a line begins; lines meet, never cross */
+  /** Heights of lines, 0 to 1, in each frame; null before a line begins */
   lines: ((number | null)[])[];
 }
 
@@ -937,7 +937,7 @@ export interface Inspect {
   place?: [number, number] | null;
   /** Whether the particle nearest to the place is looked at, and followed */
   picks?: boolean;
-  /** A particle to follow, by its place in its frame */
+  /** Place of a particle to follow */
   particle?: number | null;
   /** The frame of the particle; the one that is shown if left out */
   frame?: number | null;
@@ -1062,7 +1062,7 @@ export interface LecturePublic {
 
 /** A run, and the frame at which its session begins. */
 export interface LectureRun {
-  /** A saved run, `session:branch` or `sweep:run`; with `:tracker` the same by another */
+  /** `run`, `session:branch`, `sweep:run`[`:tracker`] */
   reference?: string | null;
   recipe?: RecipeRequest | null;
   /** Name of the upload that the recipe's footage is */
@@ -1164,7 +1164,7 @@ export interface MakeBranch {
   frame: number;
   /** New values by name of the parameter; `tracker` is the tracker */
   values?: Record<string, unknown>;
-  /** Of the tracker's random numbers from there on; the scene stays as it is */
+  /** Seed of the tracker from there on; the scene stays as it is */
   seed?: number | null;
   title?: string | null;
 }
@@ -1205,7 +1205,7 @@ export interface MeasurePublic {
   how: "share" | "median" | "mean" | "until";
   unit: string;
   better: "higher" | "lower";
-  /** Author, title and year of whoever defined it; empty for the project's own */
+  /** Author, title and year of its definition; empty for the project's own */
   source: string;
 }
 
@@ -1517,12 +1517,12 @@ export interface Reduction {
 
 /** A change that came through the scene's panel was refused. */
 export interface Refused {
-  version: 1;
-  type: "refused";
   message: string;
   field: string | null;
   bound: string | null;
   value: unknown;
+  version: 1;
+  type: "refused";
 }
 
 /** What came of all changes, as far as they have been tried; its JSON has findings as they are told. */
@@ -1636,7 +1636,7 @@ export interface SavedComparisonDetail {
   title: string;
   /** Of its runs, each once */
   experiments: string[];
-  /** Of its runs, in their order; empty where a recipe leaves it to the experiment */
+  /** Of its runs, in order; empty where the recipe names none */
   trackers: string[];
   created: string;
   page: string;
@@ -1651,7 +1651,7 @@ export interface SavedComparisonPublic {
   title: string;
   /** Of its runs, each once */
   experiments: string[];
-  /** Of its runs, in their order; empty where a recipe leaves it to the experiment */
+  /** Of its runs, in order; empty where the recipe names none */
   trackers: string[];
   created: string;
   page: string;
@@ -1721,10 +1721,10 @@ export interface Series {
 /** A new session. */
 export interface SessionCreate {
   recipe: RecipeRequest;
-  /** Name of the upload that the recipe's footage is; its hash does as well */
+  /** Name of the footage's upload; optional with its hash */
   upload?: string | null;
   position?: number;
-  /** Name chosen by the client: by it, it can end a session whose answer it has not seen */
+  /** Name that the client chose, to end it with */
   id?: string | null;
 }
 
@@ -1754,7 +1754,7 @@ export interface SessionPublic {
   tracker: string;
   /** In force for the next frame */
   parameters: Record<string, boolean | number | string>;
-  /** Ways in which error bands are off in the next frame, with a sentence */
+  /** How error bands are off in the next frame, each in a sentence */
   doubts: Record<string, string>;
   timeline: ChangePublic[];
   thresholds: ThresholdPublic[];
@@ -1764,7 +1764,7 @@ export interface SessionPublic {
   position: number;
   /** Furthest frame computed */
   computed: number;
-  /** Frame at which a change leaves this branch; null where it counts from its next frame on */
+  /** Frame where a change branches off; null if it makes no branch */
   branch_point: number | null;
   /** Frame to which it is computing, while it is; a pause stops it */
   goal: number | null;
@@ -1775,7 +1775,7 @@ export interface SessionPublic {
   speed: number;
   /** How far a frame is behind its time, s, since it plays at this speed */
   behind_s: number;
-  /** Probability, 0 to 1, that the target is lost, from which on it stops playing; null for never */
+  /** P(lost), 0 to 1, from which on it stops playing; null for never */
   stop_at: number | null;
   /** Why it has stopped playing by itself, a few words */
   stopped: string;
@@ -1797,6 +1797,12 @@ export interface SessionPublic {
   branches: BranchPublic[];
   bookmarks: Bookmark[];
   title: string;
+  declarations: Declaration[];
+  trackers: TrackerPublic[];
+  layers: Layer[];
+  worlds: World[];
+  /** Parameters to turn first: those that its preset is about */
+  about: string[];
   /** Its clip, or the preset that it began as; empty if it is neither */
   subject: string;
   unit: string;
@@ -1809,20 +1815,14 @@ export interface SessionPublic {
   success_measure: string;
   /** Files that can be made of the run, or of the frame that is shown */
   exports: FileKind[];
-  /** Parameters to turn first: those that its preset is about */
-  about: string[];
   /** What to look at, where it began as a preset that says so */
   watch: string;
   /** Of a table of truth that can be given; empty if none can */
   truth_columns: string[];
   /** How truth is marked in pictures; null if it cannot be */
   truth_mark: TruthMark | null;
-  declarations: Declaration[];
-  trackers: TrackerPublic[];
   /** Numbers that can be fitted to what was seen, by tracker */
   fittable: Record<string, string[]>;
-  layers: Layer[];
-  worlds: World[];
   width: number;
   height: number;
   frame_rate_hz: number;
@@ -1847,7 +1847,7 @@ export interface SessionSnapshot {
   tracker: string;
   /** In force for the next frame */
   parameters: Record<string, boolean | number | string>;
-  /** Ways in which error bands are off in the next frame, with a sentence */
+  /** How error bands are off in the next frame, each in a sentence */
   doubts: Record<string, string>;
   timeline: ChangePublic[];
   thresholds: ThresholdPublic[];
@@ -1857,7 +1857,7 @@ export interface SessionSnapshot {
   position: number;
   /** Furthest frame computed */
   computed: number;
-  /** Frame at which a change leaves this branch; null where it counts from its next frame on */
+  /** Frame where a change branches off; null if it makes no branch */
   branch_point: number | null;
   /** Frame to which it is computing, while it is; a pause stops it */
   goal: number | null;
@@ -1868,7 +1868,7 @@ export interface SessionSnapshot {
   speed: number;
   /** How far a frame is behind its time, s, since it plays at this speed */
   behind_s: number;
-  /** Probability, 0 to 1, that the target is lost, from which on it stops playing; null for never */
+  /** P(lost), 0 to 1, from which on it stops playing; null for never */
   stop_at: number | null;
   /** Why it has stopped playing by itself, a few words */
   stopped: string;
@@ -1955,7 +1955,7 @@ export interface SourceCode {
 /** Of which runs: of one, or of several that are compared. */
 export interface SourceCodeRequest {
   runs: ComparedRun[];
-  /** How many frames of each; all if left out */
+  /** Most frames each */
   frames?: number | null;
 }
 
@@ -1988,9 +1988,9 @@ export interface SuitabilityPublic {
   remark: string;
   /** What would help, a sentence each */
   advice: string[];
-  /** A mark of the same target that suits better; null if none is known */
+  /** A mark of the same target that suits better; null if unknown */
   better: Record<string, unknown> | null;
-  /** The likelihood over the picture as a data address, from purple for 0 to yellow for its peak; null for a likelihood that is not one of places */
+  /** Likelihood over the picture as a data address; null if it has no places */
   picture: string | null;
 }
 
@@ -2008,7 +2008,7 @@ export interface SweepCreate {
   experiment: string;
   /** Name on the screen; made up from the plan if it is not given. */
   title?: string | null;
-  /** What is varied; the axes multiply. On a recording there may be none: other seeds alone. */
+  /** Axes, which multiply; may be empty on a recording. */
   axes: SweepAxis[];
   /** Trackers; all of them meet the same seeds. */
   trackers?: string[];
@@ -2016,11 +2016,11 @@ export interface SweepCreate {
   /** Length of a run. */
   frames?: number | null;
   seed?: number;
-  /** Whether how probable it is that the target is lost is measured as well. */
+  /** Whether to measure how probable a loss of the target is, too. */
   loss_probability?: boolean;
   /** Parameters that differ from the defaults in every run. */
   parameters?: Record<string, unknown>;
-  /** The recording on which all runs are, as a recipe has it; the simulated scene if not given. */
+  /** The recording of all runs; the simulated scene if not given. */
   footage?: FootageRequest | null;
   /** Name of the upload that the footage is; its hash does as well. */
   upload?: string | null;

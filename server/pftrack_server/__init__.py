@@ -12,5 +12,3 @@ on: diagnostics to the page's stream, drawings to the viser scene, everything th
 - `web`: pages, middleware, health and serving; routes that have a subject lie beside it
 - `app`: the factory that puts everything together; `command`: what `pftrack serve` calls
 """
-
-__all__: list[str] = []

@@ -9,8 +9,7 @@ import typer
 
 def serve(
     filters: Annotated[
-        list[Path] | None,
-        typer.Argument(metavar="[FILE.py]...", help="Your own filters, listed among the trackers."),
+        list[Path] | None, typer.Argument(metavar="[FILE.py]...", help="Your own filters, listed among the trackers.")
     ] = None,
     host: Annotated[str | None, typer.Option(help="Address to listen on; any but loopback requires a token.")] = None,
     port: Annotated[int | None, typer.Option(help="Port to listen on; 0 takes a free one.")] = None,

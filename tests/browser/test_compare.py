@@ -221,7 +221,7 @@ def test_what_cannot_be_compared_is_said(shown: ComparePage, complaints: Complai
         ("compare#eyJydW5zI", "The link is damaged"),
         (link(*five), "Expected two to four runs to compare, got 5"),
         (link(ball(), {"experiment": "sine"}), "compare runs whose errors have one unit"),
-        ("compare?runs=0123456789abcdef,0123456789abcdef", "There is no saved run"),
+        ("compare?runs=0123456789abcdef,0123456789abcdef", "is not here; it was deleted"),
     ):
         page.goto("about:blank")
         page.goto(address)

@@ -7,7 +7,6 @@ from typing import Any
 
 import psutil
 
-from pftrack.process import Reply
 from pftrack_server.jobs.child_tasks import ChildTasks, Queues
 from pftrack_server.uploads.intake import BUDGET
 from tests.apart import run
@@ -15,9 +14,7 @@ from tests.apart import run
 
 def ask(task: Callable[..., Any], *arguments: object) -> Any:
     """Have a child that is confined as for a probe do something else, and return its answer."""
-    answer = run(ChildTasks(Queues()).answer(task, *arguments, budget=BUDGET))
-    assert isinstance(answer, Reply), answer
-    return answer.value
+    return run(ChildTasks(Queues()).run_beside(task, *arguments, budget=BUDGET))
 
 
 def children() -> list[psutil.Process]:

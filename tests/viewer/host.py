@@ -19,7 +19,7 @@ from websockets.typing import Subprotocol
 
 from pftrack.core.model.drawing import COLOURS, Drawing, Ellipse, Key, Layer, Picture, Points, Polyline, Text, World
 from pftrack.core.model.parameters import Declaration, Value
-from pftrack_server.core.panel import PanelDescription, PanelValues
+from pftrack_server.core.panel import PanelDescription, PanelValues, TrackerPublic
 from pftrack_server.core.pictures import PictureEncoder
 from pftrack_server.viewer import CONTENT_SECURITY_POLICY, Viewer, bridge, client_asset, client_page
 from tests.conftest import BASE
@@ -154,7 +154,13 @@ class Session:
         self.loop = Loop()
         self.viewer: Viewer = self.loop.call(
             Viewer,
-            PanelDescription("Ball behind an occluder", DECLARATIONS, TRACKERS, LAYERS, worlds),
+            PanelDescription(
+                title="Ball behind an occluder",
+                declarations=list(DECLARATIONS),
+                trackers=[TrackerPublic(id=name, title=title) for name, title in TRACKERS.items()],
+                layers=list(LAYERS),
+                worlds=list(worlds),
+            ),
             self.in_force,
             on_command=lambda body: self._change(body["values"]) if "values" in body else self.transport.append(body),
         )

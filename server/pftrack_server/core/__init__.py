@@ -1,3 +1,1 @@
 """What all of the server is built on: settings, base path, the one shape of errors, requests, log and limits."""
-
-__all__: list[str] = []

@@ -1,6 +1,6 @@
 """The base path: what stands before all addresses of the server, at its root nothing.
 
-A request carries it as ASGI's `root_path`, and its `path` begins with it. Whoever comes by the link of a class has a
+A request carries it as ASGI's `root_path`, and its `path` begins with it. Those who come by the link of a class have a
 longer one, since the addresses of a class begin with its link. It is kept decoded, without a slash at its end, and is
 encoded here alone. Whatever the server says of its own addresses, beside redirections and links that are printed, is
 relative to it: `session/1f`, not `/session/1f`. A page carries it once, as its `<base>`.
@@ -75,7 +75,7 @@ def route_path(scope: Mapping[str, Any]) -> str:
 
 
 def address_of(scope: Mapping[str, Any], path: str = "") -> str:
-    """Return an address of the server as whoever asks has it, from the slash after the host on.
+    """Return an address of the server as its client has it, from the slash after the host on.
 
     Args:
         scope: Of the request.

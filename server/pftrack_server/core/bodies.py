@@ -35,6 +35,11 @@ GivenTitle = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(
 """The same, where there has to be one."""
 
 
+def fields_of(model: type[BaseModel], *sources: object) -> dict[str, Any]:
+    """Return the fields of a model that objects have as attributes of the same names; the last one counts."""
+    return {name: getattr(it, name) for it in sources for name in model.model_fields if hasattr(it, name)}
+
+
 class RequestBody(BaseModel):
     """Base of what a client sends: closed to unknown names."""
 

@@ -23,7 +23,7 @@ from pftrack_server.core.errors import UnavailableError
 log = structlog.get_logger(__name__)
 
 PATIENCE_S = 10.0
-"""So long whoever starts a session waits: an experiment that only has to be looked at is ready by then."""
+"""How long the start of a session waits: an experiment that only has to be looked at is ready by then."""
 
 LOOK_EVERY_S = 0.1
 

@@ -32,24 +32,14 @@ class ErrorBody(BaseModel):
     error: ErrorDetail
 
 
-class ApiError(Exception):
-    """An error of the server, with its own HTTP status."""
+class ApiError(RefusedError):
+    """A refusal of the server, with its own HTTP status."""
 
     status: int = HTTPStatus.BAD_REQUEST
 
 
-REFUSALS = (ApiError, RefusedError)
-"""What is told to a client in its own words; all others are for the log."""
-
-
-class DamagedError(ApiError):
-    """A stored record cannot be read; it can be deleted."""
-
-    status = HTTPStatus.GONE
-
-
-class EndedError(ApiError):
-    """The resource existed and has ended."""
+class GoneError(ApiError):
+    """The resource existed and has ended, or its record cannot be read and can only be deleted."""
 
     status = HTTPStatus.GONE
 
@@ -96,18 +86,17 @@ class UnavailableError(ApiError):
     status = HTTPStatus.SERVICE_UNAVAILABLE
 
 
-def status_of(error: ApiError | RefusedError) -> int:
-    """Return the HTTP status with which an error is answered."""
-    if isinstance(error, ApiError):
-        return error.status
-    return HTTPStatus.CONFLICT if isinstance(error, ConflictError) else HTTPStatus.UNPROCESSABLE_ENTITY
+def status_of(error: RefusedError) -> int:
+    """Return the HTTP status of the answer to a refusal."""
+    usual = HTTPStatus.CONFLICT if isinstance(error, ConflictError) else HTTPStatus.UNPROCESSABLE_ENTITY
+    return getattr(error, "status", usual)
 
 
-def detail_of(error: ApiError | RefusedError) -> dict[str, Any]:
+def detail_of(error: RefusedError) -> dict[str, Any]:
     """Return the inside of the error shape; a sentence that begins with no name of a field begins large."""
     message = str(error)
     # A parameter's name may be empty, where somebody sends one; other refusals have no field then.
-    if not isinstance(error, RefusedError) or not (error.field or isinstance(error, ParameterError)):
+    if not (error.field or isinstance(error, ParameterError)):
         return shape(message[:1].upper() + message[1:])
     if not message.startswith(error.field):
         message = message[:1].upper() + message[1:]

@@ -1,7 +1,9 @@
 """The controls that the panel of a session offers, and the values that it shows."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
+
+from pydantic import BaseModel, Field
 
 from pftrack.core.model.drawing import Layer, World
 from pftrack.core.model.parameters import Declaration, Value
@@ -10,27 +12,27 @@ SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 0.0)
 """Speeds that are offered, as factors of real time; 0 is as fast as possible."""
 
 
-@dataclass(frozen=True, slots=True)
-class PanelDescription:
-    """The controls that a panel offers; they do not change while a session lives.
+class TrackerPublic(BaseModel):
+    """A tracker that can be chosen."""
 
-    Attributes:
-        title: Its heading.
-        declarations: What can be turned, in order.
-        trackers: Titles by identifier, in order.
-        layers: What can be switched on and off in the scene, in order.
-        worlds: What stands beside the picture, in order.
-        about: Names of the parameters to turn first, in order.
-        frames: Of the run, where the panel itself has to lead through them; 0 where a page around it does.
-    """
+    id: str
+    title: str
+    replays: bool = Field(False, description="It says again what was recorded; no seed or setting changes that")
+
+
+class PanelDescription(BaseModel):
+    """The controls that a panel offers, each list in order; they do not change while a session lives."""
 
     title: str
-    declarations: Sequence[Declaration]
-    trackers: Mapping[str, str]
-    layers: Sequence[Layer]
-    worlds: Sequence[World] = ()
-    about: Sequence[str] = ()
-    frames: int = 0
+    declarations: list[Declaration] = []
+    trackers: list[TrackerPublic]
+    layers: list[Layer] = []
+    worlds: list[World] = []
+    about: list[str] = Field([], description="Parameters to turn first: those that its preset is about")
+
+    def tracker_title(self, tracker: str) -> str:
+        """Return what people call a tracker."""
+        return next((known.title for known in self.trackers if known.id == tracker), tracker)
 
 
 @dataclass(frozen=True, slots=True)

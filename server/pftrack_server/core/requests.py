@@ -34,9 +34,7 @@ FORM = {"type": "object", "required": ["file"], "properties": {"file": FILES}}
 MULTIPART = {"requestBody": {"required": True, "content": {"multipart/form-data": {"schema": FORM}}}}
 """What the description of the interface says of a route that takes files."""
 TICKET = r"^[0-9A-Za-z-]{8,64}$"
-Ticket = Annotated[
-    str | None, Query(pattern=TICKET, description="A name chosen by the client, to ask for the place in the queue")
-]
+Ticket = Annotated[str | None, Query(pattern=TICKET, description="Name chosen by the client, to ask for its place")]
 
 
 class BodyLimit:
@@ -94,6 +92,9 @@ def service(kind: type) -> Any:  # noqa: ANN401 - as FastAPI's own `Depends`
     return Depends(find)
 
 
+AName = Annotated[str, Path(max_length=64)]
+"""The name of a thing as addresses have it."""
+
 SettingsNow = Annotated[Settings, service(Settings)]
 
 
@@ -105,7 +106,7 @@ TakesFiles = Depends(_takes_files)
 """For a route whose handler reads files from the wire, with limits of their own."""
 
 
-def _experiment(experiment: Annotated[str, Path(max_length=64)]) -> Experiment:
+def _experiment(experiment: AName) -> Experiment:
     try:
         return find_experiment(experiment)
     except RefusedError as error:
@@ -122,7 +123,7 @@ async def wait_until_gone(request: Request) -> None:
 
 
 async def unless_client_gone(request: Request, work: Coroutine[Any, Any, Result]) -> Result:
-    """Return what work comes to, and cancel it once its client hangs up."""
+    """Return the result of work, and cancel it once its client hangs up."""
     return await unless_gone(work, lambda: wait_until_gone(request))
 
 

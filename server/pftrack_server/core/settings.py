@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Annotated, Self
 from urllib.parse import urlencode
 
-from pydantic import Field, SecretStr, ValidationInfo, field_validator, model_validator
+from pydantic import AfterValidator, Field, SecretStr, ValidationInfo, field_validator, model_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
 from pftrack_server.core.base_path import encode_path, read_base_path
@@ -31,32 +31,26 @@ class Settings(BaseSettings):
 
     host: str = Field("127.0.0.1", description="Address to listen on.")
     port: int = Field(8000, ge=0, le=65535, description="Port to listen on; 0 takes a free one.")
-    data_dir: Path = Field(Path("~/.local/share/pftrack"), description="Folder for uploads, runs and the database.")
-    token: SecretStr | None = Field(None, description="Password of the link; made at start where one is needed.")
-    allowed_hosts: Annotated[tuple[str, ...], NoDecode] = Field(
-        (), description="Further names under which browsers may reach the server, with commas between."
+    data_dir: Annotated[Path, AfterValidator(lambda path: path.expanduser().absolute())] = Field(
+        Path("~/.local/share/pftrack"), description="Folder for uploads, runs and the database."
     )
-    base_path: str = Field("", description="Prefix of all addresses of the server, such as /any/prefix.")
+    token: SecretStr | None = Field(None, description="Password of the link; made at start where one is needed.")
+    allowed_hosts: Annotated[tuple[str, ...], NoDecode] = Field((), description="Further host names, comma-separated.")
+    base_path: Annotated[str, AfterValidator(read_base_path)] = Field(
+        "", description="Prefix of all addresses, such as /any/prefix."
+    )
     trusted_proxies: Annotated[tuple[str, ...], NoDecode] = Field(
         (), description="Addresses and networks of proxies whose X-Forwarded headers count, with commas between."
     )
 
-    filters: Annotated[tuple[Path, ...], NoDecode] = Field(
-        (), description="Files with filters of the server's owner, which it executes, with colons between."
-    )
+    filters: Annotated[tuple[Path, ...], NoDecode] = Field((), description="Filter files to execute, colon-separated.")
 
-    max_sessions: int = Field(
-        24, ge=1, le=1000, description="Sessions with a live worker at one time; one that nobody watches gives way."
-    )
-    max_stored_sessions: int = Field(
-        500, ge=1, description="Sessions kept; the oldest suspended one without name, bookmarks or viewers gives way."
-    )
+    max_sessions: int = Field(24, ge=1, le=1000, description="Sessions with a worker; an unwatched one gives way.")
+    max_stored_sessions: int = Field(500, ge=1, description="Sessions kept; the oldest unnamed, unused one gives way.")
     max_branches: int = Field(24, ge=1, description="Branches of one session.")
     max_frames: int = Field(20_000, ge=2, description="Frames of one run.")
     max_pixels: int = Field(1920 * 1080 * 2, ge=1, description="Pixels of one frame of an upload.")
-    max_particles: int = Field(
-        100_000, ge=1, description="Particles of one tracker, those of all its features together."
-    )
+    max_particles: int = Field(100_000, ge=1, description="Particles of one tracker, over all its features.")
     max_upload_bytes: int = Field(512 * MEBIBYTE, ge=1, description="Bytes of one upload.")
     max_upload_files: int = Field(5_000, ge=1, description="Pictures of one upload.")
     max_uploads: int = Field(200, ge=1, description="Uploads kept.")
@@ -66,13 +60,9 @@ class Settings(BaseSettings):
     max_runs_bytes: int = Field(2048 * MEBIBYTE, ge=1, description="Disk space of all saved runs together.")
     max_export_bytes: int = Field(1024 * MEBIBYTE, ge=1, description="Bytes of one file that a run is exported as.")
     max_record_bytes: int = Field(64 * MEBIBYTE, ge=1, description="Bytes of one imported run.")
-    max_states_bytes: int = Field(
-        1024 * MEBIBYTE, ge=0, description="Disk space of the states that sessions keep, to come back at once."
-    )
-    reserve_bytes: int = Field(
-        256 * MEBIBYTE, ge=0, description="Free space on the disk of the data directory that is left to others."
-    )
-    max_body_bytes: int = Field(1 * MEBIBYTE, ge=1024, description="Bytes of one request that is no upload.")
+    max_states_bytes: int = Field(1024 * MEBIBYTE, ge=0, description="Disk space of the checkpoints of all sessions.")
+    reserve_bytes: int = Field(256 * MEBIBYTE, ge=0, description="Free disk space left to others.")
+    max_body_bytes: int = Field(1 * MEBIBYTE, ge=1024, description="Bytes of one request that is not an upload.")
 
     worker_memory_bytes: int = Field(1024 * MEBIBYTE, ge=64 * MEBIBYTE, description="Memory of one worker of its own.")
     worker_cpu_seconds: int = Field(7200, ge=1, description="CPU time of one worker before its session is stopped.")
@@ -109,20 +99,8 @@ class Settings(BaseSettings):
             try:
                 ipaddress.ip_network(proxy)
             except ValueError:
-                raise ValueError(
-                    f"a proxy is named by its address or network, as in 127.0.0.1 or 10.0.0.0/8; got {proxy!r}"
-                ) from None
+                raise ValueError(f"a proxy is an address or network such as 10.0.0.0/8; got {proxy!r}") from None
         return value
-
-    @field_validator("base_path")
-    @classmethod
-    def _decode_path(cls, value: str) -> str:
-        return read_base_path(value)
-
-    @field_validator("data_dir")
-    @classmethod
-    def _absolute(cls, value: Path) -> Path:
-        return value.expanduser().absolute()
 
     @model_validator(mode="after")
     def _safe(self) -> Self:

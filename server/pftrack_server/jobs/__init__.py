@@ -4,5 +4,3 @@
 - `jobs`: work that is followed by its id, and `results`: what was computed once and is kept;
 - `functions`: what the confined processes do with uploads and experiments.
 """
-
-__all__: list[str] = []

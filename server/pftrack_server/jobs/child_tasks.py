@@ -181,7 +181,7 @@ class ChildTasks:
             UnavailableError: They do not answer.
         """
         async with self.queues.check.place():
-            _result(await self.answer(functions.do_nothing), BUDGET)
+            await self.run_beside(functions.do_nothing)
 
     async def run(self, function: Callable[..., Any], *arguments: object) -> Any:  # noqa: ANN401 - whatever the function returns
         """Return the result of a function of `pftrack_server.jobs.functions`, of values that JSON can say and bytes.
@@ -191,7 +191,7 @@ class ChildTasks:
             UnavailableError: It took too long.
             ClientGoneError: Its client hung up.
         """
-        return _result(await unless_gone(self._in_turn(function, arguments), self.gone), BUDGET)
+        return await unless_gone(self._in_turn(function, arguments), self.gone)
 
     async def run_long(
         self,
@@ -217,32 +217,17 @@ class ChildTasks:
             UnavailableError: It gave no sign of life for too long.
         """
         budget = Budget(cpu_seconds=cpu_seconds, file_bytes=file_bytes)
-        work = partial(self.answer, function, *arguments, budget=budget, on_step=on_step)
+        work = partial(self.run_beside, function, *arguments, budget=budget, on_step=on_step)
         if may_be_short:
-            return _result(await self.queues.take_turn(work, weight_s=LONG_S), budget)
+            return await self.queues.take_turn(work, weight_s=LONG_S)
         async with self.queues.heavy.place(weight_s=LONG_S):
-            return _result(await work(), budget)
+            return await work()
+
+    async def _in_turn(self, function: Callable[..., Any], arguments: tuple[object, ...]) -> Any:  # noqa: ANN401 - as `run`
+        async with self.queues.light.place():
+            return await self.run_beside(function, *arguments)
 
     async def run_beside(
-        self,
-        function: Callable[..., Any],
-        *arguments: object,
-        budget: Budget,
-        **options: Any,  # noqa: ANN401 - of `answer`
-    ) -> Any:  # noqa: ANN401 - whatever the function returns
-        """Return the result of a function that waits for no turn, since it leaves the processors to all others.
-
-        Raises:
-            RefusedError: The function refused its arguments, with a sentence, or its process died.
-            UnavailableError: It gave no sign of life for too long, or was stopped.
-        """
-        return _result(await self.answer(function, *arguments, budget=budget, **options), budget)
-
-    async def _in_turn(self, function: Callable[..., Any], arguments: tuple[object, ...]) -> Outcome:
-        async with self.queues.light.place():
-            return await self.answer(function, *arguments)
-
-    async def answer(
         self,
         function: Callable[..., Any],
         *arguments: object,
@@ -250,8 +235,8 @@ class ChildTasks:
         on_step: Callable[..., None] = lambda *_: None,
         stopped: Callable[[], bool] | None = None,
         prepare: Callable[[], object] | None = None,
-    ) -> Outcome:
-        """Carry out a task at once, without waiting for a turn, and return its outcome.
+    ) -> Any:  # noqa: ANN401 - whatever the function returns
+        """Return the result of a function at once, without waiting for a turn.
 
         Its process and everything it started have ended when this returns or is cancelled.
 
@@ -262,6 +247,10 @@ class ChildTasks:
             on_step: Called now and then with what it yields, such as the steps that are done and all that there are.
             stopped: Asked ten times a second whether to give up; the process is then killed.
             prepare: Is called in the process before it has a thread.
+
+        Raises:
+            RefusedError: The function refused its arguments, with a sentence, or its process died.
+            UnavailableError: It gave no sign of life for too long, or was stopped.
         """
         outcome = await run_task(
             FORK_SERVER,
@@ -274,7 +263,7 @@ class ChildTasks:
         )
         if isinstance(outcome, Fault):
             warnings.warn("a task failed", task=function.__name__, traceback=outcome.traceback)
-        return outcome
+        return _result(outcome, budget)
 
 
 def ending_message(how: Ending, budget: Budget) -> str:

@@ -32,7 +32,7 @@ from pftrack.sources.results.writing import LARGEST_FILE_BYTES
 from pftrack.sources.sequence import Recording, open_sequence
 from pftrack.vision.rendering import over, png, render
 
-# So long one answer looks through a recording; whoever asked asks again, or does not want to know any more.
+# How long one answer looks through a recording; a client that still wants to know asks again.
 SEARCH_S = 1.5
 THUMBNAIL_FRAMES = 90
 THUMBNAIL_WIDTH_PX = 480

@@ -15,7 +15,7 @@ import structlog
 from pydantic import BaseModel, Field
 
 from pftrack.core.refusal import RefusedError
-from pftrack_server.core.errors import ApiError, ClientGoneError, NotFoundError, UnavailableError
+from pftrack_server.core.errors import ClientGoneError, NotFoundError, UnavailableError
 from pftrack_server.store.disk_budget import failure_message
 
 Result = TypeVar("Result")
@@ -77,33 +77,52 @@ class _Entry:
 
 
 class Jobs:
-    """All jobs of a server."""
+    """Jobs of a server.
 
-    def __init__(self) -> None:
+    Args:
+        kept_s: How long a job is kept after its end, s.
+    """
+
+    def __init__(self, kept_s: float = KEPT_S) -> None:
+        self._kept_s = kept_s
         self._all: dict[str, _Entry] = {}
 
     def all(self) -> list[Job[Any]]:
-        """Return those under way, and those that ended a while ago, the newest first; this asks for all of them."""
+        """Return those under way, and those that ended a while ago, the newest first; this asks for none."""
         self._forget()
-        return [self.get(name) for name in reversed(self._all)]
+        jobs = [each.job for each in reversed(self._all.values())]
+        for job in jobs:
+            job.refresh()
+        return jobs
 
     def under_way(self, kind: type[OneJob]) -> list[OneJob]:
         """Return those of a kind that are under way; this asks for none."""
         return [each.job for each in self._all.values() if each.ended is None and isinstance(each.job, kind)]
 
+    def find(self, name: str) -> Job[Any] | None:
+        """Return a job, which then goes on; None if it is unknown, or ended long ago."""
+        self._forget()
+        found = self._all.get(name)
+        if found is None:
+            return None
+        found.unasked = 0
+        found.job.refresh()
+        return found.job
+
     def get(self, name: str) -> Job[Any]:
         """Return a job, which then goes on.
 
         Raises:
-            NotFoundError: There is none, or it ended long ago.
+            NotFoundError: It is unknown, or ended long ago.
         """
-        self._forget()
-        if name not in self._all:
-            raise NotFoundError("There is no such job; it may have been cancelled, or have ended long ago.")
-        found = self._all[name]
-        found.unasked = 0
-        found.job.refresh()
-        return found.job
+        found = self.find(name)
+        if found is None:
+            raise NotFoundError("This job does not exist; it may have been cancelled, or have ended long ago.")
+        return found
+
+    async def wait(self, name: str, patience_s: float) -> None:
+        """Wait for a job to end, but no longer than this."""
+        await asyncio.wait({self._all[name].task}, timeout=patience_s)
 
     def check_room(self, kind: type[OneJob]) -> None:
         """Make sure that there is a place for one more of a kind.
@@ -138,7 +157,7 @@ class Jobs:
         """End a job, and forget it.
 
         Raises:
-            NotFoundError: There is none.
+            NotFoundError: It does not exist.
         """
         self.get(name)
         await _cancel(self._all[name])
@@ -151,7 +170,7 @@ class Jobs:
     def _forget(self) -> None:
         now = time.monotonic()
         for name, each in list(self._all.items()):
-            if each.ended is not None and now - each.ended > KEPT_S:
+            if each.ended is not None and now - each.ended > self._kept_s:
                 self._drop(name)
 
     def _drop(self, name: str) -> None:
@@ -171,7 +190,7 @@ class Jobs:
         except BaseException as error:
             job.state, job.error = "failed", failure_message(error)
             entry.drop()
-            if not isinstance(error, ApiError | RefusedError | asyncio.CancelledError):
+            if not isinstance(error, RefusedError | asyncio.CancelledError):
                 # Its client may have gone: nobody else would write it down.
                 log.exception("a job failed", kind=job.kind, job=job.id)
             if not isinstance(error, Exception):
@@ -179,7 +198,7 @@ class Jobs:
         finally:
             entry.ended = time.monotonic()
             # What it left behind goes also if nobody asks again.
-            asyncio.get_running_loop().call_later(KEPT_S + 1.0, self._forget)
+            asyncio.get_running_loop().call_later(self._kept_s + 1.0, self._forget)
 
 
 async def _run_while_asked(entry: _Entry, work: Coroutine[Any, Any, Any]) -> Any:  # noqa: ANN401 - whatever the work returns
@@ -189,9 +208,7 @@ async def _run_while_asked(entry: _Entry, work: Coroutine[Any, Any, Any]) -> Any
             entry.unasked += 1
             if entry.unasked >= MOST_LOOKS:
                 waited = f"{LOOK_S * MOST_LOOKS:g} s"
-                raise ClientGoneError(
-                    f"Nobody asked for this {entry.job.kind} for {waited}, so it was stopped; begin it again."
-                )
+                raise ClientGoneError(f"Nobody asked for this {entry.job.kind} for {waited}; begin it again.")
         return working.result()
     finally:
         working.cancel()

@@ -1,7 +1,7 @@
 """Results: what was computed once, kept on the disk until the program changes.
 
 A cache holds JSON objects by a hash of their subject. Pictures of experiments and courses of their failures are
-computed when they are first asked for, in a child, by whoever asks first, while all others wait for the same. Results
+computed in a child when somebody first asks for them, while all others wait for the same. Results
 of our own experiments are kept on the disk; those of other packages' as long as the server runs, which sees no change
 of theirs.
 """
@@ -40,12 +40,11 @@ class DiskCache:
     """
 
     def __init__(self, folder: Path) -> None:
-        self._root = folder
-
-    def open(self) -> None:
         """Forget what another version of the program has computed."""
-        self._root.mkdir(parents=True, exist_ok=True, mode=0o700)
-        for other in self._root.iterdir():
+        on = json.dumps(machine.describe_platform(), sort_keys=True)
+        self._folder = folder / hashlib.sha256(on.encode() + source_hash()).hexdigest()[:16]
+        folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        for other in folder.iterdir():
             if other != self._folder:
                 shutil.rmtree(other, ignore_errors=True)
         self._folder.mkdir(exist_ok=True, mode=0o700)
@@ -63,37 +62,23 @@ class DiskCache:
         with contextlib.suppress(OSError):  # a full disk: it is computed again after the next start
             write_whole(self._folder / name, json.dumps(result).encode())
 
-    @property
-    def _folder(self) -> Path:
-        return self._root / _program()
-
-
-def _program() -> str:
-    """Return a hash of the program."""
-    on = json.dumps(machine.describe_platform(), sort_keys=True)
-    return hashlib.sha256(on.encode() + source_hash()).hexdigest()[:16]
-
 
 class ExperimentResults:
     """Results of functions, as JSON objects."""
 
-    def __init__(self, folder: Path, tasks: ChildTasks, wait_for: Callable[[str], Awaitable[None]]) -> None:
+    def __init__(self, kept: DiskCache, tasks: ChildTasks, wait_for: Callable[[str], Awaitable[None]]) -> None:
         """Begin with what was computed by this very program.
 
         Args:
-            folder: Where results are kept.
+            kept: Where results are kept.
             tasks: Where they are computed.
             wait_for: Waits for an experiment to be compiled, or raises that it takes longer.
         """
-        self._kept = DiskCache(folder)
+        self._kept = kept
         self._tasks = tasks
         self._wait_for = wait_for
         self._known: dict[str, dict[str, Any]] = {}
         self._under_way: dict[str, asyncio.Lock] = {}
-
-    def open(self) -> None:
-        """Forget what another version of the program has computed."""
-        self._kept.open()
 
     async def get(self, experiment: str, function: Callable[[str], dict[str, Any]], subject: str) -> dict[str, Any]:
         """Return the result of a function.

@@ -9,5 +9,3 @@ the worker computes it. Between them runs a pipe with a small vocabulary; from t
 - `scene_feed`: the viser scene, and the commands of its panel
 - `worker_handle`: the worker as the web process sees it
 """
-
-__all__: list[str] = []

@@ -22,15 +22,9 @@ class SessionCreate(RequestBody):
     """A new session."""
 
     recipe: Recipe
-    upload: str | None = Field(
-        None, max_length=64, description="Name of the upload that the recipe's footage is; its hash does as well"
-    )
+    upload: str | None = Field(None, max_length=64, description="Name of the footage's upload; optional with its hash")
     position: FrameNumber = 0
-    id: str | None = Field(
-        None,
-        pattern=r"^[0-9a-f]{16}$",
-        description="Name chosen by the client: by it, it can end a session whose answer it has not seen",
-    )
+    id: str | None = Field(None, pattern=r"^[0-9a-f]{16}$", description="Name that the client chose, to end it with")
 
 
 def as_spec(body: SessionCreate, store: Store) -> SessionSpec:
@@ -38,7 +32,7 @@ def as_spec(body: SessionCreate, store: Store) -> SessionSpec:
 
     Raises:
         ParameterError: The experiment is unknown, or what is said of the target does not go together.
-        RefusedError: There is no such upload.
+        RefusedError: The upload does not exist.
     """
     recipe = body.recipe
     experiment = find_experiment(recipe.experiment)
@@ -63,7 +57,7 @@ def footage_in(
 
     Raises:
         ParameterError: What is said of the target does not go together, or the experiment takes no such recording.
-        RefusedError: There is no such upload.
+        RefusedError: The upload does not exist.
     """
     found = _upload(store, upload, given)
     if found is None:
@@ -93,7 +87,7 @@ def new_spec(
         recipe: What makes the run.
         name: Of the session; one that nobody can guess if not given.
         upload: Name of the upload that the recipe's footage is.
-        sweep: Name of the sweep of which it is a run.
+        sweep: Name of the sweep that it is a run of.
         position: Frame to show.
         computed: Frame to compute up to; the one to show if not given.
         bookmarks: To begin with.
@@ -127,9 +121,7 @@ def _upload(store: Store, upload: str | None, footage: Footage | None) -> Upload
     found = found or (store.upload_of(sha256) if sha256 else None)
     if found is None or sha256 not in {None, found.sha256}:
         name = (footage and footage.name) or "the recording"
-        raise RefusedError(
-            f"There is no such upload here; upload {name} first.", field="upload", value=upload or sha256
-        )
+        raise RefusedError(f"The upload is not here; upload {name} first.", field="upload", value=upload or sha256)
     return found
 
 

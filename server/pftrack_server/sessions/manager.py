@@ -14,6 +14,7 @@ from typing import Any, TypeAlias
 import structlog
 
 from pftrack.core.refusal import ConflictError
+from pftrack.sources.sequence import Recording
 from pftrack_server.core.errors import NotFoundError, UnavailableError
 from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.core.settings import Settings
@@ -36,7 +37,7 @@ ROUND_S = 0.5
 # A position is worth a write every ten seconds; after a crash the run computes the rest again.
 POSITIONS_EVERY = 20
 LONGEST_CATCH_S = 5.0
-# So long whoever starts or resumes a session waits for it to be where it was; then the answer says how far it is.
+# How long a start or resumption waits for a session to be where it was; then the answer says how far it is.
 OPENING_S = 2.0
 
 
@@ -118,11 +119,11 @@ class Manager:
         """Return a session.
 
         Raises:
-            NotFoundError: No such session exists.
+            NotFoundError: It does not exist.
         """
         session = self.find(name)
         if session is None:
-            raise NotFoundError("There is no such session; it may have been ended.")
+            raise NotFoundError("This session does not exist; it may have been ended.")
         return session
 
     async def create(self, spec: SessionSpec, prepare: Prepare | None = None) -> Session:
@@ -165,7 +166,7 @@ class Manager:
     async def measure_by(self, session: Session, truth: dict[int, tuple[float, ...]] | None) -> None:
         """Measure a session by another truth: its run is made again, to the same estimates, and goes on if it did."""
         playing = session.phase is Phase.PLAYING
-        session.set_truth(truth)
+        session.keep(truth=truth)
         await self.note()
         if session.live:
             await session.suspend("The run is measured anew.")
@@ -225,7 +226,7 @@ class Manager:
         await self._wait_for(session.spec.recipe.experiment)
         began = time.perf_counter()
         if session.spec.upload:
-            await recording_of(self._store, self._settings, self._tasks, session.spec.upload)
+            await self._recording(session.spec.upload)
         # Last, since others may come meanwhile: once there is room, nothing is awaited before the place is taken.
         if not session.live:
             await self._make_room()
@@ -279,12 +280,11 @@ class Manager:
         """Return what a worker needs to make the active branch of a spec."""
         recipes = [branch.run.recipe for branch in spec.branches.values()]
         filters = await asyncio.to_thread(self._store.files.filters_of, *recipes)
-        video = self._store.files.upload(spec.upload) if spec.upload else None
+        recording = await self._recording(spec.upload) if spec.upload else None
         return WorkerConfig(
             session=spec.id,
             run=spec.run.model_copy(update={"recipe": spec.recipe.with_footage(truth=spec.truth)}),
-            video=str(video) if video else None,
-            index=self._index(spec.upload) if spec.upload else None,
+            recording=recording,
             states=str(self._store.files.states_of(spec.id)),
             reserve_bytes=self._settings.reserve_bytes,
             memory_bytes=self._settings.worker_memory_bytes,
@@ -295,12 +295,8 @@ class Manager:
             filters=filters,
         )
 
-    def _index(self, upload: str) -> str | None:
-        """Return what is known of an upload; a worker that is told nothing decodes it once more."""
-        try:
-            return self._store.files.index(upload)
-        except (OSError, ValueError):
-            return None
+    async def _recording(self, upload: str) -> Recording:
+        return await recording_of(self._store, self._settings, self._tasks, upload)
 
     async def _watch_sessions(self) -> None:
         """Watch over workers and visitors, and write down what changed."""

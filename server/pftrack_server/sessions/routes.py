@@ -2,27 +2,28 @@
 
 import asyncio
 import contextlib
+from collections.abc import Awaitable, Callable
 from http import HTTPStatus
-from typing import Annotated, Protocol
+from typing import Annotated, TypeAlias
 
-from fastapi import APIRouter, Depends, Path, Query, Request, WebSocket
+from fastapi import APIRouter, Depends, Query, Request, WebSocket
 from pydantic import Field
 from starlette.responses import RedirectResponse, Response
 
 from pftrack.analysis.explanation import Explanation
-from pftrack.core.refusal import ConflictError
+from pftrack.core.refusal import ConflictError, RefusedError
 from pftrack.experiments import find as find_experiment
 from pftrack.sources.truth import LARGEST_FILE_BYTES
 from pftrack_server.core.base_path import address_of
 from pftrack_server.core.bodies import RequestBody, Title
-from pftrack_server.core.errors import REFUSALS, NotFoundError
-from pftrack_server.core.requests import MULTIPART, TakesFiles, service, unless_client_gone
+from pftrack_server.core.errors import NotFoundError
+from pftrack_server.core.requests import MULTIPART, AName, TakesFiles, service, unless_client_gone
 from pftrack_server.jobs.child_tasks import TheTasks
 from pftrack_server.sessions.create import SessionCreate, as_spec
 from pftrack_server.sessions.duplex import GONE, converse
-from pftrack_server.sessions.manager import Manager, Prepare
+from pftrack_server.sessions.manager import Manager
 from pftrack_server.sessions.session import Answer, Session
-from pftrack_server.sessions.spec import Bookmark, Phase, SessionSpec
+from pftrack_server.sessions.spec import Bookmark, Phase
 from pftrack_server.sessions.state import Columns
 from pftrack_server.sessions.stream import SessionPublic
 from pftrack_server.sessions.worker.protocol import Command, Explain, MakeBranch, Picture
@@ -49,29 +50,22 @@ class BookmarkCreate(RequestBody):
 router = APIRouter(prefix="/sessions", tags=["sessions"])
 
 FAREWELL = "The session was ended."
-Name = Annotated[str, Path(max_length=64)]
 AManager = Annotated[Manager, service(Manager)]
 
 
-async def _session(session: Name, manager: AManager) -> Session:
+async def _session(session: AName, manager: AManager) -> Session:
     return manager.get(session)
 
 
 ASession = Annotated[Session, Depends(_session)]
 
 
-class Begins(Protocol):
-    """Start a session for a client."""
-
-    async def __call__(self, spec: SessionSpec, prepare: Prepare | None = None) -> Session:
-        """Return the session, prepared; where that fails or nobody waits any more, there is none."""
+Begins: TypeAlias = Callable[..., Awaitable[Session]]
+"""Takes a spec, and how to prepare its session, as `Manager.create` does."""
 
 
 def _begin(request: Request, manager: AManager) -> Begins:
-    async def begin(spec: SessionSpec, prepare: Prepare | None = None) -> Session:
-        return await unless_client_gone(request, manager.create(spec, prepare))
-
-    return begin
+    return lambda *asked: unless_client_gone(request, manager.create(*asked))
 
 
 Begin = Annotated[Begins, Depends(_begin)]
@@ -101,14 +95,14 @@ async def show_session(session: ASession) -> SessionPublic:
 @router.patch("/{session}")
 async def rename_session(session: ASession, body: SessionUpdate, manager: AManager) -> SessionPublic:
     """Give a session a name."""
-    session.rename(body.name)
+    session.keep(name=body.name)
     await manager.note()
     return session.view()
 
 
 @router.delete("/{session}", status_code=HTTPStatus.NO_CONTENT)
-async def end_session(session: Name, manager: AManager) -> None:
-    """End a session for good, also one of which what is stored is damaged."""
+async def end_session(session: AName, manager: AManager) -> None:
+    """End a session for good, also one whose stored data is damaged."""
     found = manager.find(session)
     if found is not None:
         await manager.end(found)
@@ -140,7 +134,7 @@ async def diagnostics(session: ASession, branch: str | None = None) -> Response:
     """Return the diagnostics of all frames of a branch; of the active one if none is named."""
     name = branch or session.spec.branch
     if name not in session.spec.branches:
-        raise NotFoundError("The session has no such branch.")
+        raise NotFoundError("The session has no branch of this name.")
     return Response(session.columns_text(name), media_type="application/json")
 
 
@@ -201,10 +195,10 @@ async def bookmark(session: ASession, manager: AManager, body: BookmarkCreate | 
 
 
 @router.delete("/{session}/bookmarks/{bookmark}", status_code=HTTPStatus.NO_CONTENT)
-async def forget_bookmark(session: ASession, bookmark: Name, manager: AManager) -> None:
+async def forget_bookmark(session: ASession, bookmark: AName, manager: AManager) -> None:
     """Forget a bookmark."""
     if not session.unbookmark(bookmark):
-        raise NotFoundError("The session has no such bookmark.")
+        raise NotFoundError("The session has no bookmark of this id.")
     await manager.note()
 
 
@@ -224,7 +218,7 @@ async def stream(
     found = manager.find(session)
     await websocket.accept()
     if found is None:
-        await websocket.close(GONE, "There is no such session; it may have been ended.")
+        await websocket.close(GONE, "This session does not exist; it may have been ended.")
         return
     # A suspended session goes on, since somebody is here again.
     waking = asyncio.ensure_future(_wake(found, manager))
@@ -238,5 +232,5 @@ async def stream(
 
 async def _wake(session: Session, manager: Manager) -> None:
     if session.phase is Phase.SUSPENDED:
-        with contextlib.suppress(*REFUSALS):
+        with contextlib.suppress(RefusedError):
             await asyncio.shield(manager.resume(session))

@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any
 import structlog
 from pydantic import ValidationError
 
-from pftrack_server.core.errors import REFUSALS, detail_of, shape
+from pftrack.core.refusal import RefusedError
+from pftrack_server.core.errors import detail_of, shape
 from pftrack_server.core.panel import PanelDescription, PanelValues
 from pftrack_server.core.pictures import SceneDrawing
-from pftrack_server.sessions.spec import SessionDescription
 from pftrack_server.sessions.worker.protocol import COMMAND, ChangeValues, Command, Order
 from pftrack_server.store.disk_budget import failure_message
 
@@ -58,20 +58,12 @@ class SceneFeed:
         self._commands: set[asyncio.Task[None]] = set()
         self.watchers = 0
 
-    def open(self, description: SessionDescription, in_force: PanelValues) -> "Endpoint":
+    def open(self, description: PanelDescription, in_force: PanelValues) -> "Endpoint":
         """Make the viewer unless there is one, and return where browsers are joined to it."""
         from pftrack_server.viewer import Viewer  # noqa: PLC0415 - viser is imported when somebody first looks
 
         if self._viewer is None:
-            panel = PanelDescription(
-                description.title,
-                description.declarations,
-                {tracker.id: tracker.title for tracker in description.trackers},
-                description.layers,
-                description.worlds,
-                description.about,
-            )
-            self._viewer = Viewer(panel, in_force, on_command=self.ask, on_ready=self.want)
+            self._viewer = Viewer(description, in_force, on_command=self.ask, on_ready=self.want)
         return self._viewer.endpoint
 
     async def close(self) -> None:
@@ -91,7 +83,7 @@ class SceneFeed:
             self.watchers -= 1
 
     def want(self) -> None:
-        """Ask the worker for a drawing if somebody looks on; whoever comes later asks again."""
+        """Ask the worker for a drawing if somebody looks on; who comes later asks again."""
         if self.watchers:
             self._credit()
 
@@ -134,7 +126,7 @@ class SceneFeed:
         """Carry out a command, and tell if it fails."""
         try:
             await self._carry_out(command)
-        except REFUSALS as error:
+        except RefusedError as error:
             self._on_refusal(detail_of(error))
         except Exception as error:
             log.exception("a command of the panel failed")

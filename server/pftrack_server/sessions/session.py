@@ -43,9 +43,7 @@ class Session(SessionState):
         super().__init__(spec, lambda: self._credit("flat"), lambda: self.scene_feed.tell(self._in_force()))
         self._command_lock = asyncio.Lock()
         self.scene_feed = SceneFeed(
-            credit=lambda: self._credit("scene"),
-            carry_out=self.command,
-            on_refusal=self._tell_refusal,
+            credit=lambda: self._credit("scene"), carry_out=self.command, on_refusal=self._tell_refusal
         )
         self.left = time.monotonic()
         self._settings = settings
@@ -123,7 +121,7 @@ class Session(SessionState):
     async def close(self, message: str) -> None:
         """End it for good, or for this server's life."""
         self.enter(Phase.CLOSED, message)
-        # Before the door opens, so that whoever waits inside for the worker is sent away.
+        # Before the door opens, so that all who wait inside for the worker are sent away.
         await self._stop_worker()
         async with self._command_lock:
             await self._stop_worker()
@@ -167,30 +165,27 @@ class Session(SessionState):
 
         Raises:
             ConflictError: There is no worker, or the other branches forbid it.
-            NotFoundError: There is no such branch.
+            NotFoundError: The branch does not exist.
             Exception: Whatever refused it, as the worker raised it.
         """
 
         def answer(result: Any) -> Answer:  # noqa: ANN401 - of any order
             if isinstance(command, protocol.MakeBranch) and command.title:
-                self.name_branch(self.spec.branch, command.title)
+                self.spec.active.title = command.title
+                self.keep()
             return self.view() if result is None else result
 
         if isinstance(command, protocol.ShowBranch) and command.branch not in self.spec.branches:
-            raise NotFoundError("The session has no such branch.")
+            raise NotFoundError("The session has no branch of this name.")
         count = len(self.spec.branches)
         if isinstance(command, protocol.Restart) and command.seed not in {None, self.spec.recipe.seed} and count > 1:
             raise ConflictError(
-                f"All {count} branches of the session have its seed; start another session for {command.seed}."
+                f"All {count} branches have the session's seed; start another session for {command.seed}."
             )
         answered: Answer = await self.order(command, answer)
         return answered
 
-    async def order(
-        self,
-        order: protocol.Order,
-        then: Callable[[Any], Any] = lambda result: result,
-    ) -> Any:  # noqa: ANN401 - each has an answer of its own
+    async def order(self, order: protocol.Order, then: Callable[[Any], Any] = lambda result: result) -> Any:  # noqa: ANN401 - each has an answer of its own
         """Send an order to the worker, after the one before it where it has to wait for that.
 
         Args:

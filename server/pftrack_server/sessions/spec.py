@@ -11,13 +11,13 @@ from typing import Any, Literal, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from pftrack.core.model.drawing import Layer, World
 from pftrack.core.model.marks import Editor
 from pftrack.core.model.measures import How
-from pftrack.core.model.parameters import Declaration, Value
+from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Recipe
 from pftrack.core.model.series import Plot, Reading, Series
 from pftrack.output.exports.formats import FileKind
+from pftrack_server.core.panel import PanelDescription
 
 
 class MeasurePublic(BaseModel):
@@ -29,15 +29,7 @@ class MeasurePublic(BaseModel):
     how: How = Field(description="A share of the frames, their median, or how many there were until one missed")
     unit: str
     better: Literal["higher", "lower"]
-    source: str = Field(description="Author, title and year of whoever defined it; empty for the project's own")
-
-
-class TrackerPublic(BaseModel):
-    """A tracker that can be chosen."""
-
-    id: str
-    title: str
-    replays: bool = Field(False, description="It says again what was recorded; no seed or setting changes that")
+    source: str = Field(description="Author, title and year of its definition; empty for the project's own")
 
 
 class TruthMark(BaseModel):
@@ -47,36 +39,26 @@ class TruthMark(BaseModel):
     parts: list[str] = Field(description="Where in the mark the values of the columns after the frame's number stand")
 
 
-class SessionDescription(BaseModel):
+class SessionDescription(PanelDescription):
     """What is fixed of a session while it lives."""
 
-    title: str
     subject: str = Field("", description="Its clip, or the preset that it began as; empty if it is neither")
     unit: str = "px"
     target: str = "target"
-    series: list[Series] = []
-    plots: list[Plot] = []
-    readings: list[Reading] = []
-    measures: list[MeasurePublic] = []
+    series: list[Series] = Field([])
+    plots: list[Plot] = Field([])
+    readings: list[Reading] = Field([])
+    measures: list[MeasurePublic] = Field([])
     success_measure: str = Field("", description="Name of the measure that decides on success")
     exports: list[FileKind] = Field([], description="Files that can be made of the run, or of the frame that is shown")
-    about: list[str] = Field([], description="Parameters to turn first: those that its preset is about")
     watch: str = Field("", description="What to look at, where it began as a preset that says so")
     truth_columns: list[str] = Field([], description="Of a table of truth that can be given; empty if none can")
     truth_mark: TruthMark | None = Field(None, description="How truth is marked in pictures; null if it cannot be")
-    declarations: list[Declaration] = []
-    trackers: list[TrackerPublic]
     fittable: dict[str, list[str]] = Field({}, description="Numbers that can be fitted to what was seen, by tracker")
-    layers: list[Layer] = []
-    worlds: list[World] = []
     width: int
     height: int
     frame_rate_hz: float
     frames: int
-
-    def tracker_title(self, tracker: str) -> str:
-        """Return what people call a tracker."""
-        return next((known.title for known in self.trackers if known.id == tracker), tracker)
 
 
 FIRST = "b0"
@@ -162,25 +144,19 @@ class RunSnapshot(BaseModel):
     recipe: Recipe
     tracker: str = Field(description="In force for the next frame")
     parameters: dict[str, Value] = Field({}, description="In force for the next frame")
-    doubts: dict[str, str] = Field(
-        {}, description="Ways in which error bands are off in the next frame, with a sentence"
-    )
+    doubts: dict[str, str] = Field({}, description="How error bands are off in the next frame, each in a sentence")
     timeline: list[ChangePublic] = []
     thresholds: list[ThresholdPublic] = []
     restarts: int = Field(0, description="How often it was restarted, which drops its past")
     position: int = Field(0, description="Frame that is shown")
     computed: int = Field(0, description="Furthest frame computed")
-    branch_point: int | None = Field(
-        None, description="Frame at which a change leaves this branch; null where it counts from its next frame on"
-    )
+    branch_point: int | None = Field(None, description="Frame where a change branches off; null if it makes no branch")
     goal: int | None = Field(None, description="Frame to which it is computing, while it is; a pause stops it")
     goal_position: int | None = Field(None, description="Frame that it shows when it has come to its goal")
     playing: bool = False
     speed: float = Field(1.0, description="Times real time; 0 is as fast as possible")
     behind_s: float = Field(0.0, description="How far a frame is behind its time, s, since it plays at this speed")
-    stop_at: float | None = Field(
-        None, description="Probability, 0 to 1, that the target is lost, from which on it stops playing; null for never"
-    )
+    stop_at: float | None = Field(None, description="P(lost), 0 to 1, from which on it stops playing; null for never")
     stopped: str = Field("", description="Why it has stopped playing by itself, a few words")
     compiling: int | None = Field(None, description="While it compiles what it uses first: how many functions so far")
     problem: Problem | None = Field(None, description="What is wrong in the file of a filter, where something is")
@@ -189,7 +165,7 @@ class RunSnapshot(BaseModel):
 
     @property
     def bound(self) -> Goal:
-        """Where it is on its way to, or where it is: whoever makes the run again goes there."""
+        """Where it is on its way to, or where it is: a run that is made again goes there."""
         if self.goal is None or self.goal_position is None:
             return Goal(self.computed, self.position)
         return Goal(self.goal, self.goal_position)
@@ -199,11 +175,6 @@ class RunSnapshot(BaseModel):
         if self.playing:
             return Phase.PLAYING
         return Phase.ENDED if self.position >= frames - 1 else Phase.READY
-
-    @property
-    def is_moving(self) -> bool:
-        """Whether it goes on by itself."""
-        return self.playing or self.goal is not None
 
 
 class BranchPublic(BaseModel):
@@ -264,7 +235,7 @@ class SessionSpec(BaseModel):
     Attributes:
         id: Its name.
         name: What a person called it; empty if nobody did.
-        sweep: Name of the sweep of which it is a run.
+        sweep: Name of the sweep that it is a run of.
         upload: Name of the upload that its footage is.
         follow: Name of the class whose follower has it; it ends with that.
         truth: Of the footage, once for all branches, since it may have a row for each of thousands of frames.

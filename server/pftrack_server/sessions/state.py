@@ -13,18 +13,7 @@ from pftrack.core.model.drawing import BRANCHES, hexadecimal
 from pftrack.core.model.measures import judge_loss
 from pftrack.core.refusal import ConflictError
 from pftrack.runs.loss import loss_start
-from pftrack_server.sessions.spec import (
-    TRANSITIONS,
-    Bookmark,
-    BranchPublic,
-    BranchSpec,
-    Phase,
-    RunSnapshot,
-    SessionDescription,
-    SessionSnapshot,
-    SessionSpec,
-    differences,
-)
+from pftrack_server.sessions import spec as snapshots
 from pftrack_server.sessions.stream import Changes, Hello, SessionPublic, SessionStream
 from pftrack_server.sessions.worker.protocol import Ready
 
@@ -105,10 +94,10 @@ class SessionState:
         on_values: Called when the values in force have changed.
     """
 
-    def __init__(self, spec: SessionSpec, credit: Callable[[], None], on_values: Callable[[], None]) -> None:
+    def __init__(self, spec: snapshots.SessionSpec, credit: Callable[[], None], on_values: Callable[[], None]) -> None:
         """Begin suspended."""
         self.spec = spec
-        self.phase = Phase.SUSPENDED
+        self.phase = snapshots.Phase.SUSPENDED
         self.message: str | None = None
         self.snapshot = self._snapshot_now()
         self.dirty = True
@@ -119,11 +108,11 @@ class SessionState:
         self._histories: dict[str, History] = {}
         self._columns_text: tuple[History | None, int, str] = None, 0, ""
 
-    def _snapshot_now(self) -> SessionSnapshot:
+    def _snapshot_now(self) -> snapshots.SessionSnapshot:
         """Return what moves of the session."""
         spec, known = self.spec, self.spec.description
-        return SessionSnapshot.model_construct(
-            **vars(spec.run) | {"playing": self.phase is Phase.PLAYING},
+        return snapshots.SessionSnapshot.model_construct(
+            **vars(spec.run) | {"playing": self.phase is snapshots.Phase.PLAYING},
             state=self.phase,
             message=self.message,
             name=spec.name or (known.subject or known.title if known else ""),
@@ -135,7 +124,7 @@ class SessionState:
     # ------------------------------------------------------------ what is known
 
     @property
-    def description(self) -> SessionDescription:
+    def description(self) -> snapshots.SessionDescription:
         """What is fixed of it.
 
         Raises:
@@ -192,7 +181,7 @@ class SessionState:
         self._on_values()
         self.stream.greet()
 
-    def describe(self, description: SessionDescription) -> None:
+    def describe(self, description: snapshots.SessionDescription) -> None:
         """Replace the description, and greet all pages again."""
         kept = self._with_first_preset(description)
         # A filter that was saved has sliders of its own, which come first.
@@ -202,7 +191,7 @@ class SessionState:
         self._on_values()
         self.stream.greet()
 
-    def _with_first_preset(self, description: SessionDescription) -> SessionDescription:
+    def _with_first_preset(self, description: snapshots.SessionDescription) -> snapshots.SessionDescription:
         """Return a new worker's description with the preset's part as the first worker had it.
 
         What was changed since may be another preset's or nobody's, but the controls stay where a person has them.
@@ -219,7 +208,7 @@ class SessionState:
         branch.run, self.spec.branch = run, run.branch
         self.moved = True
         # While it plays on, what moves is worth writing down now and then alone.
-        self.dirty = self.dirty or not run.is_moving or "recipe" in changes
+        self.dirty = self.dirty or not (run.playing or run.goal is not None) or "recipe" in changes
         if "restarts" in changes:
             self._forget(run.branch)
         self.frames_computed += len(rows)
@@ -227,7 +216,7 @@ class SessionState:
         if changes.keys() & OF_PANEL:
             self._on_values()
 
-    def enter(self, phase: Phase, message: str | None = None) -> None:
+    def enter(self, phase: snapshots.Phase, message: str | None = None) -> None:
         """Enter a phase in which the run does not play, if the table allows it.
 
         So a worker that ends after its session was closed does not make it crashed.
@@ -235,9 +224,9 @@ class SessionState:
         if self._goes_to(phase, message):
             self._tell()
 
-    def _goes_to(self, phase: Phase, message: str | None = None) -> bool:
+    def _goes_to(self, phase: snapshots.Phase, message: str | None = None) -> bool:
         """Enter a phase if the table allows it; return whether the session is in it now."""
-        leads = phase is self.phase or phase in TRANSITIONS[self.phase]
+        leads = phase is self.phase or phase in snapshots.TRANSITIONS[self.phase]
         if leads:
             self.phase, self.message = phase, message
         return leads
@@ -245,10 +234,10 @@ class SessionState:
     def _history(self, branch: str) -> History:
         return self._histories.setdefault(branch, History())
 
-    def _new_branch(self, run: RunSnapshot) -> BranchSpec:
+    def _new_branch(self, run: snapshots.RunSnapshot) -> snapshots.BranchSpec:
         """Add a branch that the worker made."""
         parent = self.spec.branch
-        made = BranchSpec(
+        made = snapshots.BranchSpec(
             title=self._branch_title(run, self.spec.branches[parent].run), parent=parent, frame=run.position, run=run
         )
         self.spec.branches_made += 1
@@ -256,7 +245,7 @@ class SessionState:
         self._histories[run.branch] = self._history(parent).upto(run.position)
         return made
 
-    def _branch_title(self, run: RunSnapshot, before: RunSnapshot) -> str:
+    def _branch_title(self, run: snapshots.RunSnapshot, before: snapshots.RunSnapshot) -> str:
         """Return what a branch is called: its tracker, or the parameter that it has otherwise, and where it begins."""
         what = self.description.tracker_title(run.tracker)
         if run.tracker == before.tracker:
@@ -274,35 +263,19 @@ class SessionState:
     def _forget(self, branch: str) -> None:
         """Forget the past of a branch that was restarted."""
         self._histories[branch] = History()
-        self._mark([item for item in self.spec.bookmarks if item.branch != branch])
+        self.keep(bookmarks=[item for item in self.spec.bookmarks if item.branch != branch])
         self.stream.greet()
 
     # ------------------------------------------------------------ what people do to it
 
-    def set_truth(self, truth: dict[int, tuple[float, ...]] | None) -> None:
-        """Replace the truth; the next worker measures the run by it."""
-        self.spec.truth = truth
-        self.dirty = True
-
-    def rename(self, name: str) -> None:
-        """Name the session; an empty name restores that of its clip or preset."""
-        self.spec.name = name
+    def keep(self, **changes: Any) -> None:  # noqa: ANN401 - the fields of a `SessionSpec`
+        """Put other values in place of fields of the spec: name, truth, remark or bookmarks."""
+        for name, value in changes.items():
+            setattr(self.spec, name, value)
         self.dirty = True
         self._tell()
 
-    def name_branch(self, branch: str, title: str) -> None:
-        """Give a branch another title."""
-        self.spec.branches[branch].title = title
-        self.dirty = True
-        self._tell()
-
-    def note(self, remark: str | None) -> None:
-        """Keep a remark that people should read, or drop it."""
-        self.spec.remark = remark
-        self.dirty = True
-        self._tell()
-
-    def bookmark(self, name: str, note: str) -> Bookmark:
+    def bookmark(self, name: str, note: str) -> snapshots.Bookmark:
         """Bookmark the frame that is shown.
 
         Raises:
@@ -310,42 +283,30 @@ class SessionState:
         """
         if len(self.spec.bookmarks) >= MOST_BOOKMARKS:
             raise ConflictError(f"A session holds at most {MOST_BOOKMARKS} bookmarks; delete one first.")
-        made = Bookmark(id=name, frame=self.spec.run.position, note=note, branch=self.spec.branch)
-        self._mark(sorted([*self.spec.bookmarks, made], key=lambda item: item.frame))
+        made = snapshots.Bookmark(id=name, frame=self.spec.run.position, note=note, branch=self.spec.branch)
+        self.keep(bookmarks=sorted([*self.spec.bookmarks, made], key=lambda item: item.frame))
         return made
 
     def unbookmark(self, name: str) -> bool:
         """Forget a bookmark; return whether there was one."""
         kept = [item for item in self.spec.bookmarks if item.id != name]
         found = len(kept) < len(self.spec.bookmarks)
-        self._mark(kept)
+        self.keep(bookmarks=kept)
         return found
-
-    def _mark(self, bookmarks: list[Bookmark]) -> None:
-        self.spec.bookmarks = bookmarks
-        self.dirty = True
-        self._tell()
 
     def _tell(self, rows: Sequence[dict[str, Any]] = ()) -> None:
         """Send the pages new rows and the fields that have changed."""
         before, self.snapshot = self.snapshot, self._snapshot_now()
-        news = differences(before, self.snapshot)
+        news = snapshots.differences(before, self.snapshot)
         if news or rows:
             self.stream.emit(Changes(session=news, rows=list(rows)))
 
 
-def branch_views(spec: SessionSpec) -> list[BranchPublic]:
+def branch_views(spec: snapshots.SessionSpec) -> list[snapshots.BranchPublic]:
     """Return the branches as the page lists them, in the colours of the scene: active one, second run, the others."""
     order = sorted(spec.branches, key=lambda name: (name != spec.branch, name != spec.run.second))
     colours = {name: hexadecimal(BRANCHES[place % len(BRANCHES)]) for place, name in enumerate(order)}
     return [
-        BranchPublic(
-            id=name,
-            title=branch.title,
-            parent=branch.parent,
-            frame=branch.frame,
-            tracker=branch.run.tracker,
-            colour=colours[name],
-        )
+        snapshots.BranchPublic(**dict(branch), id=name, tracker=branch.run.tracker, colour=colours[name])
         for name, branch in spec.branches.items()
     ]

@@ -15,6 +15,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, WithJsonSchema
 
+from pftrack_server.core.errors import ErrorDetail
 from pftrack_server.core.panel import SPEEDS
 from pftrack_server.sessions.duplex import Listener, Listeners, Message, encode
 from pftrack_server.sessions.spec import SessionDescription, SessionSnapshot
@@ -50,14 +51,10 @@ class Changes(Message):
     rows: list[dict[str, Any]] = Field([], description="Diagnostics of frames of the branch that is active then")
 
 
-class Refused(Message):
+class Refused(Message, ErrorDetail):
     """A change that came through the scene's panel was refused."""
 
     type: Literal["refused"] = "refused"
-    message: str
-    field: str | None = None
-    bound: str | None = None
-    value: Any = None
 
 
 WINDOW = 2

@@ -200,15 +200,10 @@ def _cause(status: int | None, config: protocol.WorkerConfig) -> str:
     """Return a sentence that explains an exit status to a person."""
     how = None if status is None else ending(status)
     if how is Ending.OUT_OF_CPU_TIME:
-        if (shell := allowed_cpu_seconds(config.cpu_seconds)) is not None:
-            return (
-                f"The session used up the {shell} s of processor time that the server's shell allows (ulimit -t). "
-                "Resume it to continue with the same amount again."
-            )
-        return (
-            f"The session used up its {config.cpu_seconds} s of processor time. "
-            "Resume it to continue with the same amount again."
-        )
+        shell, used = allowed_cpu_seconds(config.cpu_seconds), f"its {config.cpu_seconds} s of processor time"
+        if shell is not None:
+            used = f"the {shell} s of processor time that the server's shell allows (ulimit -t)"
+        return f"The session used up {used}. Resume it to continue with the same amount again."
     if how is Ending.KILLED:
         return "The session's worker was killed, by the system or by somebody. Resume it to continue where it was."
     if status is not None and how is Ending.CRASHED:

@@ -22,7 +22,7 @@ from sqlalchemy.exc import DBAPIError, OperationalError
 
 from pftrack.core.files import free_bytes
 from pftrack.core.refusal import RefusedError
-from pftrack_server.core.errors import ApiError, DiskFullError
+from pftrack_server.core.errors import DiskFullError
 from pftrack_server.core.resource_limits import MEBIBYTE, mebibytes
 
 log = structlog.get_logger(__name__)
@@ -78,7 +78,7 @@ def is_busy(error: BaseException) -> bool:
 
 def failure_message(error: BaseException) -> str:
     """Return the sentence for something that failed after the request for it was answered."""
-    if isinstance(error, ApiError | RefusedError):
+    if isinstance(error, RefusedError):
         return str(error)
     if isinstance(error, OSError | DBAPIError):
         return describe(error)[1]

@@ -44,13 +44,9 @@ class DataDirectory:
     """The folders of a data directory, held by one server at a time."""
 
     def __init__(self, root: Path) -> None:
-        self.uploads = root / "uploads"
-        self.runs = root / "runs"
-        self.sweeps = root / "sweeps"
-        self.incoming = root / "incoming"
-        self.outgoing = root / "outgoing"
-        self.states = root / "states"
-        self.filters = root / "filters"
+        self.uploads, self.runs, self.sweeps = root / "uploads", root / "runs", root / "sweeps"
+        self.incoming, self.outgoing = root / "incoming", root / "outgoing"
+        self.states, self.filters = root / "states", root / "filters"
         # What is here belongs to its owner alone: videos of people, among others.
         root.mkdir(parents=True, exist_ok=True, mode=0o700)
         self._lock = os.open(root / "lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
@@ -59,7 +55,7 @@ class DataDirectory:
         except OSError:
             os.close(self._lock)
             raise RuntimeError(
-                f"The data directory {root} is in use by another pftrack server; give this one its own --data-dir"
+                f"The data directory {root} is in use by another server; choose another --data-dir"
             ) from None
         # What was coming or going when the last server stopped is of no use to anybody.
         for folder in (self.incoming, self.outgoing):
@@ -113,8 +109,8 @@ class DataDirectory:
         """Return what was kept of an upload by `keep_index`.
 
         Raises:
-            OSError: There is none.
-            ValueError: It is no text.
+            OSError: It does not exist.
+            ValueError: It is not a text.
         """
         return _within(self.uploads, _check(name), INDEX).read_text(encoding="utf-8")
 
@@ -203,9 +199,9 @@ class DataDirectory:
 
 
 def _within(folder: Path, *parts: str) -> Path:
-    """Return a path in one of the server's folders, which is no link that leads out of it.
+    """Return a path in one of the server's folders, which is not a link that leads out of it.
 
-    The folders themselves may be links: where they lie is the choice of whoever runs the server.
+    The folders themselves may be links: where they lie is the choice of the server's owner.
     """
     path = folder.joinpath(*parts)
     if not path.resolve().is_relative_to(folder.resolve()):

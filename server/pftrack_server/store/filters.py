@@ -22,6 +22,7 @@ from pftrack.core.refusal import ConflictError, RefusedError
 from pftrack.experiments import find
 from pftrack.experiments.own.code import HINTS, Hint, digest_of
 from pftrack.experiments.own.extension import name_of
+from pftrack_server.core.bodies import fields_of
 from pftrack_server.core.errors import NotFoundError
 from pftrack_server.core.requests import service
 from pftrack_server.store.files import DataDirectory
@@ -76,7 +77,7 @@ def look_at(path: Path) -> tuple[str, str, str]:
     """Return the experiment of a file, its title and its text, without executing it.
 
     Raises:
-        ValueError: It is no filter that can be served; the sentence says what to do.
+        ValueError: It is not a filter that can be served; the sentence says what to do.
         OSError: It cannot be read.
     """
     name, text = name_of(path), path.read_text(encoding="utf-8")
@@ -106,7 +107,7 @@ class FilterFiles:
         """Read the files; pages may write them if they are editable.
 
         Raises:
-            ValueError: One is no filter that can be served.
+            ValueError: One is not a filter that can be served.
             OSError: One cannot be read.
         """
         self._files = files
@@ -131,7 +132,7 @@ class FilterFiles:
         """Return the texts of an experiment's files among some trackers, as they are now, by name; they are kept.
 
         Raises:
-            ValueError: One is no filter as it is now; the sentence names its line.
+            ValueError: One is not a filter as it is now; the sentence names its line.
             OSError: One cannot be read.
         """
         found: dict[str, tuple[str, ...]] = {}
@@ -175,10 +176,8 @@ class FilterFiles:
         if model is None:
             raise NotFoundError("The experiment takes no filters from files.")
         return FilterPublic(
-            name=served.name,
+            **fields_of(FilterPublic, served) | {"digest": digest_of(text)},
             file=served.path.name,
-            experiment=served.experiment,
-            digest=digest_of(text),
             text=text,
             editable=self._editable,
             hints=HINTS,

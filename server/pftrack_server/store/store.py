@@ -12,7 +12,7 @@ from sqlalchemy.exc import DataError, DBAPIError
 from sqlalchemy.orm import sessionmaker
 
 from pftrack.core.files import write_whole
-from pftrack_server.core.errors import DamagedError, NotFoundError
+from pftrack_server.core.errors import GoneError, NotFoundError
 from pftrack_server.core.requests import service
 from pftrack_server.core.settings import Settings
 from pftrack_server.store.database import FORM, Base, ComparisonRow, RunRow, UploadRow, connect
@@ -74,7 +74,7 @@ class Store:
         """Return a row of a kind; None if there is none.
 
         Raises:
-            DamagedError: It cannot be read.
+            GoneError: It cannot be read.
         """
         try:
             with self._begin() as database:
@@ -83,15 +83,17 @@ class Store:
         except DAMAGED as error:
             if not _is_damage(error):
                 raise
-            self._complain(kind, name, error)
-            raise DamagedError("The stored data of this item is damaged; it can only be deleted.") from None
+            if name not in self._complained:
+                self._complained.add(name)
+                log.warning("a stored row is damaged and left out", table=kind.__tablename__, id=name, error=str(error))
+            raise GoneError("The stored data of this item is damaged; it can only be deleted.") from None
 
     def find(self, kind: type[Row], name: str) -> Row:
         """Return a row of a kind.
 
         Raises:
-            NotFoundError: There is none.
-            DamagedError: It cannot be read.
+            NotFoundError: It does not exist.
+            GoneError: It cannot be read.
         """
         found = self.get(kind, name)
         if found is None:
@@ -145,7 +147,7 @@ class Store:
         """Forget a row and its files, also one that cannot be read.
 
         Raises:
-            NotFoundError: There is none.
+            NotFoundError: It does not exist.
         """
         if not is_name(name) or not self.remove(kind, name):
             raise _no_such(kind)
@@ -173,18 +175,12 @@ class Store:
     def _readable(self, kind: type[Row], name: str) -> Row | None:
         try:
             return self.get(kind, name)
-        except DamagedError:
+        except GoneError:
             return None
-
-    def _complain(self, kind: type[Row], name: str, error: Exception) -> None:
-        """Tell the log once of a row that cannot be read."""
-        if name not in self._complained:
-            self._complained.add(name)
-            log.warning("a stored row is damaged and left out", table=kind.__tablename__, id=name, error=str(error))
 
 
 def _no_such(kind: type[Base]) -> NotFoundError:
-    return NotFoundError(f"There is no such {kind.__tablename__.removesuffix('s')}; it may have been deleted.")
+    return NotFoundError(f"This {kind.__tablename__.removesuffix('s')} does not exist; it may have been deleted.")
 
 
 def _is_damage(error: Exception) -> bool:

@@ -9,5 +9,3 @@ and tests come from `pftrack.sweep`.
 - `results`: what is on the disk so far, counted, questions about it, and from a row to a live session
 - `routes`: the addresses, and the stream
 """
-
-__all__: list[str] = []

@@ -10,12 +10,12 @@ import structlog
 from pydantic import BaseModel
 
 from pftrack.core.model.parameters import Value
-from pftrack.core.refusal import ConflictError
+from pftrack.core.refusal import ConflictError, RefusedError
 from pftrack.process import UNLIMITED
 from pftrack.sources.sequence import Recording
 from pftrack.sweep import Plan
 from pftrack.sweep.axis import SweepError
-from pftrack_server.core.errors import REFUSALS, NotFoundError, UnavailableError
+from pftrack_server.core.errors import NotFoundError, UnavailableError
 from pftrack_server.core.resource_limits import mebibytes
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
@@ -106,11 +106,11 @@ class Sweeps:
         """Return a sweep.
 
         Raises:
-            NotFoundError: No such sweep exists.
+            NotFoundError: It does not exist.
         """
         sweep = self._sweeps.get(name)
         if sweep is None:
-            raise NotFoundError("There is no such sweep; it may have been deleted.")
+            raise NotFoundError("This sweep does not exist; it may have been deleted.")
         return sweep
 
     async def estimate(self, body: EstimateRequest) -> EstimatePublic:
@@ -124,7 +124,7 @@ class Sweeps:
         try:
             within_limits(plan, self._settings)
             await self._check_room(plan)
-        except REFUSALS as error:
+        except RefusedError as error:
             problem = str(error)
         return EstimatePublic(
             runs=plan.runs,
@@ -205,7 +205,7 @@ class Sweeps:
         """Delete a sweep with all its results, also a sweep whose stored data is damaged.
 
         Raises:
-            NotFoundError: No such sweep exists.
+            NotFoundError: It does not exist.
         """
         async with self._command_lock:
             await self._remove(name)

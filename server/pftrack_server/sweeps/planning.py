@@ -49,26 +49,19 @@ class SweepCreate(RequestBody):
 
     experiment: Name
     title: GivenTitle | None = Field(None, description="Name on the screen; made up from the plan if it is not given.")
-    axes: list[SweepAxis] = Field(
-        max_length=8,
-        description="What is varied; the axes multiply. On a recording there may be none: other seeds alone.",
-    )
+    axes: list[SweepAxis] = Field(max_length=8, description="Axes, which multiply; may be empty on a recording.")
     trackers: list[Name] = Field([], max_length=64, description="Trackers; all of them meet the same seeds.")
     trials: Annotated[int, Field(ge=1, le=1_000_000), NOT_BOOLEAN] = 10
     frames: Annotated[int, Field(ge=1, le=10_000_000), NOT_BOOLEAN] | None = Field(None, description="Length of a run.")
     seed: Seed = 0
-    loss_probability: bool = Field(
-        False, description="Whether how probable it is that the target is lost is measured as well."
-    )
+    loss_probability: bool = Field(False, description="Whether to measure how probable a loss of the target is, too.")
     parameters: dict[Name, Any] = Field({}, description="Parameters that differ from the defaults in every run.")
-    footage: Footage | None = Field(
-        None, description="The recording on which all runs are, as a recipe has it; the simulated scene if not given."
-    )
+    footage: Footage | None = Field(None, description="The recording of all runs; the simulated scene if not given.")
     upload: Name | None = Field(None, description="Name of the upload that the footage is; its hash does as well.")
 
 
 class EstimateRequest(SweepCreate):
-    """A sweep of which somebody wants to know the size before it starts."""
+    """A sweep whose size is wanted before it starts."""
 
     measure: bool = Field(True, description="Whether to measure the time on a few runs, which takes some seconds.")
 
@@ -161,7 +154,7 @@ def within_limits(plan: Plan, settings: Settings) -> None:
 
 
 def _axis(experiment: Experiment, index: int, body: SweepAxis, kind: Kind | None) -> Axis:
-    """Return an axis of a body, whose numbers mean what a person would type: 0.3 is no neighbour of it."""
+    """Return an axis of a body, whose numbers mean what a person would type: 0.3, not a neighbour of it."""
     ends = [Decimal(repr(number)) for number in (body.start, body.stop, body.step) if number is not None]
     given = AxisRange(body.name, *ends) if ends else Axis(body.name, tuple(body.values or ()))
     try:
@@ -185,7 +178,7 @@ def _within_a_map(plan: Plan) -> None:
 
 
 def _sentence(said: str) -> str:
-    """Return the library's words as a sentence; the name of a parameter is no word to begin one with."""
+    """Return the library's words as a sentence; the name of a parameter is not a word to begin one with."""
     first = said.partition(" ")[0]
     return f"The parameter {said}." if "_" in first else f"{said[:1].upper()}{said[1:]}."
 

@@ -19,7 +19,7 @@ from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Footage
 from pftrack.core.refusal import ConflictError, ParameterError, RefusedError
 from pftrack.runs.loss import APPROACH_FRAMES, approach
-from pftrack.sweep import Comparison, Plan, Result, compare, partial_of, read_chunk, rows_of
+from pftrack.sweep import Plan, Result, compare, partial_of, read_chunk, rows_of
 from pftrack.sweep.axis import SweepError, find_declaration
 from pftrack.sweep.cells import (
     CellMap,
@@ -250,7 +250,7 @@ class Results:
         """Return a map over one or two axes, over the first two if none is named.
 
         Raises:
-            RefusedError: There is no such axis.
+            RefusedError: The axis is unknown.
         """
         pair = self._pair(x, y)
         with self._lock:
@@ -273,7 +273,7 @@ class Results:
         """Return two methods against each other, cell by cell.
 
         Raises:
-            RefusedError: There is no such axis, method or measure.
+            RefusedError: The axis, method or measure is unknown.
         """
         pair = self._pair(x, y)
         known = {quantity.name: quantity for quantity in quantities(self._plan)}
@@ -284,7 +284,22 @@ class Results:
             maps, result = self._maps(pair), self.result()
         values = samples(result, quantity, *pair)
         found = compare(quantity, maps, values, first, second, test="fisher" if test == "fisher" else "chi-square")
-        return comparison_view(found, level, correction)
+        tested = found.significance(level, correction)
+        return ComparisonPublic(
+            first=first,
+            second=second,
+            measure=measure,
+            test=found.test,
+            level=level,
+            correction=correction,
+            difference=_numbers(found.difference),
+            paired=_numbers(found.paired.mean),
+            paired_low=_numbers(found.paired.low),
+            paired_high=_numbers(found.paired.high),
+            pairs=found.paired.pairs.ravel().tolist(),
+            verdict=[VERDICTS[int(code)] for code in tested.codes.ravel()],
+            p_value=_numbers(tested.p_values),
+        )
 
     def rows(
         self, x: str | None, y: str | None, place: tuple[int, int], tracker: str | None, offset: int, limit: int
@@ -300,7 +315,7 @@ class Results:
             limit: How many to return.
 
         Raises:
-            RefusedError: There is no such axis, cell or method.
+            RefusedError: The axis, cell or method is unknown.
         """
         pair = self._pair(x, y)
         where: dict[str, Any] = {}
@@ -328,10 +343,10 @@ class Results:
         """Return one run.
 
         Raises:
-            NotFoundError: The sweep has no such run, or has not come to it yet.
+            NotFoundError: The run does not exist, or is not computed yet.
         """
         if run >= self._plan.runs:
-            raise NotFoundError(f"There is no such run; the sweep has runs 0 to {self._plan.runs - 1}.")
+            raise NotFoundError(f"This run does not exist; the sweep has runs 0 to {self._plan.runs - 1}.")
         self.look()
         for found in rows_of(self.result(), {"run": run}, limit=1):
             return self._row(found)
@@ -401,26 +416,6 @@ def fixed_views(plan: Plan) -> list[AxisPublic]:
     return [_described(plan, name, (value,)) for name, value in plan.values.items()]
 
 
-def comparison_view(found: Comparison, level: float, correction: Correction) -> ComparisonPublic:
-    """Return two methods against each other, tested at a level."""
-    tested = found.significance(level, correction)
-    return ComparisonPublic(
-        first=found.first,
-        second=found.second,
-        measure=found.quantity.name,
-        test=found.test,
-        level=level,
-        correction=correction,
-        difference=_numbers(found.difference),
-        paired=_numbers(found.paired.mean),
-        paired_low=_numbers(found.paired.low),
-        paired_high=_numbers(found.paired.high),
-        pairs=found.paired.pairs.ravel().tolist(),
-        verdict=[VERDICTS[int(code)] for code in tested.codes.ravel()],
-        p_value=_numbers(tested.p_values),
-    )
-
-
 def _map(tracker: str, one: CellMap) -> MapPublic:
     judged = zip(one.successes.ravel().tolist(), one.judged.ravel(), strict=True)
     successes = [value if known else None for value, known in judged]
@@ -434,8 +429,8 @@ def session_spec(store: Store, sweep: str, plan: Plan, results: Results, run: in
     the row would. It is computed to ten frames after it, so that one can ask at once why it was lost.
 
     Raises:
-        NotFoundError: The sweep has no such run.
-        RefusedError: It has no such method.
+        NotFoundError: The run does not exist.
+        RefusedError: The method is unknown.
         ConflictError: The run could not be computed, or its recording is no longer here.
     """
     row = results.row(run)

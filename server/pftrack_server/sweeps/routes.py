@@ -11,14 +11,14 @@ from fastapi import APIRouter, Depends, Path, Query, WebSocket
 from starlette.background import BackgroundTask
 from starlette.responses import FileResponse, Response, StreamingResponse
 
-from pftrack.core.refusal import ConflictError
+from pftrack.core.refusal import ConflictError, RefusedError
 from pftrack.process import UNLIMITED
 from pftrack.sweep.axis import MOST_RUNS, SweepError
 from pftrack.sweep.cells import Correction, UsedTest
 from pftrack.sweep.journal import csv_pieces
 from pftrack_server.core.bodies import Name, RequestBody
-from pftrack_server.core.errors import REFUSALS, NotFoundError
-from pftrack_server.core.requests import AnExperiment, SettingsNow, service
+from pftrack_server.core.errors import NotFoundError
+from pftrack_server.core.requests import AName, AnExperiment, SettingsNow, service
 from pftrack_server.jobs.child_tasks import TheTasks
 from pftrack_server.sessions.duplex import GONE, converse
 from pftrack_server.sessions.routes import Begin
@@ -43,7 +43,7 @@ router = APIRouter(tags=["sweeps"])
 ASweeps = Annotated[Sweeps, service(Sweeps)]
 
 
-async def _sweep(sweep: Annotated[str, Path(max_length=64)], sweeps: ASweeps) -> Sweep:
+async def _sweep(sweep: AName, sweeps: ASweeps) -> Sweep:
     return sweeps.get(sweep)
 
 
@@ -53,7 +53,7 @@ MOST_ROWS = 500
 Axis = Annotated[str | None, Query(max_length=64, description="Name of an axis; `none` pools all values.")]
 Method = Annotated[str | None, Query(max_length=64, description="Name of a tracker of the sweep.")]
 Compared = Annotated[
-    str, Query(max_length=64, description="What two trackers are compared by: `success`, `error`, or a measure's name.")
+    str, Query(max_length=64, description="What compares two trackers: `success`, `error` or a measure.")
 ]
 Place = Annotated[int, Query(ge=0, le=2_000_000)]
 
@@ -89,7 +89,7 @@ async def show_sweep(sweep: ASweep) -> SweepPublic:
 
 
 @router.delete("/sweeps/{sweep}", status_code=HTTPStatus.NO_CONTENT)
-async def remove_sweep(sweep: Annotated[str, Path(max_length=64)], sweeps: ASweeps) -> None:
+async def remove_sweep(sweep: AName, sweeps: ASweeps) -> None:
     """Delete a sweep with everything that was computed of it; a running one is stopped first."""
     await sweeps.remove(sweep)
 
@@ -224,7 +224,7 @@ async def stream(websocket: WebSocket, sweep: str, sweeps: ASweeps, x: str | Non
         found = sweeps.get(sweep)
         await found.look()
         await found.cells(x, y)
-    except REFUSALS as error:
+    except RefusedError as error:
         reason = str(error).encode()[:MOST_REASON_BYTES].decode(errors="ignore")
         await websocket.close(GONE if isinstance(error, NotFoundError) else REFUSED, reason)
         return

@@ -12,7 +12,7 @@ import time
 from collections import deque
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import AbstractContextManager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -25,11 +25,13 @@ from pftrack.process import UNLIMITED
 from pftrack.sources.sequence import Recording
 from pftrack.sweep import Plan, begin, partial_of
 from pftrack.sweep.work import prepare
+from pftrack_server.core.bodies import fields_of
 from pftrack_server.core.log import RateLimitedLogger
+from pftrack_server.core.panel import TrackerPublic
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.sessions.duplex import Listener, Listeners, Message, encode
-from pftrack_server.sessions.spec import MeasurePublic, TrackerPublic
+from pftrack_server.sessions.spec import MeasurePublic
 from pftrack_server.store.database import SweepRow
 from pftrack_server.store.disk_budget import failure_message
 from pftrack_server.sweeps import functions
@@ -174,50 +176,37 @@ Keep = Callable[["Sweep"], Awaitable[None]]
 FindRecording = Callable[[Plan], Awaitable[Recording | None]]
 
 
+@dataclass(eq=False)
 class Sweep:
     """One sweep; all methods belong to the event loop's thread.
 
     Attributes:
-        row: What is kept of it in the database.
+        row: What is kept of it in the database, to which it writes how far it is.
         plan: What is computed.
+        out: Its result file.
+        settings: Of the server.
+        tasks: Where it is computed.
+        keep: Stores its changes.
+        find_recording: Finds what its runs are on.
+        filters: Texts of filters of the server's owner that its runs may execute.
         results: What there is of it so far.
     """
 
-    def __init__(
-        self,
-        row: SweepRow,
-        plan: Plan,
-        out: Path,
-        settings: Settings,
-        tasks: ChildTasks,
-        keep: Keep,
-        find_recording: FindRecording,
-        filters: tuple[str, ...] = (),
-    ) -> None:
-        """Take it over as it is stored.
+    row: SweepRow
+    plan: Plan
+    out: Path
+    settings: Settings
+    tasks: ChildTasks
+    keep: Keep
+    find_recording: FindRecording
+    filters: tuple[str, ...]
 
-        Args:
-            row: What is kept of it in the database, to which it writes how far it is.
-            plan: What is computed.
-            out: Its result file.
-            settings: Of the server.
-            tasks: Where it is computed.
-            keep: Stores its changes.
-            find_recording: Finds what its runs are on.
-            filters: Texts of filters of the server's owner that its runs may execute.
-        """
-        self.row = row
-        self.plan = plan
-        self.results = Results(plan, out)
-        self._seconds = row.seconds
-        self._axes = [axis_view(plan, axis.name) for axis in plan.axes]
-        self._fixed = fixed_views(plan)
-        self._out = out
-        self._settings = settings
-        self._tasks = tasks
-        self._keep = keep
-        self._find_recording = find_recording
-        self._filters = filters
+    def __post_init__(self) -> None:
+        """Take it over as it is stored."""
+        self.results = Results(self.plan, self.out)
+        self._seconds = self.row.seconds
+        self._axes = [axis_view(self.plan, axis.name) for axis in self.plan.axes]
+        self._fixed = fixed_views(self.plan)
         self._watch: asyncio.Task[None] | None = None
         self._reason: str | None = None
         self._began = 0.0
@@ -236,10 +225,10 @@ class Sweep:
         """Return it as everybody outside sees it."""
         row, plan, experiment = self.row, self.plan, self.plan.wiring
         rate = self._rate()
+        kept = fields_of(SweepPublic, row)
+        so_far = {"successes": row.successes if plan.judged else None, "seconds": self._now_seconds()}
         return SweepPublic(
-            id=row.id,
-            title=row.title,
-            experiment=plan.experiment,
+            **kept | so_far,
             unit=experiment.unit,
             judged=plan.judged,
             has_truth=plan.has_truth,
@@ -253,17 +242,9 @@ class Sweep:
             loss_probability=plan.loss_probability,
             parameters=dict(plan.values),
             fixed=self._fixed,
-            runs=plan.runs,
             conditions=plan.conditions,
-            done=row.done,
-            successes=row.successes if plan.judged else None,
-            problems=row.problems,
-            state=row.state,
-            message=row.message,
             rate=rate,
-            seconds=self._now_seconds(),
             seconds_left=(plan.runs - row.done) / rate if rate else None,
-            created=row.created,
             outcome=self._outcome(),
             page=f"sweep/{row.id}",
         )
@@ -272,7 +253,7 @@ class Sweep:
         """Return its map over one or two axes; over its first two if none is named.
 
         Raises:
-            RefusedError: It has no such axis.
+            RefusedError: The axis is unknown.
         """
         return await asyncio.to_thread(self.results.cells, x, y)
 
@@ -285,22 +266,22 @@ class Sweep:
             ConflictError: Its recording is no longer here.
             OSError: The disk does not take it.
         """
-        recording = await self._find_recording(self.plan)
-        if not self._out.exists() and not partial_of(self._out).exists():
-            await asyncio.to_thread(begin, self.plan, self._out)
+        recording = await self.find_recording(self.plan)
+        if not self.out.exists() and not partial_of(self.out).exists():
+            await asyncio.to_thread(begin, self.plan, self.out)
         self._reason = None
-        settings = self._settings
+        settings = self.settings
         # What a stranger sent is decoded within bounds, and a file of the owner executed in them, as in a session.
-        memory_bytes = settings.worker_memory_bytes if recording or self._filters else None
+        memory_bytes = settings.worker_memory_bytes if recording or self.filters else None
         budget = replace(UNLIMITED, file_bytes=settings.max_sweeps_bytes, memory_bytes=memory_bytes, niceness=NICENESS)
         self._began = time.monotonic()
         self._past.clear()
-        computing = self._tasks.run_beside(
+        computing = self.tasks.run_beside(
             functions.compute,
-            self._out,
+            self.out,
             settings.sweep_jobs,
             recording,
-            self._filters,
+            self.filters,
             budget=budget,
             stopped=lambda: self._reason is not None,
             prepare=prepare,  # the fork server of its pool is forked before the process has a thread
@@ -339,7 +320,7 @@ class Sweep:
         finally:
             self._seconds, self._watch = self._now_seconds(), None
         error = end.exception()
-        if error is None and self._out.exists():
+        if error is None and self.out.exists():
             await self._become("done", None)
             return
         if self._reason is None:
@@ -372,7 +353,7 @@ class Sweep:
         """Keep how far it is; if that fails, the next time may do better, and the files say it as well."""
         self.row.seconds = self._now_seconds()
         try:
-            await self._keep(self)
+            await self.keep(self)
         except Exception as error:  # noqa: BLE001 - whatever it is, the sweep goes on
             self._warnings.warn("how far a sweep is could not be stored", sweep=self.row.id, error=repr(error))
 

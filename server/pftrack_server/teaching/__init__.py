@@ -10,10 +10,8 @@ failures, sessions, comparisons and polls in order, each with its minutes, in on
 - `links`: signed links, short enough to be typed, and the names under which other machines reach this server
 - `roles`: the list of all that owner and follower may request
 - `access`: the one place that checks link, seat and role, for every request and every websocket
-- `follow`, `follows`, `class_routes`: one class, all of them, and their addresses
-- `polls`: a question to the class, and the answers that are kept
+- `follow`, `follows`, `class_routes`: one class and its people, all of them, and their addresses
+- `polls`: a question to the class, and its answers
 - `lessons`, `functions`: lessons, and what other processes compute of them
 - `lectures`: lectures, and their files
 """
-
-__all__: list[str] = []

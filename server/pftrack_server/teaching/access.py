@@ -21,9 +21,9 @@ from pftrack_server.core.base_path import GUEST, LINKS, address_of, encode_path,
 from pftrack_server.core.errors import ApiError, ForbiddenError
 from pftrack_server.core.frontend import FRONTEND
 from pftrack_server.sessions.duplex import GONE
-from pftrack_server.teaching.follow import LECTURER
+from pftrack_server.teaching.follow import LECTURER, Participant
 from pftrack_server.teaching.follows import Follows
-from pftrack_server.teaching.roles import Participant, Standing, is_allowed
+from pftrack_server.teaching.roles import Standing, is_allowed
 
 COOKIE = "pftrack_seat"
 PAGE = "/follow"

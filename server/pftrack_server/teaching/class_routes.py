@@ -5,34 +5,22 @@ from http import HTTPStatus
 from typing import Annotated
 
 import segno
-from fastapi import APIRouter, Depends, Path, Query, Request, WebSocket
+from fastapi import APIRouter, Depends, Query, Request, WebSocket
 from starlette.requests import HTTPConnection
 from starlette.responses import Response
 
 from pftrack.core.refusal import ConflictError
 from pftrack_server.core.base_path import address_of
 from pftrack_server.core.errors import NotFoundError
-from pftrack_server.core.requests import service
+from pftrack_server.core.requests import AName, service
 from pftrack_server.sessions.duplex import GONE, converse
-from pftrack_server.teaching.follow import Follow
+from pftrack_server.store.database import PollRow
+from pftrack_server.store.store import AStore
+from pftrack_server.teaching import messages
+from pftrack_server.teaching.follow import Follow, Participant, participant_of
 from pftrack_server.teaching.follows import Follows
 from pftrack_server.teaching.lessons import Lessons
-from pftrack_server.teaching.messages import (
-    ComputingPublic,
-    FigurePublic,
-    FigureRequest,
-    FollowCreate,
-    FollowOwned,
-    FollowPublic,
-    FollowUpdate,
-    ForkCreate,
-    ForkPublic,
-    PollCreate,
-    PollKept,
-    Vote,
-)
 from pftrack_server.teaching.polls import polls_csv
-from pftrack_server.teaching.roles import Participant, participant_of
 
 router = APIRouter(tags=["follows"])
 
@@ -43,11 +31,12 @@ FAREWELL = "The class has ended."
 OfLecture = Annotated[str | None, Query(max_length=64, description="Those of one lecture alone")]
 
 
-def _follow(follow: Annotated[str, Path(max_length=64)], follows: TheFollows) -> Follow:
+def _follow(follow: AName, follows: TheFollows) -> Follow:
     return follows.get(follow)
 
 
-def _follower(connection: HTTPConnection) -> Participant:
+def follower(connection: HTTPConnection) -> Participant:
+    """Return the follower who asks."""
     participant = participant_of(connection.scope)
     if participant is None:
         raise NotFoundError("This address belongs to followers; open the link of the class.")
@@ -55,11 +44,11 @@ def _follower(connection: HTTPConnection) -> Participant:
 
 
 AFollow = Annotated[Follow, Depends(_follow)]
-AFollower = Annotated[Participant, Depends(_follower)]
+AFollower = Annotated[Participant, Depends(follower)]
 
 
 @router.post("/follows", status_code=HTTPStatus.CREATED)
-async def begin_follow(body: FollowCreate, follows: TheFollows, request: Request) -> FollowOwned:
+async def begin_follow(body: messages.FollowCreate, follows: TheFollows, request: Request) -> messages.FollowOwned:
     """Let a class follow up to four sessions, a lesson, or both."""
     origin = request.headers.get("origin") or f"{request.url.scheme}://{request.url.netloc}"
     follow = await follows.begin(body, origin + address_of(request.scope).removesuffix("/"))
@@ -67,19 +56,21 @@ async def begin_follow(body: FollowCreate, follows: TheFollows, request: Request
 
 
 @router.get("/follows")
-async def list_follows(follows: TheFollows) -> list[FollowOwned]:
+async def list_follows(follows: TheFollows) -> list[messages.FollowOwned]:
     """List all classes that follow, the newest first."""
     return [follow.owner_view() for follow in follows.all]
 
 
 @router.get("/follows/{follow}")
-async def show_follow(follow: AFollow) -> FollowOwned:
+async def show_follow(follow: AFollow) -> messages.FollowOwned:
     """Tell everything about a class."""
     return follow.owner_view()
 
 
 @router.patch("/follows/{follow}")
-async def change_follow(follow: AFollow, body: FollowUpdate, follows: TheFollows, request: Request) -> FollowOwned:
+async def change_follow(
+    follow: AFollow, body: messages.FollowUpdate, follows: TheFollows, request: Request
+) -> messages.FollowOwned:
     """Change what a class follows, or its limits."""
     await follows.change(follow, body, participant_of(request.scope))
     return follow.owner_view()
@@ -104,9 +95,9 @@ async def qr_code(follow: AFollow, link: Annotated[int, Query(ge=0)] = 0) -> Res
     return Response(picture.getvalue(), media_type="image/svg+xml", headers={"Cache-Control": "no-store"})
 
 
-@router.post("/follows/{follow}/figure", response_class=Response, responses={200: {"model": FigurePublic}})
-async def show_figure(follow: AFollow, body: FigureRequest, lessons: TheLessons) -> Response:
-    """Return what the lesson that is followed comes to at some parameters, and show it to the class."""
+@router.post("/follows/{follow}/figure", response_class=Response, responses={200: {"model": messages.FigurePublic}})
+async def show_figure(follow: AFollow, body: messages.FigureRequest, lessons: TheLessons) -> Response:
+    """Compute the figure of the lesson that is followed at some parameters, and show it to the class."""
     if follow.content.lesson_id is None:
         raise ConflictError("The class follows no lesson.")
     lesson = await lessons.get(follow.content.lesson_id)
@@ -117,11 +108,13 @@ async def show_figure(follow: AFollow, body: FigureRequest, lessons: TheLessons)
 
 @router.put(
     "/follows/{follow}/poll",
-    responses={202: {"model": ComputingPublic, "description": "The run that the answers come from is still computed"}},
+    responses={
+        202: {"model": messages.ComputingPublic, "description": "The run that the answers come from is still computed"}
+    },
 )
 async def ask(
-    follow: AFollow, body: PollCreate, follows: TheFollows, request: Request, response: Response
-) -> FollowOwned | ComputingPublic:
+    follow: AFollow, body: messages.PollCreate, follows: TheFollows, request: Request, response: Response
+) -> messages.FollowOwned | messages.ComputingPublic:
     """Ask the class something, in place of what it was asked before, or show again what it answered."""
     computing = await follows.ask(follow, body, participant_of(request.scope))
     if computing is not None:
@@ -131,7 +124,7 @@ async def ask(
 
 
 @router.post("/follows/{follow}/poll/reveal")
-async def reveal(follow: AFollow, follows: TheFollows) -> FollowOwned:
+async def reveal(follow: AFollow, follows: TheFollows) -> messages.FollowOwned:
     """Show everybody how many gave which answer; answering is closed."""
     await follows.reveal(follow)
     return follow.owner_view()
@@ -160,19 +153,19 @@ async def lead(websocket: WebSocket, follow: str, follows: TheFollows) -> None:
 
 
 @router.get("/follow")
-async def show(participant: AFollower) -> FollowPublic:
+async def show(participant: AFollower) -> messages.FollowPublic:
     """Tell a follower what the class follows and is asked, and what is the follower's own."""
     return participant.follow.view(participant.seat)
 
 
 @router.put("/follow/vote")
-async def vote(participant: AFollower, body: Vote) -> Vote:
+async def vote(participant: AFollower, body: messages.Vote) -> messages.Vote:
     """Answer what the class is asked, in place of an earlier answer."""
     return participant.follow.vote(participant.seat, body)
 
 
 @router.post("/follow/fork", status_code=HTTPStatus.CREATED)
-async def fork(participant: AFollower, body: ForkCreate, follows: TheFollows) -> ForkPublic:
+async def fork(participant: AFollower, body: messages.ForkCreate, follows: TheFollows) -> messages.ForkPublic:
     """Begin a session of the follower's own where one of the class's stands, or let the follower turn the figure."""
     return participant.follow.fork_view(await follows.fork(participant, body))
 
@@ -192,7 +185,7 @@ async def follow(websocket: WebSocket, participant: AFollower) -> None:
 
 
 @router.get("/polls")
-async def list_polls(follows: TheFollows, lecture: OfLecture = None) -> list[PollKept]:
+async def list_polls(follows: TheFollows, lecture: OfLecture = None) -> list[messages.PollKept]:
     """List what classes have answered, the newest first; what is not revealed yet is left out."""
     return await follows.kept_polls(lecture)
 
@@ -206,6 +199,6 @@ async def polls_as_csv(follows: TheFollows, lecture: OfLecture = None) -> Respon
 
 
 @router.delete("/polls/{poll}", status_code=HTTPStatus.NO_CONTENT)
-async def remove_poll(poll: Annotated[str, Path(max_length=64)], follows: TheFollows) -> None:
+def remove_poll(poll: AName, store: AStore) -> None:
     """Forget a poll and its answers."""
-    await follows.records.remove(poll)
+    store.discard(PollRow, poll)

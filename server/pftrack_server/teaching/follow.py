@@ -7,24 +7,24 @@ lesson. It ends after a while without use; a session's also ends with the sessio
 import asyncio
 import json
 import time
-from collections.abc import AsyncIterator, Callable, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator, MutableMapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Any, Literal, NamedTuple, TypeAlias
 
 from pftrack.core.refusal import ConflictError
-from pftrack_server.core.base_path import LINKS
+from pftrack_server.core.base_path import GUEST, LINKS
 from pftrack_server.core.errors import CrowdedError, ForbiddenError
 from pftrack_server.sessions.duplex import Listener, Listeners, encode
 from pftrack_server.sessions.session import Session
 from pftrack_server.teaching import messages
-from pftrack_server.teaching.links import NOTICE, Address, Links
+from pftrack_server.teaching.links import NOTICE, Address, Claim, Links
 from pftrack_server.teaching.polls import Poll
 from pftrack_server.teaching.roles import Reach, Standing, is_allowed
 
 LECTURER = ""
-"""The seat of whoever came by the lecturer's link."""
+"""The seat of all who come by the lecturer's link."""
 MOST_SOCKETS = 24
 """Of one follower: two pages with four sessions each."""
 MOST_SCENES = 20
@@ -107,9 +107,7 @@ class Followers:
         if seat not in {LECTURER, *self._sockets} and len(self) >= most:
             raise CrowdedError(f"The class has its limit of followers, {most}. Try again in a while.")
         if len(self._sockets.get(seat, ())) >= MOST_SOCKETS:
-            raise CrowdedError(
-                f"This browser holds {MOST_SOCKETS} connections already; close other pages of the class."
-            )
+            raise CrowdedError(f"This browser holds {MOST_SOCKETS} connections already; close other class pages.")
         held = [socket for sockets in self._sockets.values() for socket in sockets]
         if path.startswith(SCENES) and sum(socket.path.startswith(SCENES) for socket in held) >= MOST_SCENES:
             raise CrowdedError(f"{MOST_SCENES} already watch the 3-D scene; use the flat view.")
@@ -289,8 +287,10 @@ class Follow:
         find: Finds a session by its name.
 
     Attributes:
+        content: What it follows; `show` changes it.
         followers: Who is there.
         forks: What followers have alone.
+        poll: What the class is asked; `ask` changes it.
         written: The poll as it was last written down.
         ended: Why it has ended, a sentence; None while it lasts.
         timer: Ends it by itself.
@@ -312,8 +312,8 @@ class Follow:
         self.forks = Forks(find, self.tell)
         self.written: Poll | None = None
         self.ended: str | None = None
-        self._content = content
-        self._poll: Poll | None = None
+        self.content = content
+        self.poll: Poll | None = None
         self._links, self._addresses, self._find = links, addresses, find
         self._class, self._lecturers = _Audience(), _Audience()
         self.tell()
@@ -322,8 +322,8 @@ class Follow:
 
     def reach(self, role: Standing, seat: str) -> Reach:
         """Return what somebody may name in an address."""
-        followed = frozenset(self._content.sessions)
-        lesson = self._content.lesson_id
+        followed = frozenset(self.content.sessions)
+        lesson = self.content.lesson_id
         lessons = frozenset({lesson} if lesson else ())
         if role == "owner":
             return Reach(followed, followed, lessons, lessons, frozenset({self.name}))
@@ -334,7 +334,7 @@ class Follow:
 
     def take(self, seat: str, path: str) -> AbstractContextManager[asyncio.Timeout]:
         """Let somebody hold one more socket, as `Followers.take` does."""
-        return self.followers.take(seat, path, self._content.wanted.most_followers)
+        return self.followers.take(seat, path, self.content.wanted.most_followers)
 
     def end(self, sentence: str) -> None:
         """Send everybody away."""
@@ -346,16 +346,11 @@ class Follow:
 
     # ------------------------------------------------------------ what a lecturer does
 
-    @property
-    def content(self) -> FollowedContent:
-        """What it follows."""
-        return self._content
-
     def show(self, content: FollowedContent) -> None:
         """Let the class follow something else, or otherwise; who looked at what is not followed any more must leave."""
-        if content.lesson != self._content.lesson:
+        if content.lesson != self.content.lesson:
             self._class.news.pop("figure", None)
-        self._content = content
+        self.content = content
         self.tell()
         self.followers.review(self._may_stay)
 
@@ -364,14 +359,9 @@ class Follow:
         text = f'{{"version":1,"type":"figure","lesson":{json.dumps(lesson)},"figure":{figure.decode()}}}'
         self._class.tell("figure", text)
 
-    @property
-    def poll(self) -> Poll | None:
-        """What the class is asked."""
-        return self._poll
-
     def ask(self, poll: Poll | None) -> None:
         """Ask the class something, reveal what it answered, or ask nothing more."""
-        self._poll = poll
+        self.poll = poll
         self.tell()
 
     # ------------------------------------------------------------ what a follower does
@@ -391,12 +381,12 @@ class Follow:
         Raises:
             ConflictError: Nothing is asked, something else, or no longer.
             ForbiddenError: The follower is not there.
-            RefusedError: There is no such answer.
+            RefusedError: The answer is not one of the list.
         """
         self.check_present(seat)
-        if self._poll is None:
+        if self.poll is None:
             raise ConflictError("The lecturer asks nothing at the moment.")
-        self.ask(self._poll.vote(seat, vote.poll, vote.answer))
+        self.ask(self.poll.vote(seat, vote.poll, vote.answer))
         return vote
 
     # ------------------------------------------------------------ telling
@@ -433,7 +423,7 @@ class Follow:
             owner_link=self._link(best, "owner"),
             notice=None if best.everybody else NOTICE,
             followers=len(self.followers),
-            most_followers=self._content.wanted.most_followers,
+            most_followers=self.content.wanted.most_followers,
             forks=len(self.forks),
         )
 
@@ -441,29 +431,29 @@ class Follow:
         return f"{address.base}{LINKS}/{self._links.of(self.name, role)}"
 
     def _shared_fields(self, *, to_owner: bool) -> dict[str, Any]:
-        content = self._content
+        content = self.content
         return {
             "title": content.title,
             "sessions": [messages.FollowedPublic(id=name, title=title) for name, title in content.sessions.items()],
             "lesson": content.lesson_id,
             "arrangement": content.wanted.arrangement,
             "expires": self.expires.isoformat(timespec="seconds"),
-            "poll": self._poll and self._poll.view(to_owner=to_owner),
+            "poll": self.poll and self.poll.view(to_owner=to_owner),
         }
 
     def _own_view(self, seat: str) -> messages.MinePublic:
         fork = self.forks.of(seat)
         is_made = fork is not None and (fork.session or fork.lesson)
-        vote = self._poll.votes.get(seat) if self._poll else None
+        vote = self.poll.votes.get(seat) if self.poll else None
         return messages.MinePublic(
             fork=self.fork_view(fork) if fork and is_made else None,
-            vote=messages.Vote(poll=self._poll.id, answer=vote) if self._poll and vote is not None else None,
+            vote=messages.Vote(poll=self.poll.id, answer=vote) if self.poll and vote is not None else None,
         )
 
     def fork_view(self, fork: Fork) -> messages.ForkPublic:
         """Return what a follower has, as that follower sees it."""
         if fork.session is None:
-            return messages.ForkPublic(id=None, title=self._content.title, page=f"learn/{fork.lesson}")
+            return messages.ForkPublic(id=None, title=self.content.title, page=f"learn/{fork.lesson}")
         found = self._find(fork.session)
         title = found.snapshot.name if found else ""
         return messages.ForkPublic(id=fork.session, title=title, page=f"session/{fork.session}")
@@ -471,3 +461,39 @@ class Follow:
     def _may_stay(self, seat: str, path: str) -> bool:
         role: Standing = "owner" if seat == LECTURER else "follower"
         return is_allowed(role, self.reach(role, seat), "WS", path)
+
+
+class Participant(NamedTuple):
+    """Somebody who came by the link of a class.
+
+    Attributes:
+        follow: The class.
+        claim: What the link says.
+        seat: The follower's name within it; empty for an owner.
+        role: What the participant is.
+    """
+
+    follow: Follow
+    claim: Claim
+    seat: str
+    role: Standing
+
+    @property
+    def reach(self) -> Reach:
+        """What may be named in an address at the moment."""
+        return self.follow.reach(self.role, self.seat)
+
+    @property
+    def about(self) -> str:
+        """Attributes that tell a page's scripts who has come."""
+        return f'data-role="{self.claim.role}" data-class="{self.claim.follow}"'
+
+    def may_steer(self, session: str) -> bool:
+        """Tell whether a session is the participant's to steer, not only to look at."""
+        return session in self.reach.steered
+
+
+def participant_of(scope: MutableMapping[str, Any]) -> Participant | None:
+    """Return who came by a link; None for somebody with the rights of the whole server."""
+    found: Participant | None = scope.get(GUEST)
+    return found

@@ -1,35 +1,36 @@
-"""Follows: all classes of a server. They live in its memory alone: when one ends, what it answered is left of it."""
+"""Follows: all classes of a server. They live in its memory alone: when one ends, only its answers are kept.
+
+The server writes a poll down while it is answered, so a crash costs a few seconds of answers; it forgets a poll that
+nobody has answered, or that its lecturer has withdrawn. Nobody keeps seats.
+"""
 
 import asyncio
-from collections.abc import Coroutine, Sequence
+from collections.abc import Container, Coroutine, Sequence
 from datetime import UTC, datetime, timedelta
+
+from sqlalchemy.exc import SQLAlchemyError
 
 from pftrack.core.refusal import ConflictError, RefusedError
 from pftrack_server.core.bodies import printable
-from pftrack_server.core.errors import CrowdedError, EndedError, ForbiddenError, NotFoundError, UnavailableError
+from pftrack_server.core.errors import CrowdedError, ForbiddenError, GoneError, NotFoundError, UnavailableError
+from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.core.resource_limits import most_connections
 from pftrack_server.core.settings import Settings
 from pftrack_server.sessions.create import new_spec
 from pftrack_server.sessions.manager import Manager
 from pftrack_server.sessions.spec import SessionSpec
-from pftrack_server.teaching.follow import Follow, FollowedContent, Fork
+from pftrack_server.store import Store
+from pftrack_server.store.database import LectureRow, PollRow
+from pftrack_server.teaching import messages
+from pftrack_server.teaching.follow import Follow, FollowedContent, Fork, Participant
 from pftrack_server.teaching.lessons import Lessons
 from pftrack_server.teaching.links import Claim, Links, addresses
-from pftrack_server.teaching.messages import (
-    LONGEST_ANSWER,
-    LONGEST_QUESTION,
-    ComputingPublic,
-    FollowCreate,
-    FollowUpdate,
-    ForkCreate,
-    PollCreate,
-    PollKept,
-)
-from pftrack_server.teaching.polls import Poll, PollRecords
-from pftrack_server.teaching.roles import Participant
+from pftrack_server.teaching.polls import Poll
 
 MOST = 50
 """Classes at one time."""
+MOST_POLLS = 5000
+"""Polls kept."""
 SOCKETS_SHARE = 0.8
 """Share of the server's connections that followers may have; the others are the lecturer's."""
 FORKS_SHARE = 0.25
@@ -40,6 +41,68 @@ EXPIRED = "The time of this class is over."
 STOPPED = "The server was stopped; ask the lecturer for a new link."
 GONE = "This class is over."
 FORGED = "This link was not made by this server; check for a typing mistake, or ask for the link again."
+
+warnings = RateLimitedLogger(__name__)
+
+
+class PollRecords:
+    """The polls that are kept."""
+
+    def __init__(self, store: Store) -> None:
+        self._store = store
+        self._writing = asyncio.Lock()
+
+    async def check_room(self) -> None:
+        """Refuse one more poll where as many are kept as may be.
+
+        Raises:
+            ConflictError: There are.
+        """
+        if await asyncio.to_thread(self._store.count, PollRow) >= MOST_POLLS:
+            raise ConflictError(f"The server keeps at most {MOST_POLLS:,} polls; export and delete some of them first.")
+
+    async def keep(self, follow: Follow) -> None:
+        """Write down what a class is asked, as far as it is answered."""
+        async with self._writing:
+            poll = follow.poll
+            if poll is not None and poll is not follow.written and poll.votes and poll.earlier is None:
+                await asyncio.to_thread(self._store.save, poll.row(follow.content.title, len(follow.followers)))
+                follow.written = poll
+
+    async def try_to_keep(self, follow: Follow) -> None:
+        """Do the same where nobody waits for it: a database that cannot be written now may be able to later."""
+        try:
+            await self.keep(follow)
+        except (OSError, SQLAlchemyError) as error:
+            warnings.warn("a poll could not be written down", error=str(error))
+
+    async def withdraw(self, poll: Poll) -> None:
+        """Forget what was written down of a poll that is withdrawn before anybody sees what was answered."""
+        async with self._writing:
+            await asyncio.to_thread(self._store.remove, PollRow, poll.id)
+
+    async def again(self, name: str) -> Poll:
+        """Return a poll that was kept, with its answers for all to see.
+
+        Raises:
+            NotFoundError: It was deleted.
+        """
+        return Poll.again(await asyncio.to_thread(self._store.find, PollRow, name))
+
+    async def all(self, lecture: str | None, hidden: Container[str]) -> list[messages.PollKept]:
+        """Return what was answered, the newest first.
+
+        Args:
+            lecture: That of one lecture; None for all.
+            hidden: Polls that are not revealed yet.
+        """
+        rows, lectures = await asyncio.gather(
+            asyncio.to_thread(self._store.all, PollRow), asyncio.to_thread(self._store.all, LectureRow)
+        )
+        titles = {row.id: row.title for row in lectures}
+        wanted = (row for row in rows if row.id not in hidden and lecture in {None, row.lecture})
+        kept = ((messages.PollKept.model_validate(row), titles.get(row.lecture or "")) for row in wanted)
+        return [poll.model_copy(update={"lecture_title": title}) for poll, title in kept]
 
 
 class Follows:
@@ -74,11 +137,11 @@ class Follows:
         """Return one.
 
         Raises:
-            NotFoundError: There is none.
+            NotFoundError: It does not exist.
         """
         found = self._follows.get(name)
         if found is None:
-            raise NotFoundError("There is no such class; it may have ended.")
+            raise NotFoundError("This class does not exist; it may have ended.")
         return found
 
     def check_room(self) -> None:
@@ -94,7 +157,7 @@ class Follows:
         """Return what a link says, and the class that it leads to.
 
         Raises:
-            EndedError: The class is over.
+            GoneError: The class is over.
             NotFoundError: This server has not signed the link.
         """
         claim = self.links.read(link)
@@ -102,10 +165,10 @@ class Follows:
             raise NotFoundError(FORGED)
         follow = self._follows.get(claim.follow)
         if follow is None:
-            raise EndedError(GONE)
+            raise GoneError(GONE)
         return claim, follow
 
-    async def begin(self, wanted: FollowCreate, base: str) -> Follow:
+    async def begin(self, wanted: messages.FollowCreate, base: str) -> Follow:
         """Let a class follow.
 
         Args:
@@ -114,7 +177,7 @@ class Follows:
 
         Raises:
             ConflictError: There are too many already.
-            NotFoundError: There is no such session or lesson.
+            NotFoundError: A session or the lesson does not exist.
         """
         if len(self._follows) >= MOST:
             raise ConflictError(f"{MOST} classes follow already; end one first.")
@@ -127,7 +190,9 @@ class Follows:
         follow.tell()
         return follow
 
-    async def change(self, follow: Follow, wanted: FollowUpdate, participant: Participant | None = None) -> None:
+    async def change(
+        self, follow: Follow, wanted: messages.FollowUpdate, participant: Participant | None = None
+    ) -> None:
         """Change what a class follows, or its limits.
 
         Args:
@@ -136,15 +201,15 @@ class Follows:
             participant: Who changes it, if somebody who has rights over this class alone.
 
         Raises:
-            EndedError: The class ended meanwhile.
+            GoneError: The class ended meanwhile.
             ForbiddenError: The participant has no rights over a session.
-            NotFoundError: There is no such session or lesson.
+            NotFoundError: A session or the lesson does not exist.
             RefusedError: Nothing would be left to follow.
         """
         given = wanted.model_fields_set
         lesson = await self._lesson(wanted.lesson)
         if follow.ended is not None:
-            raise EndedError(follow.ended)
+            raise GoneError(follow.ended)
         if participant is not None and not participant.reach.steered.issuperset(wanted.sessions):
             raise ForbiddenError("This link gives rights over what the class already follows, and no other session.")
         before = follow.content
@@ -168,14 +233,14 @@ class Follows:
         for name in follow.forks.sessions:
             self._end_session(name)
 
-    async def fork(self, participant: Participant, wanted: ForkCreate) -> Fork:
+    async def fork(self, participant: Participant, wanted: messages.ForkCreate) -> Fork:
         """Begin a session of a follower's own where one of the class's stands, or let the follower turn the figure.
 
         Raises:
             ConflictError: The follower has one, or has ended it meanwhile.
-            EndedError: The class ended meanwhile.
+            GoneError: The class ended meanwhile.
             ForbiddenError: The follower is not there.
-            NotFoundError: The class follows no such session, or no lesson.
+            NotFoundError: The class does not follow the session, or follows no lesson.
             RefusedError: The frame has not been computed.
             UnavailableError: All places for copies are taken.
         """
@@ -197,7 +262,7 @@ class Follows:
             await self._manager.create(spec)
             if follow.ended is not None or follow.forks.of(seat) is not fork:
                 self._end_session(spec.id)
-                raise EndedError(follow.ended) if follow.ended else ConflictError("You have ended it in the meantime.")
+                raise GoneError(follow.ended) if follow.ended else ConflictError("You have ended it in the meantime.")
             fork.session = spec.id
         return fork
 
@@ -209,7 +274,9 @@ class Follows:
 
     # ------------------------------------------------------------ polls
 
-    async def ask(self, follow: Follow, wanted: PollCreate, participant: Participant | None) -> ComputingPublic | None:
+    async def ask(
+        self, follow: Follow, wanted: messages.PollCreate, participant: Participant | None
+    ) -> messages.ComputingPublic | None:
         """Ask a class something, in place of what it was asked before; or tell how far the run is that this needs.
 
         Args:
@@ -220,7 +287,7 @@ class Follows:
         Raises:
             ConflictError: As many polls are kept as may be.
             ForbiddenError: The participant has no rights over what was answered before.
-            NotFoundError: There is no such lesson, or no such poll any more.
+            NotFoundError: The lesson or the poll does not exist.
             RefusedError: The lesson's answer cannot be computed.
         """
         if wanted.kept is not None:
@@ -230,7 +297,7 @@ class Follows:
         else:
             await self.records.check_room()
             asked = await self._question(wanted)
-            if isinstance(asked, ComputingPublic):
+            if isinstance(asked, messages.ComputingPublic):
                 return asked
             poll = Poll.ask(*asked, wanted.lecture, wanted.lesson)
         await self.records.keep(follow)
@@ -256,22 +323,24 @@ class Follows:
         if poll is not None and not poll.revealed:
             await self.records.withdraw(poll)
 
-    async def kept_polls(self, lecture: str | None = None) -> list[PollKept]:
+    async def kept_polls(self, lecture: str | None = None) -> list[messages.PollKept]:
         """Return what was answered, the newest first, but for what its lecturer has yet to reveal."""
         open_ones = {each.poll.id for each in self.all if each.poll is not None and not each.poll.revealed}
         return await self.records.all(lecture, open_ones)
 
     # ------------------------------------------------------------ within
 
-    async def _question(self, wanted: PollCreate) -> tuple[str, Sequence[str]] | ComputingPublic:
+    async def _question(self, wanted: messages.PollCreate) -> tuple[str, Sequence[str]] | messages.ComputingPublic:
         """Return what is asked, and its answers."""
         if wanted.lesson is None:
             return wanted.question or "", wanted.answers or ()
         lesson = await self._lessons.get(wanted.lesson)
         answers = await self._lessons.poll_answers(lesson)
-        if isinstance(answers, ComputingPublic):
+        if isinstance(answers, messages.ComputingPublic):
             return answers
-        return _plain(lesson.question.text, LONGEST_QUESTION), [_plain(each, LONGEST_ANSWER) for each in answers]
+        return _plain(lesson.question.text, messages.LONGEST_QUESTION), [
+            _plain(each, messages.LONGEST_ANSWER) for each in answers
+        ]
 
     def _titles(self, sessions: Sequence[str]) -> dict[str, str]:
         return {name: self._manager.get(name).snapshot.name for name in sessions}

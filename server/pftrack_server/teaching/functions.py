@@ -15,17 +15,8 @@ from pftrack.core.model.parameters import flat, nearest, revise
 from pftrack.process import give_way
 from pftrack.runs.reproduction import make
 from pftrack.teaching.lessons import find
+from pftrack.teaching.lessons import lesson as course
 from pftrack.teaching.lessons.figure import Number
-from pftrack.teaching.lessons.lesson import (
-    Check,
-    Demonstration,
-    Given,
-    Lesson,
-    Verdict,
-    judge,
-    question_recipe,
-    read_answer,
-)
 from pftrack.teaching.lessons.library import read_lesson
 from pftrack_server.jobs.functions import Steps
 
@@ -64,26 +55,28 @@ def draw(wanted: str, source: str, values: Mapping[str, object], seed: int | Non
     return json.dumps(told, allow_nan=False).encode()
 
 
-def judge_demonstration(wanted: str, source: str, given: Given) -> Verdict:
+def judge_demonstration(wanted: str, source: str, given: course.Given) -> course.Verdict:
     """Judge the answer to a demonstration's question.
 
     Raises:
-        ParameterError: It is no answer to it.
+        ParameterError: It is not an answer to it.
     """
     lesson = _lesson(wanted, source)
-    read_answer(lesson.question, given)
-    return judge(lesson.question, lesson.answer(_question_parameters(lesson), _demonstration(lesson).seed), given)
+    course.read_answer(lesson.question, given)
+    return course.judge(
+        lesson.question, lesson.answer(_question_parameters(lesson), _demonstration(lesson).seed), given
+    )
 
 
 def answer(wanted: str, source: str) -> Steps:
     """Compute the run that a scenario's question is about, and return the right answer; a step is a frame.
 
     Raises:
-        RefusedError: There is no such experiment, a value is refused, or the run does not have the number asked for.
+        RefusedError: The experiment is unknown, a value is refused, or the run does not have the number asked for.
     """
     give_way(NICENESS)
     lesson = _lesson(wanted, source)
-    run = make(question_recipe(lesson))
+    run = make(course.question_recipe(lesson))
     for step in run.seeking(run.frames - 1):
         yield step.diagnostics.frame + 1, run.frames
     return asdict(lesson.answer(run))
@@ -103,22 +96,22 @@ def check(wanted: str, source: str) -> Steps:
     return {"results": results}
 
 
-def _lesson(wanted: str, source: str) -> Lesson:
+def _lesson(wanted: str, source: str) -> course.Lesson:
     return read_lesson(source) if source else find(wanted)
 
 
-def _demonstration(lesson: Lesson) -> Demonstration:
-    if not isinstance(lesson.body, Demonstration):
+def _demonstration(lesson: course.Lesson) -> course.Demonstration:
+    if not isinstance(lesson.body, course.Demonstration):
         raise TypeError(f"the lesson {lesson.id} is a scenario, which has no figure")
     return lesson.body
 
 
-def _question_parameters(lesson: Lesson) -> Any:  # noqa: ANN401 - the lesson's own model of parameters
+def _question_parameters(lesson: course.Lesson) -> Any:  # noqa: ANN401 - the lesson's own model of parameters
     """Return the parameters at which a demonstration's question is asked."""
     return revise(_demonstration(lesson).parameters, dict(lesson.question.at))
 
 
-def _check(each: Check) -> dict[str, Any]:
+def _check(each: course.Check) -> dict[str, Any]:
     told: dict[str, Any] = {"check": each.name, "title": each.title}
     try:
         outcome = each.run()
@@ -126,9 +119,6 @@ def _check(each: Check) -> dict[str, Any]:
         return {**told, "problem": f"This could not be computed: {error}."}
     if outcome.words:
         return {**told, "problem": f"This could not be computed: {outcome.words}."}
-    numbers = {name: _finite(getattr(outcome, name)) for name in ("ours", "exact", "tolerance")}
+    found = {"ours": outcome.ours, "exact": outcome.exact, "tolerance": outcome.tolerance}
+    numbers = {name: float(value) if math.isfinite(value) else None for name, value in found.items()}
     return {**told, **numbers, "passed": outcome.passed}
-
-
-def _finite(value: float | None) -> float | None:
-    return float(value) if value is not None and math.isfinite(value) else None

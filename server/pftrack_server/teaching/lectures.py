@@ -28,27 +28,18 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments import find as find_experiment
 from pftrack.teaching.lessons.document import EXPONENT, DocumentError, ask, decode, document_of
 from pftrack.teaching.lessons.lesson import Lesson
-from pftrack_server.core.bodies import printable
-from pftrack_server.core.errors import DamagedError, NotFoundError
+from pftrack_server.core.bodies import fields_of, printable
+from pftrack_server.core.errors import GoneError, NotFoundError
 from pftrack_server.store.database import LectureRow
 from pftrack_server.store.files import new_name, now
+from pftrack_server.teaching import messages
 from pftrack_server.teaching.lessons import Lessons
-from pftrack_server.teaching.messages import (
-    Kind,
-    LectureItem,
-    LectureItemPublic,
-    LecturePublic,
-    LectureRun,
-    LectureSummary,
-    LectureUpdate,
-    PollCreate,
-)
 from pftrack_server.web.failures import failure_named
 from pftrack_server.work.sources import ComparedRun, House, find_run
 
 MOST = 200
 """Lectures kept."""
-USUAL_MINUTES: Final[dict[Kind, float]] = {
+USUAL_MINUTES: Final[dict[messages.Kind, float]] = {
     "lesson": 8,
     "failure": 5,
     "session": 5,
@@ -76,7 +67,7 @@ class LectureText(NamedTuple):
         lines: Of each item, from 1.
     """
 
-    lecture: LectureUpdate
+    lecture: messages.LectureUpdate
     lines: tuple[int, ...]
 
 
@@ -93,7 +84,7 @@ def read_lecture(data: bytes) -> LectureText:
         document = document_of(decode(data))
     except DocumentError as error:
         raise _refusal([error]) from None
-    head = ask(document, LectureUpdate, "a lecture", "docs/how-to/lectures.md")
+    head = ask(document, messages.LectureUpdate, "a lecture", "docs/how-to/lectures.md")
     if isinstance(head, list):
         raise _refusal(head)
     lines = tuple(document.line(("items", place)) for place in range(len(head.items)))
@@ -101,10 +92,10 @@ def read_lecture(data: bytes) -> LectureText:
     if len(document.text) > _longest_notes():
         message = f"the text has more than the {_longest_notes():,} characters that notes may have"
         raise _refusal([DocumentError(document.text_line, message)])
-    return LectureText(LectureUpdate.model_construct(**whole), lines)
+    return LectureText(messages.LectureUpdate.model_construct(**whole), lines)
 
 
-def write_lecture(lecture: LectureUpdate) -> str:
+def write_lecture(lecture: messages.LectureUpdate) -> str:
     """Return the text of a lecture's file.
 
     Raises:
@@ -134,7 +125,7 @@ _Writer.add_representer(str, _Writer.represent_str)
 
 
 def _longest_notes() -> int:
-    [longest] = [each.max_length for each in LectureUpdate.model_fields["notes"].metadata]
+    [longest] = [each.max_length for each in messages.LectureUpdate.model_fields["notes"].metadata]
     return int(longest)
 
 
@@ -158,34 +149,34 @@ class Lectures:
         self._store = house.store
         self._lessons = lessons
 
-    async def all(self) -> Sequence[LectureSummary]:
+    async def all(self) -> Sequence[messages.LectureSummary]:
         """Return all lectures, the newest first."""
         found = await asyncio.to_thread(lambda: [(row, _readable(row)) for row in self._store.all(LectureRow)])
         return [await self._public(row, text) for row, text in found if text is not None]
 
-    async def get(self, name: str) -> LecturePublic:
+    async def get(self, name: str) -> messages.LecturePublic:
         """Return a lecture.
 
         Raises:
-            DamagedError: What is stored cannot be read.
-            NotFoundError: There is none.
+            GoneError: What is stored cannot be read.
+            NotFoundError: It does not exist.
         """
         row = await self._row(name)
         text = await asyncio.to_thread(_readable, row)
         if text is None:
-            raise DamagedError("The stored file of this lecture is damaged; it can only be deleted.")
+            raise GoneError("The stored file of this lecture is damaged; it can only be deleted.")
         return await self._public(row, text)
 
     async def text(self, name: str) -> tuple[str, str]:
         """Return title and file of a lecture.
 
         Raises:
-            NotFoundError: There is none.
+            NotFoundError: It does not exist.
         """
         row = await self._row(name)
         return row.title, row.text
 
-    async def add(self, lecture: LectureUpdate) -> LecturePublic:
+    async def add(self, lecture: messages.LectureUpdate) -> messages.LecturePublic:
         """Keep a new lecture.
 
         Raises:
@@ -195,39 +186,30 @@ class Lectures:
         """
         return await self._keep(await asyncio.to_thread(write_lecture, await self._self_contained(lecture)))
 
-    async def bring_in(self, data: bytes) -> LecturePublic:
+    async def bring_in(self, data: bytes) -> messages.LecturePublic:
         """Keep a lecture that somebody wrote or sent, as it was written; items not found here are told by their line.
 
         Raises:
             ConflictError: There are as many as there may be.
-            RefusedError: It is no lecture.
+            RefusedError: It is not a lecture.
         """
         await asyncio.to_thread(read_lecture, data)
         return await self._keep(data.decode("utf-8-sig"))
 
-    async def change(self, name: str, lecture: LectureUpdate) -> LecturePublic:
+    async def change(self, name: str, lecture: messages.LectureUpdate) -> messages.LecturePublic:
         """Put another order in the place of a lecture's.
 
         Raises:
-            NotFoundError: There is no such lecture, or a run that it names is not here.
+            NotFoundError: The lecture does not exist, or a run that it names is not here.
             RefusedError: It is too large.
         """
         row = await self._row(name)
         text = await asyncio.to_thread(write_lecture, await self._self_contained(lecture))
         return await self._save(LectureRow(id=name, title=lecture.title, text=text, created=row.created, updated=now()))
 
-    async def remove(self, name: str) -> None:
-        """Forget a lecture; what was answered in it stays.
-
-        Raises:
-            NotFoundError: There is none.
-        """
-        if not await asyncio.to_thread(self._store.remove, LectureRow, name):
-            raise NotFoundError("There is no such lecture; it may have been deleted.")
-
     # ------------------------------------------------------------ within
 
-    async def _keep(self, text: str) -> LecturePublic:
+    async def _keep(self, text: str) -> messages.LecturePublic:
         if await asyncio.to_thread(self._store.count, LectureRow) >= MOST:
             raise ConflictError(f"The server keeps at most {MOST} lectures; delete one first.")
         lecture, _ = await asyncio.to_thread(read_lecture, text.encode())
@@ -236,7 +218,7 @@ class Lectures:
             LectureRow(id=new_name(), title=lecture.title, text=text, created=moment, updated=moment)
         )
 
-    async def _save(self, row: LectureRow) -> LecturePublic:
+    async def _save(self, row: LectureRow) -> messages.LecturePublic:
         text = await asyncio.to_thread(read_lecture, row.text.encode())
         _check_names(text)
         public = await self._public(row, text)
@@ -244,52 +226,44 @@ class Lectures:
         return public
 
     async def _row(self, name: str) -> LectureRow:
-        row = await asyncio.to_thread(self._store.get, LectureRow, name)
-        if row is None:
-            raise NotFoundError("There is no such lecture; it may have been deleted.")
-        return row
+        return await asyncio.to_thread(self._store.find, LectureRow, name)
 
-    async def _public(self, row: LectureRow, text: LectureText) -> LecturePublic:
+    async def _public(self, row: LectureRow, text: LectureText) -> messages.LecturePublic:
         lecture, lines = text
         items = [await self._view(item, line, row.id) for item, line in zip(lecture.items, lines, strict=True)]
-        return LecturePublic(
-            id=row.id,
-            title=lecture.title,
+        return messages.LecturePublic(
+            **fields_of(messages.LecturePublic, row, lecture) | {"items": items},
             count=len(items),
             minutes=sum(item.minutes for item in items),
-            created=row.created,
-            updated=row.updated,
             page=f"lectures/{row.id}",
-            items=items,
-            notes=lecture.notes,
         )
 
-    async def _view(self, item: LectureItem, line: int, lecture: str) -> LectureItemPublic:
+    async def _view(self, item: messages.LectureItem, line: int, lecture: str) -> messages.LectureItemPublic:
         title, page, minutes, problem = _named(item), None, USUAL_MINUTES[item.kind], None
-        asks: PollCreate | None = None
+        asks: messages.PollCreate | None = None
         try:
             match item:
-                case LectureItem(lesson=str() as name):
+                case messages.LectureItem(lesson=str() as name):
                     lesson = await self._lesson(name)
                     title, page, minutes = lesson.title, f"learn/{lesson.id}", lesson.minutes
-                case LectureItem(failure=str() as name):
+                case messages.LectureItem(failure=str() as name):
                     failure = failure_named(name).failure
                     title, page = failure.title, f"failures/{failure.id}"
-                case LectureItem(session=LectureRun() as run):
+                case messages.LectureItem(session=messages.LectureRun() as run):
                     title, page = _title_of([run]), _session_page(run)
-                case LectureItem(comparison=compared) if compared is not None:
+                case messages.LectureItem(comparison=compared) if compared is not None:
                     title = _title_of(compared.runs)
                     page = _page("compare", compared.model_dump(mode="json", exclude_defaults=True))
-                case LectureItem(question=str() as name):
+                case messages.LectureItem(question=str() as name):
                     lesson = await self._lesson(name)
                     title = f"Question: {lesson.title}"
-                    asks = PollCreate(lesson=lesson.id, lecture=lecture)
-                case LectureItem(poll=str() as question):
+                    asks = messages.PollCreate(lesson=lesson.id, lecture=lecture)
+                case messages.LectureItem(poll=str() as question):
                     title = printable(question)
-                    asks = PollCreate(question=question, answers=item.answers, lecture=lecture)
-        except (NotFoundError, RefusedError) as error:
+                    asks = messages.PollCreate(question=question, answers=item.answers, lecture=lecture)
+        except RefusedError as error:
             problem = f"Line {line}: {error}"
-        return LectureItemPublic(
+        return messages.LectureItemPublic(
             item=item.model_dump(mode="json", exclude_defaults=True),
             kind=item.kind,
             title=item.title or title,
@@ -303,41 +277,32 @@ class Lectures:
         """Return a lesson.
 
         Raises:
-            NotFoundError: There is none; the many that there are stand beside the order.
+            NotFoundError: It does not exist; the page lists all lessons beside the order.
         """
         try:
             return await self._lessons.get(name)
         except NotFoundError:
-            raise NotFoundError(f"There is no lesson {name!r} here; it may be another lecturer's.") from None
+            raise NotFoundError(f"The lesson {name!r} is not here; it may be another lecturer's.") from None
 
-    async def _self_contained(self, lecture: LectureUpdate) -> LectureUpdate:
+    async def _self_contained(self, lecture: messages.LectureUpdate) -> messages.LectureUpdate:
         """Return a lecture whose runs are what makes them, so that its file says all, wherever it is opened."""
         return lecture.model_copy(update={"items": [await self._with_recipes(item) for item in lecture.items]})
 
-    async def _with_recipes(self, item: LectureItem) -> LectureItem:
-        titles: list[str | None] = []
-        update: dict[str, object] = {}
-        if item.session is not None and item.session.reference is not None:
-            named = await find_run(item.session, self._house)
-            given = item.session.position
-            position = named.spec.run.position if given is None else given
-            recipe = named.spec.recipe.with_footage(truth=None)
-            update["session"] = LectureRun(recipe=recipe, upload=named.spec.upload, position=position or None)
-            titles.append(named.title)
-        if item.comparison is not None:
-            runs = []
-            for run in item.comparison.runs:
-                if run.reference is None:
-                    runs.append(run)
-                    titles.append(None)
-                    continue
-                named = await find_run(run, self._house)
-                runs.append(ComparedRun(recipe=named.spec.recipe, upload=named.spec.upload))
-                titles.append(named.title)
+    async def _with_recipes(self, item: messages.LectureItem) -> messages.LectureItem:
+        runs, titles = list(_runs_of(item)), []
+        for place, run in enumerate(runs):
+            if run.reference is not None:
+                spec, title = await find_run(run, self._house)
+                made: dict[str, object] = {"reference": None, "recipe": spec.recipe, "upload": spec.upload}
+                if isinstance(run, messages.LectureRun):
+                    made["position"] = (spec.run.position if run.position is None else run.position) or None
+                runs[place] = run.model_copy(update=made)
+                titles.append(title)
+        update: dict[str, object] = {"session": runs[0]} if item.session else {}
+        if item.comparison:
             update["comparison"] = item.comparison.model_copy(update={"runs": runs})
-        known = [title for title in titles if title]
-        if item.title is None and known and len(known) == len(titles):
-            update["title"] = " · ".join(known)[:200]
+        if item.title is None and runs and len(titles) == len(runs) and all(titles):
+            update["title"] = " · ".join(map(str, titles))[:200]
         return item.model_copy(update=update)
 
 
@@ -349,6 +314,10 @@ def _readable(row: LectureRow) -> LectureText | None:
         return None
 
 
+def _runs_of(item: messages.LectureItem) -> Sequence[ComparedRun]:
+    return [item.session] if item.session else item.comparison.runs if item.comparison else []
+
+
 def _check_names(text: LectureText) -> None:
     """Refuse items with a run that names a tracker or a parameter that its experiment, if that is here, does not have.
 
@@ -356,8 +325,7 @@ def _check_names(text: LectureText) -> None:
         RefusedError: One does; the sentence names its line.
     """
     for item, line in zip(text.lecture.items, text.lines, strict=True):
-        runs = [item.session] if item.session else item.comparison.runs if item.comparison else []
-        for recipe in (run.recipe for run in runs if run.recipe is not None):
+        for recipe in (run.recipe for run in _runs_of(item) if run.recipe is not None):
             if recipe.experiment in EXPERIMENTS:
                 try:
                     EXPERIMENTS[recipe.experiment].check_names(recipe)
@@ -365,8 +333,8 @@ def _check_names(text: LectureText) -> None:
                     raise RefusedError(f"Line {line}: {error}.", field=error.field) from None
 
 
-def _named(item: LectureItem) -> str:
-    """Return what an item is called of which nothing is known."""
+def _named(item: messages.LectureItem) -> str:
+    """Return a fallback title for an unknown item."""
     name = item.lesson or item.failure or item.question
     return f"{item.kind.capitalize()} {name}" if name else item.kind.capitalize()
 
@@ -387,7 +355,7 @@ def _title_of(runs: Sequence[ComparedRun]) -> str:
     return each if len(runs) == 1 else f"{each}, {len(runs)} runs compared"
 
 
-def _session_page(run: LectureRun) -> str:
+def _session_page(run: messages.LectureRun) -> str:
     """Return the address of a new session.
 
     Raises:

@@ -2,42 +2,28 @@
 
 A pool of workers draws figures and judges their answers. Checks, and the runs that questions are about, are computed
 once and kept under a hash of all that they depend on, the program among it. A child task computes one when somebody
-first asks for it, so that a class that opens a lesson at one time waits for one computation; whoever asks meanwhile
+first asks for it, so that a class that opens a lesson at one time waits for one computation; who asks meanwhile
 hears how far it is. They are computed one after the other, and what takes a moment waits for nothing that takes longer.
 """
 
 import asyncio
 import json
-import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
-
-import structlog
+from typing import Any, Literal
 
 from pftrack.core.refusal import RefusedError
 from pftrack.process import MEBIBYTE, Budget, CallError, Ending, Pool, WorkerLostError
 from pftrack.teaching.lessons import LESSONS, find
-from pftrack.teaching.lessons.lesson import (
-    Answer,
-    Demonstration,
-    Given,
-    Lesson,
-    Scenario,
-    Verdict,
-    judge,
-    poll_answers,
-    read_answer,
-)
+from pftrack.teaching.lessons import lesson as course
 from pftrack.teaching.lessons.library import Library, read_lessons
 from pftrack.teaching.lessons.notebook import lesson_notebook
-from pftrack_server.core.errors import ApiError, NotFoundError, UnavailableError
+from pftrack_server.core.errors import NotFoundError, UnavailableError
 from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.core.processes import FORK_SERVER
 from pftrack_server.jobs.child_tasks import ChildTasks, Queues
+from pftrack_server.jobs.jobs import Job, Jobs, OnStep
 from pftrack_server.jobs.results import DiskCache, digest
-from pftrack_server.store.disk_budget import failure_message
 from pftrack_server.teaching import functions
 from pftrack_server.teaching.messages import ComputingPublic, FigureRequest, missing
 
@@ -49,10 +35,10 @@ LONGEST_S = 60.0
 compiled, which takes a busy machine many seconds; a worker that is ended then would begin with that again."""
 MEMORY_BYTES = 1024 * MEBIBYTE
 BUDGET = Budget(memory_bytes=MEMORY_BYTES, cpu_seconds=None, silence_s=LONGEST_S, niceness=3)
-"""Whoever serves everybody goes first, as before a session."""
+"""The web process goes first, as before a session."""
 
 RUN_S = 1.5
-"""So long whoever answers waits for a run; then the answer says how far it is."""
+"""How long an answer waits for a run; then it says how far the run is."""
 COMPUTED_BUDGET = Budget(cpu_seconds=1800.0, silence_s=600.0)
 """A check may take a minute on a slow machine, and says nothing meanwhile."""
 MOMENT_S = 3.0
@@ -60,96 +46,56 @@ MOMENT_S = 3.0
 AGAIN_S = 60.0
 """So long after a failure nobody tries again."""
 
-log = structlog.get_logger(__name__)
 warnings = RateLimitedLogger(__name__)
 
 
-@dataclass
-class Job:
-    """Something that is computed.
+class LessonJob(Job[dict[str, Any]]):
+    """What is computed of a lesson: the results of its checks, or the right answer to its question."""
 
-    Attributes:
-        done: Steps done.
-        total: Steps to do; 0 until that is known.
-        result: What came of it; None until it has ended.
-        problem: Why nothing came of it, one sentence.
-        ended: When it ended (monotonic, s); None until then.
-        task: What computes it.
-    """
-
-    done: int = 0
-    total: int = 0
-    result: dict[str, Any] | None = None
-    problem: str = ""
-    ended: float | None = None
-    task: asyncio.Task[None] | None = field(default=None, repr=False)
-
-    @property
-    def has_failed_long_ago(self) -> bool:
-        """Whether it may go better now."""
-        return bool(self.problem) and self.ended is not None and time.monotonic() - self.ended > AGAIN_S
-
-    def step(self, done: int, total: int) -> None:
-        """Take note of how far it is."""
-        self.done, self.total = done, total
+    kind: Literal["lesson"] = "lesson"
 
 
 class LessonResults:
-    """What was computed, and what is.
+    """What was computed of lessons, and what is.
 
     Args:
-        folder: Where it is kept.
+        kept: Where it is kept.
         tasks: Where it is computed.
+
+    Attributes:
+        jobs: What is under way, or has failed a moment ago.
     """
 
-    def __init__(self, folder: Path, tasks: ChildTasks) -> None:
-        self._kept = DiskCache(folder)
-        self._tasks = tasks
+    def __init__(self, kept: DiskCache, tasks: ChildTasks) -> None:
+        self.jobs = Jobs(kept_s=AGAIN_S)
+        self._kept, self._tasks = kept, tasks
         self._queues = Queues(light=1, heavy=1, moment_s=MOMENT_S)
-        self._jobs: dict[str, Job] = {}
 
-    def open(self) -> None:
-        """Forget what another version of the program has computed."""
-        self._kept.open()
-
-    async def close(self) -> None:
-        """Stop what is computed."""
-        tasks = [job.task for job in self._jobs.values() if job.task is not None]
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
-
-    async def get(self, about: str, function: Callable[..., Any], *arguments: object) -> Job:
+    async def get(self, about: str, function: Callable[..., Any], *arguments: object) -> LessonJob:
         """Return what was computed, or begin to compute it.
 
         Args:
             about: All that the result depends on beside the program.
             function: A generator that a child task goes through.
             arguments: For it.
-        """
-        name = digest(about)
-        if name in self._jobs and self._jobs[name].has_failed_long_ago:
-            del self._jobs[name]
-        if name not in self._jobs:
-            job = Job(result=await asyncio.to_thread(self._kept.read, name))
-            # Somebody else may have begun while the disk was asked.
-            job = self._jobs.setdefault(name, job)
-            if job.result is None and job.task is None:
-                job.task = asyncio.create_task(self._compute(name, job, function, arguments))
-        return self._jobs[name]
 
-    async def _compute(self, name: str, job: Job, function: Callable[..., Any], arguments: tuple[object, ...]) -> None:
-        try:
-            result: dict[str, Any] = await self._queues.take_turn(
-                lambda: self._tasks.run_beside(function, *arguments, budget=COMPUTED_BUDGET, on_step=job.step)
+        Raises:
+            UnavailableError: Too much is under way.
+        """
+        job = LessonJob(id=digest(about), name=function.__name__)
+        job.result = await asyncio.to_thread(self._kept.read, job.id)
+        if job.result is not None:
+            return job
+
+        async def work(on_step: OnStep) -> dict[str, Any]:
+            found: dict[str, Any] = await self._queues.take_turn(
+                lambda: self._tasks.run_beside(function, *arguments, budget=COMPUTED_BUDGET, on_step=on_step)
             )
-            job.result = result
-            await asyncio.to_thread(self._kept.write, name, result)
-        except Exception as error:
-            if not isinstance(error, ApiError | RefusedError):
-                log.exception("a lesson's computation failed", function=function.__name__)
-            job.problem = f"{failure_message(error).rstrip('.')}."
-        job.ended = time.monotonic()
+            await asyncio.to_thread(self._kept.write, job.id, found)
+            return found
+
+        known = self.jobs.find(job.id)
+        return known if isinstance(known, LessonJob) else self.jobs.begin(job, work)
 
 
 class Lessons:
@@ -161,30 +107,26 @@ class Lessons:
         tasks: Where these are computed.
     """
 
-    def __init__(self, folder: Path, kept: Path, tasks: ChildTasks) -> None:
+    def __init__(self, folder: Path, kept: DiskCache, tasks: ChildTasks) -> None:
         self._folder = folder
         self._reading = asyncio.Lock()
         self._pool = Pool(FORK_SERVER, most=AT_ONCE, kept=KEPT, budget=BUDGET)
         self._computed = LessonResults(kept, tasks)
 
-    def open(self) -> None:
-        """Look at what was kept."""
-        self._computed.open()
-
     async def close(self) -> None:
         """End all that is computed."""
-        await asyncio.gather(self._pool.close(), self._computed.close())
+        await asyncio.gather(self._pool.close(), self._computed.jobs.close())
 
     async def all(self) -> Library:
         """Read all lessons, and what is wrong with those that cannot be read."""
         async with self._reading:  # the first reads what is then kept for the others
             return await asyncio.to_thread(read_lessons, self._folder)
 
-    async def get(self, wanted: str) -> Lesson:
+    async def get(self, wanted: str) -> course.Lesson:
         """Return a lesson by its id or number.
 
         Raises:
-            NotFoundError: There is none; the sentence lists those that there are.
+            NotFoundError: It does not exist; the sentence lists all lessons.
         """
         try:
             if wanted in LESSONS or wanted.isdecimal():  # no file is read for one of the course
@@ -193,74 +135,74 @@ class Lessons:
         except RefusedError as error:
             raise NotFoundError(str(error)) from None
 
-    async def figure(self, lesson: Lesson, asked_for: FigureRequest) -> bytes:
+    async def figure(self, lesson: course.Lesson, asked_for: FigureRequest) -> bytes:
         """Return a demonstration's figure and numbers as JSON.
 
         Raises:
             RefusedError: The lesson has no figure.
             ParameterError: A value is refused.
         """
-        if not isinstance(lesson.body, Demonstration):
+        if not isinstance(lesson.body, course.Demonstration):
             raise RefusedError("This lesson shows a run; it has no figure.", field="lesson", value=lesson.id)
         told = asked_for.parameters, asked_for.seed, asked_for.revealed, asked_for.nearest
         drawn: bytes = await self._call(functions.draw, lesson.id, lesson.source, *told)
         return drawn
 
-    async def notebook(self, lesson: Lesson) -> bytes:
+    async def notebook(self, lesson: course.Lesson) -> bytes:
         """Return a lesson as a Jupyter notebook, with its defaults.
 
         Raises:
             RefusedError: Its experiment is not here.
         """
-        if isinstance(lesson.body, Scenario) and (problem := missing(lesson.body.experiment)):
+        if isinstance(lesson.body, course.Scenario) and (problem := missing(lesson.body.experiment)):
             raise RefusedError(problem)
         return await asyncio.to_thread(lesson_notebook, lesson)
 
-    async def judge(self, lesson: Lesson, given: Given) -> Verdict | ComputingPublic:
+    async def judge(self, lesson: course.Lesson, given: course.Given) -> course.Verdict | ComputingPublic:
         """Judge an answer, or tell how far the run is that it is judged by.
 
         Raises:
-            ParameterError: It is no answer to the question.
+            ParameterError: It is not an answer to the question.
             RefusedError: The run cannot be computed.
         """
-        given = read_answer(lesson.question, given)
-        if isinstance(lesson.body, Demonstration):
-            verdict: Verdict = await self._call(functions.judge_demonstration, lesson.id, lesson.source, given)
+        given = course.read_answer(lesson.question, given)
+        if isinstance(lesson.body, course.Demonstration):
+            verdict: course.Verdict = await self._call(functions.judge_demonstration, lesson.id, lesson.source, given)
             return verdict
         if problem := missing(lesson.body.experiment):
             raise RefusedError(problem)
         job = await self._result("answer", functions.answer, lesson)
-        if job.task is not None:
-            await asyncio.wait({job.task}, timeout=RUN_S)
-        if job.problem:
-            raise RefusedError(job.problem)
+        if job.result is None:
+            await self._computed.jobs.wait(job.id, RUN_S)
+        if job.error is not None:
+            raise RefusedError(job.error)
         if job.result is None:
             return ComputingPublic(done=job.done, total=job.total)
-        return judge(lesson.question, Answer(**job.result), given)
+        return course.judge(lesson.question, course.Answer(**job.result), given)
 
-    async def poll_answers(self, lesson: Lesson) -> tuple[str, ...] | ComputingPublic:
+    async def poll_answers(self, lesson: course.Lesson) -> tuple[str, ...] | ComputingPublic:
         """Return the answers among which a class chooses, or tell how far the run is that they are made by.
 
         Raises:
-            RefusedError: The right answer cannot be computed, or is no number.
+            RefusedError: The right answer cannot be computed, or is not a number.
         """
         question = lesson.question
         if question.choices:
-            return poll_answers(question)
+            return course.poll_answers(question)
         # Whatever is judged, the verdict says what is right.
         verdict = await self.judge(lesson, question.bounds[0])
         if isinstance(verdict, ComputingPublic):
             return verdict
         try:
-            return poll_answers(question, verdict.exact)
+            return course.poll_answers(question, verdict.exact)
         except ValueError as error:
             raise RefusedError(f"This question cannot be asked as a poll: {error}.") from None
 
-    async def checks(self, lesson: Lesson) -> Job:
+    async def checks(self, lesson: course.Lesson) -> LessonJob:
         """Return the results of a lesson's checks, or their progress."""
         return await self._result("checks", functions.check, lesson)
 
-    async def _result(self, kind: str, function: Callable[..., Any], lesson: Lesson) -> Job:
+    async def _result(self, kind: str, function: Callable[..., Any], lesson: course.Lesson) -> LessonJob:
         about = {"kind": kind, "lesson": lesson.id, "origin": lesson.origin, "source": lesson.source}
         return await self._computed.get(json.dumps(about), function, lesson.id, lesson.source)
 
@@ -278,15 +220,10 @@ class Lessons:
             raise RefusedError(f"This needs more than the {most} of memory that a lesson may use.") from None
         except CallError as error:
             warnings.warn("a lesson failed", function=function.__name__, traceback=error.traceback)
-            raise UnavailableError(
-                "This could not be computed: the lesson has a mistake; the server's log says which."
-            ) from None
+            raise UnavailableError("The lesson has a mistake; the server's log names it.") from None
         except WorkerLostError as lost:
             if lost.how is Ending.OUT_OF_TIME:
                 raise UnavailableError(
-                    f"This took longer than the {LONGEST_S:g} s that a lesson may take and was given up; "
-                    "choose values that need less."
+                    f"This took longer than the {LONGEST_S:g} s of a lesson; choose values that need less."
                 ) from None
-            raise UnavailableError(
-                "This could not be computed: its process was ended by the system. Try again."
-            ) from None
+            raise UnavailableError("The lesson's process was ended by the system. Try again.") from None

@@ -109,9 +109,10 @@ def addresses(base: str, settings: Settings) -> list[Address]:
     if not is_loopback(parts.hostname or ""):
         return [Address(base, everybody=True)]
     port = f":{parts.port}" if parts.port else ""
-    names = [name for name in _names(settings) if {"*", name} & set(settings.hosts)]
+    known = (name for name in _names(settings) if {"*", name} & set(settings.hosts))
+    names = [f"[{name}]" if ":" in name else name for name in known]
     return [
-        *(Address(f"{parts.scheme}://{_bracket(name)}{port}{parts.path}", everybody=True) for name in names),
+        *(Address(f"{parts.scheme}://{name}{port}{parts.path}", everybody=True) for name in names),
         Address(base, everybody=False),
     ]
 
@@ -130,7 +131,3 @@ def _names(settings: Settings) -> list[str]:
         for address in found
         if address.family == socket.AF_INET and not is_loopback(address.address)
     ]
-
-
-def _bracket(name: str) -> str:
-    return f"[{name}]" if ":" in name else name

@@ -66,9 +66,7 @@ class FollowUpdate(RequestBody):
     sessions: Followed = Field([], description="One session, or up to four that are compared")
     lesson: Name | None = None
     title: GivenTitle | None = Field(None, description="That of the lesson or the first session, if left out")
-    arrangement: Arrangement = Field(
-        {}, description="How the lecturer's page arranges them; passed on to the followers' pages"
-    )
+    arrangement: Arrangement = Field({}, description="How the lecturer's page arranges them, for the followers' pages")
     most_followers: MostFollowers = Field(200, description="At one time; 0 closes the class to new followers")
     hours: Hours = Field(3.0, description="After which it ends by itself, from now on")
 
@@ -162,10 +160,6 @@ class PollKept(BaseModel):
         """Return the number of answers."""
         return sum(self.counts)
 
-    def titled(self, lecture_title: str | None) -> Self:
-        """Return it with the title of its lecture."""
-        return self.model_copy(update={"lecture_title": lecture_title})
-
 
 class ForkPublic(BaseModel):
     """What a follower has: a session, or the lesson."""
@@ -202,9 +196,7 @@ class FollowOwned(_Follow):
 
     id: str
     links: list[LinkPublic] = Field(description="For followers, the best first")
-    owner_link: str = Field(
-        description="For another device of the lecturer's; it gives the same rights over this alone"
-    )
+    owner_link: str = Field(description="For another device of the lecturer; gives rights over this class alone")
     notice: str | None = Field(description="What keeps others from following, a sentence")
     followers: int
     most_followers: int
@@ -256,7 +248,7 @@ class LectureComparison(RequestBody):
 class LectureItem(RequestBody):
     """One thing that is shown or asked, of one of the kinds."""
 
-    # Whoever writes a file may name a lesson by its number, and may have answers that are numbers.
+    # In a file a lesson may be named by its number, and answers may be numbers.
     model_config = ConfigDict(extra="forbid", coerce_numbers_to_str=True)
 
     lesson: Name | None = Field(None, description="Id of a lesson")
@@ -436,13 +428,11 @@ class FigureRequest(RequestBody):
     parameters: Values = Field({}, description="Values by name; others have their defaults")
     seed: Seed | None = Field(None, description="Of the random numbers; the lesson's own if left out")
     revealed: bool = Field(False, description="Whether what answers the question is shown")
-    nearest: bool = Field(
-        False, description="Whether a number out of bounds becomes the nearest that is allowed, as where it was dragged"
-    )
+    nearest: bool = Field(False, description="Whether a number out of bounds becomes the nearest allowed one")
 
 
 class FigurePublic(BaseModel):
-    """What a lesson comes to at some parameters."""
+    """The figure of a lesson at some parameters."""
 
     figure: dict[str, Any] = Field(description="As `pftrack.teaching.lessons.Figure` has it")
     numbers: list[Number]

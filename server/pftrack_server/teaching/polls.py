@@ -1,33 +1,17 @@
-"""Polls: one question to the class, one answer a follower, no names; and the answers, kept beyond the class.
+"""Polls: one question to the class, one answer a follower, no names; and its answers as a row and as CSV."""
 
-Nobody keeps seats. The server writes a poll down while it is answered, so a crash costs a few seconds of answers; it
-forgets a poll that nobody has answered, or that its lecturer has withdrawn.
-"""
-
-import asyncio
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Self
-
-from sqlalchemy.exc import SQLAlchemyError
+from typing import Self
 
 from pftrack.core.files import csv_text
 from pftrack.core.refusal import ConflictError, RefusedError
-from pftrack_server.core.errors import NotFoundError
-from pftrack_server.core.log import RateLimitedLogger
-from pftrack_server.store import Store
-from pftrack_server.store.database import LectureRow, PollRow
+from pftrack_server.core.bodies import fields_of
+from pftrack_server.store.database import PollRow
 from pftrack_server.store.files import new_name, now
 from pftrack_server.teaching.messages import PollKept, PollPublic
 
-if TYPE_CHECKING:
-    from pftrack_server.teaching.follow import Follow
-
-MOST = 5000
-"""Polls kept."""
 HEAD = ("asked", "lecture", "shown", "question", "answer", "votes", "share_percent", "answered", "followers")
-
-warnings = RateLimitedLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +64,7 @@ class Poll:
 
         Raises:
             ConflictError: It is another question, or its answers have been revealed.
-            RefusedError: There is no such answer.
+            RefusedError: The answer is not one of the list.
         """
         if poll != self.id:
             raise ConflictError("The lecturer asks another question now.")
@@ -98,15 +82,11 @@ class Poll:
     def view(self, *, to_owner: bool) -> PollPublic:
         """Return the poll as lecturer or followers see it; until it is revealed nobody sees what was answered."""
         counts = self.counts
-        return PollPublic(
-            id=self.id,
-            question=self.question,
-            answers=list(self.answers),
-            votes=sum(counts) if to_owner or self.revealed else None,
-            counts=list(counts) if self.revealed else None,
-            revealed=self.revealed,
-            lesson=self.lesson,
-        )
+        told = {
+            "votes": sum(counts) if to_owner or self.revealed else None,
+            "counts": list(counts) if self.revealed else None,
+        }
+        return PollPublic(**fields_of(PollPublic, self) | told)
 
     def row(self, title: str, followers: int) -> PollRow:
         """Return what is kept of it: no seat is in it.
@@ -125,77 +105,6 @@ class Poll:
             followers=max(followers, len(self.votes)),
             created=self.asked,
         )
-
-
-class PollRecords:
-    """The polls that are kept."""
-
-    def __init__(self, store: Store) -> None:
-        self._store = store
-        self._writing = asyncio.Lock()
-
-    async def check_room(self) -> None:
-        """Refuse one more poll where as many are kept as may be.
-
-        Raises:
-            ConflictError: There are.
-        """
-        if await asyncio.to_thread(self._store.count, PollRow) >= MOST:
-            raise ConflictError(f"The server keeps at most {MOST:,} polls; export and delete some of them first.")
-
-    async def keep(self, follow: "Follow") -> None:
-        """Write down what a class is asked, as far as it is answered."""
-        async with self._writing:
-            poll = follow.poll
-            if poll is not None and poll is not follow.written and poll.votes and poll.earlier is None:
-                await asyncio.to_thread(self._store.save, poll.row(follow.content.title, len(follow.followers)))
-                follow.written = poll
-
-    async def try_to_keep(self, follow: "Follow") -> None:
-        """Do the same where nobody waits for it: a database that cannot be written now may be able to later."""
-        try:
-            await self.keep(follow)
-        except (OSError, SQLAlchemyError) as error:
-            warnings.warn("a poll could not be written down", error=str(error))
-
-    async def withdraw(self, poll: Poll) -> None:
-        """Forget what was written down of a poll that is withdrawn before anybody sees what was answered."""
-        async with self._writing:
-            await asyncio.to_thread(self._store.remove, PollRow, poll.id)
-
-    async def remove(self, name: str) -> None:
-        """Forget a poll.
-
-        Raises:
-            NotFoundError: There is none.
-        """
-        if not await asyncio.to_thread(self._store.remove, PollRow, name):
-            raise NotFoundError("There is no such poll; it may have been deleted.")
-
-    async def again(self, name: str) -> Poll:
-        """Return a poll that was kept, with its answers for all to see.
-
-        Raises:
-            NotFoundError: There is none.
-        """
-        row = await asyncio.to_thread(self._store.get, PollRow, name)
-        if row is None:
-            raise NotFoundError("There is no such poll; it may have been deleted.")
-        return Poll.again(row)
-
-    async def all(self, lecture: str | None, hidden: Container[str]) -> list[PollKept]:
-        """Return what was answered, the newest first.
-
-        Args:
-            lecture: That of one lecture; None for all.
-            hidden: Polls that are not revealed yet.
-        """
-        rows, lectures = await asyncio.gather(
-            asyncio.to_thread(self._store.all, PollRow), asyncio.to_thread(self._store.all, LectureRow)
-        )
-        titles = {row.id: row.title for row in lectures}
-        wanted = (row for row in rows if row.id not in hidden and lecture in {None, row.lecture})
-        return [PollKept.model_validate(row).titled(titles.get(row.lecture or "")) for row in wanted]
 
 
 def polls_csv(polls: list[PollKept]) -> str:

@@ -1,29 +1,20 @@
-"""Roles: all that owner and follower of a class may request here, and who does; what is not in these lists is refused.
+"""Roles: all that owner and follower of a class may request here; what is not in these lists is refused.
 
 An entry is the method, or `WS` for a websocket, and the path as the app's own routes have it. A placeholder with the
 name of a field of `Reach` stands for one of the names in that field only; any other stands for anything.
 """
 
 import re
-from collections.abc import MutableMapping
-from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
+from typing import Final, Literal, NamedTuple
 
 from starlette.routing import compile_path
 
-from pftrack_server.core.base_path import GUEST
-from pftrack_server.teaching.links import Claim, Role
-
-if TYPE_CHECKING:
-    from pftrack_server.teaching.follow import Follow
+from pftrack_server.teaching.links import Role
 
 Standing = Role | Literal["stranger"]
 """A role, or that of a browser that has a follower's link and no seat yet."""
 
-ENTERING: Final = (
-    "GET /static/{path:path}",
-    "HEAD /static/{path:path}",
-    "GET /viz/client/{name}",
-)
+ENTERING: Final = ("GET /static/{path:path}", "HEAD /static/{path:path}", "GET /viz/client/{name}")
 LOOKING: Final = (
     "GET /viz/{seen}/",
     "WS /viz/{seen}",
@@ -122,39 +113,3 @@ def is_allowed(role: Standing, reach: Reach, method: str, path: str) -> bool:
         path: As the app's routes have it.
     """
     return any(rule.allows(method, path, reach) for rule in RULES[role])
-
-
-class Participant(NamedTuple):
-    """Somebody who came by the link of a class.
-
-    Attributes:
-        follow: The class.
-        claim: What the link says.
-        seat: The follower's name within it; empty for an owner.
-        role: What the participant is.
-    """
-
-    follow: "Follow"
-    claim: Claim
-    seat: str
-    role: Standing
-
-    @property
-    def reach(self) -> Reach:
-        """What may be named in an address at the moment."""
-        return self.follow.reach(self.role, self.seat)
-
-    @property
-    def about(self) -> str:
-        """Attributes that tell a page's scripts who has come."""
-        return f'data-role="{self.claim.role}" data-class="{self.claim.follow}"'
-
-    def may_steer(self, session: str) -> bool:
-        """Tell whether a session is the participant's to steer, not only to look at."""
-        return session in self.reach.steered
-
-
-def participant_of(scope: MutableMapping[str, Any]) -> Participant | None:
-    """Return who came by a link; None for somebody with the rights of the whole server."""
-    found: Participant | None = scope.get(GUEST)
-    return found

@@ -11,7 +11,7 @@ from contextlib import asynccontextmanager
 from http import HTTPStatus
 from typing import Annotated
 
-from fastapi import APIRouter, Depends, FastAPI, Path, Request
+from fastapi import APIRouter, Depends, FastAPI, Request
 from starlette.responses import RedirectResponse, Response
 
 from pftrack.core.model.parameters import declarations, flat, revise
@@ -19,37 +19,19 @@ from pftrack.core.refusal import ParameterError
 from pftrack.teaching.lessons.lesson import Demonstration, Lesson, Scenario, question_recipe
 from pftrack.teaching.lessons.library import Library
 from pftrack_server.core.base_path import address_of
+from pftrack_server.core.bodies import fields_of
 from pftrack_server.core.errors import NotFoundError
-from pftrack_server.core.requests import service
-from pftrack_server.teaching import class_routes
+from pftrack_server.core.requests import AName, service
+from pftrack_server.jobs.results import DiskCache
+from pftrack_server.store.database import LectureRow
+from pftrack_server.store.store import AStore
+from pftrack_server.teaching import class_routes, messages
 from pftrack_server.teaching.access import AccessGuard
-from pftrack_server.teaching.class_routes import AFollower, TheLessons
-from pftrack_server.teaching.follows import Follows
+from pftrack_server.teaching.class_routes import TheLessons, follower
+from pftrack_server.teaching.follows import Follows, PollRecords
 from pftrack_server.teaching.lectures import Lectures
-from pftrack_server.teaching.lessons import Job, Lessons
-from pftrack_server.teaching.messages import (
-    AnswerRequest,
-    CheckedPublic,
-    CheckPublic,
-    ChecksPublic,
-    ComputingPublic,
-    FigurePublic,
-    FigureRequest,
-    LecturePublic,
-    LectureSummary,
-    LectureUpdate,
-    LessonDetail,
-    LessonPublic,
-    LessonsPublic,
-    NeighbourPublic,
-    NoAnswerPublic,
-    QuestionPublic,
-    ScenarioPublic,
-    VerdictPublic,
-    missing,
-)
-from pftrack_server.teaching.polls import PollRecords
-from pftrack_server.web.pages import page
+from pftrack_server.teaching.lessons import Lessons
+from pftrack_server.web.pages import add_pages, page
 from pftrack_server.web.services import Services
 
 NOTEBOOK = "application/x-ipynb+json"
@@ -74,8 +56,8 @@ def install(app: FastAPI) -> None:
 async def opened(services: Services) -> AsyncIterator[None]:
     """Add what the handlers of teaching work with to the server's services, for as long as the context lasts."""
     folder = services.settings.data_dir
-    lessons = Lessons(folder / "lessons", folder / "lessons-computed", services.tasks)
-    await asyncio.to_thread(lessons.open)
+    kept = await asyncio.to_thread(DiskCache, folder / "lessons-computed")
+    lessons = Lessons(folder / "lessons", kept, services.tasks)
     follows = Follows(services.settings, services.manager, lessons, PollRecords(services.store))
     services.added.extend((lessons, Lectures(services.house, lessons), follows))
     try:
@@ -85,24 +67,18 @@ async def opened(services: Services) -> AsyncIterator[None]:
         await lessons.close()
 
 
-async def _lesson(lesson: Annotated[str, Path(max_length=64)], lessons: TheLessons) -> Lesson:
+async def _lesson(lesson: AName, lessons: TheLessons) -> Lesson:
     return await lessons.get(lesson)
 
 
 ALesson = Annotated[Lesson, Depends(_lesson)]
-LectureName = Annotated[str, Path(max_length=64)]
-Judged = VerdictPublic | ComputingPublic | NoAnswerPublic
+Judged = messages.VerdictPublic | messages.ComputingPublic | messages.NoAnswerPublic
 
 
 # Lessons as pages see them: texts as HTML, controls as sessions have them, and questions without their answers.
 
 
-def _list_view(library: Library) -> LessonsPublic:
-    """Return all lessons as the overview shows them."""
-    return LessonsPublic(lessons=[_brief(each) for each in library.lessons.values()], problems=list(library.problems))
-
-
-def _detail_view(lesson: Lesson, library: Library) -> LessonDetail:
+def _detail_view(lesson: Lesson, library: Library) -> messages.LessonDetail:
     """Return a lesson with all that its page needs."""
     body = lesson.body
     at = dict(lesson.question.at)
@@ -111,79 +87,57 @@ def _detail_view(lesson: Lesson, library: Library) -> LessonDetail:
     declared = declarations(type(parameters)) if parameters else ()
     order = [None, *library.lessons.values(), None]
     place = [each and each.id for each in order].index(lesson.id)
-    before, after = (each and NeighbourPublic.model_validate(each) for each in (order[place - 1], order[place + 1]))
-    scenario = ScenarioPublic.model_validate(body) if isinstance(body, Scenario) else None
-    return LessonDetail(
-        **dict(_brief(lesson)),
-        idea=lesson.idea,
-        tries=list(lesson.tries),
-        notice=lesson.notice,
+    scenario = messages.ScenarioPublic.model_validate(body) if isinstance(body, Scenario) else None
+    return messages.LessonDetail(
+        **fields_of(messages.LessonDetail, lesson) | dict(_brief(lesson)),
         declarations=list(declared),
         defaults=defaults,
         random=isinstance(body, Demonstration) and body.random,
         seed=body.seed if isinstance(body, Demonstration) else body.recipe.seed,
-        question=QuestionPublic.model_validate(lesson.question),
         asked=flat(revise(parameters, at)) if parameters else at,
         # Its question may be about another run than the one that it begins with.
         scenario=scenario and scenario.model_copy(update={"recipe": question_recipe(lesson)}),
-        previous=before,
-        next=after,
+        previous=order[place - 1],
+        next=order[place + 1],
     )
 
 
-def _checks_view(lesson: Lesson, job: Job) -> ChecksPublic:
-    """Return the results of a lesson's checks so far."""
-    total = len(lesson.checks)
-    if job.problem:
-        failed = [CheckedPublic(check=each.name, title=each.title, problem=job.problem) for each in lesson.checks]
-        return ChecksPublic(done=total, total=total, results=failed)
-    if job.result is None:
-        return ChecksPublic(done=min(job.done, total), total=total, results=[])
-    results = [CheckedPublic.model_validate(each) for each in job.result["results"]]
-    return ChecksPublic(done=total, total=total, results=results)
-
-
-def _brief(lesson: Lesson) -> LessonPublic:
+def _brief(lesson: Lesson) -> messages.LessonPublic:
     scenario = lesson.body if isinstance(lesson.body, Scenario) else None
-    return LessonPublic(
-        id=lesson.id,
-        number=lesson.number,
-        title=lesson.title,
+    return messages.LessonPublic(
+        **fields_of(messages.LessonPublic, lesson),
         kind="scenario" if scenario else "demonstration",
-        origin=lesson.origin,
-        checks=[CheckPublic.model_validate(each) for each in lesson.checks],
-        uses=[ScenarioPublic.model_validate(each) for each in lesson.uses],
-        minutes=lesson.minutes,
-        problem=missing(scenario.experiment) if scenario else None,
+        problem=messages.missing(scenario.experiment) if scenario else None,
     )
 
 
 @router.get("")
-async def list_lessons(lessons: TheLessons) -> LessonsPublic:
+async def list_lessons(lessons: TheLessons) -> messages.LessonsPublic:
     """List all lessons, and what is wrong with those of lecturers that cannot be read."""
-    return _list_view(await lessons.all())
+    library = await lessons.all()
+    return messages.LessonsPublic(lessons=[_brief(it) for it in library.lessons.values()], problems=library.problems)
 
 
 @router.get("/{lesson}")
-async def show_lesson(lesson: ALesson, lessons: TheLessons) -> LessonDetail:
+async def show_lesson(lesson: ALesson, lessons: TheLessons) -> messages.LessonDetail:
     """Tell everything about a lesson but the answer of its question."""
     return _detail_view(lesson, await lessons.all())
 
 
-@router.post("/{lesson}/figure", response_class=Response, responses={200: {"model": FigurePublic}})
-async def draw_figure(lesson: ALesson, body: FigureRequest, lessons: TheLessons) -> Response:
-    """Return what a demonstration comes to at some parameters."""
+@router.post("/{lesson}/figure", response_class=Response, responses={200: {"model": messages.FigurePublic}})
+async def draw_figure(lesson: ALesson, body: messages.FigureRequest, lessons: TheLessons) -> Response:
+    """Compute the figure of a demonstration at some parameters."""
     return Response(await lessons.figure(lesson, body), media_type="application/json")
 
 
 @router.post("/{lesson}/answer")
-async def answer(lesson: ALesson, body: AnswerRequest, lessons: TheLessons) -> Judged:
+async def answer(lesson: ALesson, body: messages.AnswerRequest, lessons: TheLessons) -> Judged:
     """Judge a prediction: how far off it is, and why; or tell how far the run is that it is judged by, to ask again."""
     try:
         said = await lessons.judge(lesson, body.answer)
     except ParameterError as error:
-        return NoAnswerPublic(problem=f"Your {error}.")
-    return said if isinstance(said, ComputingPublic) else VerdictPublic.model_validate(said)
+        return messages.NoAnswerPublic(problem=f"Your {error}.")
+    return said if isinstance(said, messages.ComputingPublic) else messages.VerdictPublic.model_validate(said)
 
 
 @router.get(
@@ -198,49 +152,58 @@ async def notebook(lesson: ALesson, lessons: TheLessons) -> Response:
 
 
 @router.get("/{lesson}/checks")
-async def checks(lesson: ALesson, lessons: TheLessons) -> ChecksPublic:
+async def checks(lesson: ALesson, lessons: TheLessons) -> messages.ChecksPublic:
     """Compute what a lesson claims, and tell how far that is; ask again until all is done."""
-    return _checks_view(lesson, await lessons.checks(lesson) if lesson.checks else Job())
+    total = len(lesson.checks)
+    if not total:
+        return messages.ChecksPublic(done=0, total=0, results=[])
+    job = await lessons.checks(lesson)
+    if job.error is not None:
+        problem = f"{job.error.rstrip('.')}."
+        failed = [messages.CheckedPublic(check=it.name, title=it.title, problem=problem) for it in lesson.checks]
+        return messages.ChecksPublic(done=total, total=total, results=failed)
+    results = job.result["results"] if job.result is not None else []
+    return messages.ChecksPublic(done=total if results else min(job.done, total), total=total, results=results)
 
 
 @lectures_router.get("")
-async def list_lectures(lectures: TheLectures) -> Sequence[LectureSummary]:
+async def list_lectures(lectures: TheLectures) -> Sequence[messages.LectureSummary]:
     """List all lectures, the newest first."""
     return await lectures.all()
 
 
 @lectures_router.post("", status_code=HTTPStatus.CREATED)
-async def add_lecture(body: LectureUpdate, lectures: TheLectures) -> LecturePublic:
+async def add_lecture(body: messages.LectureUpdate, lectures: TheLectures) -> messages.LecturePublic:
     """Keep a new lecture; runs that it names by a reference are taken into it."""
     return await lectures.add(body)
 
 
 @lectures_router.post("/import", status_code=HTTPStatus.CREATED, openapi_extra=FILE)
-async def import_lecture(request: Request, lectures: TheLectures) -> LecturePublic:
+async def import_lecture(request: Request, lectures: TheLectures) -> messages.LecturePublic:
     """Take in the file of a lecture; items that are not here are told by their line."""
     return await lectures.bring_in(await request.body())
 
 
 @lectures_router.get("/{lecture}")
-async def show_lecture(lecture: LectureName, lectures: TheLectures) -> LecturePublic:
+async def show_lecture(lecture: AName, lectures: TheLectures) -> messages.LecturePublic:
     """Tell everything about a lecture."""
     return await lectures.get(lecture)
 
 
 @lectures_router.put("/{lecture}")
-async def change_lecture(lecture: LectureName, body: LectureUpdate, lectures: TheLectures) -> LecturePublic:
+async def change_lecture(lecture: AName, body: messages.LectureUpdate, lectures: TheLectures) -> messages.LecturePublic:
     """Put another order in the place of a lecture's."""
     return await lectures.change(lecture, body)
 
 
 @lectures_router.delete("/{lecture}", status_code=HTTPStatus.NO_CONTENT)
-async def remove_lecture(lecture: LectureName, lectures: TheLectures) -> None:
+def remove_lecture(lecture: AName, store: AStore) -> None:
     """Forget a lecture; what was answered in it stays."""
-    await lectures.remove(lecture)
+    store.discard(LectureRow, lecture)
 
 
 @lectures_router.get("/{lecture}/file", response_class=Response, responses={200: {"content": {MARKDOWN: {}}}})
-async def lecture_file(lecture: LectureName, lectures: TheLectures) -> Response:
+async def lecture_file(lecture: AName, lectures: TheLectures) -> Response:
     """Return the file of a lecture."""
     title, text = await lectures.text(lecture)
     name = re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-")[:60] or "lecture"
@@ -248,23 +211,8 @@ async def lecture_file(lecture: LectureName, lectures: TheLectures) -> Response:
     return Response(text, media_type=MARKDOWN, headers=headers)
 
 
-@pages.get("/lectures")
-async def lectures_page(request: Request) -> Response:
-    """Return the page of all lectures, and of what was answered."""
-    return page(request, "lectures/lectures.html")
-
-
-@pages.get("/lectures/{lecture}")
-async def lecture_page(request: Request, lecture: str) -> Response:
-    """Return the page on which a lecture is made, which finds out by itself whether there is one."""
-    del lecture
-    return page(request, "lectures/lecture.html")
-
-
-@pages.get("/learn")
-async def lessons_page(request: Request) -> Response:
-    """Return the overview of the lessons."""
-    return page(request, "learn/learn.html")
+add_pages(pages, {"/lectures": "lectures/lectures.html", "/lectures/{lecture}": "lectures/lecture.html"})
+add_pages(pages, {"/learn": "learn/learn.html"})
 
 
 @pages.get("/learn/{lesson}")
@@ -279,8 +227,7 @@ async def lesson_page(request: Request, lesson: str, lessons: TheLessons) -> Res
     return page(request, "learn/lesson.html")
 
 
-@pages.get("/follow")
-async def follow_page(request: Request, participant: AFollower) -> Response:
+@pages.get("/follow", dependencies=[Depends(follower)])
+async def follow_page(request: Request) -> Response:
     """Return the page of those who follow."""
-    del participant  # there is one, which is all that had to be known
     return page(request, "follow/follow.html")

@@ -84,10 +84,7 @@ log = structlog.get_logger(__name__)
 def limits_of(settings: Settings) -> Limits:
     """Return how large a sequence may be on this server."""
     return replace(
-        DEFAULT_LIMITS,
-        frames=settings.max_frames,
-        pixels=settings.max_pixels,
-        file_bytes=settings.max_upload_bytes,
+        DEFAULT_LIMITS, frames=settings.max_frames, pixels=settings.max_pixels, file_bytes=settings.max_upload_bytes
     )
 
 
@@ -177,7 +174,9 @@ async def take_in(
         else:
             found = await tasks.queues.take_turn(look, ticket, weight_s=heavy_s)
     except RefusedError as error:
-        raise RefusedError(_by_their_names(str(error), names)) from None
+        # In the sentence files have the names that people know.
+        error.args = (re.sub(r"\b\d{6}\b", lambda found: names.get(found[0], found[0]), str(error)),)
+        raise
 
     def keep() -> UploadRow:
         with _keeping:
@@ -243,11 +242,6 @@ def _arrange(folder: Path, received: Received) -> tuple[Path, dict[str, str], st
 def _head(path: Path) -> bytes:
     with path.open("rb") as file:
         return file.read(HEAD_BYTES)
-
-
-def _by_their_names(text: str, names: Mapping[str, str]) -> str:
-    """Return a sentence in which files have the names that people know."""
-    return re.sub(r"\b\d{6}\b", lambda found: names.get(found[0], found[0]), text)
 
 
 def _row(found: FrameIndex, received: Received, title: str) -> UploadRow:

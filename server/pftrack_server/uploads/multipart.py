@@ -49,7 +49,7 @@ async def receive(request: Request, folder: Path, room: DiskBudget, *, most_byte
     Raises:
         TooLargeError: More bytes or files than allowed came, or are announced.
         DiskFullError: There is not as much room on the disk.
-        RefusedError: There is no file in it.
+        RefusedError: It has no file.
     """
     kind, options = parse_options_header(request.headers.get("content-type"))
     boundary = options.get(b"boundary")
@@ -90,14 +90,11 @@ async def _read(request: Request, parser: MultipartParser, parts: "_Parts", room
     except ClientDisconnect:
         raise ApiError("The connection broke during the upload") from None
     except MultipartParseError:
-        raise ApiError(
-            "The request is not well-formed multipart/form-data, or the name of a file is longer than"
-            f" {LONGEST_HEADER} bytes"
-        ) from None
+        raise ApiError("The request is not valid multipart/form-data, or a file's name is too long") from None
     if parts.open:
         raise ApiError("The request ended in the middle of a file")
     if not parts.received.paths:
-        raise RefusedError("There is no file in the request; send it in a field named file", field="file")
+        raise RefusedError("The request has no file; send it in a field named file", field="file")
 
 
 def _write(parser: MultipartParser, parts: "_Parts", chunk: bytes) -> None:
@@ -128,16 +125,8 @@ class _Parts:
         return self._path is not None
 
     def callbacks(self) -> dict[str, Any]:
-        """Return what the parser calls."""
-        return {
-            "on_part_begin": self._begin,
-            "on_header_field": self._header_name,
-            "on_header_value": self._header_value,
-            "on_header_end": self._header_end,
-            "on_headers_finished": self._headers,
-            "on_part_data": self._data,
-            "on_part_end": self._end,
-        }
+        """Return what the parser calls, each by its name there."""
+        return {name: getattr(self, name) for name in dir(self) if name.startswith("on_")}
 
     def close(self) -> None:
         """Let go of the current file until more of it comes."""
@@ -145,25 +134,31 @@ class _Parts:
             self._file.close()
             self._file = None
 
-    def _end(self) -> None:
+    def on_part_end(self) -> None:
+        """Let go of a part."""
         self.close()
         self._path = None
 
-    def _begin(self) -> None:
+    def on_part_begin(self) -> None:
+        """Forget the headers of the part before."""
         self._name = self._value = self._disposition = b""
 
-    def _header_name(self, data: bytes, start: int, end: int) -> None:
+    def on_header_field(self, data: bytes, start: int, end: int) -> None:
+        """Take a piece of the name of a header."""
         self._name += data[start:end]
 
-    def _header_value(self, data: bytes, start: int, end: int) -> None:
+    def on_header_value(self, data: bytes, start: int, end: int) -> None:
+        """Take a piece of the value of a header."""
         self._value += data[start:end]
 
-    def _header_end(self) -> None:
+    def on_header_end(self) -> None:
+        """Keep a header that names the file."""
         if self._name.lower() == b"content-disposition":
             self._disposition = self._value
         self._name = self._value = b""
 
-    def _headers(self) -> None:
+    def on_headers_finished(self) -> None:
+        """Begin a file, if the part is one."""
         _, options = parse_options_header(self._disposition)
         # Other fields are read over; they count towards the size all the same.
         if options.get(b"name") != b"file" or b"filename" not in options:
@@ -176,7 +171,8 @@ class _Parts:
         self.received.paths.append(self._path)
         self.received.names.append(_title(options[b"filename"]))
 
-    def _data(self, data: bytes, start: int, end: int) -> None:
+    def on_part_data(self, data: bytes, start: int, end: int) -> None:
+        """Write a piece of a file."""
         if self._path is None:
             return
         self.received.size_bytes += end - start

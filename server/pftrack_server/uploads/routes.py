@@ -18,17 +18,10 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.experiment import Experiment
 from pftrack.sources.results.table import Preview, preview
 from pftrack.sources.truth import LARGEST_FILE_BYTES
+from pftrack_server.core import requests
 from pftrack_server.core.bodies import RequestBody
 from pftrack_server.core.errors import NotFoundError
-from pftrack_server.core.requests import (
-    MULTIPART,
-    SettingsNow,
-    TakesFiles,
-    Ticket,
-    kept_picture,
-    service,
-    unless_client_gone,
-)
+from pftrack_server.core.requests import MULTIPART, AName, SettingsNow, TakesFiles, Ticket, service
 from pftrack_server.jobs.child_tasks import TheTasks
 from pftrack_server.jobs.functions import TargetSearch, find_mark, frame_jpeg, weigh_target
 from pftrack_server.store.database import UploadRow
@@ -47,13 +40,8 @@ class SuitabilityPublic(BaseModel):
     grade: Grade = Field(description="The same in words")
     remark: str = Field(description="What was found, a sentence")
     advice: list[str] = Field(description="What would help, a sentence each")
-    better: dict[str, Any] | None = Field(
-        description="A mark of the same target that suits better; null if none is known"
-    )
-    picture: str | None = Field(
-        description="The likelihood over the picture as a data address, from purple for 0 to yellow for its peak; null "
-        "for a likelihood that is not one of places"
-    )
+    better: dict[str, Any] | None = Field(description="A mark of the same target that suits better; null if unknown")
+    picture: str | None = Field(description="Likelihood over the picture as a data address; null if it has no places")
 
 
 class UploadPublic(BaseModel):
@@ -103,7 +91,7 @@ KEPT_S = 600
 Number = Annotated[int, Query(ge=0, le=10_000_000)]
 
 
-def _upload(upload: Annotated[str, Path(max_length=64)], store: AStore) -> UploadRow:
+def _upload(upload: AName, store: AStore) -> UploadRow:
     return store.find(UploadRow, upload)
 
 
@@ -160,7 +148,7 @@ async def add_upload(
     )
     try:
         taking = take_in(store, settings, tasks, folder, received, stopping.is_set, ticket, places)
-        row = await unless_client_gone(request, taking)
+        row = await requests.unless_client_gone(request, taking)
     finally:
         await asyncio.to_thread(shutil.rmtree, folder, ignore_errors=True)
     return UploadPublic.model_validate(row)
@@ -200,7 +188,7 @@ async def show_frame(
         recording = await recording_of(store, settings, tasks, upload.id)
         picture = await tasks.run(frame_jpeg, recording, frame)
         await asyncio.to_thread(store.files.keep_preview, upload.id, frame, picture)
-    return kept_picture(picture, "image/jpeg")
+    return requests.kept_picture(picture, "image/jpeg")
 
 
 @router.get("/{upload}/mark")

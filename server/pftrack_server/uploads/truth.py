@@ -1,7 +1,7 @@
 """Truths: tables of what is truly so in an upload, read once in a confined process and kept beside it.
 
 A truth belongs to an upload and a kind of truth, so that every session that begins on that upload is measured by it,
-whoever begins it.
+no matter who begins it.
 """
 
 import asyncio
@@ -46,7 +46,7 @@ async def store_truth(
     """Keep a table that has just arrived, in place of one of its kind that was there.
 
     Raises:
-        RefusedError: It is no such table, or has nothing to say of this upload.
+        RefusedError: The table is of another kind, or says nothing of this upload.
         ConflictError: The upload was deleted while the table was read.
     """
     try:
@@ -81,8 +81,9 @@ def discard_truth(store: Store, upload: str, experiment: Experiment) -> None:
 
 def load_truth(store: Store, upload: str, experiment: Experiment) -> StoredTruth | None:
     """Return what is kept, if anything is."""
+    place = _place(store, upload, experiment)
     try:
-        return StoredTruth.model_validate_json(_place(store, upload, experiment).read_bytes())
+        return StoredTruth.model_validate_json(place.read_bytes())
     except FileNotFoundError:
         return None
     except ValueError:

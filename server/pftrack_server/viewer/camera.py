@@ -8,6 +8,7 @@ until every corner of the box to be seen lies within the window.
 import itertools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import TypeAlias
 
 import numpy as np
@@ -124,10 +125,6 @@ class _Watcher:
         """Whether the camera stands where it was put."""
         return self.view is not None and _stands(camera, self.view, 0.01)
 
-    def is_on_its_way(self, camera: viser.CameraHandle) -> bool:
-        """Whether the browser has not yet heard where its camera is to stand."""
-        return not self.arrived and self.before is not None and np.allclose(camera.position, self.before)
-
 
 def _alike(before: float, now: float) -> bool:
     return 0.7 < (now + 1.0) / (before + 1.0) < 1.3
@@ -170,7 +167,11 @@ class Cameras:
         if before is not None and (before.width, before.height) == (box.width, box.height):
             if not (_alike(before.depth, box.depth) and _alike(before.focal, box.focal)):
                 self._fitted = box
-                self._refit()
+                # Deep presets are fitted again, where nobody has moved the camera since.
+                for watcher in self._watchers.values():
+                    is_deep = watcher.preset in PRESETS and PRESETS[watcher.preset].deep
+                    if is_deep and (not watcher.arrived or watcher.is_in_place(watcher.client.camera)):
+                        self._point(watcher)
             return
         self._fitted = box
         self._start = start = fit(PRESETS["front"], box, aspect=1.2)
@@ -181,17 +182,6 @@ class Cameras:
         for watcher in self._watchers.values():
             watcher.preset = "front"
             self._point(watcher)
-
-    def _refit(self) -> None:
-        """Fit deep presets again, where nobody has moved the camera since."""
-        for watcher in self._watchers.values():
-            preset = PRESETS.get(watcher.preset)
-            if (
-                preset is not None
-                and preset.deep
-                and (not watcher.arrived or watcher.is_in_place(watcher.client.camera))
-            ):
-                self._point(watcher)
 
     def join(self, client: viser.ClientHandle, *, looks_only: bool = False) -> None:
         """Fit the picture to the window of a browser that has just come.
@@ -226,7 +216,9 @@ class Cameras:
             return
         camera = watcher.client.camera
         watcher.aspect, watcher.before = camera.aspect, np.array(camera.position)
-        watcher.view = view = self._view(watcher.preset, self._box, watcher.aspect)
+        fitted = PRESETS.get(watcher.preset)
+        look = self._sides[watcher.preset] if fitted is None else partial(fit, fitted)
+        watcher.view = view = look(self._box, watcher.aspect)
         watcher.arrived = False
         with watcher.client.atomic():
             camera.max_orbit_distance = view.distance * 10.0
@@ -238,11 +230,6 @@ class Cameras:
             camera.look_at = view.target
         watcher.client.flush()
         self._tilt(watcher, view.position, view.target)
-
-    def _view(self, preset: str, box: Box, aspect: float) -> View:
-        if preset in PRESETS:
-            return fit(PRESETS[preset], box, aspect)
-        return self._sides[preset](box, aspect)
 
     def _on_move(self, watcher: _Watcher, camera: viser.CameraHandle) -> None:
         view = watcher.view
@@ -260,14 +247,15 @@ class Cameras:
         watcher.arrived = watcher.arrived or there
         if overtaken or (resized and (there or not watcher.arrived)):
             self._point(watcher)
-        elif not watcher.is_on_its_way(camera):
+        elif watcher.arrived or watcher.before is None or not np.allclose(camera.position, watcher.before):
+            # The browser has heard where its camera is to stand.
             self._tilt(watcher, camera.position, camera.look_at)
 
     def _tilt(self, watcher: _Watcher, position: NDArray[np.float64], target: NDArray[np.float64]) -> None:
         before = self.relief
         towards = position - target
         tilt = float(np.arccos(np.clip(towards[2] / max(float(np.linalg.norm(towards)), 1e-9), -1.0, 1.0)))
-        # Whoever looks at something else sees nothing of the picture's heights; a browser may send NaN.
+        # A camera on something else sees nothing of the picture's heights; a browser may send NaN.
         counts = watcher.raises and watcher.preset in PRESETS and np.isfinite(tilt)
         watcher.tilt = tilt if counts else 0.0
         if self.relief != before:

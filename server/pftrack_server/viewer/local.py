@@ -20,7 +20,6 @@ from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager, suppress
 from dataclasses import replace
 from html import escape
-from types import TracebackType
 from typing import Any, Self
 
 import uvicorn
@@ -39,7 +38,7 @@ from pftrack.core.model.recipe import Change
 from pftrack.core.refusal import ConflictError, ParameterError
 from pftrack.runs.manifest import title_of
 from pftrack.runs.run import Run
-from pftrack_server.core.panel import PanelDescription, PanelValues
+from pftrack_server.core.panel import PanelDescription, PanelValues, TrackerPublic
 from pftrack_server.core.pictures import PictureEncoder, SceneDrawing
 from pftrack_server.viewer.client_page import CONTENT_SECURITY_POLICY, client_asset, client_page
 from pftrack_server.viewer.viewer import Viewer
@@ -119,9 +118,7 @@ class LocalScene:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def __repr__(self) -> str:
@@ -161,7 +158,7 @@ class LocalScene:
     async def _file(self, request: Request) -> Response:
         file = client_asset(request.path_params["name"])
         if file is None:
-            return Response("There is no such file.", 404)
+            return Response("This file does not exist.", 404)
         return Response(file.content, media_type=file.media_type)
 
     async def _join(self, websocket: WebSocket) -> None:
@@ -198,7 +195,7 @@ class Player:
     async def begin(self) -> None:
         """Make the viewer in the running loop, and begin to work there."""
         self._loop = asyncio.get_running_loop()
-        self.viewer = Viewer(_describe(self.run), self._in_force, on_command=self._wish)
+        self.viewer = Viewer(_describe(self.run), self._in_force, on_command=self._wish, frames=self.run.frames)
         self._working = asyncio.create_task(self._work())
 
     async def close(self) -> None:
@@ -258,28 +255,24 @@ class Player:
 
     def _do_all(self, wishes: Mapping[str, Any]) -> None:
         for what, value in wishes.items():
-            self._do(what, value)
+            match what:
+                case "seek":
+                    self._is_playing = False
+                    self._seek(min(max(0, int(value)), self.run.frames - 1))
+                case "follow" if self.run.position == self.run.frames - 1:
+                    self.run = value
+                case "toggle":
+                    self._is_playing = not self._is_playing
+                    if self._is_playing and self.run.position == self.run.frames - 1:
+                        self.run.seek(0)
+                case "speed":
+                    self._speed = value
+                case "change":
+                    self._change(value)
+                case "restart":
+                    self._restart({}, int(value))
         if not wishes and self._is_playing:
             self._play()
-
-    def _do(self, what: str, value: Any) -> None:  # noqa: ANN401 - as the wish has it
-        match what:
-            case "seek":
-                self._is_playing = False
-                self._seek(min(max(0, int(value)), self.run.frames - 1))
-            case "follow":
-                if self.run.position == self.run.frames - 1:
-                    self.run = value
-            case "toggle":
-                self._is_playing = not self._is_playing
-                if self._is_playing and self.run.position == self.run.frames - 1:
-                    self.run.seek(0)
-            case "speed":
-                self._speed = value
-            case "change":
-                self._change(value)
-            case "restart":
-                self._restart({}, int(value))
 
     def _seek(self, frame: int) -> None:
         for _ in self.run.seeking(frame):
@@ -323,12 +316,11 @@ def _describe(run: Run) -> PanelDescription:
     experiment = run.experiment
     return PanelDescription(
         title=title_of(run),
-        declarations=experiment.declarations(type(run.setup.parameters)),
-        trackers={name: tracker.title for name, tracker in experiment.trackers.items()},
-        layers=experiment.layers,
-        worlds=experiment.worlds,
-        about=experiment.subjects(None),
-        frames=run.frames,
+        declarations=list(experiment.declarations(type(run.setup.parameters))),
+        trackers=[TrackerPublic(id=name, title=tracker.title) for name, tracker in experiment.trackers.items()],
+        layers=list(experiment.layers),
+        worlds=list(experiment.worlds),
+        about=list(experiment.subjects(None)),
     )
 
 

@@ -7,7 +7,7 @@ truth again. viser passes on whatever a browser sends, so nothing is trusted: th
 
 viser calls a coroutine at once, in the loop that has just taken up the browser's value, and a plain function some time
 later in a thread, when the value may have been overwritten by the session's. So all callbacks here are coroutines; none
-of them waits: whoever is asked answers later.
+of them waits: the answer comes later.
 """
 
 import asyncio
@@ -53,6 +53,7 @@ class Panel:
         on_command: Takes a command, not yet validated, such as `{"kind": "speed", "speed": 2.0}`.
         on_layer: Takes a layer and whether it is to be shown.
         on_look: Takes a browser and the camera preset that it wants.
+        frames: Of the run, where the panel itself has to lead through them; 0 where a page around it does.
     """
 
     def __init__(
@@ -60,17 +61,18 @@ class Panel:
         server: viser.ViserServer,
         description: PanelDescription,
         in_force: PanelValues,
-        *,
         on_command: Callable[[dict[str, Any]], None],
         on_layer: Callable[[str, bool], None],
         on_look: Callable[[int, str], None],
+        *,
+        frames: int,
     ) -> None:
         self._server = server
         self._on_command, self._on_layer, self._on_look = on_command, on_layer, on_look
         self._touched: set[str] = set()
         self._rested_s = 0.0
         self._timer: asyncio.TimerHandle | None = None
-        self._titles = dict(description.trackers)
+        self._titles = {each.id: each.title for each in description.trackers}
         self._options: dict[str, dict[str, Value]] = {
             TRACKER: {title: identifier for identifier, title in self._titles.items()},
             SPEED: {_speed_title(speed): speed for speed in SPEEDS},
@@ -80,7 +82,7 @@ class Panel:
         self._controls: dict[str, Control] = {}
         self._layers: dict[str, Handle] = {}
         self._folders: dict[str, viser.GuiFolderHandle] = {}
-        self._frame = self._add_frames(description.frames) if description.frames > 1 else None
+        self._frame = self._add_frames(frames) if frames > 1 else None
         hint = "The method that follows the target; a change counts from the next frame."
         self._add_control(self._declare_choice(TRACKER, "Tracker", hint))
         hint = "The same seed gives the same scene and the same run, to the bit."
@@ -312,24 +314,18 @@ class Control:
 
 def _make(server: viser.ViserServer, declaration: Declaration, value: Value) -> tuple[Handle, ...]:
     shown = _to_handle(declaration, value)
+    gui, label, hint = server.gui, declaration.label, declaration.hint
     match declaration.kind:
         case "integer" | "number":
-            return _make_number(server.gui, declaration, shown)
+            return _make_number(gui, declaration, shown)
         case "file":  # files come by the page, which checks who sends them
             return ()
-        case _:
-            return (_make_one(server.gui, declaration, shown),)
-
-
-def _make_one(gui: viser.GuiApi, declaration: Declaration, shown: Handle) -> Handle:
-    label, hint = declaration.label, declaration.hint
-    match declaration.kind:
         case "boolean":
-            return gui.add_checkbox(label, shown, hint=hint)
+            return (gui.add_checkbox(label, shown, hint=hint),)
         case "choice":
-            return gui.add_dropdown(label, declaration.choices, initial_value=shown, hint=hint)
+            return (gui.add_dropdown(label, declaration.choices, initial_value=shown, hint=hint),)
         case _:
-            return gui.add_rgb(label, shown, hint=hint)
+            return (gui.add_rgb(label, shown, hint=hint),)
 
 
 def _make_number(gui: viser.GuiApi, declaration: Declaration, shown: Handle) -> tuple[Handle, ...]:
@@ -359,18 +355,10 @@ def slider_range(declaration: Declaration, value: float) -> tuple[float, float] 
 
 
 def _to_handle(declaration: Declaration, value: Value) -> Handle:
-    match declaration.kind:
-        case "boolean":
-            return bool(value)
-        case "integer":
-            return int(value)
-        case "number":
-            return float(value)
-        case "colour":
-            digits = str(value).removeprefix("#")
-            return tuple(int(digits[i : i + 2], 16) for i in (0, 2, 4))
-        case _:
-            return str(value)
+    if declaration.kind == "colour":
+        digits = str(value).removeprefix("#")
+        return tuple(int(digits[i : i + 2], 16) for i in (0, 2, 4))
+    return float(value) if declaration.kind == "number" else value
 
 
 def _from_handle(declaration: Declaration, shown: Handle) -> Value:

@@ -15,20 +15,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 import viser
 
-from pftrack.core.model.drawing import (
-    Arrows,
-    Drawing,
-    Ellipsoids,
-    Frustum,
-    Key,
-    Layer,
-    Links,
-    Mesh,
-    Points,
-    Polyline,
-    Primitive,
-    Text,
-)
+from pftrack.core.model import drawing as model
 from pftrack_server.core.pictures import EncodedPicture, SceneDrawing
 from pftrack_server.viewer import shapes, viser_handles, worlds
 from pftrack_server.viewer.camera import Box
@@ -65,19 +52,19 @@ class Node:
 
     show: "Show"
     handle: Any  # viser's handles share `visible` and `remove`, and no type that mypy can follow through `__setattr__`
-    source: Primitive | EncodedPicture | None = None
+    source: model.Primitive | EncodedPicture | None = None
     look: object = None
     stance: Stance | None = None
 
 
-def _is_empty(item: Primitive) -> bool:
+def _is_empty(item: model.Primitive) -> bool:
     """Whether there is nothing to be seen of a primitive."""
     match item:
-        case Points() | Ellipsoids():
-            return len(item.positions if isinstance(item, Points) else item.centres) == 0
-        case Polyline() | Links() | Arrows():
+        case model.Points() | model.Ellipsoids():
+            return len(item.positions if isinstance(item, model.Points) else item.centres) == 0
+        case model.Polyline() | model.Links() | model.Arrows():
             return len(shapes.segments(item)) == 0
-        case Mesh():
+        case model.Mesh():
             return len(item.faces) == 0 or not np.isfinite(item.vertices).all()
         case _:
             return False
@@ -97,7 +84,7 @@ def _show_picture(server: viser.ViserServer, name: str, node: Node, item: Encode
     node.look = extent, centre
 
 
-def _show_points(server: viser.ViserServer, name: str, node: Node, item: Points, stance: Stance) -> None:
+def _show_points(server: viser.ViserServer, name: str, node: Node, item: model.Points, stance: Stance) -> None:
     # A point is a disc that faces the camera: half of one that lies in a tilted picture would vanish behind it.
     clear = stance if stance.free else replace(stance, lift=stance.lift + stance.relief * item.size)
     positions = shapes.to_scene(item.positions, clear)
@@ -121,7 +108,7 @@ def _show_points(server: viser.ViserServer, name: str, node: Node, item: Points,
 
 def _show_lines(server: viser.ViserServer, name: str, node: Node, item: shapes.Lines, stance: Stance) -> None:
     # A frustum is what the others lean towards, and leans nowhere itself.
-    upright = replace(stance, apex=None) if isinstance(item, Frustum) else stance
+    upright = replace(stance, apex=None) if isinstance(item, model.Frustum) else stance
     points = shapes.to_scene(shapes.segments(item), upright)
     look = item.colour, item.width
     colours = np.asarray(item.colour, dtype=np.uint8)
@@ -138,7 +125,7 @@ def _show_lines(server: viser.ViserServer, name: str, node: Node, item: shapes.L
     node.look = look
 
 
-def _show_ellipsoids(server: viser.ViserServer, name: str, node: Node, item: Ellipsoids, stance: Stance) -> None:
+def _show_ellipsoids(server: viser.ViserServer, name: str, node: Node, item: model.Ellipsoids, stance: Stance) -> None:
     placed = shapes.bodies(item, stance)
     look = len(item.centres), item.opacity
     if node.handle is not None and node.look != look:
@@ -167,7 +154,7 @@ def _show_ellipsoids(server: viser.ViserServer, name: str, node: Node, item: Ell
     node.handle.batched_colors = item.colours
 
 
-def _show_mesh(server: viser.ViserServer, name: str, node: Node, item: Mesh, stance: Stance) -> None:
+def _show_mesh(server: viser.ViserServer, name: str, node: Node, item: model.Mesh, stance: Stance) -> None:
     if node.handle is None:
         assert not isinstance(item.colour, np.ndarray)  # noqa: S101 - for mypy
         assert not isinstance(item.opacity, np.ndarray)  # noqa: S101
@@ -184,7 +171,7 @@ def _show_mesh(server: viser.ViserServer, name: str, node: Node, item: Mesh, sta
         )
         return
     before = node.source
-    assert isinstance(before, Mesh)  # noqa: S101 - for mypy: a node shows one kind of primitive
+    assert isinstance(before, model.Mesh)  # noqa: S101 - for mypy: a node shows one kind of primitive
     if node.stance != stance or not np.array_equal(before.vertices, item.vertices):
         node.handle.vertices = _flatten(item, stance)
     if not np.array_equal(before.faces, item.faces):
@@ -194,7 +181,7 @@ def _show_mesh(server: viser.ViserServer, name: str, node: Node, item: Mesh, sta
         node.handle.opacity = item.opacity
 
 
-def _show_coloured_mesh(server: viser.ViserServer, name: str, node: Node, item: Mesh, stance: Stance) -> None:
+def _show_coloured_mesh(server: viser.ViserServer, name: str, node: Node, item: model.Mesh, stance: Stance) -> None:
     parts = _flatten(item, stance), shapes.turn_over(item.faces), item.rgba
     if node.handle is None:
         node.handle = viser_handles.ColouredMesh(server, f"/{name}", *parts)
@@ -202,7 +189,7 @@ def _show_coloured_mesh(server: viser.ViserServer, name: str, node: Node, item: 
         node.handle.update(*parts)
 
 
-def _flatten(item: Mesh, stance: Stance) -> shapes.Floats:
+def _flatten(item: model.Mesh, stance: Stance) -> shapes.Floats:
     """Return a mesh's vertices in the scene.
 
     Pressed flat it still fills its own layer, so that what is behind does not shine through what is before it.
@@ -211,17 +198,12 @@ def _flatten(item: Mesh, stance: Stance) -> shapes.Floats:
     return shapes.to_scene(item.vertices, replace(stance, relief=max(stance.relief, 0.5 * LAYER_GAP_PX / height)))
 
 
-def _show_text(server: viser.ViserServer, name: str, node: Node, item: Text, stance: Stance) -> None:
+def _show_text(server: viser.ViserServer, name: str, node: Node, item: model.Text, stance: Stance) -> None:
     x, y, z = (float(value) for value in shapes.to_scene(item.position, stance))
-    # Outside the picture there is room, and whoever wants to read a name can come closer.
+    # Outside the picture there is room, and people can come closer to read a name.
     words = item.title or item.text
     if node.handle is None:
-        node.handle = server.scene.add_label(
-            f"/{name}",
-            words,
-            position=(x, y, z),
-            anchor=ANCHORS[item.anchor],
-        )
+        node.handle = server.scene.add_label(f"/{name}", words, position=(x, y, z), anchor=ANCHORS[item.anchor])
         return
     node.handle.text = words
     node.handle.position = (x, y, z)
@@ -229,18 +211,19 @@ def _show_text(server: viser.ViserServer, name: str, node: Node, item: Text, sta
 
 Show: TypeAlias = Callable[[viser.ViserServer, str, Node, Any, Stance], None]
 
-_SHOW: dict[type[Primitive | EncodedPicture], Show] = {
+_SHOW: dict[type[model.Primitive | EncodedPicture], Show] = {
     EncodedPicture: _show_picture,
-    Points: _show_points,
-    Ellipsoids: _show_ellipsoids,
-    Mesh: _show_mesh,
-    Text: _show_text,
+    model.Points: _show_points,
+    model.Ellipsoids: _show_ellipsoids,
+    model.Mesh: _show_mesh,
+    model.Text: _show_text,
 }
 
 
-def _way_to_show(item: Primitive | EncodedPicture) -> Show:
+def _way_to_show(item: model.Primitive | EncodedPicture) -> Show:
     """Return how a primitive is shown; what is shown in another way needs another node."""
-    return _show_coloured_mesh if isinstance(item, Mesh) and not item.is_uniform else _SHOW.get(type(item), _show_lines)
+    many = isinstance(item, model.Mesh) and not item.is_uniform
+    return _show_coloured_mesh if many else _SHOW.get(type(item), _show_lines)
 
 
 class Scene:
@@ -251,7 +234,7 @@ class Scene:
         layers: What can be switched on and off.
     """
 
-    def __init__(self, server: viser.ViserServer, layers: Iterable[Layer]) -> None:
+    def __init__(self, server: viser.ViserServer, layers: Iterable[model.Layer]) -> None:
         self._server = server
         self._layers = {layer.name: layer.shown for layer in layers}
         self._nodes: dict[str, Node] = {}
@@ -263,14 +246,14 @@ class Scene:
         """Show or hide a layer from the next drawing on."""
         self._layers[layer] = shown
 
-    def legend(self, drawing: Drawing) -> list[Key]:
+    def legend(self, drawing: model.Drawing) -> list[model.Key]:
         """Return the keys of a drawing's legend that are about layers that are shown."""
         return [key for layer, key in drawing.legend if self._layers.get(layer, True)]
 
-    def box(self, drawing: Drawing) -> Box:
+    def box(self, drawing: model.Drawing) -> Box:
         """Return the visible part of a drawing."""
         shown = [item for item in drawing.primitives.values() if self._layers.get(item.layer, True)]
-        cameras = (shapes.to_scene(item.apex, Stance(1.0, 0.0)) for item in shown if isinstance(item, Frustum))
+        cameras = (shapes.to_scene(item.apex, Stance(1.0, 0.0)) for item in shown if isinstance(item, model.Frustum))
         apex = next((tuple(place.tolist()) for place in cameras), None)
         return Box(drawing.width, drawing.height, shapes.depth(shown), apex)
 
@@ -286,7 +269,7 @@ class Scene:
         summit = 0.0
         apex = None if drawing.apex is None else tuple(drawing.apex.tolist())
         for order, (name, item) in enumerate(drawing.primitives.items()):
-            if not self._is_seen(item) or (isinstance(item, Frustum) and relief < 1.0):
+            if not self._is_seen(item) or (isinstance(item, model.Frustum) and relief < 1.0):
                 continue
             shown.add(name)
             summit = max(summit, shapes.summit(item))
@@ -300,10 +283,10 @@ class Scene:
             self._nodes[name].handle.visible = False
         self._forget(shown)
 
-    def _is_seen(self, item: Primitive) -> bool:
+    def _is_seen(self, item: model.Primitive) -> bool:
         return self._layers.get(item.layer, True) and not _is_empty(item)
 
-    def _show(self, name: str, item: Primitive | EncodedPicture, stance: Stance) -> None:
+    def _show(self, name: str, item: model.Primitive | EncodedPicture, stance: Stance) -> None:
         show = _way_to_show(item)
         node = self._nodes.get(name)
         if node is not None and node.show is not show:

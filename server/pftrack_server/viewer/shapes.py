@@ -21,22 +21,10 @@ import numpy as np
 import viser.transforms
 from numpy.typing import NDArray
 
-from pftrack.core.model.drawing import (
-    Arrows,
-    Axes,
-    Ellipse,
-    Ellipsoids,
-    Frustum,
-    Links,
-    Mesh,
-    Points,
-    Polyline,
-    Primitive,
-    Text,
-)
+from pftrack.core.model import drawing as model
 
 Floats = NDArray[np.float32]
-Lines: TypeAlias = Polyline | Ellipse | Links | Arrows | Axes | Frustum
+Lines: TypeAlias = model.Polyline | model.Ellipse | model.Links | model.Arrows | model.Axes | model.Frustum
 """Primitives that are drawn by lines."""
 
 MARK_PX = 2.0
@@ -91,17 +79,17 @@ def to_scene(positions: Floats, stance: Stance) -> Floats:
 def segments(lines: Lines) -> Floats:
     """Return what is drawn by lines as segments (n, 2, 3), px."""
     match lines:
-        case Polyline():
+        case model.Polyline():
             return polyline_segments(lines.positions)
-        case Ellipse():
+        case model.Ellipse():
             return ellipse_segments(lines)
-        case Links():
+        case model.Links():
             return lines.segments
-        case Arrows():
+        case model.Arrows():
             return arrow_segments(lines)
-        case Axes():
+        case model.Axes():
             return axes_segments(lines)
-        case Frustum():
+        case model.Frustum():
             return frustum_segments(lines)
 
 
@@ -111,7 +99,7 @@ def polyline_segments(positions: Floats) -> Floats:
     return np.asarray(segments[np.isfinite(segments).all(axis=(1, 2))], dtype=np.float32)
 
 
-def ellipse_segments(ellipse: Ellipse, corners: int = 64) -> Floats:
+def ellipse_segments(ellipse: model.Ellipse, corners: int = 64) -> Floats:
     """Return an ellipse as segments (m, 2, 3); a dashed one has every other of them."""
     angles = np.linspace(0.0, 2.0 * np.pi, corners + 1)
     around = np.stack((np.cos(angles), np.sin(angles)), axis=1)
@@ -121,14 +109,14 @@ def ellipse_segments(ellipse: Ellipse, corners: int = 64) -> Floats:
     return segments[::2] if ellipse.dashed else segments
 
 
-def axes_segments(axes: Axes) -> Floats:
+def axes_segments(axes: model.Axes) -> Floats:
     """Return the three axes of a frame as segments (3, 2, 3)."""
     origin = np.asarray(axes.origin, dtype=np.float32)
     tips = origin + axes.length * np.asarray(axes.rotation, dtype=np.float32).T
     return np.stack((np.tile(origin, (3, 1)), tips), axis=1)
 
 
-def frustum_segments(frustum: Frustum) -> Floats:
+def frustum_segments(frustum: model.Frustum) -> Floats:
     """Return a camera's edges as segments (12, 2, 3): its rays, the border of the picture, and one of its own size."""
     apex, corners = np.asarray(frustum.apex), np.asarray(frustum.corners)
     own = apex + CAMERA_SIZE * (corners - apex)
@@ -142,7 +130,7 @@ def turn_over(faces: NDArray[np.int32]) -> NDArray[np.uint32]:
     return np.ascontiguousarray(faces[:, ::-1], dtype=np.uint32)
 
 
-def arrow_segments(arrows: Arrows) -> Floats:
+def arrow_segments(arrows: model.Arrows) -> Floats:
     """Return arrows as segments (5 n, 2, 3): the way, and four lines back from its end."""
     starts, ends = arrows.segments[:, 0].astype(np.float64), arrows.segments[:, 1].astype(np.float64)
     ways = ends - starts
@@ -155,13 +143,9 @@ def arrow_segments(arrows: Arrows) -> Floats:
     aside /= np.linalg.norm(aside, axis=1, keepdims=True)
     heads = np.minimum(ARROW_HEAD * lengths, ARROW_HEAD_WIDTHS * arrows.width)
     spread = heads * np.tan(ARROW_HALF_ANGLE)
-    barbs = [ends - heads * along + spread * side for side in _four_ways(along, aside)]
-    return np.concatenate([np.stack((tail, ends), axis=1) for tail in (starts, *barbs)]).astype(np.float32)
-
-
-def _four_ways(along: NDArray[np.float64], aside: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
     across = np.cross(along, aside)
-    return aside, across, -aside, -across
+    barbs = [ends - heads * along + spread * side for side in (aside, across, -aside, -across)]
+    return np.concatenate([np.stack((tail, ends), axis=1) for tail in (starts, *barbs)]).astype(np.float32)
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,7 +160,7 @@ class Bodies:
     half_axes: Floats
 
 
-def bodies(item: Ellipsoids, stance: Stance) -> Bodies:
+def bodies(item: model.Ellipsoids, stance: Stance) -> Bodies:
     """Return ellipsoids in the scene; one that is flat has some thickness left, since a body without has no light."""
     upright = np.array((1.0, -1.0, max(stance.relief, THINNEST)))
     spread = upright[:, None] * np.asarray(item.covariances, dtype=np.float64) * upright
@@ -206,32 +190,33 @@ def _ball() -> tuple[Floats, NDArray[np.uint32]]:
 BALL = _ball()
 
 
-def depth(items: Iterable[Primitive]) -> float:
+def depth(items: Iterable[model.Primitive]) -> float:
     """Return how high primitives rise above their picture, px."""
     return max((_highest(_heights(item)) for item in items), default=0.0)
 
 
-def summit(item: Primitive) -> float:
+def summit(item: model.Primitive) -> float:
     """Return the height of a cloud, px; other primitives have none."""
-    return _highest(item.positions[:, 2]) if isinstance(item, Points) else 0.0
+    return _highest(item.positions[:, 2]) if isinstance(item, model.Points) else 0.0
 
 
-def is_flat(item: Primitive) -> bool:
+def is_flat(item: model.Primitive) -> bool:
     """Whether a primitive is a mark in the picture plane: lines or a label hardly above it."""
-    return isinstance(item, Arrows | Ellipse | Links | Polyline | Text) and _highest(np.abs(_heights(item))) <= MARK_PX
+    is_mark = isinstance(item, model.Arrows | model.Ellipse | model.Links | model.Polyline | model.Text)
+    return is_mark and _highest(np.abs(_heights(item))) <= MARK_PX
 
 
-def _heights(item: Primitive) -> Floats:
+def _heights(item: model.Primitive) -> Floats:
     match item:
-        case Points() | Polyline():
+        case model.Points() | model.Polyline():
             return item.positions[:, 2]
-        case Mesh():
+        case model.Mesh():
             return item.vertices[:, 2]
-        case Links() | Arrows():
+        case model.Links() | model.Arrows():
             return item.segments[..., 2].ravel()
-        case Ellipse() | Ellipsoids():
-            return (item.centre if isinstance(item, Ellipse) else item.centres)[..., 2].ravel()
-        case Text():
+        case model.Ellipse() | model.Ellipsoids():
+            return (item.centre if isinstance(item, model.Ellipse) else item.centres)[..., 2].ravel()
+        case model.Text():
             return item.position[2:]
         case _:
             return np.zeros(1, dtype=np.float32)

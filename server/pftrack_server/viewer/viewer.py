@@ -39,6 +39,7 @@ class Viewer:
         in_force: What the panel shows at first.
         on_command: Takes a command, not yet validated, as `POST /sessions/{id}/commands` has it.
         on_ready: Called when another drawing could be shown.
+        frames: Of the run, where the panel itself has to lead through them; 0 where a page around it does.
 
     Attributes:
         endpoint: Where browsers are joined to the viser server.
@@ -51,6 +52,7 @@ class Viewer:
         *,
         on_command: Callable[[dict[str, Any]], None],
         on_ready: Callable[[], None] = lambda: None,
+        frames: int = 0,
     ) -> None:
         self._on_ready = on_ready
         server, self.endpoint = viser_server.start(description.title)
@@ -68,9 +70,8 @@ class Viewer:
             # Nothing is seen of it; where it stands tells the page around which frame this is (`client/state.js`).
             self._frame = server.scene.add_frame("/frame", show_axes=False)
             self._cameras = Cameras(server, self._news.set, worlds.sides(description.worlds))
-            self._panel = Panel(
-                server, description, in_force, on_command=on_command, on_layer=self._set_layer, on_look=self._look
-            )
+            asked = on_command, self._set_layer, self._look
+            self._panel = Panel(server, description, in_force, *asked, frames=frames)
         server.on_client_connect(self._join)
         server.on_client_disconnect(self._leave)
         self._work = asyncio.create_task(self._keep_up())
@@ -98,7 +99,7 @@ class Viewer:
         self._work.cancel()
         self._server.stop()
         await self.endpoint.wait_closed()
-        self._panel.close()  # last, since whoever moves a control until then sets its timer anew
+        self._panel.close()  # last, since a control that is moved until then sets its timer anew
 
     async def _join(self, client: viser.ClientHandle) -> None:
         line = viser_server.connection_of(client)
@@ -112,7 +113,7 @@ class Viewer:
         self._news.set()
 
     def _look(self, client_id: int, preset: str) -> None:
-        # Time as the third direction is worth seeing from aside only; whoever looks beside the picture sees none of it.
+        # Time as the third direction is worth seeing from aside only; a look beside the picture shows none of it.
         aside = preset == "side"
         turned = preset in PRESETS and [
             self._panel.set_layer(layer, shown=aside) for layer in self._with_role("through time")

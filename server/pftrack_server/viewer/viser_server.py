@@ -1,6 +1,6 @@
-"""A viser server that works in the loop of whoever starts it, and is reached by the browsers that are let in alone.
+"""A viser server that works in the loop of its starter, and is reached by the browsers that are let in alone.
 
-viser listens on a TCP port and checks neither Origin nor identity of whoever connects. A port on the loopback interface
+viser listens on a TCP port and checks neither Origin nor identity of a client. A port on the loopback interface
 is open to every page of every site in the user's own browser, and to every other user of the machine. So here it never
 listens: where viser would open its port it is given an `Endpoint`, which has viser serve a browser's websocket after
 the web application has checked who is asking. Nor has it a thread: with a loop for each session every frame would go

@@ -2,7 +2,7 @@
 
 A world is placed as if it were a drawing seen from the front (`pftrack.vision.rendering`), and its
 primitives are then shown like those of any drawing, but free in space: nothing of them is pressed into the picture's
-plane. It is so far away that neither is in the way of whoever looks at the other, from any side. So the picture and its
+plane. It is so far away that neither hides the other, from any side. So the picture and its
 cameras are as they would be without worlds.
 """
 
@@ -23,7 +23,7 @@ TITLE_ABOVE = 0.04
 FOV_RAD = float(np.deg2rad(16.0))
 MARGIN = 1.05
 STEEPEST_DEG = 89.0
-"""Straight from above no direction would be up for whoever goes on to turn the scene."""
+"""Straight from above no direction would be up when the scene is turned further."""
 
 
 def place_worlds(drawing: Drawing) -> Iterator[tuple[str, Primitive]]:

@@ -1,3 +1,1 @@
 """The way in: routes that belong to no single subject, pages, what guards all requests, and serving."""
-
-__all__: list[str] = []

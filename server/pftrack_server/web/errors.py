@@ -18,7 +18,7 @@ from uvicorn.protocols.utils import ClientDisconnected
 from pftrack.core.refusal import RefusedError, first_problem
 from pftrack.sweep.axis import SweepError
 from pftrack_server.core.base_path import route_path
-from pftrack_server.core.errors import ApiError, detail_of, response, shape, status_of
+from pftrack_server.core.errors import detail_of, response, shape, status_of
 from pftrack_server.store.disk_budget import describe
 
 log = structlog.get_logger(__name__)
@@ -60,9 +60,8 @@ class ErrorBoundary:
 def install(app: FastAPI) -> None:
     """Teach an app to answer every exception in the one shape."""
 
-    @app.exception_handler(ApiError)
     @app.exception_handler(RefusedError)
-    async def _refused(_: Request, error: ApiError | RefusedError) -> Response:
+    async def _refused(_: Request, error: RefusedError) -> Response:
         return response(status_of(error), detail_of(error))
 
     @app.exception_handler(SweepError)
@@ -113,7 +112,7 @@ def _long_number(body: bytes) -> dict[str, Any]:
 def _sentence(error: HTTPException) -> str:
     match error.status_code:
         case HTTPStatus.NOT_FOUND:
-            return "There is no page or resource at this address."
+            return "This address has no page or resource."
         case HTTPStatus.METHOD_NOT_ALLOWED:
             allowed = (error.headers or {}).get("Allow", "another")
             return f"This address does not take this method; it takes {allowed}."

@@ -6,7 +6,7 @@ import hashlib
 from http import HTTPStatus
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Path, Query, Request
+from fastapi import APIRouter, Query, Request
 from pydantic import BaseModel, Field
 from starlette.responses import Response
 
@@ -18,8 +18,8 @@ from pftrack.core.model.preset import Preset
 from pftrack.core.model.source import Kind
 from pftrack.experiments import EXPERIMENTS, Plugin
 from pftrack.experiments.experiment import Experiment
-from pftrack_server.core.bodies import RequestBody
-from pftrack_server.core.requests import AnExperiment
+from pftrack_server.core.bodies import RequestBody, fields_of
+from pftrack_server.core.requests import AName, AnExperiment
 from pftrack_server.jobs.functions import draw_experiment
 from pftrack_server.jobs.results import TheResults
 from pftrack_server.store.filters import FilterFiles, FilterPublic, TheFilters
@@ -49,9 +49,7 @@ class ExperimentPublic(BaseModel):
     target: str = Field(description="What is tracked, one word")
     marks: list[Editor] = Field(description="Kinds of mark that it takes in a recording, the one to offer first")
     unmarked: list[str] = Field(description="Kinds of recording in which the target need not be marked all the same")
-    finds: str | None = Field(
-        description="Kind of mark that it finds by itself; null if a person has to mark the target"
-    )
+    finds: str | None = Field(description="Kind of mark that it finds itself; null if a person marks the target")
     hints: list[str] = Field(description="Kinds of mark by which a person may show it where to find the target")
     suits: bool = Field(description="Whether it can tell before tracking how suitable a target is")
     advice: str = Field(description="What a person who marks the target should know")
@@ -128,14 +126,13 @@ async def draw_thumbnail(request: Request, experiment: AnExperiment, results: Th
 def _fields(model: type[ExperimentPublic], experiment: Experiment, filters: FilterFiles) -> dict[str, Any]:
     """Return the fields of a model: what an experiment declares by their names, and what follows from it."""
     video, finder = experiment.video, experiment.video.finder
-    own = {name: getattr(it, name) for it in (video, experiment) for name in model.model_fields if hasattr(it, name)}
     trackers = [(name, tracker.title, tracker.description) for name, tracker in experiment.trackers.items()]
     trackers += [
         (each.name, each.title, f"The filter in {each.path.name}.")
         for each in filters.served
         if each.experiment == experiment.id
     ]
-    return own | {
+    return fields_of(model, video, experiment) | {
         "clip_title": video.clip_title or experiment.title,
         "references": [citation.as_dict() for citation in experiment.references],
         "trackers": [dict(zip(("id", "title", "description"), each, strict=True)) for each in trackers],
@@ -163,8 +160,6 @@ class FilterUpdate(RequestBody):
 
 own_filters = APIRouter(prefix="/filters", tags=["filters"])
 
-Name = Annotated[str, Path(max_length=64)]
-
 
 @own_filters.get("")
 async def list_filters(filters: TheFilters) -> list[FilterPublic]:
@@ -173,6 +168,6 @@ async def list_filters(filters: TheFilters) -> list[FilterPublic]:
 
 
 @own_filters.put("/{name}")
-async def write_filter(name: Name, body: FilterUpdate, filters: TheFilters) -> FilterPublic:
+async def write_filter(name: AName, body: FilterUpdate, filters: TheFilters) -> FilterPublic:
     """Write a file, unless it was changed meanwhile; sessions go on with it as if an editor had saved it."""
     return await asyncio.to_thread(filters.write, name, body.text, body.before)

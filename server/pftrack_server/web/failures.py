@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from fastapi import APIRouter, Depends, Path
+from fastapi import APIRouter, Depends
 from pydantic import BaseModel, Field
 
 from pftrack.analysis.failures import Entry, entry, gallery
@@ -11,7 +11,9 @@ from pftrack.core.model.preset import KINDS, CauseId
 from pftrack.core.model.recipe import Recipe, parameter_values
 from pftrack.core.refusal import RefusedError
 from pftrack.experiments import EXPERIMENTS
+from pftrack_server.core.bodies import fields_of
 from pftrack_server.core.errors import NotFoundError
+from pftrack_server.core.requests import AName
 from pftrack_server.jobs.functions import FailureResult, run_with_and_without_cure
 from pftrack_server.jobs.results import TheResults
 
@@ -40,7 +42,7 @@ class FailurePublic(BaseModel):
     title: str
     kind: str
     kind_title: str
-    cause: CauseId = Field(description="What the diagnosis of its run comes to first")
+    cause: CauseId = Field(description="First cause in the diagnosis of its run")
     experiment: str
     experiment_title: str
     diagnosis: str = Field(description="What goes wrong and why")
@@ -54,17 +56,17 @@ class FailurePublic(BaseModel):
     next: FailureNeighbour | None
 
 
-def failure_named(failure: Annotated[str, Path(max_length=64)]) -> Entry:
+def failure_named(failure: AName) -> Entry:
     """Return a failure by its id or its number.
 
     Raises:
-        NotFoundError: There is none, or its experiment is not installed here.
+        NotFoundError: It does not exist, or its experiment is not installed here.
     """
     try:
         return entry(EXPERIMENTS, failure)
     except RefusedError:
         raise NotFoundError(
-            f"There is no failure {failure[:64]!r} here. It may belong to an experiment that is not installed; "
+            f"The failure {failure[:64]!r} is not here. It may belong to an experiment that is not installed; "
             f"there are {len(gallery(EXPERIMENTS))}, by number or by name."
         ) from None
 
@@ -97,25 +99,20 @@ async def course_of_failure(failure: AFailure, results: TheResults) -> FailureRe
 def _public(shown: Entry) -> FailurePublic:
     """Return what is declared of a failure."""
     failure, experiment = shown.failure, shown.experiment
-    return FailurePublic(
-        id=failure.id,
-        number=shown.number,
-        title=failure.title,
-        kind=failure.kind,
-        kind_title=KINDS[failure.kind],
-        cause=failure.cause,
-        experiment=experiment.id,
-        experiment_title=experiment.title,
-        diagnosis=failure.diagnosis,
-        cure=failure.cure.text,
-        frame=failure.frame,
-        differences=_differences(shown),
-        failing=shown.recipe(),
-        cured=shown.recipe(cured=True),
-        page=f"failures/{failure.id}",
-        previous=_neighbour(shown.number - 1),
-        next=_neighbour(shown.number + 1),
-    )
+    known = fields_of(FailurePublic, failure) | {
+        "number": shown.number,
+        "kind_title": KINDS[failure.kind],
+        "experiment": experiment.id,
+        "experiment_title": experiment.title,
+        "cure": failure.cure.text,
+        "differences": _differences(shown),
+        "failing": shown.recipe(),
+        "cured": shown.recipe(cured=True),
+        "page": f"failures/{failure.id}",
+        "previous": _neighbour(shown.number - 1),
+        "next": _neighbour(shown.number + 1),
+    }
+    return FailurePublic(**known)
 
 
 def _neighbour(number: int) -> FailureNeighbour | None:

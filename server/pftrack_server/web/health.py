@@ -114,9 +114,7 @@ async def ready(
         await asyncio.to_thread(store.check)
         await tasks.check()
     except Exception as error:
-        raise UnavailableError(
-            "The server is not ready; its data directory, its database or its workers fail."
-        ) from error
+        raise UnavailableError("The server is not ready; its data directory, database or workers fail.") from error
     return {"status": "ready"}
 
 
@@ -138,11 +136,9 @@ class CompilationPublic(BaseModel):
     sentence: str = Field(description='In words: "compiling, 14 of 41 functions, about 40 s, only once"')
     done: int = Field(description="Functions that are compiled")
     total: int = Field(description="Functions that there are; 0 while that is not known")
-    seconds_left: float | None = Field(
-        validation_alias="left_s", description="About how long it will go on; null while that is not known"
-    )
-    usable: Names = Field(description="Experiments of which sessions can be started")
-    ready: Names = Field(description="Experiments of which everything is compiled")
+    seconds_left: float | None = Field(validation_alias="left_s", description="Time left, roughly; null while unknown")
+    usable: Names = Field(description="Experiments ready to start")
+    ready: Names = Field(description="Experiments compiled whole")
 
 
 @compiling.get("")

@@ -3,7 +3,7 @@
 What a trusted proxy says takes the place of what the request itself says: `X-Forwarded-Proto` that of the scheme,
 `X-Forwarded-Host` that of the host, and `X-Forwarded-Prefix` is what the proxy has taken off the path, which comes
 before the server's own base path. From here on the request is as the browser has sent it, so that nothing else knows
-of proxies. Of anybody else these headers count for nothing, and that is whoever comes from another address than a
+of proxies. Of anybody else these headers count for nothing: of all who come from another address than a
 named one, or with a Host that is not this server's: a page of a stranger, opened on the machine of the proxy, could
 send such headers as well.
 
@@ -58,7 +58,7 @@ class BasePath:
             query = scope["query_string"].decode("latin-1")
             await RedirectResponse(address_of(scope, f"?{query}" if query else ""))(scope, receive, send)
         else:
-            message = "There is nothing here; the server's addresses begin with another path."
+            message = "This path is outside the server; its addresses begin with another one."
             await refuse(scope, receive, send, HTTPStatus.NOT_FOUND, message)
 
     def _as_sent(self, scope: Scope) -> Scope:

@@ -13,6 +13,7 @@ import html
 import re
 import shlex
 import sys
+from collections.abc import Mapping
 from functools import partial
 from http import HTTPStatus
 from pathlib import Path
@@ -113,8 +114,13 @@ async def _serve(name: str, request: Request) -> Response:
     return page(request, name)
 
 
-for each, its_file in PAGES.items():
-    router.add_api_route(each, partial(_serve, its_file))
+def add_pages(router: APIRouter, pages: Mapping[str, str]) -> None:
+    """Add pages that are served as they are: the file of each by its address."""
+    for address, name in pages.items():
+        router.add_api_route(address, partial(_serve, name))
+
+
+add_pages(router, PAGES)
 
 
 def install(app: FastAPI) -> None:

@@ -18,13 +18,7 @@ import pftrack_server.teaching.functions
 import pftrack_server.work.run_functions
 from pftrack.experiments import EXPERIMENTS
 
-PRELOADED = (
-    cv2,
-    numba,
-    np,
-    pftrack,
-    pftrack_server.sessions.worker,
-)  # imported to be there, and named so that they stay imported
+PRELOADED = numba, np, pftrack, pftrack_server  # imported to be there, and named so that they stay imported
 
 cv2.setNumThreads(1)
 dict(EXPERIMENTS)

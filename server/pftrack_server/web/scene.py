@@ -21,7 +21,7 @@ def client_file(request: Request, name: str) -> Response:
 
     file = client_asset(name)
     if file is None:
-        raise NotFoundError("The client has no such file.")
+        raise NotFoundError("The client has no file of this name.")
     headers = {"Cache-Control": "public, max-age=31536000, immutable", "Vary": "Accept-Encoding"}
     if "gzip" in request.headers.get("accept-encoding", ""):
         return Response(file.packed, media_type=file.media_type, headers={**headers, "Content-Encoding": "gzip"})
@@ -52,7 +52,7 @@ async def websocket(websocket: WebSocket, session: str, manager: AManager) -> No
     viewer = await asyncio.to_thread(import_module, "pftrack_server.viewer")
     if (found := manager.find(session)) is None:
         await websocket.accept()
-        await websocket.close(GONE, "There is no such session; it may have been ended.")
+        await websocket.close(GONE, "This session does not exist; it may have been ended.")
         return
     guest = guest_of(websocket.scope)
     with found.scene_feed.watch():

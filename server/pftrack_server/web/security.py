@@ -2,7 +2,7 @@
 
 Three checks stand in one ASGI middleware, because FastAPI's own http middleware never sees a websocket:
 
-What is answered is of whoever has the token alone: caches between a browser and the server keep nothing that does not
+Answers are for holders of the token alone: caches between a browser and the server keep nothing that does not
 say so.
 
 1. *Host* must be a name of this server. A page of a stranger whose name was rebound to 127.0.0.1 carries its own.
@@ -97,7 +97,7 @@ class Guard:
                 self._warnings.warn("a websocket was refused", path=told, reason=refusal[1])
             await refuse(scope, receive, send, *refusal)
             return
-        # Asked again, since some paths are open to whoever knows no token.
+        # Asked again, since some paths are open without a token.
         if self._token and _tokens_in_address(scope) and self._knows(scope, headers):
             await self._trade_token(scope)(scope, receive, send)
             return

@@ -9,7 +9,7 @@ from pftrack_server.core.processes import FORK_SERVER
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks, Queues
 from pftrack_server.jobs.jobs import Jobs
-from pftrack_server.jobs.results import ExperimentResults
+from pftrack_server.jobs.results import DiskCache, ExperimentResults
 from pftrack_server.sessions.manager import Manager
 from pftrack_server.store import Store
 from pftrack_server.store.filters import FilterFiles
@@ -54,8 +54,8 @@ class Services:
         self.metrics.watch(self.manager, self.sweeps)
         self.house = House(settings, store, self.manager, self.sweeps, tasks, Jobs(), wait_for)
         self.explorations = Explorations(self.house)
-        self.results = ExperimentResults(settings.data_dir / "experiments-computed", tasks, wait_for)
-        await asyncio.to_thread(self.results.open)
+        kept = await asyncio.to_thread(DiskCache, settings.data_dir / "experiments-computed")
+        self.results = ExperimentResults(kept, tasks, wait_for)
         self.filters.open(self.manager.revise_filter)
 
     def __getitem__(self, kind: type) -> object:

@@ -6,5 +6,3 @@
 - `explorations`: what would have saved a run, and what other seeds do;
 - `page`: a run as one page that needs no server; `routes`: what a person asks for, and the jobs.
 """
-
-__all__: list[str] = []

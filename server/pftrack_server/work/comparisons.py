@@ -15,7 +15,7 @@ from pftrack.output.exports.comparisons import COMPARISON_FORMATS
 from pftrack.output.exports.formats import FileKind
 from pftrack.runs.comparison import MOST_RUNS, ComparisonOutline, ComparisonResult, Setting
 from pftrack_server.core.bodies import FrameNumber, GivenTitle, RequestBody
-from pftrack_server.core.errors import DamagedError
+from pftrack_server.core.errors import GoneError
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.jobs import Job, OnStep
 from pftrack_server.sessions.worker.protocol import WorkerConfig
@@ -80,9 +80,7 @@ class SavedComparisonPublic(BaseModel):
     id: str
     title: str
     experiments: list[str] = Field(description="Of its runs, each once")
-    trackers: list[str] = Field(
-        description="Of its runs, in their order; empty where a recipe leaves it to the experiment"
-    )
+    trackers: list[str] = Field(description="Of its runs, in order; empty where the recipe names none")
     created: str
     page: str
 
@@ -137,7 +135,18 @@ async def compare(house: House, runs: Sequence[ComparedRun]) -> ComparisonJob:
     known = RunComparisonPublic(
         unit=outline.unit,
         frames=outline.frames,
-        runs=[_compared(*each, frames=outline.frames) for each in described],
+        runs=[
+            ComparedPublic(
+                name=name,
+                title=each.title,
+                colour=colour,
+                first=first,
+                recipe=each.spec.recipe,
+                shown=each.spec.recipe.model_copy(update={"frames": first + outline.frames}),
+                upload=each.spec.upload,
+            )
+            for each, name, colour, first in described
+        ],
         settings=outline.settings,
         exports=list(COMPARISON_FORMATS),
     )
@@ -147,20 +156,6 @@ async def compare(house: House, runs: Sequence[ComparedRun]) -> ComparisonJob:
         return known.model_copy(update={"found": found})
 
     return house.jobs.begin(ComparisonJob(id=new_name(), name=" ".join(outline.names), result=known), work)
-
-
-def _compared(named: NamedRun, name: str, colour: str, first: int, *, frames: int) -> ComparedPublic:
-    # The truth belongs to the upload, from which whoever makes the run takes it.
-    recipe: Recipe = named.spec.recipe.with_footage(truth=None)
-    return ComparedPublic(
-        name=name,
-        title=named.title,
-        colour=colour,
-        first=first,
-        recipe=recipe,
-        shown=recipe.model_copy(update={"frames": first + frames}),
-        upload=named.spec.upload,
-    )
 
 
 def save(store: Store, settings: Settings, body: SavedComparisonCreate) -> ComparisonRow:
@@ -176,7 +171,7 @@ def save(store: Store, settings: Settings, body: SavedComparisonCreate) -> Compa
         raise ConflictError(f"The server keeps at most {settings.max_comparisons} comparisons; delete one first.")
     for run in body.runs:
         find_experiment(run.recipe.experiment).check_names(run.recipe)
-    # The truth belongs to the upload, from which whoever makes the run takes it.
+    # The truth belongs to the upload, from which the maker of the run takes it.
     runs = [{"recipe": run.recipe.with_footage(path=None, truth=None).as_dict()} for run in body.runs]
     content = {"runs": runs, "position": body.position, "arrangement": body.arrangement}
     row = ComparisonRow(id=new_name(), title=body.title, content=content, created=now())
@@ -204,9 +199,9 @@ def detail_view(row: ComparisonRow) -> SavedComparisonDetail:
     """Return a comparison with all that makes it again.
 
     Raises:
-        DamagedError: What is kept cannot be read.
+        GoneError: What is kept cannot be read.
     """
     try:
         return SavedComparisonDetail.model_validate({**row.content, **saved_view(row).model_dump()})
     except ValueError:
-        raise DamagedError("The stored data of this comparison is damaged; it can only be deleted.") from None
+        raise GoneError("The stored data of this comparison is damaged; it can only be deleted.") from None

@@ -31,13 +31,9 @@ class ExplorationCreate(RequestBody):
     """What to find out of the active branch of a session."""
 
     kind: Literal["what-if", "ensemble"]
-    frame: FrameNumber | None = Field(
-        None, description="Of what-if, in the loss that is meant; the first that lasts if not given"
-    )
+    frame: FrameNumber | None = Field(None, description="Of what-if, a frame of the loss; by default the first lasting")
     scene: Scene = Field("same", description="Of ensemble, whether each run sees what its own seed makes of the scene")
-    seconds: Annotated[float, Field(ge=1.0, le=LONGEST_S), NOT_BOOLEAN] = Field(
-        LONGEST_S, description="After so long it ends with what it has found"
-    )
+    seconds: Annotated[float, Field(ge=1.0, le=LONGEST_S), NOT_BOOLEAN] = Field(LONGEST_S, description="Time limit, s")
 
 
 class ExplorationJob(Job[Report | Bands]):
@@ -60,7 +56,7 @@ LONGEST_BAND = 2000
 
 MOST_OF_SESSION = 3
 MOST_KEPT = 100
-"""Of how many runs it is kept what was found last: whoever closes the list may still export the run with it."""
+"""Of how many runs it is kept what was found last: after the list is closed the run can still be exported with it."""
 MOST_PROCESSES = 4
 """Of one exploration; each has a part of the changes. Several explorations share them."""
 
@@ -115,9 +111,7 @@ class Explorations:
         config = await house.manager.config(session.spec)
         mine = [each for each in house.jobs.under_way(Exploration) if each.session == session.spec.id]
         if len(mine) >= MOST_OF_SESSION:
-            raise ConflictError(
-                f"A session explores at most {MOST_OF_SESSION} questions at a time; wait, or cancel one."
-            )
+            raise ConflictError(f"A session explores at most {MOST_OF_SESSION} questions at once; wait, or cancel one.")
         spec, now = session.spec, partial(_run, session)
         job = Exploration(
             id=new_name(), name=body.kind, session=spec.id, branch=spec.branch, body=body, run=now(), now=now

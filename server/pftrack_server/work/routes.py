@@ -7,7 +7,7 @@ Each word has to occur in what is known of a thing.
 
 import asyncio
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from datetime import datetime
 from functools import partial
 from http import HTTPStatus
@@ -26,17 +26,10 @@ from pftrack.experiments import find as find_experiment
 from pftrack.output.exports.formats import FileKind, exports_of
 from pftrack.runs.reproduction import SourceCode, comparison_code, run_code
 from pftrack.sweep.work import sweep_code
+from pftrack_server.core import requests
 from pftrack_server.core.bodies import GivenTitle, RequestBody, Title
-from pftrack_server.core.errors import DamagedError, NotFoundError
-from pftrack_server.core.requests import (
-    MULTIPART,
-    TICKET,
-    SettingsNow,
-    TakesFiles,
-    kept_picture,
-    service,
-    unless_client_gone,
-)
+from pftrack_server.core.errors import GoneError, NotFoundError
+from pftrack_server.core.requests import MULTIPART, TICKET, AName, SettingsNow, TakesFiles, service
 from pftrack_server.jobs.child_tasks import Queues, TheTasks
 from pftrack_server.jobs.jobs import Job
 from pftrack_server.sessions.routes import AManager, ASession, Begin
@@ -49,27 +42,9 @@ from pftrack_server.sweeps.sweep import SweepPublic
 from pftrack_server.uploads.multipart import receive
 from pftrack_server.uploads.routes import UploadPublic
 from pftrack_server.work import comparisons, runs
-from pftrack_server.work.comparisons import (
-    ComparisonJob,
-    SavedComparisonCreate,
-    SavedComparisonDetail,
-    SavedComparisonPublic,
-    detail_view,
-    save,
-    saved_view,
-)
+from pftrack_server.work.comparisons import ComparisonJob, SavedComparisonDetail, SavedComparisonPublic
 from pftrack_server.work.explorations import ExplorationCreate, ExplorationJob, Explorations
-from pftrack_server.work.runs import (
-    ExportJob,
-    FitCreate,
-    FitJob,
-    ImportJob,
-    RunPublic,
-    bring_in,
-    check_room,
-    run_file_name,
-    save_run,
-)
+from pftrack_server.work.runs import ExportJob, FitJob, ImportJob, RunPublic
 from pftrack_server.work.sources import ComparedRun, House, find_run, reopen
 
 Kind = Literal["sessions", "runs", "comparisons", "sweeps", "uploads"]
@@ -136,18 +111,17 @@ uploads = APIRouter(prefix="/uploads", tags=["uploads"])
 TheHouse = Annotated[House, service(House)]
 
 
-def _run(run: Annotated[str, Path(max_length=64)], store: AStore) -> RunRow:
+def _run(run: AName, store: AStore) -> RunRow:
     return store.find(RunRow, run)
 
 
-def _comparison(saved: Annotated[str, Path(max_length=64)], store: AStore) -> ComparisonRow:
+def _comparison(saved: AName, store: AStore) -> ComparisonRow:
     return store.find(ComparisonRow, saved)
 
 
 ARun = Annotated[RunRow, Depends(_run)]
 AComparison = Annotated[ComparisonRow, Depends(_comparison)]
 
-Name = Annotated[str, Path(max_length=64)]
 MOST = 500
 UTC = ZoneInfo("UTC")
 RECORD = "application/vnd.pftrack.run"
@@ -206,17 +180,17 @@ def date_words(created: str, now: datetime) -> str:
 async def keep_run(body: RunCreate, manager: AManager, store: AStore, settings: SettingsNow) -> RunPublic:
     """Save the active branch of a session."""
     session = manager.get(body.session)
-    await asyncio.to_thread(check_room, store, settings)
-    return RunPublic.model_validate(await save_run(store, session, body.title))
+    await asyncio.to_thread(runs.check_room, store, settings)
+    return RunPublic.model_validate(await runs.save_run(store, session, body.title))
 
 
 @router.post("/runs/import", status_code=HTTPStatus.ACCEPTED, openapi_extra=MULTIPART, dependencies=[TakesFiles])
 async def import_run(request: Request, store: AStore, settings: SettingsNow, house: TheHouse) -> ImportJob:
     """Take in a run that was saved elsewhere, and begin to compute it."""
-    await asyncio.to_thread(check_room, store, settings)
+    await asyncio.to_thread(runs.check_room, store, settings)
     folder = store.files.new_incoming()
     received = await receive(request, folder, store.disk_budget, most_bytes=settings.max_record_bytes, most_files=1)
-    return await unless_client_gone(request, bring_in(house, folder, received))
+    return await requests.unless_client_gone(request, runs.bring_in(house, folder, received))
 
 
 @router.get("/runs")
@@ -239,7 +213,7 @@ async def rename_run(run: ARun, body: NewTitle, store: AStore) -> RunPublic:
 
 
 @router.delete("/runs/{run}", status_code=HTTPStatus.NO_CONTENT)
-async def remove_run(run: Name, store: AStore) -> None:
+async def remove_run(run: AName, store: AStore) -> None:
     """Delete a saved run, also one whose entry in the database is damaged."""
     await asyncio.to_thread(store.discard, RunRow, run)
 
@@ -250,7 +224,9 @@ def download(run: ARun, store: AStore) -> FileResponse:
     path = store.files.record(run.id)
     if not path.exists():
         raise NotFoundError("The file of this run is missing.")
-    return FileResponse(path, media_type=RECORD, filename=f"{run_file_name(run.experiment, run.title)}-{run.seed}.pft")
+    return FileResponse(
+        path, media_type=RECORD, filename=f"{runs.run_file_name(run.experiment, run.title)}-{run.seed}.pft"
+    )
 
 
 @router.get("/runs/{run}/thumbnail.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})
@@ -259,7 +235,7 @@ def thumbnail(run: ARun, store: AStore) -> Response:
     path = store.files.thumbnail(run.id)
     if not path.exists():
         raise NotFoundError("The picture of this run is missing.")
-    return kept_picture(path.read_bytes(), "image/png")
+    return requests.kept_picture(path.read_bytes(), "image/png")
 
 
 @router.post("/runs/{run}/open", status_code=HTTPStatus.CREATED)
@@ -270,46 +246,46 @@ async def open_run(run: ARun, store: AStore, begin: Begin, tasks: TheTasks) -> S
 
 
 @router.post("/comparisons/saved", status_code=HTTPStatus.CREATED)
-def save_comparison(body: SavedComparisonCreate, store: AStore, settings: SettingsNow) -> SavedComparisonPublic:
+def save_comparison(
+    body: comparisons.SavedComparisonCreate, store: AStore, settings: SettingsNow
+) -> SavedComparisonPublic:
     """Keep a comparison under a name."""
-    return saved_view(save(store, settings, body))
+    return comparisons.saved_view(comparisons.save(store, settings, body))
 
 
 @router.get("/comparisons/saved")
 def list_saved_comparisons(store: AStore) -> list[SavedComparisonPublic]:
     """List all saved comparisons, the newest first."""
-    return [saved_view(row) for row in store.all(ComparisonRow)]
+    return [comparisons.saved_view(row) for row in store.all(ComparisonRow)]
 
 
 @router.get("/comparisons/saved/{saved}")
 def show_saved_comparison(saved: AComparison) -> SavedComparisonDetail:
     """Tell what makes a saved comparison again."""
-    return detail_view(saved)
+    return comparisons.detail_view(saved)
 
 
 @router.patch("/comparisons/saved/{saved}")
 def rename_comparison(saved: AComparison, body: NewTitle, store: AStore) -> SavedComparisonPublic:
     """Give a saved comparison another name."""
     store.rename(saved, body.title)
-    return saved_view(saved)
+    return comparisons.saved_view(saved)
 
 
 @router.delete("/comparisons/saved/{saved}", status_code=HTTPStatus.NO_CONTENT)
-def remove_comparison(saved: Name, store: AStore) -> None:
+def remove_comparison(saved: AName, store: AStore) -> None:
     """Delete a saved comparison, also one whose entry in the database is damaged."""
     store.discard(ComparisonRow, saved)
 
 
 @uploads.delete("/{upload}", status_code=HTTPStatus.NO_CONTENT)
-async def remove_upload(
-    upload: Annotated[str, Path(max_length=64)], store: AStore, manager: AManager, sweeps: ASweeps
-) -> None:
+async def remove_upload(upload: AName, store: AStore, manager: AManager, sweeps: ASweeps) -> None:
     """Delete an upload that no session and no running sweep needs, also one whose entry in the database is damaged."""
     if manager.uses(upload):
         raise ConflictError("A session runs on this upload; end the session first.")
     try:
         found = await asyncio.to_thread(store.get, UploadRow, upload) if is_name(upload) else None
-    except DamagedError:
+    except GoneError:
         found = None  # No sweep runs on what cannot be read.
     if found is not None and sweeps.uses(found):
         raise ConflictError("A sweep on this upload is being computed; wait, or cancel it first.")
@@ -329,56 +305,38 @@ async def find_work(
     """Find sessions, saved runs, comparisons, sweeps and uploads by words, the newest first."""
     words = Words(q)
     now = datetime.now(zone)
-    runs, uploads = await asyncio.gather(asyncio.to_thread(store.all, RunRow), asyncio.to_thread(store.all, UploadRow))
+    saved, uploads = await asyncio.gather(asyncio.to_thread(store.all, RunRow), asyncio.to_thread(store.all, UploadRow))
     there: dict[Kind, Sequence[Any]] = {
         "sessions": [session.view() for session in manager.all if session.spec.description],
-        "runs": runs,
-        "comparisons": [saved_view(row) for row in await asyncio.to_thread(store.all, ComparisonRow)],
+        "runs": saved,
+        "comparisons": [comparisons.saved_view(row) for row in await asyncio.to_thread(store.all, ComparisonRow)],
         "sweeps": [sweep.view() for sweep in sweeps.all],
         "uploads": uploads,
     }
-    found = {kind: _having(words, now, things, TEXTS[kind]) for kind, things in there.items()}
+    found = {
+        kind: [it for it in things if words.occur_in(*_texts_of(it), date_words(it.created, now))]
+        for kind, things in there.items()
+    }
     listed = {kind: things[:limit] if show in {None, kind} else [] for kind, things in found.items()}
     counts = [{kind: len(things) for kind, things in each.items()} for each in (found, there)]
     return WorkPublic.model_validate({**listed, "found": counts[0], "total": counts[1]}, from_attributes=True)
 
 
-def _having(
-    words: Words, now: datetime, things: Sequence[Any], texts: Callable[[Any], tuple[object, ...]]
-) -> list[Any]:
-    return [thing for thing in things if words.occur_in(*texts(thing), date_words(thing.created, now))]
-
-
-def _of_session(session: SessionPublic) -> tuple[object, ...]:
-    kept = experiment_words(session.recipe.experiment, [session.tracker])
-    return session.name, session.title, kept, f"seed {session.recipe.seed}", session.state
-
-
-def _of_run(row: RunRow) -> tuple[object, ...]:
-    return row.title, experiment_words(row.experiment, [row.tracker]), row.outcome, f"seed {row.seed}"
-
-
-def _of_comparison(saved: SavedComparisonPublic) -> tuple[object, ...]:
-    return saved.title, *(experiment_words(experiment, saved.trackers) for experiment in saved.experiments)
-
-
-def _of_sweep(sweep: SweepPublic) -> tuple[object, ...]:
-    methods = experiment_words(sweep.experiment, [tracker.id for tracker in sweep.trackers])
-    return sweep.title, methods, sweep.outcome, sweep.state
-
-
-def _of_upload(row: UploadRow) -> tuple[object, ...]:
-    return row.name, row.kind
-
-
-TEXTS: dict[Kind, Callable[[Any], tuple[object, ...]]] = {
-    "sessions": _of_session,
-    "runs": _of_run,
-    "comparisons": _of_comparison,
-    "sweeps": _of_sweep,
-    "uploads": _of_upload,
-}
-"""What is known of a thing of each kind, in which the words are looked for."""
+def _texts_of(thing: Any) -> tuple[object, ...]:  # noqa: ANN401 - of any kind of work
+    """Return the texts of a thing in which words are looked for."""
+    match thing:
+        case SessionPublic(recipe=recipe, tracker=tracker):
+            words = experiment_words(recipe.experiment, [tracker])
+            return thing.name, thing.title, words, f"seed {recipe.seed}", thing.state
+        case RunRow(tracker=tracker):
+            return thing.title, experiment_words(thing.experiment, [tracker]), thing.outcome, f"seed {thing.seed}"
+        case SavedComparisonPublic(trackers=trackers):
+            return thing.title, *(experiment_words(experiment, trackers) for experiment in thing.experiments)
+        case SweepPublic(trackers=trackers):
+            words = experiment_words(thing.experiment, [tracker.id for tracker in trackers])
+            return thing.title, words, thing.outcome, thing.state
+        case _:
+            return thing.name, thing.kind
 
 
 jobs = APIRouter(tags=["jobs"])
@@ -394,19 +352,19 @@ async def list_jobs(house: TheHouse) -> list[Job[Any]]:
 
 
 @jobs.get("/jobs/{job}", response_model=AnyJob)
-async def show_job(job: Name, house: TheHouse) -> Job[Any]:
+async def show_job(job: AName, house: TheHouse) -> Job[Any]:
     """Tell how far a job is, and what it has found; one that nobody asks for is dropped after 150 s."""
     return house.jobs.get(job)
 
 
 @jobs.delete("/jobs/{job}", status_code=HTTPStatus.NO_CONTENT)
-async def cancel_job(job: Name, house: TheHouse) -> None:
+async def cancel_job(job: AName, house: TheHouse) -> None:
     """Stop a job, or forget what came of it."""
     await house.jobs.cancel(job)
 
 
 @jobs.get("/jobs/{job}/file", response_class=FileResponse)
-async def fetch_file(job: Name, house: TheHouse) -> FileResponse:
+async def fetch_file(job: AName, house: TheHouse) -> FileResponse:
     """Return the file that an export has written; it is kept for ten minutes."""
     found = house.jobs.get(job)
     if not isinstance(found, ExportJob):
@@ -423,11 +381,7 @@ async def fetch_file(job: Name, house: TheHouse) -> FileResponse:
 
 @jobs.post("/sessions/{session}/exports/{export}", status_code=HTTPStatus.ACCEPTED)
 async def export_session(
-    session: ASession,
-    export: Name,
-    house: TheHouse,
-    explorations: TheExplorations,
-    plot: PlotId = None,
+    session: ASession, export: AName, house: TheHouse, explorations: TheExplorations, plot: PlotId = None
 ) -> ExportJob:
     """Begin to write the active branch of a session, as far as it was computed, as a file of another kind."""
     name, found = session.snapshot.name, explorations.found_of(session)
@@ -435,7 +389,7 @@ async def export_session(
 
 
 @jobs.post("/sessions/{session}/fits", status_code=HTTPStatus.ACCEPTED)
-async def fit_session(session: ASession, body: FitCreate, house: TheHouse) -> FitJob:
+async def fit_session(session: ASession, body: runs.FitCreate, house: TheHouse) -> FitJob:
     """Begin to fit numbers to the active branch of a session, as far as it was computed; the session goes on."""
     return await runs.fit(house, session, tuple(body.numbers))
 
@@ -450,14 +404,11 @@ async def explore(session: ASession, body: ExplorationCreate, explorations: TheE
 def list_exports(run: ARun) -> ExportsPublic:
     """List what a saved run can be exported as."""
     experiment = find_experiment(run.experiment)
-    return ExportsPublic(
-        exports=list(exports_of(experiment)),
-        plots=list(experiment.plots),
-    )
+    return ExportsPublic(exports=list(exports_of(experiment)), plots=list(experiment.plots))
 
 
 @jobs.post("/runs/{run}/exports/{export}", status_code=HTTPStatus.ACCEPTED)
-async def export_run(run: ARun, export: Name, house: TheHouse, plot: PlotId = None) -> ExportJob:
+async def export_run(run: ARun, export: AName, house: TheHouse, plot: PlotId = None) -> ExportJob:
     """Begin to write a saved run as a file of another kind."""
     return await runs.export_run(house, await reopen(house.store, house.tasks, run), run.title, export, plot)
 
@@ -465,13 +416,15 @@ async def export_run(run: ARun, export: Name, house: TheHouse, plot: PlotId = No
 @jobs.post("/comparisons", status_code=HTTPStatus.ACCEPTED)
 async def compare_runs(body: ComparisonCreate, request: Request, house: TheHouse) -> ComparisonJob:
     """Compare two to four runs: what differs is told at once, what came of them when they have been computed."""
-    return await unless_client_gone(request, comparisons.compare(house, body.runs))
+    return await requests.unless_client_gone(request, comparisons.compare(house, body.runs))
 
 
 @jobs.post("/comparisons/exports/{export}", status_code=HTTPStatus.ACCEPTED)
-async def export_comparison(export: Name, body: ComparisonExportCreate, request: Request, house: TheHouse) -> ExportJob:
+async def export_comparison(
+    export: AName, body: ComparisonExportCreate, request: Request, house: TheHouse
+) -> ExportJob:
     """Begin to write what two to four runs come to beside each other as a file."""
-    return await unless_client_gone(request, runs.export_comparison(house, body.runs, body.title, export))
+    return await requests.unless_client_gone(request, runs.export_comparison(house, body.runs, body.title, export))
 
 
 @jobs.get("/queue/{ticket}")
@@ -486,9 +439,7 @@ class SourceCodeRequest(RequestBody):
     """Of which runs: of one, or of several that are compared."""
 
     runs: list[ComparedRun] = Field(min_length=1, max_length=4)
-    frames: Annotated[int, Field(ge=1, le=10_000_000), NOT_BOOLEAN] | None = Field(
-        None, description="How many frames of each; all if left out"
-    )
+    frames: Annotated[int, Field(ge=1, le=10_000_000), NOT_BOOLEAN] | None = Field(None, description="Most frames each")
 
 
 source_code = APIRouter(tags=["source code"])
@@ -496,7 +447,7 @@ source_code = APIRouter(tags=["source code"])
 
 @source_code.post("/source-code")
 async def write_source_code(body: SourceCodeRequest, house: TheHouse) -> SourceCode:
-    """Write what computes runs again; of several, what compares them. The truth of a recording is no part of it."""
+    """Write what computes runs again; of several, what compares them. It leaves out the truth of a recording."""
     named = await asyncio.gather(*(find_run(run, house) for run in body.runs))
     recipes = [each.spec.recipe.with_footage(truth=None) for each in named]
     runs = [(recipe, find_experiment(recipe.experiment)) for recipe in recipes]

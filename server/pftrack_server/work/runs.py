@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, computed_field
 from pftrack.analysis.fitting import MOST_NUMBERS, Fit
 from pftrack.core.files import settle
 from pftrack.core.model.measures import HIT_RATE
+from pftrack.core.model.recipe import Recipe
 from pftrack.core.model.setup import N, find_export
 from pftrack.core.refusal import ConflictError, RefusedError
 from pftrack.experiments import EXPERIMENTS
@@ -38,15 +39,8 @@ from pftrack_server.store.database import RunRow
 from pftrack_server.store.files import new_name, now
 from pftrack_server.uploads.intake import recording_of
 from pftrack_server.uploads.multipart import Received
+from pftrack_server.work import run_functions as functions
 from pftrack_server.work.comparisons import prepare
-from pftrack_server.work.run_functions import (
-    compare_record,
-    fit_run,
-    read_record,
-    weigh_record,
-    write_comparison,
-    write_export,
-)
 from pftrack_server.work.sources import ComparedRun, House
 
 
@@ -129,8 +123,7 @@ def check_room(store: Store, settings: Settings) -> None:
     used = store.files.runs_bytes()
     if used >= settings.max_runs_bytes:
         raise DiskFullError(
-            f"The saved runs have {mebibytes(used)}, and all together may have {mebibytes(settings.max_runs_bytes)}; "
-            "delete one first."
+            f"Saved runs take {mebibytes(used)} of {mebibytes(settings.max_runs_bytes)}; delete one first."
         )
 
 
@@ -139,23 +132,31 @@ async def save_run(store: Store, session: Session, title: str | None) -> RunRow:
     name = new_name()
     run = session.spec.run
     saved = await session.order(Save(str(store.files.record(name))))
-    summary = saved["summary"]
-    row = RunRow(
-        id=name,
-        title=title or f"{session.snapshot.name} · {session.description.tracker_title(run.tracker)}",
-        experiment=run.recipe.experiment,
-        tracker=run.tracker,
-        seed=run.recipe.seed,
-        frames=summary["frames"],
-        position=run.position,
-        computed=run.computed,
-        outcome=outcome(summary),
-        summary=summary,
-        bookmarks=[mark.model_dump() for mark in session.spec.bookmarks if mark.branch == run.branch],
-        created=now(),
-    )
+    title = title or f"{session.snapshot.name} · {session.description.tracker_title(run.tracker)}"
+    row = _row(name, title, run.recipe, run.tracker, saved["summary"], run.position, run.computed)
+    row.bookmarks = [mark.model_dump() for mark in session.spec.bookmarks if mark.branch == run.branch]
     await asyncio.to_thread(store.add_run, row, saved["thumbnail"])
     return row
+
+
+def _row(
+    name: str, title: str, recipe: Recipe, tracker: str, summary: dict[str, Any], position: int, computed: int
+) -> RunRow:
+    """Return a saved run without bookmarks."""
+    return RunRow(
+        id=name,
+        title=title,
+        experiment=recipe.experiment,
+        tracker=tracker,
+        seed=recipe.seed,
+        frames=summary["frames"],
+        position=position,
+        computed=computed,
+        outcome=outcome(summary),
+        summary=summary,
+        bookmarks=[],
+        created=now(),
+    )
 
 
 async def bring_in(house: House, folder: Path, received: Received) -> ImportJob:
@@ -177,7 +178,7 @@ async def bring_in(house: House, folder: Path, received: Received) -> ImportJob:
     try:
         house.jobs.check_room(ImportJob)
         path = received.paths[0]
-        saved = Record.model_validate(await house.tasks.run(read_record, str(path)))
+        saved = Record.model_validate(await house.tasks.run(functions.read_record, str(path)))
 
         async def work(on_step: OnStep) -> RunPublic:
             row = await _weigh(house, saved, path, received.names[0], on_step)
@@ -196,22 +197,11 @@ async def _weigh(house: House, saved: Record, path: Path, name: str, on_step: On
     upload = await asyncio.to_thread(store.upload_of, footage.sha256) if footage and footage.sha256 else None
     recording = upload and await recording_of(store, settings, house.tasks, upload.id)
     filters = await asyncio.to_thread(store.files.filters_of, saved.recipe)
-    found = await house.compute(on_step, weigh_record, str(path), recording, settings.max_frames, filters)
+    found = await house.compute(on_step, functions.weigh_record, str(path), recording, settings.max_frames, filters)
     summary = found["summary"]
     last = min(saved.computed, summary["frames"]) - 1
-    row = RunRow(
-        id=new_name(),
-        title=name.removesuffix(".pft") or found["title"],
-        experiment=saved.recipe.experiment,
-        tracker=summary["tracker"],
-        seed=saved.recipe.seed,
-        frames=summary["frames"],
-        position=last,
-        computed=last,
-        outcome=outcome(summary),
-        summary=summary,
-        bookmarks=[],
-        created=now(),
+    row = _row(
+        new_name(), name.removesuffix(".pft") or found["title"], saved.recipe, summary["tracker"], summary, last, last
     )
     await asyncio.to_thread(settle, path, store.files.record(row.id))
     await asyncio.to_thread(store.add_run, row, found["thumbnail"])
@@ -227,7 +217,7 @@ async def fit(house: House, session: Session, names: tuple[str, ...]) -> FitJob:
     config = await house.config(session.spec)
 
     async def work(on_step: OnStep) -> Fit:
-        return FIT.validate_python(await house.compute(on_step, fit_run, config, names))
+        return FIT.validate_python(await house.compute(on_step, functions.fit_run, config, names))
 
     return house.jobs.begin(FitJob(id=new_name(), name=", ".join(names)), work)
 
@@ -235,7 +225,7 @@ async def fit(house: House, session: Session, names: tuple[str, ...]) -> FitJob:
 async def compare(store: Store, tasks: ChildTasks, row: RunRow, session: Session) -> None:
     """Have a session that goes on with a saved run say so if it has come to other numbers."""
     estimates = session.columns(session.spec.branch).get("estimate", [])
-    session.note(await tasks.run(compare_record, str(store.files.record(row.id)), estimates))
+    session.keep(remark=await tasks.run(functions.compare_record, str(store.files.record(row.id)), estimates))
 
 
 def outcome(summary: dict[str, Any]) -> str:
@@ -266,8 +256,8 @@ async def export_run(
         what_if: The record of what would have saved it, where somebody has asked.
 
     Raises:
-        NotFoundError: There is no such export.
-        ConflictError: There is no such plot.
+        NotFoundError: The export is unknown.
+        ConflictError: The plot is unknown.
         DiskFullError: The disk has no room.
         UnavailableError: There are as many under way as there may be.
     """
@@ -276,21 +266,21 @@ async def export_run(
     check_plot(experiment, kind, plot)
     frame = spec.run.position if kind.group == "model" else spec.run.computed
     name = "-".join(filter(None, (run_file_name(experiment.id, title), str(frame), plot)))
-    return _begin_export(house, kind, name, write_export, await house.config(spec), kind.name, plot, what_if)
+    return _begin_export(house, kind, name, functions.write_export, await house.config(spec), kind.name, plot, what_if)
 
 
 async def export_comparison(house: House, runs: Sequence[ComparedRun], title: str, export: str) -> ExportJob:
     """Begin to write what runs come to beside each other as a file, called by a title or else by the runs.
 
     Raises:
-        NotFoundError: There is no such export, or one of the runs is not here.
+        NotFoundError: The export is unknown, or one of the runs is not here.
         DiskFullError: The disk has no room.
         ApiError: They cannot be compared; see `prepare`.
     """
     _, configs, outline = await prepare(house, runs)
     kind = _find(COMPARISON_FORMATS, export)
     name = _slug(f"compare {title or ' '.join(outline.names)}")
-    return _begin_export(house, kind, name, write_comparison, configs, kind.name)
+    return _begin_export(house, kind, name, functions.write_comparison, configs, kind.name)
 
 
 def _begin_export(

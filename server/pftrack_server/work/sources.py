@@ -38,11 +38,7 @@ from pftrack_server.work.run_functions import read_record
 class ComparedRun(RequestBody):
     """A run to compare: one that is here, by its name, or what makes it."""
 
-    reference: str | None = Field(
-        None,
-        max_length=200,
-        description="A saved run, `session:branch` or `sweep:run`; with `:tracker` the same by another",
-    )
+    reference: str | None = Field(None, max_length=200, description="`run`, `session:branch`, `sweep:run`[`:tracker`]")
     recipe: Recipe | None = None
     upload: str | None = Field(None, max_length=64, description="Name of the upload that the recipe's footage is")
 
@@ -126,7 +122,7 @@ async def find_run(run: ComparedRun, house: House) -> NamedRun:
     """Return what makes a run that somebody wants to compare.
 
     Raises:
-        NotFoundError: There is no such run.
+        NotFoundError: The run does not exist.
         ConflictError: The recording of a saved run is not here, or a run of a sweep could not be computed.
         RefusedError: The reference is none, or names a tracker that there is not.
         ParameterError: The experiment of a recipe is unknown.
@@ -143,16 +139,14 @@ async def find_run(run: ComparedRun, house: House) -> NamedRun:
                 return await _of_sweep(name, int(place), *tracker, house=house)
             return _of_session(name, place, *tracker, house=house)
     raise RefusedError(
-        f"A run to compare is named as run, session:branch or sweep:run, got {reference[:64]!r}.",
-        field="reference",
-        value=reference,
+        f"Expected run, session:branch or sweep:run, got {reference[:64]!r}.", field="reference", value=reference
     )
 
 
 async def _of_saved_run(name: str, house: House) -> NamedRun:
     row = await asyncio.to_thread(house.store.get, RunRow, name)
     if row is None:
-        raise NotFoundError(f"There is no saved run {name[:32]!r} any more; it was deleted, or is on another server.")
+        raise NotFoundError(f"The saved run {name[:32]!r} is not here; it was deleted, or is on another server.")
     return NamedRun(await reopen(house.store, house.tasks, row), row.title)
 
 
@@ -160,7 +154,7 @@ def _of_session(name: str, place: str, tracker: str | None = None, *, house: Hou
     session = house.manager.find(name)
     branch = session.spec.branches.get(place) if session else None
     if session is None or branch is None:
-        raise NotFoundError(f"There is no branch {place[:32]!r} of a session {name[:32]!r} any more; it was ended.")
+        raise NotFoundError(f"The branch {place[:32]!r} of a session {name[:32]!r} is not here; it was ended.")
     recipe, title = branch.run.recipe, f"{session.snapshot.name}, {branch.title}"
     if tracker is not None:
         trackers = (*find_experiment(recipe.experiment).trackers, *recipe.filters)

@@ -14,7 +14,7 @@ import psutil
 import pytest
 
 from pftrack.core.refusal import RefusedError
-from pftrack.process import Budget, Ending, Reply
+from pftrack.process import Budget
 from pftrack.process.calls import GRACE_S
 from pftrack.process.child import environment
 from pftrack_server.core.errors import ClientGoneError, UnavailableError
@@ -48,15 +48,15 @@ def test_the_process_has_nothing_of_its_parents() -> None:
 
     async def with_others() -> Any:
         tasks = ChildTasks(Queues())
-        others = [asyncio.ensure_future(tasks.answer(hostile.hang)) for _ in range(3)]
+        others = [asyncio.ensure_future(tasks.run_beside(hostile.hang)) for _ in range(3)]
         await asyncio.sleep(0.5)
-        answer = await tasks.answer(hostile.surroundings)
+        answer = await tasks.run_beside(hostile.surroundings)
         for other in others:
             other.cancel()
         await asyncio.gather(*others, return_exceptions=True)
         return answer
 
-    found = run(with_others()).value
+    found = run(with_others())
     assert found["pid"] == found["group"] == found["session"]
     # A thread of the parent's would have left its locks behind, for ever locked.
     assert (found["threads"], found["threads_of_parent"]) == (1, 1)
@@ -95,7 +95,8 @@ def test_what_the_process_has_started_ends_with_it(tmp_path: Path) -> None:
     def started() -> bool:
         return told.exists() and told.read_text() != ""
 
-    assert run(ChildTasks(Queues()).answer(hostile.start_another, str(told), stopped=started)) is Ending.KILLED
+    with pytest.raises(UnavailableError, match="was killed"):
+        run(ChildTasks(Queues()).run_beside(hostile.start_another, str(told), stopped=started))
     wait_for(lambda: ended(int(told.read_text())))
 
 
@@ -115,11 +116,12 @@ def test_work_that_goes_on_is_not_silent() -> None:
     budget = Budget(silence_s=1.0)
     steps = math.ceil((budget.silence_s + GRACE_S + 1.0) / 0.25)
     tasks = ChildTasks(Queues())
-    answer = run(tasks.answer(hostile.take_long, steps, 0.25, budget=budget, on_step=lambda *step: told.append(step)))
-    assert answer == Reply({"steps": steps})
+    work = tasks.run_beside(hostile.take_long, steps, 0.25, budget=budget, on_step=lambda *step: told.append(step))
+    assert run(work) == {"steps": steps}
     assert len(told) > steps / 3
     assert {total for _, total in told} == {steps}
-    assert run(tasks.answer(hostile.take_long, 2, 3.0, budget=budget)) is Ending.OUT_OF_TIME
+    with pytest.raises(UnavailableError, match="did not respond for 1 s"):
+        run(tasks.run_beside(hostile.take_long, 2, 3.0, budget=budget))
 
 
 @pytest.mark.parametrize("mistake", [hostile.fail, hostile.miss])
@@ -153,7 +155,7 @@ from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.jobs.child_tasks import Queues
 from tests.server import hostile
 task = getattr(hostile, sys.argv[1])
-print(asyncio.run(ChildTasks(Queues()).answer(task, sys.argv[2])), flush=True)
+print(asyncio.run(ChildTasks(Queues()).run_beside(task, sys.argv[2])), flush=True)
 """
 
 

@@ -15,7 +15,7 @@ from pftrack.core.refusal import RefusedError
 from pftrack.process import Budget
 from pftrack.sources.limits import DEFAULT_LIMITS, Limits
 from pftrack.sources.sequence import open_sequence
-from pftrack_server.core.errors import REFUSALS, UnavailableError
+from pftrack_server.core.errors import UnavailableError
 from pftrack_server.jobs.child_tasks import ChildTasks, Queues
 from pftrack_server.uploads import intake as module
 from pftrack_server.uploads.intake import BUDGET
@@ -205,7 +205,7 @@ def test_a_process_that_goes_wrong_becomes_a_sentence(
     """A crash, silence, nonsense, a flood or a hang of the process is told in one sentence."""
     monkeypatch.setattr(module, "index_frames", harm)
     monkeypatch.setattr("pftrack.process.pool.LAST_WORDS_S", 0.3)
-    with pytest.raises(REFUSALS, match=sentence):
+    with pytest.raises(RefusedError, match=sentence):
         probe(clip, silence_s=1 if harm is hostile.hang else 60)
     assert not hostile.HARM.exists()
 

@@ -221,6 +221,27 @@ def test_jobs_of_a_kind_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     run(begin_too_many())
 
 
+async def list_until_it_is_dropped() -> None:
+    jobs = Jobs()
+
+    async def work(_: Any) -> None:
+        await asyncio.Event().wait()
+
+    job = jobs.begin(FitJob(id="one", name="gain"), work)
+    async with asyncio.timeout(30):
+        while job.state == "working":
+            assert job in jobs.all()
+            await asyncio.sleep(0.01)
+    await jobs.close()
+
+
+def test_a_list_of_jobs_keeps_none_alive(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A job that nobody asks for ends, however often others list all jobs."""
+    monkeypatch.setattr("pftrack_server.jobs.jobs.LOOK_S", 0.05)
+    monkeypatch.setattr("pftrack_server.jobs.jobs.MOST_LOOKS", 2)
+    run(list_until_it_is_dropped())
+
+
 def test_a_task_that_is_dropped_as_it_begins_harms_no_other(server: Server, client: httpx.Client) -> None:
     """Its process is made to the end first: who makes processes would die of half a request."""
     server.run(drop_as_it_begins(server.app.state.services.tasks))

@@ -188,7 +188,7 @@ def test_unknown_session(server: Server) -> None:
     """The stream of a session that is not there is closed with a reason."""
     with (
         connect(f"{server.ws}/api/v1/sessions/0123456789abcdef/stream") as socket,
-        pytest.raises(ConnectionClosed, match="no such session"),
+        pytest.raises(ConnectionClosed, match="session does not exist"),
     ):
         hear(socket)
 

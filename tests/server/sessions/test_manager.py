@@ -159,7 +159,7 @@ def test_probes_come_one_after_the_other(client: httpx.Client, server: Server) -
     """Anybody may ask whether the server is ready; each question takes a process, so never more than one at a time."""
     tasks = server.app.state.services.tasks
     busy = most = 0
-    answer = type(tasks).answer
+    answer = type(tasks).run_beside
 
     async def counted(self: Any, *arguments: Any) -> Any:
         nonlocal busy, most
@@ -171,7 +171,7 @@ def test_probes_come_one_after_the_other(client: httpx.Client, server: Server) -
             busy -= 1
 
     with pytest.MonkeyPatch.context() as patch, ThreadPoolExecutor(8) as pool:
-        patch.setattr(type(tasks), "answer", counted)
+        patch.setattr(type(tasks), "run_beside", counted)
         asked = [pool.submit(client.get, "/readyz") for _ in range(8)]
         assert all(each.result().status_code == 200 for each in asked)
     assert most == 1

@@ -9,10 +9,10 @@ import pytest
 import pftrack_server.viewer
 from pftrack.core.model.drawing import Drawing
 from pftrack.core.refusal import RefusedError
-from pftrack_server.core.panel import PanelDescription, PanelValues
+from pftrack_server.core.panel import PanelDescription, PanelValues, TrackerPublic
 from pftrack_server.core.pictures import SceneDrawing
 from pftrack_server.sessions.scene_feed import SceneFeed
-from pftrack_server.sessions.spec import SessionDescription, TrackerPublic
+from pftrack_server.sessions.spec import SessionDescription
 from pftrack_server.sessions.worker.protocol import ChangeValues, Command
 from pftrack_server.viewer import Endpoint
 from tests.apart import run

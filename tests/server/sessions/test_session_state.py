@@ -9,6 +9,7 @@ import pytest
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.refusal import ConflictError
 from pftrack.experiments import find
+from pftrack_server.core.panel import TrackerPublic
 from pftrack_server.sessions.spec import (
     AWAKE,
     TRANSITIONS,
@@ -18,7 +19,6 @@ from pftrack_server.sessions.spec import (
     RunSnapshot,
     SessionDescription,
     SessionSpec,
-    TrackerPublic,
 )
 from pftrack_server.sessions.state import MOST_BOOKMARKS, History, SessionState
 from pftrack_server.sessions.worker.protocol import Ready

@@ -203,7 +203,7 @@ def test_deleted_while_it_begins(served: Server, own: tuple[httpx.Client, Path])
         begins.set()
         await asyncio.to_thread(go.wait, 60)
 
-    found._find_recording = find
+    found.find_recording = find
     with ThreadPoolExecutor(2) as pool:
         resumed = pool.submit(client.post, f"{url}/resume")
         assert begins.wait(60)

@@ -7,7 +7,8 @@ from typing import Any, cast
 
 from pftrack.core.refusal import RefusedError
 from pftrack_server.jobs.child_tasks import ChildTasks
-from pftrack_server.teaching.lessons import AGAIN_S, LessonResults
+from pftrack_server.jobs.results import DiskCache
+from pftrack_server.teaching.lessons import LessonResults
 from tests.apart import run
 
 
@@ -35,22 +36,19 @@ def refused() -> None:
 
 
 async def answer_beside(folder: Path) -> None:
-    results = LessonResults(folder, cast("ChildTasks", Answers()))
-    results.open()
+    results = LessonResults(DiskCache(folder), cast("ChildTasks", Answers()))
     slow = [await results.get(f"slow {number}", heavy) for number in range(2)]
     job = await results.get("quick", light)
-    assert job.task is not None
-    await asyncio.wait_for(job.task, 60)
+    await results.jobs.wait(job.id, 60)
     assert job.result == {"numbers": [1]}
     assert [each.result for each in slow] == [None, None]
     failed = await results.get("refused", refused)
-    assert failed.task is not None
-    await asyncio.wait_for(failed.task, 60)
-    assert (failed.result, failed.problem) == (None, "There is nothing to compute.")
+    await results.jobs.wait(failed.id, 60)
+    assert (failed.result, failed.error) == (None, "There is nothing to compute")
     assert await results.get("refused", refused) is failed, "nobody tries again at once"
-    failed.ended = -AGAIN_S
+    results.jobs._kept_s = -1.0
     assert await results.get("refused", refused) is not failed
-    await results.close()
+    await results.jobs.close()
 
 
 def test_a_light_answer_does_not_wait_for_heavy_ones(tmp_path: Path, monkeypatch: Any) -> None:

@@ -211,7 +211,7 @@ def test_a_client_that_hangs_up_leaves_no_session_of_a_saved_run(
     """Nor does one that is gone while the run that it opened is compared with what was saved."""
     run = client.post("/api/v1/runs", json={"session": session["id"]}).json()["id"]
     record = server.app.state.services.store.files.record(run)
-    monkeypatch.setattr("pftrack_server.work.runs.compare_record", hostile.wait_for_ever)
+    monkeypatch.setattr("pftrack_server.work.run_functions.compare_record", hostile.wait_for_ever)
     with socket.create_connection(("127.0.0.1", server.port)) as raw:
         head = f"POST {BASE}/api/v1/runs/{run}/open HTTP/1.1\r\nHost: localhost\r\nContent-Length: 0\r\n\r\n"
         raw.sendall(head.encode())

@@ -57,7 +57,7 @@ def test_recipes_are_compared_as_the_library_compares_them(client: httpx.Client)
     assert found == {name: expected[name] for name in found}
     assert [run["name"] for run in done["result"]["runs"]] == expected["names"]
     assert client.delete(f"/api/v1/jobs/{job['id']}").status_code == 204
-    assert "no such job" in error_of(client.get(f"/api/v1/jobs/{job['id']}"), 404)["message"]
+    assert "job does not exist" in error_of(client.get(f"/api/v1/jobs/{job['id']}"), 404)["message"]
 
 
 def test_branches_and_saved_runs_are_named_by_references(client: httpx.Client) -> None:
@@ -93,7 +93,7 @@ def test_a_recording_is_found_and_named_where_it_is_missing(client: httpx.Client
     client.delete(f"/api/v1/sessions/{session}")
     assert client.delete(f"/api/v1/uploads/{upload['id']}").status_code == 204
     linked = ({"recipe": run["recipe"]} for run in begun["runs"])
-    assert "no such upload here; upload clip.mp4 first" in refusal(client, 422, *linked)
+    assert "upload is not here; upload clip.mp4 first" in refusal(client, 422, *linked)
     assert "clip.mp4, which is no longer on this server; upload it first" in refusal(
         client, 409, {"reference": saved}, {"reference": saved}
     )
@@ -108,9 +108,9 @@ def test_a_recording_is_found_and_named_where_it_is_missing(client: httpx.Client
         ([ball(), {"recipe": {"experiment": "nothing"}}], 422, "nothing"),
         ([ball(), ball(timeline=[{"frame": 0, "values": {"sample_count": -3}}])], 422, "ample_count must be"),
         ([ball(), ball(frames=900_000)], 422, "on this server"),
-        ([ball(), {"reference": "0123456789abcdef"}], 404, "no saved run '0123456789abcdef' any more"),
-        ([ball(), {"reference": "0123456789abcdef:b0"}], 404, "no branch 'b0' of a session"),
-        ([ball(), {"reference": "0123456789abcdef:3"}], 404, "no such sweep"),
+        ([ball(), {"reference": "0123456789abcdef"}], 404, "saved run '0123456789abcdef' is not here"),
+        ([ball(), {"reference": "0123456789abcdef:b0"}], 404, "branch 'b0' of a session"),
+        ([ball(), {"reference": "0123456789abcdef:3"}], 404, "sweep does not exist"),
         ([ball(), {"reference": "a:b:c:d"}], 422, "session:branch or sweep:run, got 'a:b:c:d'"),
         ([ball(), {}], 422, "by a reference or by a recipe"),
     ],
@@ -162,8 +162,8 @@ def test_a_comparison_is_kept_named_found_and_deleted(client: httpx.Client) -> N
     assert [each["id"] for each in client.get(SAVED).json()] == [kept["id"]]
 
     client.delete(f"{SAVED}/{kept['id']}").raise_for_status()
-    assert "no such comparison" in error_of(client.get(f"{SAVED}/{kept['id']}"), 404)["message"]
-    assert "no such comparison" in error_of(client.delete(f"{SAVED}/{kept['id']}"), 404)["message"]
+    assert "comparison does not exist" in error_of(client.get(f"{SAVED}/{kept['id']}"), 404)["message"]
+    assert "comparison does not exist" in error_of(client.delete(f"{SAVED}/{kept['id']}"), 404)["message"]
 
 
 def test_what_is_no_comparison_is_not_kept(client: httpx.Client) -> None:
@@ -210,7 +210,7 @@ def test_a_comparison_is_written_as_files(client: httpx.Client) -> None:
     recipes = [{"recipe": run["recipe"]} for run in told["runs"]]
     assert outline(client, *recipes)["frames"] == 30, "it can be made again"
     answer = client.post("/api/v1/comparisons/exports/docx", json={"runs": runs})
-    assert "there are csv, png, svg, json" in error_of(answer, 404)["message"]
+    assert "one of csv, png, svg, json" in error_of(answer, 404)["message"]
 
 
 def export(client: httpx.Client, name: str, runs: list[dict[str, Any]]) -> bytes:

@@ -104,7 +104,7 @@ def test_what_is_cancelled_is_gone(client: httpx.Client) -> None:
     begun = explore(client, session, kind="what-if", seconds=300)
     address = f"/api/v1/jobs/{begun['id']}"
     assert client.delete(address).status_code == 204
-    assert "no such job" in error_of(client.get(address), 404)["message"]
+    assert "job does not exist" in error_of(client.get(address), 404)["message"]
 
 
 def test_an_exploration_ends_with_its_session(client: httpx.Client) -> None:

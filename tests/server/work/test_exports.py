@@ -126,7 +126,7 @@ def test_a_film_is_written_beside_the_session_and_says_how_far_it_is(client: htt
     place.write_bytes(film.content)
     assert pictures_in(place) == 10
     assert client.delete(f"/api/v1/jobs/{told['id']}").status_code == 204
-    assert "no such job" in error_of(client.get(told["result"]["address"]), 404)["message"]
+    assert "job does not exist" in error_of(client.get(told["result"]["address"]), 404)["message"]
 
     # A page needs viser, which the confined child loads for itself; a browser is to save it, not to open it.
     page, told = file_of(client, client.post(f"{address}/exports/html"))

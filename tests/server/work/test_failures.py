@@ -63,8 +63,8 @@ def test_what_its_runs_come_to_is_computed_here(client: httpx.Client, server: Se
         raise AssertionError(f"{name} is computed again")
 
     services = server.app.state.services
-    again = ExperimentResults(services.settings.data_dir / "experiments-computed", services.tasks, would_compute)
-    again.open()
+    cache = DiskCache(services.settings.data_dir / "experiments-computed")
+    again = ExperimentResults(cache, services.tasks, would_compute)
     kept = run(again.get("ball", run_with_and_without_cure, "wrong-dynamics"))
     assert FailureResult.model_validate(kept).model_dump(mode="json") == course
 
@@ -72,13 +72,12 @@ def test_what_its_runs_come_to_is_computed_here(client: httpx.Client, server: Se
 def test_what_another_program_has_computed_is_forgotten(tmp_path: Path) -> None:
     """Results are read as they were written; those of another version, and what is damaged, are not there."""
     kept = DiskCache(tmp_path)
-    kept.open()
     kept.write("one", {"value": 1.5})
     kept.write("two", {})
     (folder,) = tmp_path.iterdir()
     (folder / "two").write_text("no JSON")
     (tmp_path / "another").mkdir()
-    kept.open()
+    kept = DiskCache(tmp_path)
     assert kept.read("one") == {"value": 1.5}
     assert kept.read("two") is kept.read("three") is None
     assert list(tmp_path.iterdir()) == [folder]

@@ -107,7 +107,9 @@ def test_short_work_does_not_wait_for_it(client: httpx.Client, heavy: bytes) -> 
         client.delete(f"/api/v1/jobs/{each['id']}")
 
 
-def test_why_it_failed_can_be_asked(client: httpx.Client, heavy: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_why_it_failed_can_be_asked(
+    server: Server, client: httpx.Client, heavy: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """What cannot be computed here says why, for a while; what is no run is refused at once."""
     error_of(send_run(client, b"no run"), 422)
     with zipfile.ZipFile(BytesIO(heavy)) as archive:
@@ -119,6 +121,6 @@ def test_why_it_failed_can_be_asked(client: httpx.Client, heavy: bytes, monkeypa
     begun = send(client, changed.getvalue())
     assert "a clip.mp4, which is not on this server" in ended(client, begun)["error"]
     assert asked(client, begun)["state"] == "failed"
-    monkeypatch.setattr("pftrack_server.jobs.jobs.KEPT_S", 0.0)
+    monkeypatch.setattr(server.app.state.services.house.jobs, "_kept_s", 0.0)
     error_of(client.get(f"/api/v1/jobs/{begun['id']}"), 404)
     assert begun["id"] not in [each["id"] for each in client.get("/api/v1/jobs").json()]

@@ -127,7 +127,7 @@ def test_what_is_no_run(server: Server, client: httpx.Client, content: bytes) ->
     """A file that is no run is refused with a sentence, and nothing of it is kept."""
     files = server.app.state.services.store.files
     before = len(list(files.runs.iterdir()))
-    assert "no saved run" in error_of(send_run(client, content), 422)["message"]
+    assert "not a saved run" in error_of(send_run(client, content), 422)["message"]
     assert len(list(files.runs.iterdir())) == before
     assert list(files.incoming.iterdir()) == []
 

@@ -7,5 +7,3 @@ It imports neither FastAPI nor the database nor viser; the web process speaks to
 - `description`: what is told of a run and what is drawn of its frames;
 - `codec`: how a drawing travels to pages.
 """
-
-__all__: list[str] = []

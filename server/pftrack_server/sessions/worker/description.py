@@ -29,52 +29,37 @@ from pftrack.output.exports.formats import exports_of
 from pftrack.runs.inspection import Inspection
 from pftrack.runs.run import Run
 from pftrack.vision.rendering import png
-from pftrack_server.sessions.spec import (
-    ChangePublic,
-    MeasurePublic,
-    SessionDescription,
-    ThresholdPublic,
-    ThresholdStep,
-    TrackerPublic,
-    TruthMark,
-)
-from pftrack_server.sessions.worker.protocol import (
-    GenealogyPublic,
-    Inspect,
-    InspectionPublic,
-    PartPublic,
-    PatchesPublic,
-    StateValue,
-)
+from pftrack_server.core.panel import TrackerPublic
+from pftrack_server.sessions import spec
+from pftrack_server.sessions.worker import protocol
 
 MOST_LINES = 60
 """Of a genealogy: more cannot be told apart on a page."""
 
 
-def describe(run: Run) -> SessionDescription:
+def describe(run: Run) -> spec.SessionDescription:
     """Return what is fixed of a session whose active branch is this run."""
     experiment, setup, source, footage = run.experiment, run.setup, run.source, run.recipe.footage
     told = (LOSS_PROBABILITY,) if experiment.quality.loss_probability.models_on(footage) else ()
     width, height = source.size
     preset = _preset_of(run)
-    # Whoever writes a filter wants its sliders at hand.
+    # Authors of filters want their sliders at hand.
     own = [name for tracker, texts in experiment.filters.items() for name in parameters_of(tracker, texts)]
     truth = experiment.video.truth if footage else None
-    return SessionDescription(
+    return spec.SessionDescription(
+        **{name: getattr(experiment, name) for name in ("unit", "target", "plots", "readings", "layers", "worlds")},
         title=experiment.title_on(footage),
         subject=footage.title if footage else preset.title if preset else "",
-        unit=experiment.unit,
-        target=experiment.target,
         series=[*experiment.all_series(), *told],
-        plots=list(experiment.plots),
-        readings=list(experiment.readings),
-        measures=[MeasurePublic(**measure.as_dict()) for measure in experiment.measures_on(setup.footage)],
+        measures=[spec.MeasurePublic(**measure.as_dict()) for measure in experiment.measures_on(setup.footage)],
         success_measure=setup.success,
         exports=list(exports_of(experiment)),
         about=[*own, *experiment.subjects(preset, footage)],
         watch=preset.watch if preset else "",
         truth_columns=list(truth.form.columns) if truth else [],
-        truth_mark=TruthMark(editor=truth.mark.editor(), parts=list(truth.parts)) if truth and truth.mark else None,
+        truth_mark=spec.TruthMark(editor=truth.mark.editor(), parts=list(truth.parts))
+        if truth and truth.mark
+        else None,
         declarations=list(experiment.declarations(type(setup.parameters))),
         trackers=[
             TrackerPublic(id=name, title=tracker.title, replays=tracker.replays)
@@ -85,8 +70,6 @@ def describe(run: Run) -> SessionDescription:
             for name in experiment.trackers
             if (numbers := fittable(experiment, name, type(setup.parameters)))
         },
-        layers=list(experiment.layers),
-        worlds=list(experiment.worlds),
         width=width,
         height=height,
         frame_rate_hz=source.frame_rate_hz,
@@ -113,7 +96,7 @@ def describe_timeline(run: Run) -> dict[str, Any]:
     }
 
 
-def timeline_view(timeline: Sequence[Change], first: Mapping[str, Value]) -> list[ChangePublic]:
+def timeline_view(timeline: Sequence[Change], first: Mapping[str, Value]) -> list[spec.ChangePublic]:
     """Return the changes of a run, those after its first frame with the values that they replaced.
 
     Args:
@@ -124,14 +107,14 @@ def timeline_view(timeline: Sequence[Change], first: Mapping[str, Value]) -> lis
     changes = []
     for change in timeline:
         before = {name: known[name] for name in change.values if name in known} if change.frame > 0 else {}
-        changes.append(ChangePublic(frame=change.frame, values=dict(change.values), before=before))
+        changes.append(spec.ChangePublic(frame=change.frame, values=dict(change.values), before=before))
         known |= change.values
     return changes
 
 
 def threshold_views(
     timeline: Sequence[Change], first: Mapping[str, Value], declarations: Sequence[Declaration]
-) -> list[ThresholdPublic]:
+) -> list[spec.ThresholdPublic]:
     """Return the thresholds that a tracker of the run reads.
 
     Args:
@@ -144,10 +127,10 @@ def threshold_views(
     for change in timeline:
         course[change.frame] = known = {**known, **change.values}
     views = [
-        ThresholdPublic(
+        spec.ThresholdPublic(
             name=item.name,
             of=item.threshold_of,
-            steps=[ThresholdStep(frame=frame, value=_read(item, values)) for frame, values in course.items()],
+            steps=[spec.ThresholdStep(frame=frame, value=_read(item, values)) for frame, values in course.items()],
         )
         for item in declarations
         if item.role == "threshold"
@@ -182,7 +165,7 @@ class FrameView:
 
     def __init__(self) -> None:
         """Begin with nobody looking and an empty legend."""
-        self._wanted = Inspect()
+        self._wanted = protocol.Inspect()
         self._inspection: Inspection | None = None
         self._particle: tuple[int, int] | None = None
         self._map: tuple[Any, LikelihoodMap | None] = None, None
@@ -211,11 +194,11 @@ class FrameView:
         legend = sorted({**self._legend[1], **drawn}, key=lambda entry: list(COLOURS).index(entry[1].colour))
         return dataclasses.replace(drawing, legend=tuple(legend))
 
-    def inspect(self, run: Run, wanted: Inspect) -> InspectionPublic:
+    def inspect(self, run: Run, wanted: protocol.Inspect) -> protocol.InspectionPublic:
         """Look at something else from now on, and return what is found there in the frame that is shown.
 
         Raises:
-            ParameterError: There is no such particle, or the tracker cannot be asked at places; nothing has changed.
+            ParameterError: The particle does not exist, or the tracker cannot be asked at places; nothing has changed.
         """
         inspection = self._inspect(run)
         particle = None
@@ -238,7 +221,7 @@ class FrameView:
         found = self._find_map(run, _size(run)) if wanted.likelihood else None
         lineage = inspection.genealogy(followed) if wanted.genealogy else None
         model = inspection.tracker.model
-        return InspectionPublic(
+        return protocol.InspectionPublic(
             frame=run.position,
             subject=subject,
             place=None if finding.place is None or not np.isfinite(finding.place).all() else tuple(finding.place),
@@ -248,7 +231,7 @@ class FrameView:
             log_likelihood=finding.log_likelihood,
             impossible=finding.log_likelihood == -math.inf,
             parts=[_part(each) for each in finding.parts],
-            state=[StateValue(name=one.name, unit=one.unit, value=value) for one, value in finding.state],
+            state=[protocol.StateValue(name=one.name, unit=one.unit, value=value) for one, value in finding.state],
             particle=finding.particle,
             update=[_part(each) for each in inspection.update_parts()],
             courses=inspection.courses(),
@@ -290,8 +273,8 @@ class FrameView:
         return self._map[1]
 
 
-def _genealogy(found: Genealogy) -> GenealogyPublic:
-    return GenealogyPublic(
+def _genealogy(found: Genealogy) -> protocol.GenealogyPublic:
+    return protocol.GenealogyPublic(
         first=found.frames[0],
         counts=found.counts.tolist(),
         coalesced=found.coalesced,
@@ -299,9 +282,11 @@ def _genealogy(found: Genealogy) -> GenealogyPublic:
     )
 
 
-def _part(part: Part) -> PartPublic:
+def _part(part: Part) -> protocol.PartPublic:
     if isinstance(part, Patches):
-        return PatchesPublic(title=part.title, expected=_address(part.expected_rgb), found=_address(part.found_rgb))
+        return protocol.PatchesPublic(
+            title=part.title, expected=_address(part.expected_rgb), found=_address(part.found_rgb)
+        )
     return part
 
 

@@ -20,6 +20,7 @@ from pftrack.core.model.recipe import Seed
 from pftrack.core.model.series import Known
 from pftrack.runs.inspection import Course, ParticleFinding
 from pftrack.sources.limits import DEFAULT_LIMITS, Limits
+from pftrack.sources.sequence import Recording
 from pftrack_server.core.bodies import FrameNumber, Name, RequestBody, Title, Values
 from pftrack_server.core.pictures import SceneDrawing
 from pftrack_server.sessions.spec import RunSnapshot, SessionDescription
@@ -39,8 +40,7 @@ class WorkerConfig:
     Attributes:
         session: The session's name, for the log.
         run: The branch to begin with, and where it shall go before anybody asks for anything; its recipe has the truth.
-        video: Path of an upload, or None for a simulated scene.
-        index: What was found when the upload was decoded first, as JSON, so that it opens at once.
+        recording: The upload; None for a simulated scene.
         states: Folder in which checkpoints of the branches are kept, or None to keep none.
         reserve_bytes: Free space on the disk that they must leave.
         memory_bytes: What the worker may allocate.
@@ -53,8 +53,7 @@ class WorkerConfig:
 
     session: str
     run: RunSnapshot
-    video: str | None = None
-    index: str | None = None
+    recording: Recording | None = None
     states: str | None = None
     reserve_bytes: int = 0
     memory_bytes: int = 1 << 30
@@ -94,9 +93,7 @@ class GenealogyPublic(BaseModel):
     first: int = Field(description="The oldest frame")
     counts: list[int] = Field(description="How many different ancestors there are in each frame from there on")
     coalesced: int | None = Field(description="The newest frame in which one particle is the ancestor of all")
-    lines: list[list[Known]] = Field(
-        description="The heights of lines, 0 to 1, in each frame, null before a line begins; lines meet, never cross"
-    )
+    lines: list[list[Known]] = Field(description="Heights of lines, 0 to 1, in each frame; null before a line begins")
 
 
 class InspectionPublic(BaseModel):
@@ -234,9 +231,7 @@ class MakeBranch(RunCommand):
     kind: Literal["branch"] = "branch"
     frame: FrameNumber
     values: Values = Field({}, description="New values by name of the parameter; `tracker` is the tracker")
-    seed: Seed | None = Field(
-        None, description="Of the tracker's random numbers from there on; the scene stays as it is"
-    )
+    seed: Seed | None = Field(None, description="Seed of the tracker from there on; the scene stays as it is")
     title: Title | None = None
 
 
@@ -259,9 +254,7 @@ class Inspect(RunCommand):
     likelihood: bool = Field(False, description="Whether the likelihood lies over the picture")
     place: tuple[Pixels, Pixels] | None = Field(None, description="Of the picture, px")
     picks: bool = Field(False, description="Whether the particle nearest to the place is looked at, and followed")
-    particle: Annotated[int, Field(ge=0), NOT_BOOLEAN] | None = Field(
-        None, description="A particle to follow, by its place in its frame"
-    )
+    particle: Annotated[int, Field(ge=0), NOT_BOOLEAN] | None = Field(None, description="Place of a particle to follow")
     frame: FrameNumber | None = Field(None, description="The frame of the particle; the one that is shown if left out")
     genealogy: bool = Field(False, description="Whether the ancestors of all particles are wanted")
     pulls: bool = Field(False, description="Whether arrows show which way the parts of the tracker's step pull")

@@ -15,9 +15,8 @@ from pftrack.core.files import free_bytes
 from pftrack.core.model.band import DIRECTIONS
 from pftrack.core.model.drawing import Drawing
 from pftrack.core.model.parameters import Parameters, declarations, flat, limit_particles, revise, with_role
-from pftrack.core.model.recipe import Change, Footage, Recipe, Timeline, check_timeline, parameter_values
+from pftrack.core.model.recipe import Change, Recipe, Timeline, check_timeline, parameter_values
 from pftrack.core.model.setup import BESIDE, Setup, describe_course
-from pftrack.core.model.source import FrameIndex, FrameSequence
 from pftrack.core.model.tracker import Diagnostics
 from pftrack.core.refusal import ConflictError, ParameterError
 from pftrack.experiments import find
@@ -28,7 +27,6 @@ from pftrack.runs import checkpoint, record, reproduction
 from pftrack.runs.loss import Loss
 from pftrack.runs.loss_probability import LossAccount
 from pftrack.runs.run import Run
-from pftrack.sources.sequence import open_sequence
 from pftrack_server.sessions.spec import Goal, Problem, RunSnapshot, SessionDescription
 from pftrack_server.sessions.worker.description import FrameView, describe, describe_timeline, with_loss
 from pftrack_server.sessions.worker.protocol import Inspect, InspectionPublic, WorkerConfig
@@ -52,7 +50,7 @@ class RunTree:
             on_step: Called after each step that is repeated for a branch, which may take a while.
 
         Raises:
-            RefusedError: A value of the config is refused, there is no such experiment, or the upload cannot be opened,
+            RefusedError: A value of the config is refused, the experiment is unknown, or the upload cannot be opened,
                 is another one, or shows no target.
         """
         self._recipe = recipe = with_digests(config.run.recipe)
@@ -232,7 +230,7 @@ class RunTree:
         """Look at something in the frame that is shown, and draw it from now on.
 
         Raises:
-            ParameterError: There is no such thing to look at; what was looked at before still is.
+            ParameterError: It does not exist; what was looked at before still is.
         """
         return self._view.inspect(self.run, wanted)
 
@@ -407,18 +405,13 @@ def _wire(config: WorkerConfig) -> Setup:
     """Wire the recipe's footage, which is the upload, or the simulated scene.
 
     Raises:
-        RefusedError: There is no such experiment, or the upload cannot be opened, is another one, or shows no target.
+        RefusedError: The experiment is unknown, or the upload cannot be opened, is another one, or shows no target.
     """
     footage, experiment = config.run.recipe.footage, find(config.run.recipe.experiment)
-    if footage is None or config.video is None:
+    recording = config.recording
+    if footage is None or recording is None:
         return experiment.simulate()
-    video = Path(config.video)
-    index = FrameIndex.from_json(config.index) if config.index else None
-
-    def open_sequence_of(footage: Footage) -> FrameSequence:
-        return open_sequence(video, config.limits, index=index, square=footage.square)
-
-    setup = reproduction.wire(experiment, footage, open_sequence_of)
+    setup = reproduction.wire(experiment, footage, lambda named: recording.open(square=named.square))
     if setup.footage is None or not footage.name:
         return setup
     # A saved run speaks of the recording by the name that people know.

@@ -47,7 +47,7 @@ LARGEST_SHARE = 0.05
 AT_ONCE_S = 0.5
 
 NICENESS, GIVING_WAY = 3, 8
-"""Whoever serves everybody goes before one session's computation, and sweeps, with 10, come last."""
+"""The web process goes before one session's computation, and sweeps, with 10, come last."""
 OPEN_FILES = 256
 
 log = logging.getLogger(__name__)
@@ -318,7 +318,7 @@ class Worker:
         forms = self._undrawn & self._credits if draw else set[protocol.Form]()
         scene = flat = None
         if forms:
-            # Whoever wants the other form a little later gets it of the same drawing.
+            # The other form, asked for a little later, is of the same drawing.
             self._drawing = self._drawing or self._tree.drawing()
             # The finer pictures, which do for the scene as well, come first.
             flat = self._encoder.encode(self._drawing, self._tree.run.position) if "flat" in forms else None
@@ -405,7 +405,7 @@ class Worker:
             case protocol.BeforeLoss():
                 self._seek(tree.before_loss())
             case protocol.SetSpeed(speed=speed):
-                # The next frame is due no later than at the new speed, but not at once: a correction is no frame.
+                # The next frame is due no later than at the new speed, but not at once: a correction is not a frame.
                 self._speed, self._behind_s = speed, 0.0
                 self._due = min(self._due, time.monotonic() + self._period)
             case protocol.StopAt(probability=probability):
@@ -418,7 +418,7 @@ class Worker:
         """Go to a frame; what was known before the way that this ends is still computed again.
 
         Raises:
-            ParameterError: The run has no such frame.
+            ParameterError: The frame is outside the run.
         """
         last = self._tree.run.frames - 1
         if not 0 <= frame <= last:
