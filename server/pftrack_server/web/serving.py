@@ -4,7 +4,7 @@ A connection that says nothing keeps nobody out. A client has some seconds to se
 longest length, and some to send the next one after an answer. When the process has nearly as many connections as it may
 have files, those that have been silent for longest make room. A page that does not
 answer a ping within 20 s loses its websocket. Bodies have a limit of their own (`pftrack_server.core.requests`); a
-proxy watches over slow clients.
+proxy watches over slow clients. An answer that a client stops taking ends with its connection.
 """
 
 import asyncio
@@ -39,6 +39,8 @@ FAILED, WRONG_USE = 1, 2
 
 HEAD_S = 20.0
 """Time for the head of a request."""
+UNTAKEN_S = 120.0
+"""Time in which a client has to take something of an answer; uvicorn waits for ever."""
 LARGEST_HEAD = 64 * 1024
 LARGEST_MESSAGE = 64 * 1024
 CLOSING = {"connection": "close"}
@@ -221,6 +223,8 @@ def _listen(settings: Settings) -> socket.socket:
     family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
     listening = socket.socket(family, socket.SOCK_STREAM)
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    if sys.platform == "linux":  # accepted connections inherit it
+        listening.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, int(1000 * UNTAKEN_S))
     try:
         listening.bind((settings.host, settings.port))
         listening.listen(2048)
@@ -228,7 +232,7 @@ def _listen(settings: Settings) -> socket.socket:
         listening.close()
         where = f"{settings.host}:{settings.port}"
         if isinstance(error, socket.gaierror):
-            _fail(f"There is no address {settings.host!r}; give --host an address of this machine, such as 127.0.0.1.")
+            _fail(f"{settings.host!r} is not an address; give --host one of this machine, such as 127.0.0.1.")
         reasons = {
             "EADDRINUSE": f"Port {settings.port} is in use; end what uses it or choose another one with --port.",
             "EACCES": f"Port {settings.port} may not be used by this user; choose one above 1023 with --port.",

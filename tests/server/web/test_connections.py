@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import errno
 import http.client
 import json
 import socket
@@ -14,6 +15,7 @@ import pytest
 from starlette.exceptions import HTTPException
 
 from pftrack_server.core.requests import BodyLimit
+from pftrack_server.core.settings import Settings
 from pftrack_server.web import serving
 from tests.apart import run
 from tests.conftest import BASE
@@ -55,6 +57,19 @@ def test_a_connection_without_a_request_ends(start_server: Any, monkeypatch: pyt
                 # An answer may come in parts; without an end this runs into the socket's time.
                 while not is_closed(raw):
                     pass
+
+
+def test_an_answer_that_a_client_stops_taking_ends(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """The connection breaks, so that neither it nor what is left of the answer is kept for good."""
+    monkeypatch.setattr(serving, "UNTAKEN_S", 0.5)
+    with serving._listen(Settings(port=0, data_dir=tmp_path)) as listening, socket.socket() as idle:
+        idle.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        idle.connect(listening.getsockname())
+        answering, _ = listening.accept()
+        answering.settimeout(30)
+        with answering, pytest.raises(TimeoutError) as broken:
+            answering.sendall(bytes(50_000_000))
+    assert broken.value.errno == errno.ETIMEDOUT
 
 
 @pytest.mark.parametrize("said", [b"GET /\x00 HTTP/1.1\r\n\r\n", b"GET / HTTP/1.1\r\nHost: a\r\nno colon\r\n\r\n"])
