@@ -155,16 +155,12 @@ function linkSweep(link, session) {
  * @param {SessionPublic} session
  */
 function repeated({ recipe, tracker, upload }) {
-  const [first] = recipe.timeline ?? [];
-  const last = recipe.timeline?.findLast(({ frame }) => frame > 0);
-  return {
-    experiment: recipe.experiment,
-    upload,
-    footage: recipe.footage,
-    axes: Object.keys(last?.values ?? {}).slice(-1).map((name) => ({ name })),
-    trackers: [recipe.tracker ?? tracker],
-    parameters: first?.frame === 0 ? first.values : {},
-  };
+  const { footage, timeline } = recipe;
+  const [first] = timeline ?? [];
+  const last = timeline?.findLast(({ frame }) => frame > 0);
+  const axes = Object.keys(last?.values ?? {}).slice(-1).map((name) => ({ name }));
+  const parameters = first?.frame === 0 ? first.values : {};
+  return { experiment: recipe.experiment, upload, footage, axes, trackers: [recipe.tracker ?? tracker], parameters };
 }
 
 /** What can be done with the run beside moving through it; whoever came by the link of a class keeps nothing here. */

@@ -1,10 +1,10 @@
 /** The page of a new sweep: what is varied, by whom, how often; with the size and the time before anything starts. */
 
 import { api } from "../shared/api.js";
-import { Segments, Select } from "../shared/controls.js";
 import { bytes, count, duration } from "../shared/format.js";
 import { Loaded, showPage } from "../shared/page.js";
 import { h, html } from "../vendor/preact.js";
+import { Segments, Select } from "./controls.js";
 import * as plan from "./plan.js";
 import { change, choicesOf, declared, draft, isNumerical, rowOf, size, subject, wrong } from "./plan.js";
 
@@ -12,6 +12,8 @@ import { change, choicesOf, declared, draft, isNumerical, rowOf, size, subject, 
 /** @import { RowDraft, Subject } from "./plan.js" */
 
 const PREVIEWED = 12;
+const FAILED = "The form could not be prepared";
+const BONES = html`<div class="plan-part"><div class="bone shimmer"></div><div class="bone short shimmer"></div></div>`;
 const FORMS = [
   { value: "range", words: "Range" },
   { value: "list", words: "List" },
@@ -36,17 +38,13 @@ function Form({ experiments }) {
         ${h(Select, { label: "Experiment", options, value: id, choose: plan.choose, field: "experiment" })}
         ${now && html`<p class="hint">${about || `${now.experiment.question} ${now.experiment.description}`}</p>`}
       </section>
-      ${h(Filled, { key: id, id })}
+      ${h(Loaded, { key: id, load: () => plan.fill(id).then(() => h(Parts, {})), failed: FAILED, bones: BONES })}
     </form>
     ${now && h(Size, {})}
   `;
 }
 
-/** @param {{id: string}} props The rest of the form, once it is known what there is to vary. */
-function Filled({ id }) {
-  return h(Loaded, { load: () => plan.fill(id).then(() => h(Parts, {})), failed: "The form could not be prepared", bones: BONES });
-}
-
+/** The rest of the form, once it is known what there is to vary. */
 function Parts() {
   const now = subject.value;
   return now && [h(AxesPart, {}), h(TrackersPart, { now }), h(RunsPart, { now }), h(FixedPart, {})];
@@ -231,6 +229,8 @@ function Size() {
   </aside>`;
 }
 
-const BONES = html`<div class="plan-part"><div class="bone shimmer"></div><div class="bone short shimmer"></div></div>`;
-const words = { failed: "The form could not be prepared", bones: BONES };
-showPage("plan", null, () => h(Loaded, { load: async () => h(Form, { experiments: await api.experiments() }), ...words }));
+async function load() {
+  return h(Form, { experiments: await api.experiments() });
+}
+
+showPage("plan", null, () => h(Loaded, { load, failed: FAILED, bones: BONES }));

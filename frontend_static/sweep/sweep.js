@@ -2,7 +2,6 @@
 
 import { START } from "../shared/address.js";
 import { linkToReferences } from "../shared/comparison_link.js";
-import { Segments, Select } from "../shared/controls.js";
 import { confirmLoss } from "../shared/dialog.js";
 import { h as element, lastOfAddress, part, setText } from "../shared/dom.js";
 import { count, duration, parameterValue } from "../shared/format.js";
@@ -19,6 +18,7 @@ import { popover } from "../session/popover.js";
 import { effect, h, html, useEffect, useSignal } from "../vendor/preact.js";
 import { runPage, sweeps } from "./api.js";
 import { quantitiesOf, short } from "./cells.js";
+import { Segments, Select } from "./controls.js";
 import { Maps, placeOf, shortOf, titleOf } from "./maps.js";
 import { NO_AXIS, begin, chosen, gone, isLost, look, newest, seen } from "./store.js";
 
@@ -29,6 +29,7 @@ import { NO_AXIS, begin, chosen, gone, isLost, look, newest, seen } from "./stor
 
 const SKELETON_AFTER_MS = 200;
 const ROWS = 50;
+const BONES = [html`<div class="bone shimmer"></div>`, html`<div class="bone short shimmer"></div>`];
 const MOST_BESIDE = 3;
 const ALL = "";
 const INVITATION = "Choose a cell of a map, and its runs are listed here, failures first. A run opens in a new tab, shortly before it lost the target.";
@@ -238,19 +239,14 @@ function RunsOfCell({ now, cell: { i, j, tracker: first } }) {
   const trackers = [{ value: ALL, words: "All trackers" }, ...sweep.trackers.map(({ id, title }) => ({ value: id, words: title }))];
   const ask = (/** @type {number} */ offset) =>
     sweeps.rows(sweep.id, { x: view.x, y: view.y, i, j, offset, limit: ROWS, ...(tracker.value !== ALL && { tracker: tracker.value }) });
+  const load = async () => h(List, { now, found: await ask(0), ask });
   return html`
     <header class="runs-head">
       <h2>${placeOf(x, i)}${y && [html`<br />`, placeOf(y, j)]}</h2>
       ${trackers.length > 2 && h(Select, { label: "Tracker", options: trackers, value: tracker.value, choose: (id) => (tracker.value = id) })}
     </header>
-    ${h(Asked, { key: tracker.value, now, ask })}
+    ${h(Loaded, { key: tracker.value, load, failed: "These runs cannot be listed", bones: BONES })}
   `;
-}
-
-/** @param {{now: Seen, ask: Ask}} props */
-function Asked({ now, ask }) {
-  const bones = [html`<div class="bone shimmer"></div>`, html`<div class="bone short shimmer"></div>`];
-  return h(Loaded, { load: async () => h(List, { now, found: await ask(0), ask }), failed: "These runs cannot be listed", bones });
 }
 
 /**

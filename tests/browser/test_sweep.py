@@ -9,7 +9,7 @@ import pytest
 from tests.browser.accessible import check
 from tests.browser.conftest import Complaints
 from tests.browser.host import Server, until
-from tests.browser.views import Gallery, SessionPage, View
+from tests.browser.views import SessionPage, View
 from tests.server.uploads.test_uploads import video
 
 SMALL: dict[str, Any] = {
@@ -27,7 +27,6 @@ ACROSS, UP = 3, 2
 FAILING = {"i": 1, "j": 1}
 BARE = [0, 0, 0, 0]
 """The colour of a cell in which nothing has been computed yet: the page shows through."""
-OPTIONS = ("Difference", "Significance", "Error", "Success")
 
 
 class SweepPage(View):
@@ -61,12 +60,30 @@ class SweepPage(View):
         canvas = self.page.locator(f"[data-map='{method}'] canvas")
         return [canvas.evaluate(read, list(self.centre(method, i, j))) for j in range(UP) for i in range(ACROSS)]
 
-    def click_cell(self, method: str, cell: dict[str, int]) -> None:
+    def click_cell(self, method: str, cell: dict[str, int], place: str) -> None:
+        """Have the runs of a cell listed, which is at a place in words."""
         x, y = self.centre(method, **cell)
         self.page.locator(f"[data-map='{method}'] .figure-picture").click(position={"x": x, "y": y})
+        self.until(lambda: place in self.page.inner_text(".sweep-side h2"), "it is the cell")
+        self.runs().first.wait_for()
+
+    def show(self, words: str) -> None:
+        self.page.get_by_role("group", name="Quantity").get_by_role("button", name=words).click()
 
     def runs(self) -> Any:
         return self.page.locator("li.run")
+
+
+class Form(View):
+    """The form of a new sweep."""
+
+    def says(self, runs: str) -> None:
+        self.until(lambda: self.page.inner_text(".plan-size .figure >> nth=0") == runs, f"the plan has {runs}")
+
+    def start(self) -> SweepPage:
+        self.page.get_by_role("button", name="Start the sweep").click()
+        self.page.wait_for_url("**/sweep/*")
+        return SweepPage(self.page)
 
 
 @pytest.fixture(scope="module")
@@ -94,19 +111,15 @@ def test_a_session_becomes_a_sweep(page: Any, server: Server) -> None:
     page.goto(session["page"])
     page.get_by_role("link", name="Sweep", exact=True).click()
     page.wait_for_selector(".plan-size")
-    assert page.locator("[data-field=trackers] input:checked").evaluate_all("(all) => all.map((it) => it.value)") == [
-        "condensation"
-    ]
-    assert page.locator("[data-field=parameters] input").first.input_value() == "7"
-    assert page.get_by_label("Varied parameter").input_value() == "occlusion_width_px"
-    assert [page.get_by_label(end, exact=True).input_value() for end in ("From", "To", "Step")] == ["0", "120", "12"]
+    assert page.locator("[data-field=trackers] input:checked").get_attribute("value") == "condensation"
+    assert page.locator("[data-field=parameters] input").input_value() == "7"
+    told = [page.get_by_label(it, exact=True).input_value() for it in ("Varied parameter", "From", "To", "Step")]
+    assert told == ["occlusion_width_px", "0", "120", "12"]
     page.get_by_label("Trials in each cell").fill("1")
     page.get_by_label("Frames of a run").fill("8")
-    form = View(page)
-    form.until(lambda: page.inner_text(".plan-size .figure >> nth=0") == "11 runs", "the form tells the number of runs")
-    page.get_by_role("button", name="Start the sweep").click()
-    page.wait_for_url("**/sweep/*")
-    SweepPage(page).complete()
+    form = Form(page)
+    form.says("11 runs")
+    form.start().complete()
     page.get_by_role("img", name="Success rate over Occluder width").wait_for()
     page.locator("[data-map=condensation] [role=application]").wait_for()
 
@@ -120,23 +133,16 @@ def test_from_the_form_to_the_frame_of_the_loss(page: Any, server: Server) -> No
         page.locator(f"[data-field='axes.{index}.values']").fill(values)
     page.locator("[data-field=trials] input").fill("8")
     page.locator("[data-field=frames] input").fill("60")
-    form = View(page)
-    form.until(
-        lambda: page.inner_text(".plan-size .figure >> nth=0") == "144 runs", "the form tells the number of runs"
-    )
+    form = Form(page)
+    form.says("144 runs")
     form.until(lambda: page.inner_text("[data-role=time]").endswith("to compute"), "the form tells the time")
-    page.click("text=Start the sweep")
-    page.wait_for_url("**/sweep/*")
-
-    sweep = SweepPage(page)
+    sweep = form.start()
     sweep.until(lambda: page.locator(".map").count() == 3, "there is a map for each method")
     sweep.until(lambda: sweep.colours("h-spf").count(BARE) < 6, "it fills")
     sweep.complete()
     sweep.until(lambda: BARE not in sweep.colours("h-spf"), "all cells are there")
 
-    sweep.click_cell("h-spf", FAILING)
-    sweep.runs().first.wait_for()
-    assert "Occluder width 55 px" in page.inner_text(".runs-head")
+    sweep.click_cell("h-spf", FAILING, "Occluder width 55 px")
     found = server.get(f"sweeps/{sweep.id}/rows?i=1&j=1&tracker=h-spf")["rows"]
     row = next(row for row in found if (row["first_lost_frame"] or 0) > 10)
     item = page.locator(f"li.run[data-run='{row['run']}']")
@@ -146,13 +152,7 @@ def test_from_the_form_to_the_frame_of_the_loss(page: Any, server: Server) -> No
         item.locator(".run-title").click()
     opened = SessionPage(opening.value, server).ready()
     opened.stands_at(row["first_lost_frame"] - 10)
-    assert opened.session["recipe"]["seed"] == row["seed"]
-    assert opened.session["playing"] is False
-    for frame in range(row["first_lost_frame"] - 9, row["first_lost_frame"] + 1):
-        assert not opened.verdict.startswith("lost")
-        opened.press("ArrowRight")
-        opened.stands_at(frame)
-    opened.until(lambda: opened.verdict.startswith("lost"), "the page says that the ball is lost")
+    assert (opened.session["recipe"]["seed"], opened.session["playing"]) == (row["seed"], False)
     assert opened.page.get_attribute("header >> [aria-label=Sweep]", "href") == f"sweep/{sweep.id}"
     assert server.column(opened.id, "lost")[: row["first_lost_frame"] + 1] == [False] * row["first_lost_frame"] + [True]
 
@@ -171,9 +171,7 @@ def test_a_complete_sweep_is_looked_at(sweep: SweepPage, page: Any, server: Serv
 
 def the_other_methods_are_one_click_away(sweep: SweepPage, page: Any, server: Server) -> None:
     """Beside a run there is a link for each other method, to the same seed."""
-    sweep.click_cell("pc-pf", {"i": 2, "j": 1})
-    sweep.until(lambda: "Occluder width 105 px" in page.inner_text(".runs-head"), "it is another cell")
-    sweep.runs().first.wait_for()
+    sweep.click_cell("pc-pf", {"i": 2, "j": 1}, "Occluder width 105 px")
     run = int(sweep.runs().first.get_attribute("data-run"))
     row = next(row for row in server.get(f"sweeps/{sweep.id}/rows?i=2&j=1")["rows"] if row["run"] == run)
     with page.context.expect_page() as opening:
@@ -211,29 +209,24 @@ def it_is_read_by_keyboard(sweep: SweepPage, page: Any) -> None:
 def there_are_several_ways_to_see_it(sweep: SweepPage, page: Any) -> None:
     """The switch shows error, difference and significance; axes can be swapped; the address remembers all of it."""
     pressed = page.locator(".segments [aria-pressed=true]")
-    for words in OPTIONS:
-        page.locator(".segments button", has_text=words).click()
+    for words in ("Difference", "Significance", "Error", "Success"):
+        sweep.show(words)
         sweep.until(lambda words=words: pressed.inner_text() == words, "it is what is shown")  # type: ignore[misc]
         assert page.evaluate("document.activeElement.innerText") == words
-    page.locator(".segments button", has_text="Significance").click()
+    sweep.show("Significance")
     few = "0 cells to 0, 0 not significant, 6 not applicable"
     sweep.until(lambda: few in page.inner_text("[data-part=maps]"), "so few runs are too few for a chi-square test")
-    page.locator("[aria-label='Test']").select_option("fisher")
-    page.locator("text=Holm").click()
+    page.get_by_label("Test").select_option("fisher")
+    page.get_by_label("Holm").click()
     sweep.until(lambda: "not significant" in page.inner_text("[data-part=maps]"), "the verdicts are counted")
-    page.locator("[aria-label='Axis across']").select_option("distracter_radius_px")
+    page.get_by_label("Axis across").select_option("distracter_radius_px")
     sweep.until(lambda: "x=distracter_radius_px" in page.url, "the address names the axes")
     page.reload()
     sweep.until(lambda: page.locator(".map").count() == 3, "two methods and their comparison are shown")
-    for label, value in (
-        ("Axis across", "distracter_radius_px"),
-        ("Axis up", "occlusion_width_px"),
-        ("Test", "fisher"),
-    ):
-        choice = page.locator(f"[aria-label='{label}']")
-        sweep.until(lambda choice=choice, value=value: choice.input_value() == value, f"{label} is {value}")  # type: ignore[misc]
-    sweep.until(page.locator("label", has_text="Holm").locator("input").is_checked, "and Holm is checked")
-    up = page.locator("[aria-label='Axis up']")
+    chosen = {"Axis across": "distracter_radius_px", "Axis up": "occlusion_width_px", "Test": "fisher"}
+    assert {label: page.get_by_label(label).input_value() for label in chosen} == chosen
+    assert page.get_by_label("Holm").is_checked()
+    up = page.get_by_label("Axis up")
     up.select_option("none")
     sweep.until(lambda: "y=none" in page.url, "the address says that one axis is shown")
     page.reload()
@@ -244,7 +237,7 @@ def a_measure_is_chosen(sweep: SweepPage, page: Any, server: Server) -> None:
     """The maps show the means of the measure that is chosen, say which it is, and a link to it shows the same."""
     sweep.until(lambda: BARE not in sweep.colours("h-spf"), "all cells are there")
     successes = sweep.colours("h-spf")
-    page.click(".segments button:has-text('Measure')")
+    sweep.show("Measure")
     page.select_option("select[aria-label='Which measure']", "inside_share")
     sweep.until(
         lambda: "Inside the true box, mean of all runs" in page.inner_text(".sweep-legend"), "the legend says so"
@@ -262,13 +255,13 @@ def a_measure_is_chosen(sweep: SweepPage, page: Any, server: Server) -> None:
 
 def two_methods_are_compared_by_a_measure(sweep: SweepPage, page: Any) -> None:
     """Difference and significance are of any measure that the sweep has, beside the maps of that measure."""
-    page.click(".segments button:has-text('Difference')")
+    sweep.show("Difference")
     page.select_option("select[aria-label='Compared by']", "median_error_px")
     words = "Median error, mean of all runs"
     sweep.until(lambda: words in page.inner_text(".sweep-legend"), "the legend says so")
     sweep.until(lambda: "px" in page.locator(".legend-key", has_text="Difference").inner_text(), "it has its unit")
     assert page.locator("select[aria-label='Which measure']").count() == 0
-    page.click(".segments button:has-text('Significance')")
+    sweep.show("Significance")
     sweep.until(lambda: "not significant" in page.inner_text("[data-part=maps]"), "the verdicts are counted")
     assert page.locator("select[aria-label='Test']").count() == 0
     page.reload()
@@ -321,17 +314,12 @@ def test_cancel_resume_delete(page: Any, server: Server, complaints: Complaints)
 
 def it_fits_and_can_be_used_by_everybody(sweep: SweepPage, page: Any) -> None:
     """On a wide screen, a narrow one and a phone nothing hangs out at the side; axe finds nothing, light and dark."""
-    page.locator(".segments button", has_text="Significance").click()
+    sweep.show("Significance")
     sweep.until(lambda: page.locator(".map").count() == 3, "two methods and their comparison are shown")
-    for width in (1280, 800, 420):
-        page.set_viewport_size({"width": width, "height": 800})
-        sweep.until(lambda: page.evaluate("document.documentElement.scrollWidth <= innerWidth"), "the page fits")
-    sweep.click_cell("h-spf", FAILING)
-    sweep.until(lambda: "Occluder width 55 px" in page.inner_text(".runs-head"), "it is another cell")
-    sweep.runs().first.wait_for()
+    sweep.click_cell("h-spf", FAILING, "Occluder width 55 px")
     for width in (420, 800, 1280):
         page.set_viewport_size({"width": width, "height": 800})
-        sweep.until(lambda: page.evaluate("document.documentElement.scrollWidth <= innerWidth"), "so do the runs")
+        sweep.until(lambda: page.evaluate("document.documentElement.scrollWidth <= innerWidth"), "the page fits")
     check(page)
 
 
@@ -345,16 +333,18 @@ def test_no_such_sweep(page: Any, complaints: Complaints) -> None:
 
 
 def my_work_lists_it(sweep: SweepPage, page: Any) -> None:
-    """My work lists recent sweeps with their outcome, and the card of an experiment leads to its form."""
+    """My work lists it with its outcome; an experiment's card leads to its form, without what is only drawn."""
     row = page.locator(f"[data-sweep='{sweep.id}']")
     page.goto("work?show=sweeps")
     row.wait_for()
     assert "60 runs" in row.inner_text()
     assert "complete" in row.inner_text()
     page.goto("./")
-    page.locator("[data-experiment=sine] >> text=Sweep over conditions").click()
+    page.locator("[data-experiment=fish] >> text=Sweep over conditions").click()
     page.wait_for_selector(".plan-size")
-    assert page.locator("[aria-label=Experiment]").input_value() == "sine"
+    assert page.get_by_label("Experiment", exact=True).input_value() == "fish"
+    offered = set(page.get_by_label("Varied parameter").first.locator("option").all_inner_texts())
+    assert offered & {"Particles", "Shown mode", "Along the mode, sd", "Swaying mode"} == {"Particles"}
 
 
 def test_a_session_on_a_clip_becomes_a_sweep(watch: Callable[..., SessionPage], server: Server, page: Any) -> None:
@@ -365,25 +355,22 @@ def test_a_session_on_a_clip_becomes_a_sweep(watch: Callable[..., SessionPage], 
     link = shown.page.locator("header >> [aria-label=Sweep]")
     link.wait_for()
     page.goto(link.get_attribute("href"))
-    form = View(page)
+    form = Form(page)
     page.wait_for_selector(".plan-size")
     assert "All runs are on ball.mp4" in page.inner_text(".plan-form")
     assert page.inner_text("[data-field=experiment]") == "Colours of a window"
-    form.until(lambda: page.inner_text(".plan-size .figure >> nth=0") == "20 runs", "other seeds are planned")
+    form.says("20 runs")
     page.click("[data-role=add-axis]")
     choice = page.locator(".axis select").first
     names = choice.locator("option").evaluate_all("(all) => all.map((one) => one.value)")
-    assert "sample_count" in names
-    assert "sway_px" not in names
+    assert {"sample_count", "sway_px"} & set(names) == {"sample_count"}
     choice.select_option("sample_count")
     for part, number in (("start", "30"), ("stop", "60"), ("step", "30")):
         page.locator(f".axis [data-field='axes.0.{part}']").fill(number)
     page.locator("[data-field=trials] input").fill("2")
     page.locator(".methods input[value=apf]").check()
-    form.until(lambda: page.inner_text(".plan-size .figure >> nth=0") == "8 runs", "the axis is understood")
-    page.click("text=Start the sweep")
-    page.wait_for_url("**/sweep/*")
-    sweep = SweepPage(page)
+    form.says("8 runs")
+    sweep = form.start()
     sweep.complete()
     assert page.locator("[aria-pressed=true]").first.inner_text() == "Measure"
     told = server.get(f"sweeps/{sweep.id}")
@@ -399,13 +386,3 @@ def what_is_brought_in_is_in_sight(shown: SessionPage) -> None:
     menu.get_by_text("Truth, CSV").wait_for()
     assert menu.evaluate("(it) => it.scrollHeight <= it.clientHeight")
     shown.press("Escape")
-
-
-def test_what_is_only_drawn_is_nothing_to_sweep_over(gallery: Gallery) -> None:
-    """The number of particles may be varied, and not which mode a ghost shows."""
-    gallery.card("fish").get_by_text("Sweep over conditions").click()
-    offered = gallery.page.get_by_label("Varied parameter").first.locator("option")
-    offered.first.wait_for(state="attached")
-    titles = offered.all_inner_texts()
-    assert "Particles" in titles
-    assert not {"Shown mode", "Along the mode, sd", "Swaying mode"} & set(titles)
