@@ -233,4 +233,6 @@ async function load() {
   return h(Form, { experiments: await api.experiments() });
 }
 
+// A page that comes back from the browser's cache can begin another sweep.
+addEventListener("pageshow", () => (plan.isStarting.value = false));
 showPage("plan", null, () => h(Loaded, { load, failed: FAILED, bones: BONES }));

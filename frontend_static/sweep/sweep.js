@@ -69,7 +69,7 @@ function Page() {
     return html`<div class="sweep-wait">${h(Notice, { title: "This sweep cannot be shown", message: gone.value, action, inline: false })}</div>`;
   }
   return html`
-    <div class="bar-lost" role="status" hidden=${!isLost.value}>Reconnecting</div>
+    <div class="bar-lost" data-part="disconnected" role="status" hidden=${!isLost.value}>Reconnecting</div>
     <section class="sweep-main">
       <div class="sweep-bar" role="group" aria-label="Progress">${now && h(Bar, { sweep: now.sweep })}</div>
       <div class="sweep-choices" role="group" aria-label="What the maps show">${now && h(Choices, { now })}</div>
