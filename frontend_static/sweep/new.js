@@ -89,10 +89,10 @@ function AxesPart() {
 /** @param {{rows: "axes"|"fixed", row: RowDraft, place: number, field: string}} props A parameter, and what is done with it. */
 function Row({ rows, row, place, field }) {
   const all = draft.value[rows];
-  const declaration = declared(row.name);
+  const { declaration } = row;
   const isAxis = rows === "axes";
   const found = size.value.estimate?.axes[place];
-  const known = isAxis && found?.name === row.name ? found : null;
+  const known = isAxis && found?.name === declaration.name ? found : null;
   const become = (/** @type {RowDraft} */ other) => change({ [rows]: all.with(place, other) });
   const options = (subject.value?.declarations ?? []).map(({ name, label, group }) => ({ value: name, words: label, group }));
   const choose = (/** @type {string} */ name) => become(isAxis ? rowOf(declared(name)) : plan.fixedAt(declared(name)));
@@ -100,23 +100,24 @@ function Row({ rows, row, place, field }) {
   const isRemovable = !isAxis || all.length > 1 || subject.value?.upload;
   return html`<div class="axis" role="group" aria-label=${isAxis ? `Axis ${place + 1}` : declaration.title} data-field=${field}>
     <div class="axis-head">
-      ${h(Select, { label: isAxis ? "Varied parameter" : "Fixed parameter", options, value: row.name, choose, field: `${field}.name` })}
+      ${h(Select, { label: isAxis ? "Varied parameter" : "Fixed parameter", options, value: declaration.name, choose, field: `${field}.name` })}
       ${isAxis && isNumerical(declaration) && h(Segments, {
         label: "Form",
         options: FORMS,
         value: row.form,
-        choose: (form) => form !== row.form && become(plan.inOtherForm(declaration, row, known)),
+        choose: (form) => form !== row.form && become(plan.inOtherForm(row, known)),
       })}
       ${isRemovable && html`<button type="button" class="quiet" onClick=${() => change({ [rows]: all.toSpliced(place, 1) })}>Remove</button>`}
     </div>
-    <div class="axis-values">${h(Values, { declaration, row, field, become })}</div>
-    ${h(Wrong, { place: field })}
+    <div class="axis-values">${h(Values, { row, field, become })}</div>
+    ${isAxis && h(Wrong, { place: field })}
     <p class="hint">${known ? preview(known, declaration) : declaration.description} ${allowed(declaration)}</p>
   </div>`;
 }
 
-/** @param {{declaration: Declaration, row: RowDraft, field: string, become: (other: RowDraft) => void}} props */
-function Values({ declaration, row, field, become }) {
+/** @param {{row: RowDraft, field: string, become: (other: RowDraft) => void}} props */
+function Values({ row, field, become }) {
+  const { declaration } = row;
   const { title, unit, step } = declaration;
   const options = choicesOf(declaration).map((value) => ({ value, words: value }));
   const give = (/** @type {string} */ list) => become({ ...row, list });
@@ -194,7 +195,7 @@ function FixedPart() {
     <h2>Fixed parameters</h2>
     <p class="hint">All other parameters keep the experiment's defaults.</p>
     <div>
-      ${fixed.map((row, place) => h(Row, { rows: "fixed", row, place, field: `parameters.${row.name}` }))}
+      ${fixed.map((row, place) => h(Row, { rows: "fixed", row, place, field: `parameters.${row.declaration.name}` }))}
       ${own.length > 0 && html`<p class="hint">Parameters of a file keep the file's defaults: ${own.join(", ")}.</p>`}
     </div>
     ${h(Wrong, { place: "parameters" })}

@@ -14,7 +14,7 @@ import { sweeps } from "./api.js";
 /**
  * What is done with a parameter: it is varied over a range or a list, or has one value in all runs.
  *
- * @typedef {{name: string, form: "range"|"list"|"one", start: string, stop: string, step: string, list: string}} RowDraft
+ * @typedef {{declaration: Declaration, form: "range"|"list"|"one", start: string, stop: string, step: string, list: string}} RowDraft
  */
 
 /**
@@ -38,7 +38,7 @@ import { sweeps } from "./api.js";
 const STEPS = 10;
 const OTHER_SEEDS = 20;
 const [COUNT_AFTER_MS, MEASURE_AFTER_MS, ASK_AGAIN_MS] = [150, 700, 3000];
-const PLACE = /^(?:axes\.\d+|parameters\.\w+|\w+)/;
+const PLACE = /^(?:axes\.\d+|\w+)/;
 const FIELDS = ["title", "axes", "trackers", "trials", "frames", "seed", "loss_probability", "parameters"];
 
 /** What the form is filled in with: what the address says, or an experiment's example. A link may name the experiment alone. */
@@ -61,11 +61,11 @@ const plan = computed(/** @returns {Plan|null} */ () => {
     ...recording,
     ...(title.trim() !== "" && { title: title.trim() }),
     experiment: experiment.id,
-    axes: axes.map((axis) => axisOf(declared(axis.name), axis)),
+    axes: axes.map(axisOf),
     trials: numberOf(trials),
     frames: numberOf(frames),
     seed: numberOf(seed),
-    parameters: Object.fromEntries(fixed.map(({ name, list }) => [name, valueOf(declared(name).kind, list)])),
+    parameters: Object.fromEntries(fixed.map(({ declaration: { name, kind }, list }) => [name, valueOf(kind, list)])),
   };
 });
 
@@ -81,12 +81,10 @@ export const wrong = computed(() => {
   const { error = null, estimate = null } = answered.value ?? {};
   if (error === null) return { field: "", place: "", words: estimate?.problem ?? "" };
   const field = (error instanceof ApiError && error.field) || "";
-  const rows = draft.value.fixed.map(({ name }) => `parameters.${name}`);
-  const isPlace = (/** @type {string} */ one) => one.startsWith("axes.") || rows.includes(one) || FIELDS.includes(one);
-  const place = [PLACE.exec(field)?.[0] ?? "", field.split(".")[0]].find(isPlace) ?? "";
+  const [place] = PLACE.exec(field) ?? [""];
   const message = messageOf(error);
   const words = message.startsWith(`${field}: `) ? message.slice(field.length + 2) : message;
-  return { field, place, words: words.slice(0, 1).toUpperCase() + words.slice(1) };
+  return { field, place: FIELDS.includes(place.split(".")[0]) ? place : "", words: words.slice(0, 1).toUpperCase() + words.slice(1) };
 });
 
 /** @param {Partial<Draft>} changes */
@@ -196,7 +194,7 @@ export function choicesOf({ kind, choices }) {
  * @returns {RowDraft}
  */
 export function rowOf(declaration, { start, stop, step, values } = {}) {
-  const { name, useful, step: least } = declaration;
+  const { useful, step: least } = declaration;
   const numbers = (values ?? []).filter((value) => typeof value === "number");
   const [from, to] = useful ?? [0, 0];
   const stride = Math.max(1, Math.round((to - from) / STEPS / (least ?? 1))) * (least ?? 1);
@@ -206,7 +204,7 @@ export function rowOf(declaration, { start, stop, step, values } = {}) {
   if (typeof step === "number") range = [start, stop, step];
   const choices = choicesOf(declaration);
   return {
-    name,
+    declaration,
     form: isNumerical(declaration) && !values ? "range" : "list",
     start: `${range[0]}`,
     stop: `${range[1]}`,
@@ -225,27 +223,26 @@ export function fixedAt(declaration, value = declaration.default) {
 }
 
 /**
- * @param {Declaration} declaration
  * @param {RowDraft} row
  * @returns {SweepAxis}
  */
-export function axisOf(declaration, { name, form, start, stop, step, list }) {
+export function axisOf({ declaration, form, start, stop, step, list }) {
+  const { name, kind } = declaration;
   if (form === "range") return { name, start: numberOf(start), stop: numberOf(stop), step: numberOf(step) };
   // A choice may be of several words.
   const parts = list.split(choicesOf(declaration).length > 0 ? ", " : /[,;\s]+/).filter(Boolean);
-  return { name, values: parts.map((part) => valueOf(declaration.kind, part)) };
+  return { name, values: parts.map((part) => valueOf(kind, part)) };
 }
 
 /**
  * The same values in another form: as a list, once they are known, or as a range.
  *
- * @param {Declaration} declaration
  * @param {RowDraft} row
  * @param {ValuesPublic|null} known
  * @returns {RowDraft}
  */
-export function inOtherForm(declaration, row, known) {
-  if (row.form === "list") return { ...rowOf(declaration, axisOf(declaration, row)), form: "range" };
+export function inOtherForm(row, known) {
+  if (row.form === "list") return { ...rowOf(row.declaration, axisOf(row)), form: "range" };
   // A range of very many values stays one.
   const isWhole = known !== null && known.count === known.first.length;
   return { ...row, form: "list", list: isWhole ? known.first.join(", ") : row.list };
@@ -257,9 +254,9 @@ export function inOtherForm(declaration, row, known) {
  * @param {(declaration: Declaration) => boolean} isKind
  */
 export function unused(isKind) {
-  const used = new Set([...draft.value.axes, ...draft.value.fixed].map(({ name }) => name));
+  const used = new Set([...draft.value.axes, ...draft.value.fixed].map(({ declaration }) => declaration));
   const declarations = subject.value?.declarations ?? [];
-  return declarations.find((declaration) => isKind(declaration) && !used.has(declaration.name)) ?? declarations[0];
+  return declarations.find((declaration) => isKind(declaration) && !used.has(declaration)) ?? declarations[0];
 }
 
 /**

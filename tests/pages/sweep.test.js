@@ -16,20 +16,20 @@ describe("the values of an axis", () => {
   });
 
   it("are sent as they are typed: an empty field is null, and no number stays a word", () => {
-    assert.deepEqual(axisOf(declaration, { ...rowOf(declaration), stop: " " }), { name: "n", start: 0, stop: null, step: 10 });
-    assert.deepEqual(axisOf(declaration, { name: "n", form: "list", list: "1, 2;x 3" }).values, [1, 2, "x", 3]);
+    assert.deepEqual(axisOf({ ...rowOf(declaration), stop: " " }), { name: "n", start: 0, stop: null, step: 10 });
+    assert.deepEqual(axisOf({ declaration, form: "list", list: "1, 2;x 3" }).values, [1, 2, "x", 3]);
     const choice = { name: "n", kind: "choice", choices: ["two words", "one"], default: "one" };
-    assert.deepEqual(axisOf(choice, rowOf(choice)).values, ["two words", "one"]);
+    assert.deepEqual(axisOf(rowOf(choice)).values, ["two words", "one"]);
     const boolean = { name: "n", kind: "boolean", choices: [], default: true };
-    assert.deepEqual(axisOf(boolean, rowOf(boolean)).values, [false, true]);
+    assert.deepEqual(axisOf(rowOf(boolean)).values, [false, true]);
   });
 
   it("become a list when the server has told them all, and a range again", () => {
     const row = rowOf(declaration);
-    const list = inOtherForm(declaration, row, { name: "n", count: 3, first: [0, 10, 20] });
+    const list = inOtherForm(row, { name: "n", count: 3, first: [0, 10, 20] });
     assert.deepEqual([list.form, list.list], ["list", "0, 10, 20"]);
-    assert.deepEqual(range(inOtherForm(declaration, list, null)), ["0", "20", "10"]);
-    assert.equal(inOtherForm(declaration, row, { name: "n", count: 900, first: [0, 10] }).list, "40");
+    assert.deepEqual(range(inOtherForm(list, null)), ["0", "20", "10"]);
+    assert.equal(inOtherForm(row, { name: "n", count: 900, first: [0, 10] }).list, "40");
   });
 });
 
