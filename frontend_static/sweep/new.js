@@ -1,10 +1,10 @@
 /** The page of a new sweep: what is varied, by whom, how often; with the size and the time before anything starts. */
 
 import { api } from "../shared/api.js";
+import { Segments, Select } from "../shared/controls.js";
 import { bytes, count, duration } from "../shared/format.js";
 import { Loaded, showPage } from "../shared/page.js";
 import { h, html } from "../vendor/preact.js";
-import { Segments, Select } from "./controls.js";
 import * as plan from "./plan.js";
 import { change, choicesOf, declared, draft, isNumerical, rowOf, size, subject, wrong } from "./plan.js";
 

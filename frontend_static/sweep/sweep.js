@@ -2,6 +2,7 @@
 
 import { START } from "../shared/address.js";
 import { linkToReferences } from "../shared/comparison_link.js";
+import { Segments, Select } from "../shared/controls.js";
 import { confirmLoss } from "../shared/dialog.js";
 import { h as element, lastOfAddress, part, setText } from "../shared/dom.js";
 import { count, duration, parameterValue } from "../shared/format.js";
@@ -12,13 +13,11 @@ import { presentationButton } from "../shared/presentation.js";
 import { newSweep } from "../shared/share_link.js";
 import { sourceCodeButton } from "../shared/source_code.js";
 import { explain } from "../shared/terms.js";
-import { later } from "../shared/timing.js";
 import { attempt } from "../shared/toast.js";
 import { popover } from "../session/popover.js";
-import { effect, h, html, useEffect, useSignal } from "../vendor/preact.js";
+import { effect, h, html, useSignal } from "../vendor/preact.js";
 import { runPage, sweeps } from "./api.js";
 import { quantitiesOf, short } from "./cells.js";
-import { Segments, Select } from "./controls.js";
 import { Maps, placeOf, shortOf, titleOf } from "./maps.js";
 import { NO_AXIS, begin, chosen, gone, isLost, look, newest, seen } from "./store.js";
 
@@ -27,7 +26,6 @@ import { NO_AXIS, begin, chosen, gone, isLost, look, newest, seen } from "./stor
 
 /** @typedef {(offset: number) => Promise<RowsPublic>} Ask */
 
-const SKELETON_AFTER_MS = 200;
 const ROWS = 50;
 const BONES = [html`<div class="bone shimmer"></div>`, html`<div class="bone short shimmer"></div>`];
 const MOST_BESIDE = 3;
@@ -61,8 +59,6 @@ const LEVELS = [
 
 /** All of the page. */
 function Page() {
-  const isSlow = useSignal(false);
-  useEffect(() => later(() => (isSlow.value = true), SKELETON_AFTER_MS), []);
   const now = seen.value;
   if (gone.value !== null) {
     const action = { label: "Back to the experiments", href: START };
@@ -73,7 +69,7 @@ function Page() {
     <section class="sweep-main">
       <div class="sweep-bar" role="group" aria-label="Progress">${now && h(Bar, { sweep: now.sweep })}</div>
       <div class="sweep-choices" role="group" aria-label="What the maps show">${now && h(Choices, { now })}</div>
-      ${now ? h(Maps, { now }) : html`<div class="maps">${isSlow.value && [0, 1, 2].map(() => html`<div class="map-bone shimmer"></div>`)}</div>`}
+      ${now ? h(Maps, { now }) : html`<div class="maps late">${[0, 1, 2].map(() => html`<div class="map-bone shimmer"></div>`)}</div>`}
       ${now && h(Facts, { now })}
     </section>
     <aside class="sweep-side" data-part="runs" aria-label="Runs of the chosen cell">${now && h(Runs, { now })}</aside>
