@@ -5,14 +5,12 @@ import { part } from "./dom.js";
 import { navigation } from "./navigation.js";
 import { Notice } from "./notice.js";
 import { themeButton } from "./theme.js";
-import { later } from "./timing.js";
 import { h, html, render, useEffect, useRef, useSignal } from "../vendor/preact.js";
 
 /** @import { Place } from "./navigation.js" */
 /** @import { Action } from "./notice.js" */
 /** @import { Child, Component } from "../vendor/preact.js" */
 
-const SKELETON_AFTER_MS = 200;
 const NOT_FOUND = 404;
 
 /**
@@ -39,16 +37,13 @@ export function Loaded({ load, failed, bones = null, unknown }) {
   const shown = useSignal(/** @type {Child} */ (null));
   const begin = async () => {
     // What failed before is gone with its button, so that nobody asks twice at a time.
-    shown.value = null;
-    const there = later(() => (shown.value = bones), SKELETON_AFTER_MS);
+    shown.value = html`<div class="made late">${bones}</div>`;
     try {
       shown.value = await load();
     } catch (error) {
       const isUnknown = unknown !== undefined && statusOf(error) === NOT_FOUND;
       const message = messageOf(error);
       shown.value = isUnknown ? h(Notice, { ...unknown, message, inline: false }) : h(Failed, { title: failed, message, again: begin });
-    } finally {
-      there();
     }
   };
   useEffect(() => void begin(), []);

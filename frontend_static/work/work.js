@@ -14,7 +14,6 @@ import { FEW, KINDS, MANY, addressOf, parseQuery } from "./query.js";
 /** @import { Kind, Query } from "./query.js" */
 /** @import { Item } from "./rows.js" */
 
-const SKELETON_AFTER_MS = 200;
 const TYPING_MS = 250;
 const MOST_COMPARED = 4;
 const PLACEHOLDER = "Title, experiment, tracker, date or outcome";
@@ -50,8 +49,8 @@ const WORDS = {
   },
 };
 
-/** The newest answer; or a sentence on why there is none; or nothing yet, for long or not. */
-const answered = signal(/** @type {WorkPublic|string|"long"|null} */ (null));
+/** The newest answer; or a sentence on why there is none; or nothing yet. */
+const answered = signal(/** @type {WorkPublic|string|null} */ (null));
 const wish = signal(parseQuery(new URLSearchParams(location.search)));
 /** The words as they stand in the field; they are looked for a moment later. */
 const typed = signal(wish.value.words);
@@ -78,15 +77,12 @@ function look(change) {
 async function load() {
   asked.abort();
   const now = (asked = new AbortController());
-  const there = later(() => (answered.value ??= "long"), SKELETON_AFTER_MS, now.signal);
   try {
     const { words, show, limit } = wish.value;
     const work = await api.work({ q: words, limit, zone: ZONE, ...(show !== null && { show }) }, now.signal);
     if (!now.signal.aborted) answered.value = work;
   } catch (error) {
     if (!now.signal.aborted) answered.value = messageOf(error);
-  } finally {
-    there();
   }
 }
 
@@ -134,9 +130,8 @@ function Chip({ kind, title, amount }) {
 
 /** @param {{why: string|null}} props Why there is nothing to show. */
 function Without({ why }) {
-  if (why === null) return null;
-  if (why !== "long") return h(Failed, { title: "Your work could not be listed", message: why, again: load });
-  return [0, 1, 2].map(() => html`<section aria-hidden="true"><div class="bone short shimmer"></div><div class="bone shimmer"></div></section>`);
+  if (why !== null) return h(Failed, { title: "Your work could not be listed", message: why, again: load });
+  return [0, 1, 2].map(() => html`<section class="late" aria-hidden="true"><div class="bone short shimmer"></div><div class="bone shimmer"></div></section>`);
 }
 
 /** @param {{work: WorkPublic, clear: () => void}} props */
