@@ -167,23 +167,16 @@ function Recording({ stream, keep, refuse }) {
   const stop = () => recorder.current?.state === "recording" && recorder.current.stop();
   useLayoutEffect(() => {
     const end = new AbortController();
-    let telling = 0;
-    const start = () => {
-      const since = performance.now();
-      telling = setInterval(() => {
-        elapsed.value = (performance.now() - since) / 1000;
-        if (elapsed.value >= seconds.value) stop();
-      }, TELL_EVERY_MS);
+    const tell = (/** @type {number} */ now) => {
+      elapsed.value = now;
+      if (now >= seconds.value) stop();
     };
     try {
-      recorder.current = begun(stream, end.signal, { start, keep, refuse });
+      recorder.current = begun(stream, end.signal, { tell, keep, refuse });
     } catch (error) {
       refuse(messageOf(error));
     }
-    return () => {
-      end.abort();
-      clearInterval(telling);
-    };
+    return () => end.abort();
   }, []);
   const { value: long } = seconds;
   const body = html`<p class="camera-recording">
@@ -229,16 +222,20 @@ function refusalOf(error) {
  *
  * @param {MediaStream} stream
  * @param {AbortSignal} left
- * @param {{start: () => void} & Ends} on
+ * @param {{tell: (elapsed: number) => void} & Ends} on `tell` is called with the seconds so far.
  */
-function begun(stream, left, { start, keep, refuse }) {
+function begun(stream, left, { tell, keep, refuse }) {
   const mimeType = FORMATS.find((format) => MediaRecorder.isTypeSupported(format));
   const recorder = new MediaRecorder(stream, { videoBitsPerSecond: BITS_PER_SECOND, ...(mimeType && { mimeType }) });
   const until = { signal: left };
   /** @type {Blob[]} */
   const parts = [];
-  recorder.addEventListener("dataavailable", ({ data }) => parts.push(data), until);
-  recorder.addEventListener("start", start, until);
+  let since = 0;
+  recorder.addEventListener("start", () => (since = performance.now()), until);
+  recorder.addEventListener("dataavailable", ({ data }) => {
+    parts.push(data);
+    tell((performance.now() - since) / 1000);
+  }, until);
   recorder.addEventListener("error", () => refuse("The browser could not go on recording."), until);
   recorder.addEventListener("stop", () => {
     const { mimeType: type } = recorder;
@@ -248,6 +245,6 @@ function begun(stream, left, { start, keep, refuse }) {
     if (clip.size > 0) keep(clip);
     else refuse("The camera gave no picture.");
   }, until);
-  recorder.start();
+  recorder.start(TELL_EVERY_MS);
   return recorder;
 }
