@@ -10,7 +10,7 @@ import { Target } from "./target.js";
 
 /** @import { ExperimentPublic, UploadPublic } from "../shared/messages.js" */
 /** @import { Finding as FindingState } from "./target.js" */
-/** @import { Child, Signal } from "../vendor/preact.js" */
+/** @import { Child } from "../vendor/preact.js" */
 
 /** @typedef {Event & {currentTarget: HTMLInputElement}} InputEvent */
 /** @typedef {Event & {currentTarget: HTMLSelectElement}} SelectEvent */
@@ -44,10 +44,10 @@ function Form({ upload, able, cancel }) {
   const chosen = useSignal(/** @type {Target|null} */ (null));
   /** Ends when a person has said anything, so that nothing is chosen for them any more. */
   const proposing = useMemo(() => new AbortController(), []);
-  const proposal = useSignal("");
   useEffect(() => {
-    choose(chosen, upload, able.find(({ finds }) => finds === null) ?? able[0]);
-    propose(able, chosen, upload, proposing.signal).then((words) => (proposal.value = words));
+    const first = new Target(upload, able.find(({ finds }) => finds === null) ?? able[0]);
+    chosen.value = first;
+    propose(first, able, proposing.signal).then((proposed) => (chosen.value = proposed ?? chosen.value));
     return () => {
       proposing.abort();
       chosen.value?.leave();
@@ -59,10 +59,7 @@ function Form({ upload, able, cancel }) {
   const { frame, experiment } = target;
   const begin = (/** @type {InputEvent} */ { currentTarget }) => target.go(currentTarget.valueAsNumber);
   const settle = () => experiment.finds !== null && target.find({ alone: true });
-  const follow = (/** @type {SelectEvent} */ { currentTarget: { selectedIndex } }) => {
-    proposal.value = "";
-    choose(chosen, upload, able[selectedIndex]);
-  };
+  const follow = (/** @type {SelectEvent} */ { currentTarget: { selectedIndex } }) => (chosen.value = target.as(able[selectedIndex]));
   const submit = (/** @type {Event} */ event) => {
     event.preventDefault();
     target.start();
@@ -76,7 +73,7 @@ function Form({ upload, able, cancel }) {
         <select id="target-experiment" value=${experiment.id} onChange=${follow}>
           ${able.map(({ id, clip_title: title }) => html`<option value=${id}>${title}</option>`)}
         </select>
-        <p class="note" role="status" hidden=${proposal.value === ""}>${proposal.value}</p>
+        <p class="note" role="status" hidden=${target.proposal === ""}>${target.proposal}</p>
       `}
       <label for="target-start">Start at picture <output>${frame.value} of ${upload.frames}, frame 0 of the session</output></label>
       <input type="range" id="target-start" min="0" max=${Math.max(0, upload.frames - 1)} step="1" value=${frame.value} onInput=${begin} onChange=${settle} />
@@ -88,36 +85,20 @@ function Form({ upload, able, cancel }) {
 }
 
 /**
- * Look for what experiments find by themselves, while the form can be used already, and choose one that finds it.
+ * Look for what experiments find by themselves, while the form can be used already, and propose one that finds it.
  *
+ * @param {Target} first What is proposed until then.
  * @param {ExperimentPublic[]} able
- * @param {Signal<Target|null>} chosen
- * @param {UploadPublic} upload
  * @param {AbortSignal} ended
- * @returns {Promise<string>} What to say of it.
  */
-async function propose(able, chosen, upload, ended) {
-  const first = chosen.value;
-  for (const experiment of able.filter((each) => each.finds !== null && each !== first?.experiment)) {
-    const sighting = await api.mark(upload.id, { experiment: experiment.id, frame: 0, last: 0 }).catch(() => null);
-    if (ended.aborted || first?.footage.value) return "";
-    if (sighting?.mark) {
-      choose(chosen, upload, experiment);
-      return `There is a ${experiment.target} in the picture. To follow something else, choose what else it is followed as.`;
-    }
+async function propose(first, able, ended) {
+  for (const experiment of able.filter((each) => each.finds !== null && each !== first.experiment)) {
+    const sighting = await api.mark(first.upload.id, { experiment: experiment.id, frame: 0, last: 0 }).catch(() => null);
+    if (ended.aborted || first.footage.value) return null;
+    const words = `There is a ${experiment.target} in the picture. To follow something else, choose what else it is followed as.`;
+    if (sighting?.mark) return first.as(experiment, words);
   }
-  return "";
-}
-
-/**
- * @param {Signal<Target|null>} chosen
- * @param {UploadPublic} upload
- * @param {ExperimentPublic} experiment
- */
-function choose(chosen, upload, experiment) {
-  const before = chosen.value;
-  before?.leave();
-  chosen.value = new Target(upload, experiment, before?.frame.value ?? 0);
+  return null;
 }
 
 /** @param {{target: Target}} props The picture with the target's mark. */

@@ -68,10 +68,12 @@ export class Target {
   /**
    * @param {UploadPublic} upload
    * @param {ExperimentPublic} experiment
-   * @param {number} frame
+   * @param {number} [frame]
+   * @param {string} [proposal] Why this experiment was chosen for a person, a sentence or more.
    */
-  constructor(upload, experiment, frame) {
+  constructor(upload, experiment, frame = 0, proposal = "") {
     [this.upload, this.experiment] = [upload, experiment];
+    this.proposal = proposal;
     this.frame = signal(frame);
     this.tracker = signal(experiment.default_tracker);
     this.found = descriptionOf(experiment, experiment.finds);
@@ -79,6 +81,17 @@ export class Target {
     this.#show();
     if (experiment.finds === null) this.markBy(experiment.marks[0]?.kind);
     else this.find();
+  }
+
+  /**
+   * What is followed as something else, from the same frame on.
+   *
+   * @param {ExperimentPublic} experiment
+   * @param {string} [proposal]
+   */
+  as(experiment, proposal) {
+    this.leave();
+    return new Target(this.upload, experiment, this.frame.value, proposal);
   }
 
   /** Look for nothing any more. */
