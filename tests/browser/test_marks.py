@@ -35,16 +35,7 @@ OUTLINE = {
     "closed": True,
     "numbers": [],
 }
-BOX = {
-    "kind": "box",
-    "title": "Box",
-    "instruction": "Draw a box.",
-    "text": "x,y,w,h",
-    "handles": [],
-    "links": [],
-    "closed": False,
-    "numbers": [],
-}
+BOX = {**CIRCLE, "kind": "box", "title": "Box", "handles": [], "numbers": []}
 FRENCH = """() => {
     const layout = new Map([["KeyW", "z"], ["KeyA", "q"], ["KeyS", "s"], ["KeyD", "d"]]);
     Object.defineProperty(navigator, "keyboard", { value: { getLayoutMap: async () => layout } });
