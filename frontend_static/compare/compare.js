@@ -10,7 +10,7 @@ import { IconButton } from "../shared/icons.js";
 import { cancelJob, followJob } from "../shared/jobs.js";
 import { Made } from "../shared/page.js";
 import { linkTo } from "../shared/share_link.js";
-import { h, html, render, signal } from "../vendor/preact.js";
+import { h, html, render, signal, untracked } from "../vendor/preact.js";
 import { JointView } from "./joint.js";
 import { Table } from "./table.js";
 
@@ -233,7 +233,7 @@ function Compared({ compared, run: { name, title, colour, recipe, first }, place
  */
 export function LinkNow({ class: kind, aim, title, label, content }) {
   const now = (/** @type {Event & {currentTarget: HTMLAnchorElement}} */ { currentTarget }) => (currentTarget.href = aim());
-  return html`<a class=${kind} href=${aim()} title=${title} aria-label=${label} onPointerEnter=${now} onFocus=${now} onClick=${now}>${content}</a>`;
+  return html`<a class=${kind} href=${untracked(aim)} title=${title} aria-label=${label} onPointerEnter=${now} onFocus=${now} onClick=${now}>${content}</a>`;
 }
 
 /** @param {{compared: RunComparison}} props */

@@ -3,7 +3,7 @@
 import { makeControl, numberBox } from "../session/panel/control.js";
 import { IconButton } from "../shared/icons.js";
 import { Made } from "../shared/page.js";
-import { h, html, useEffect, useMemo } from "../vendor/preact.js";
+import { h, html, useLayoutEffect, useMemo } from "../vendor/preact.js";
 
 /** @import { Declaration } from "../shared/messages.js" */
 /** @import { Value } from "../shared/format.js" */
@@ -71,8 +71,8 @@ export function Controls({ turnables, values, isLocked, isInert = false, propose
 /** @param {{turnable: Turnable, value: Value|undefined, propose: (name: string, value: Value) => void, reset: (name: string) => void}} props */
 function Turned({ turnable: { name, title, make }, value, propose, reset }) {
   const control = useMemo(() => make((wanted) => propose(name, wanted)), []);
-  // Also with the value that it has: what was refused goes back to it.
-  useEffect(() => {
+  // At once, or a slider that is moved on meanwhile would jump back; also with the value that it has, to which a refused one goes.
+  useLayoutEffect(() => {
     if (value !== undefined) control.show(value);
   });
   return html`<div class="lesson-control" data-control=${name}>
