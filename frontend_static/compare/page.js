@@ -45,12 +45,12 @@ const KEYS = [
   ["pageup pagedown", "In a lecture: the item before, the next one"],
   ["?", "This help"],
 ];
-/** @type {readonly [Arrangement, string, string][]} */
+/** @type {readonly Option[]} */
 const ARRANGEMENTS = [
   ["side", "Side by side", "Each run has its own picture"],
   ["over", "Over each other", "All runs on the picture of the first, each in its colour"],
 ];
-/** @type {readonly [ViewKind, string, string][]} */
+/** @type {readonly Option[]} */
 const VIEWS = [["flat", "Flat", "The picture from the front"], ["scene", "3-D", "The scene in three dimensions"]];
 
 const compared = signal(/** @type {RunComparison|null} */ (null));
@@ -169,21 +169,14 @@ const away = exportLists((name) => {
 /** What the header has at the right. */
 function Tools() {
   const shown = compared.value;
-  const view = (/** @type {ViewKind} */ kind) => {
+  const arrange = (/** @type {string} */ kind) => shown?.arrange(/** @type {Arrangement} */ (kind));
+  const view = (/** @type {string} */ kind) => {
     if (kind === "scene" && graphics() === "none") toast(NO_GRAPHICS, { kind: "error" });
-    else shown?.show(kind);
+    else shown?.show(/** @type {ViewKind} */ (kind));
   };
   return html`
-    ${h(Switch, {
-      label: "Arrangement",
-      chosen: shown?.arrangement.value ?? "side",
-      options: ARRANGEMENTS.map(([kind, text, hint]) => ({ kind, text, hint, choose: () => shown?.arrange(kind) })),
-    })}
-    ${h(Switch, {
-      label: "View",
-      chosen: shown?.view.value ?? "flat",
-      options: VIEWS.map(([kind, text, hint]) => ({ kind, text, hint, choose: () => view(kind) })),
-    })}
+    ${h(Switch, { label: "Arrangement", options: ARRANGEMENTS, chosen: shown?.arrangement.value ?? "side", choose: arrange })}
+    ${h(Switch, { label: "View", options: VIEWS, chosen: shown?.view.value ?? "flat", choose: view })}
     ${h(Made, { make: () => followChip(control, whole) })}
     ${h(Tool, { name: "save", text: "Save", hint: "Keep this comparison; My work lists it", isOff: isSaved.value, run: saveIt })}
     ${h(Made, { make: fileMenu })}
@@ -205,10 +198,12 @@ function Tool({ name, text, hint, isOff = false, run }) {
   </button>`;
 }
 
-/** @param {{label: string, chosen: string, options: {kind: string, text: string, hint: string, choose: () => void}[]}} props */
-function Switch({ label, chosen, options }) {
-  const buttons = options.map(({ kind, text, hint, choose }) =>
-    html`<button type="button" title=${hint} aria-pressed=${String(kind === chosen)} data-view=${kind} onClick=${choose}>${text}</button>`);
+/** @typedef {readonly [kind: string, text: string, hint: string]} Option */
+
+/** @param {{label: string, options: readonly Option[], chosen: string, choose: (kind: string) => void}} props */
+function Switch({ label, options, chosen, choose }) {
+  const buttons = options.map(([kind, text, hint]) =>
+    html`<button type="button" title=${hint} aria-pressed=${String(kind === chosen)} data-view=${kind} onClick=${() => choose(kind)}>${text}</button>`);
   return html`<div class="view-switch" role="group" aria-label=${label}>${buttons}</div>`;
 }
 

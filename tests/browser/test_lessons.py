@@ -116,6 +116,10 @@ def test_lesson_nine_is_answered_wrongly_and_then_rightly(lesson: LessonPage) ->
     lesson.answer("2")
     lesson.becomes("right")
     assert "1 of 12 done" in lesson.page.inner_text("[data-part=progress]")
+    lesson.page.keyboard.press("f")
+    high = "[...document.querySelectorAll('.figure-picture')].every((it) => it.getBoundingClientRect().height >= 60)"
+    lesson.until(lambda: lesson.page.evaluate(high), "presented, all panels are at least 60 px high")
+    lesson.page.keyboard.press("Escape")
 
     lesson.page.reload()
     lesson.until(lambda: lesson.stage == "right", "the answer is still known")
@@ -125,21 +129,6 @@ def test_lesson_nine_is_answered_wrongly_and_then_rightly(lesson: LessonPage) ->
     card.wait_for()
     assert "answered rightly" in card.inner_text()
     assert card.inner_text().count("Ball behind an occluder") == 1, "two uses in one experiment are one link here"
-
-
-def test_a_presented_figure_is_the_hero(lesson: LessonPage) -> None:
-    """Three panels in a lower window are all high enough to be read; the page scrolls instead."""
-    lesson.open("sir")
-    lesson.drawn()
-    lesson.page.click(SKIP)
-    lesson.becomes("skipped")
-    lesson.page.keyboard.press("f")
-    panels = lesson.page.locator(".lesson-show .figure-picture")
-
-    def heights() -> list[float]:
-        return [box["height"] for box in (panel.bounding_box() for panel in panels.all()) if box]
-
-    lesson.until(lambda: len(heights()) > 0 and min(heights()) >= 60, "all panels are at least 60 px high")
 
 
 def test_a_slider_redraws_and_never_queues(lesson: LessonPage) -> None:
@@ -215,18 +204,8 @@ def test_a_full_store_is_no_error(lesson: LessonPage) -> None:
     assert "until you close this page" in lesson.page.inner_text("[data-part=remark]")
 
 
-def test_a_broken_file_is_told_with_its_line(lesson: LessonPage, broken: Path) -> None:
-    """The overview names file and line; all lessons of the course are there."""
-    lesson.page.goto("learn")
-    problems = lesson.page.locator(".learn-problems")
-    problems.wait_for()
-    assert "mistaken.md, line 4" in problems.inner_text()
-    assert "sead" in problems.inner_text()
-    assert lesson.page.locator("ol.course .lesson-card").count() == 12
-
-
-def test_an_unknown_lesson_has_a_way_back(lesson: LessonPage, complaints: Complaints) -> None:
-    """The page says that there is none, and which there are."""
+def test_what_cannot_be_read_or_found_is_told(lesson: LessonPage, broken: Path, complaints: Complaints) -> None:
+    """An unknown lesson has a way to the overview, which has the whole course, and a broken file with its line."""
     complaints.expected = ("404",)
     answer = lesson.page.goto("learn/alchemy")
     assert answer.status == 404
@@ -234,7 +213,11 @@ def test_an_unknown_lesson_has_a_way_back(lesson: LessonPage, complaints: Compla
     assert "There is no such lesson" in lesson.page.inner_text(".notice")
     assert "9 sir" in lesson.page.inner_text(".notice")
     lesson.page.click("text=All lessons")
-    lesson.page.locator("[data-lesson=sir]").wait_for()
+    problems = lesson.page.locator(".learn-problems")
+    problems.wait_for()
+    assert "mistaken.md, line 4" in problems.inner_text()
+    assert "sead" in problems.inner_text()
+    assert lesson.page.locator("ol.course .lesson-card").count() == 12
 
 
 def test_checks_are_told_on_the_page(lesson: LessonPage) -> None:
