@@ -175,6 +175,6 @@ addEventListener("pageshow", (event) => event.persisted && location.reload());
 render(h(Neighbours, {}), part("neighbours"));
 render(h(Ways, {}), part("compare"));
 const bones = html`<div class="failure-wait"><div class="shimmer"></div></div>`;
-const unknown = { title: "There is no such failure", action: GALLERY };
+const unknown = { title: "Unknown failure", action: GALLERY };
 const content = () => h(Loaded, { load, failed: "The failure could not be shown", bones, unknown });
 showPage("failure", "failures", content, [followChip(control, whole), printButton(), presentationButton()]);

@@ -2,13 +2,15 @@
 
 import { api, messageOf } from "../shared/api.js";
 import { whenCompiled } from "../shared/compiling.js";
+import { miniature } from "../shared/figure/miniature.js";
+import { quantity } from "../shared/format.js";
 import { Loaded, Made, showPage } from "../shared/page.js";
 import { presentationButton } from "../shared/presentation.js";
 import { h, html, signal, useEffect, useMemo } from "../vendor/preact.js";
-import { curve } from "./curve.js";
 import { differences } from "./difference_text.js";
 
-/** @import { FailurePublic, FailureResult } from "../shared/messages.js" */
+/** @import { FailurePublic, FailureResult, FailureSide } from "../shared/messages.js" */
+/** @import { Axis, Line } from "../shared/figure/traces.js" */
 /** @import { Signal } from "../vendor/preact.js" */
 /** @typedef {Signal<FailureResult|string|null>} Course The errors of both runs; or a sentence in their place; or nothing yet. */
 
@@ -47,7 +49,51 @@ function Card({ failure, course }) {
 function drawn(course, frame) {
   if (course === null) return html`<div class="shimmer"></div>`;
   if (typeof course === "string") return html`<p class="hint" role="status">${course}</p>`;
-  return h(Made, { make: (gone) => curve(course, frame, gone) });
+  return h(Curve, { course, frame });
+}
+
+/**
+ * The errors of the failing run and of the cured one over their frames, in a small figure.
+ *
+ * @param {{course: FailureResult, frame: number}} props `frame` is the one before it happens; it is marked.
+ */
+function Curve({ course: { unit, failing, cured }, frame }) {
+  const last = Math.max(failing.errors.length - 1, 1);
+  const largest = Math.max(largestOf(failing), largestOf(cured)) || 1;
+  const traces = [
+    { ...line([0, largest]), x: [frame, frame], ink: "muted", width: 1, dashed: true },
+    { ...line(cured.errors), ink: "second", width: 2, dashed: true },
+    { ...line(failing.errors), ink: "lost", width: 2.5 },
+  ];
+  const [most, mostCured] = [failing, cured].map((run) => `up to ${quantity(largestOf(run), unit)} ${unit}`);
+  const [final, finalCured] = [failing, cured].map(({ errors }) => `in the end ${quantity(errors.at(-1) ?? null, unit)} ${unit}`);
+  const words = `Error over ${last + 1} frames. It fails after frame ${frame}: ${most}, ${final}. Cured: ${mostCured}, ${finalCured}.`;
+  return html`<figure class="curve">
+    ${h(Made, { make: (gone) => miniature({ x: axis(last), y: axis(largest), traces }, words, gone) })}
+    <figcaption><span class="key failing">fails, ${most}</span><span class="key cured">cured, ${mostCured}</span></figcaption>
+  </figure>`;
+}
+
+/**
+ * @param {readonly (number|null)[]} errors A frame each.
+ * @returns {Line}
+ */
+function line(errors) {
+  const y = errors.map((error) => error ?? NaN);
+  return { kind: "line", title: "", name: "", ink: "", x: [...y.keys()], y, width: 1, said: "", unit: "" };
+}
+
+/**
+ * @param {number} high
+ * @returns {Axis}
+ */
+function axis(high) {
+  return { title: "", unit: "", low: 0, high, log: false, names: [], hidden: true };
+}
+
+/** @param {FailureSide} run */
+function largestOf({ errors }) {
+  return errors.reduce((/** @type {number} */ most, error) => Math.max(most, error ?? 0), 0);
 }
 
 /**

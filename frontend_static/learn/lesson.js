@@ -267,5 +267,5 @@ const keys = element("button", { type: "button", class: "quiet icon-only", title
 part("tools").append(...(end ? [end] : []), themeButton(), printButton(), presentationButton(), keys);
 const action = isParticipant ? { label: "Back to the class", href: START } : { label: "All lessons", href: "learn" };
 const bones = html`<article class="lesson-text" data-part="text"><div class="shimmer bone"></div></article>`;
-const unknown = { title: "There is no such lesson", action };
+const unknown = { title: "Unknown lesson", action };
 render(h(Loaded, { load, failed: "This lesson could not be shown", bones, unknown }), part("lesson"));

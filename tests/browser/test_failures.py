@@ -185,7 +185,7 @@ def test_an_unknown_failure_leads_to_all(failure: FailurePage, complaints: Compl
     page.goto("failures/of-my-own")
     failure.until(lambda: page.locator(".notice").count() == 1, "it is said")
     words = page.inner_text(".notice")
-    assert "There is no such failure" in words
+    assert "Unknown failure" in words
     assert "there are 10" in words
     assert page.get_by_role("link", name="All failures").get_attribute("href") == "failures"
 

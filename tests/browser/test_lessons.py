@@ -193,24 +193,13 @@ def test_a_store_that_is_damaged_is_taken_up(lesson: LessonPage) -> None:
     assert json.loads(lesson.page.evaluate(STORE))["lessons"]["joint"] == {"skipped": True}
 
 
-def test_a_full_store_is_no_error(lesson: LessonPage) -> None:
-    """Progress then lasts as long as the page, which says so."""
-    lesson.page.add_init_script(
-        "Storage.prototype.setItem = () => { throw new DOMException('full', 'QuotaExceededError'); }"
-    )
-    lesson.open("joint")
-    lesson.page.click(SKIP)
-    lesson.becomes("skipped")
-    assert "until you close this page" in lesson.page.inner_text("[data-part=remark]")
-
-
 def test_what_cannot_be_read_or_found_is_told(lesson: LessonPage, broken: Path, complaints: Complaints) -> None:
     """An unknown lesson has a way to the overview, which has the whole course, and a broken file with its line."""
     complaints.expected = ("404",)
     answer = lesson.page.goto("learn/alchemy")
     assert answer.status == 404
     lesson.page.locator(".notice").wait_for()
-    assert "There is no such lesson" in lesson.page.inner_text(".notice")
+    assert "Unknown lesson" in lesson.page.inner_text(".notice")
     assert "9 sir" in lesson.page.inner_text(".notice")
     lesson.page.click("text=All lessons")
     problems = lesson.page.locator(".learn-problems")
