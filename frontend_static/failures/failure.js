@@ -9,7 +9,7 @@ import { linkTo as linkToComparison } from "../shared/comparison_link.js";
 import { whenCompiled } from "../shared/compiling.js";
 import { h as element, lastOfAddress, part } from "../shared/dom.js";
 import { quantity } from "../shared/format.js";
-import { Icon } from "../shared/icons.js";
+import { Icon, IconLink } from "../shared/icons.js";
 import { Failed, Loaded, Made, showPage } from "../shared/page.js";
 import { presentationButton } from "../shared/presentation.js";
 import { printButton } from "../shared/print.js";
@@ -143,17 +143,14 @@ function Measured({ course, side }) {
 
 /** The failures before and after. */
 function Neighbours() {
-  const { previous, next } = shown.value?.failure ?? { previous: null, next: null };
-  /** @param {FailurePublic["next"]} failure @param {"previous"|"next"} way @param {string} words */
-  const neighbour = (failure, way, words) => {
-    if (failure === null) return null;
-    const title = `${words} failure, ${failure.title}`;
-    const href = `failures/${encodeURIComponent(failure.id)}`;
-    // The next failure is the next page of the lecture.
-    return html`<a class="button quiet icon-only" rel=${way === "next" ? "next" : "prev"} href=${href} title=${title} aria-label=${title}
-      onClick=${() => control.takeAlong()}>${h(Icon, { name: way })}</a>`;
-  };
-  return [neighbour(previous, "previous", "Previous"), neighbour(next, "next", "Next")];
+  const { previous, next } = shown.value?.failure ?? {};
+  // The next failure is the next page of the lecture.
+  const to = (/** @type {NonNullable<FailurePublic["next"]>} */ { id, title }, /** @type {string} */ words) =>
+    ({ href: `failures/${encodeURIComponent(id)}`, title: `${words} failure, ${title}`, go: () => control.takeAlong() });
+  return [
+    previous && h(IconLink, { name: "previous", rel: "prev", ...to(previous, "Previous") }),
+    next && h(IconLink, { name: "next", rel: "next", ...to(next, "Next") }),
+  ];
 }
 
 /** The ways to both runs as a comparison, at the frame that is shown, and as code. */

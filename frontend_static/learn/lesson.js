@@ -7,7 +7,7 @@ import { START, here } from "../shared/address.js";
 import { messageOf } from "../shared/api.js";
 import { dialogIsOpen, openKeys } from "../shared/dialog.js";
 import { h as element, lastOfAddress, part } from "../shared/dom.js";
-import { Icon } from "../shared/icons.js";
+import { IconLink } from "../shared/icons.js";
 import { navigation } from "../shared/navigation.js";
 import { Loaded } from "../shared/page.js";
 import { brand, isFollower, isParticipant } from "../shared/participant.js";
@@ -162,19 +162,13 @@ function Use({ use, course }) {
  * @param {{course: Course, lead: () => void}} props `lead` takes a class along.
  */
 function Head({ course: { all, progress, lesson: { previous, next } }, lead }) {
-  /** @param {NeighbourPublic|null} to @param {"previous"|"next"} way @param {string} words */
-  const neighbour = (to, way, words) => {
-    if (to === null) return null;
-    const title = `${words}: ${to.title}`;
-    const rel = way === "next" ? "next" : "prev";
-    return html`<a class="button quiet icon-only" href=${`learn/${encodeURIComponent(to.id)}`} rel=${rel} title=${title} aria-label=${title} onClick=${lead}>
-      ${h(Icon, { name: way })}
-    </a>`;
-  };
+  const to = (/** @type {NeighbourPublic} */ { id, title }, /** @type {string} */ words) =>
+    ({ href: `learn/${encodeURIComponent(id)}`, title: `${words}: ${title}`, go: lead });
   return html`
     ${all.length > 0 && html`<span class="lesson-progress" data-part="progress">${progress.done(all)} of ${all.length} done</span>`}
     <nav class="neighbours" aria-label="Lessons before and after">
-      ${neighbour(previous, "previous", "Previous lesson (P)")} ${neighbour(next, "next", "Next lesson (N)")}
+      ${previous && h(IconLink, { name: "previous", rel: "prev", ...to(previous, "Previous lesson (P)") })}
+      ${next && h(IconLink, { name: "next", rel: "next", ...to(next, "Next lesson (N)") })}
     </nav>
   `;
 }

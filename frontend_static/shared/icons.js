@@ -68,6 +68,11 @@ export function IconButton({ name, title, run }) {
   return html`<button type="button" class="quiet icon-only" title=${title} aria-label=${title} onClick=${run}>${h(Icon, { name })}</button>`;
 }
 
+/** @param {{name: IconName, title: string, href: string, rel: string, go: () => void}} props A link with an icon alone; `go` runs before. */
+export function IconLink({ name, title, href, rel, go }) {
+  return html`<a class="button quiet icon-only" rel=${rel} href=${href} title=${title} aria-label=${title} onClick=${go}>${h(Icon, { name })}</a>`;
+}
+
 /** @param {IconName} name */
 export function icon(name) {
   return elementOf(h(Icon, { name }));
