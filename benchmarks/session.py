@@ -71,7 +71,7 @@ WITNESS = """(() => {
             if (still || scene) seen.picture ??= (now() - since) / 1000;
             if (scene) seen.scene ??= (now() - since) / 1000;
         }
-        if (document.querySelector(".plot .figure-view[data-shown]")) seen.plots ??= (now() - since) / 1000;
+        if (document.querySelector(".plots .figure-view[data-shown]")) seen.plots ??= (now() - since) / 1000;
         if (seen.scene && seen.plots) seen.whole = Math.max(seen.scene, seen.plots);
         else requestAnimationFrame(look);
     };

@@ -9,7 +9,7 @@ import { listen, moves } from "../session/keys.js";
 import { arrange } from "../session/layout.js";
 import { mount } from "../session/mount.js";
 import { OwnSession } from "../session/own_session.js";
-import { OVERLAID } from "../session/plots/kinds/kinds.js";
+import { OVERLAID } from "../session/plots/kinds.js";
 import { plots } from "../session/plots/plots.js";
 import { Scrubber } from "../session/scrubber/scrubber.js";
 import { SessionStart } from "../session/session_start.js";

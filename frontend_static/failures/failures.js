@@ -2,7 +2,7 @@
 
 import { api, messageOf } from "../shared/api.js";
 import { whenCompiled } from "../shared/compiling.js";
-import { miniature } from "../shared/figure/miniature.js";
+import { miniature } from "../shared/figure/figure.js";
 import { quantity } from "../shared/format.js";
 import { Loaded, Made, showPage } from "../shared/page.js";
 import { presentationButton } from "../shared/presentation.js";

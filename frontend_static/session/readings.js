@@ -5,9 +5,7 @@
 
 import { number, quantity } from "../shared/format.js";
 import { curve, isGone } from "./history.js";
-import { between, withSpread } from "./plots/kinds/band.js";
-import { mostProbable } from "./plots/kinds/hypotheses.js";
-import { declared, measured, numberOf, samplers, samplesOf, vectorOf } from "./series.js";
+import { declared, hypothesesOf, measured, numberOf, samplers, samplesOf, valueOf, vectorOf } from "./series.js";
 
 /** @import { Reading, SessionPublic } from "../shared/messages.js" */
 /** @import { History, Row } from "./history.js" */
@@ -54,11 +52,11 @@ export function words(reading, row, session) {
     case "time":
       return `${number(row.step_ms, 2)} ms`;
     case "value":
-      return withUnit(withSpread(row, { ...reading, series: [series] }), unit);
+      return withUnit(withSpread(row, reading), unit);
     case "interval":
-      return withUnit(between(row, series, unit), unit);
+      return withUnit(between(row, reading), unit);
     case "hypotheses":
-      return mostProbable(row, { series: [series], unit });
+      return mostProbable(row, reading);
     case "count": {
       const flags = vectorOf(row, series);
       return `${flags.filter((flag) => flag === 1).length} of ${declared(session, series)?.components.length || flags.length}`;
@@ -95,6 +93,42 @@ function proposal(row, session) {
   const samples = samplesOf(session, row) ?? [];
   const used = samples.filter((count) => count > 0);
   return used.length === 1 ? `${samplers(session)[samples.indexOf(used[0])].name} ${used[0]}` : `mixed ${samples.join(" | ")}`;
+}
+
+/**
+ * A number with its standard deviation, if it has one.
+ *
+ * @param {Row} row
+ * @param {Reading} reading
+ */
+function withSpread(row, { series, sd, unit }) {
+  const value = quantity(valueOf(row, series), unit);
+  return value === number(null) || !sd ? value : `${value} ± ${quantity(valueOf(row, sd), unit)}`;
+}
+
+/**
+ * The ends of an interval.
+ *
+ * @param {Row} row
+ * @param {Reading} reading
+ */
+function between(row, { series, unit }) {
+  const [low, high] = [0, 1].map((end) => quantity(valueOf(row, series, end), unit));
+  return low === number(null) ? low : `${low} to ${high}`;
+}
+
+/**
+ * The first component of the most probable hypothesis, and how probable it is.
+ *
+ * @param {Row} row
+ * @param {Reading} reading
+ */
+function mostProbable(row, { series, unit }) {
+  const { values = [], weights: known = [] } = hypothesesOf(row, series) ?? {};
+  if (known.length === 0) return number(null);
+  const weights = known.map((weight) => weight ?? 0);
+  const best = weights.indexOf(Math.max(...weights));
+  return `${withUnit(quantity(values[best][0], unit), unit)}, ${number(100 * weights[best], 0)} %, one of ${weights.length}`;
 }
 
 /**

@@ -49,7 +49,7 @@ FAULTS = """(least) => {
     return [...found];
 }"""
 
-PARTS = "body, header, main, section, article, aside, footer, canvas, .panel"
+PARTS = "body, header, main, section, article, aside, footer, canvas"
 PLACES = """(parts) => [...document.querySelectorAll(parts)]
     .filter((it) => it.checkVisibility({ visibilityProperty: true }) && !it.closest('.toasts, .figure-plot'))
     .map((it) => {

@@ -13,7 +13,7 @@ from tests.browser.views import PARTICLES, Gallery, SessionPage
 VERSIONED = re.compile(r"^.*/static/version/\w+/")
 PAGES = Path(__file__).parents[2] / "frontend_static"
 
-PLACES = "[...document.querySelectorAll('.plot, .deck')].map((it) => it.getBoundingClientRect().toJSON())"
+PLACES = "[...document.querySelectorAll('.plots, .deck')].map((it) => it.getBoundingClientRect().toJSON())"
 NARROW = (800, 700), (400, 800)
 NAMED = "[...document.querySelectorAll('link[rel=modulepreload]')].map((it) => new URL(it.href).pathname)"
 

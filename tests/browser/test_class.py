@@ -60,7 +60,7 @@ def test_a_lecturer_and_three_followers(
     lecturer.press("ArrowRight")
     lecturer.stands_at(1)
     all_of(followers, lambda one: one.frame == "1", "frame 1 is painted")
-    first.until(lambda: first.page.locator(".panel").count() > 2, "there is a place for each plot")
+    first.until(lambda: first.page.locator(".plots .figure-panel").count() > 2, "there is a place for each plot")
     assert first.page.locator("button:visible").all_inner_texts() == ["Try it yourself"]
     third.page.keyboard.press("ArrowRight")
     first.page.locator(".flat-canvas").click()

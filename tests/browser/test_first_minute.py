@@ -46,7 +46,7 @@ def test_three_clicks_lead_to_a_loss_and_its_reason(gallery: Gallery, server: Se
         lambda: (tour.position if tour.position is not None else since) < since, "the page stands before the loss"
     )
     assert "not one of the 40 particles is on it" in why.inner_text()
-    assert page.locator(".pointed-at").get_attribute("data-plot") == "ess"
+    assert page.locator(".pointed-at").get_attribute("data-panel") == "ess"
     why.get_by_role("button", name="Go to frame 16").click()
     tour.stands_at(16)
     why.get_by_role("button", name="Finish").click()
@@ -223,7 +223,7 @@ def test_the_frame_is_told_in_words_when_the_run_stands(watch: Watch, server: Se
     words = shown.page.locator("[data-role=in-words]")
     shown.until(lambda: words.inner_text().startswith("Frame 12 of 90; "), "the frame is told")
     assert f"; {shown.verdict}; estimate " in words.inner_text()
-    plot = shown.page.locator("[data-plot=ess] .plot")
+    plot = shown.plot("ess").get_by_role("img")
     shown.until(lambda: "In frame 12 ESS" in (plot.get_attribute("aria-label") or ""), "the plot is told")
     canvas = shown.page.locator(".flat-canvas")
     shown.until(lambda: "frame 12" in (canvas.get_attribute("aria-label") or ""), "the picture is told")

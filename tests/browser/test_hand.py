@@ -17,17 +17,6 @@ from tests.making import encoded
 FRAMES = 6
 CLIP = Path(__file__).parents[2] / ".." / "shared" / "data" / "hand_silhouette" / "img"
 
-# Of each plot, once they stand in a row, whether its reading ends before the next one begins.
-READINGS = """(() => {
-    const shown = [...document.querySelectorAll('.plots > .panel')].filter((panel) => panel.offsetParent);
-    const panels = shown.map((panel) => [
-        panel.dataset.plot, panel.getBoundingClientRect(), panel.querySelector('output').getBoundingClientRect(),
-    ]);
-    if (panels.some(([, { top }]) => top !== panels[0][1].top)) return [];
-    return panels.map(([name, panel, output]) => [name, output.right <= panel.right + 0.5]);
-})()"""
-
-
 SCENE = HandSceneParameters(motion="occlusion")
 HAND = HandSource(1, SCENE)
 WRIST_PX = 155
@@ -61,14 +50,11 @@ def test_a_hand_is_kept_by_four_hypotheses_and_the_tree_shows_each(gallery: Gall
     frame, hands = next((place, row["hands"]) for place, row in enumerate(rows) if len(row["hands"]["weights"]) == 4)
     count = sum(len(row["hands"]["weights"]) for row in rows)
     kept.until(lambda: len((kept.trace("hands") or {"y": []})["y"]) == count, "all hands are nodes")
-    page.locator("[data-plot=hands] .plot").click(position=kept.place_in("hands", frame, 3))
+    kept.plot("hands").locator(".figure-plot").click(position=kept.place_in("hands", frame, 3))
     kept.stands_at(frame)
     said = f"hand 3 of 4, {100 * hands['weights'][2]:.0f} %"
     kept.until(lambda: said in page.inner_text(".flat-caption"), "the third hand is drawn and told")
     assert len(kept.session["branches"]) == 1
-    page.set_viewport_size({"width": 800, "height": 900})
-    kept.until(lambda: page.evaluate(READINGS) != [], "the plots are a row")
-    assert all(inside for _, inside in page.evaluate(READINGS))
 
 
 def test_an_open_hand_is_found_on_a_film_and_followed(gallery: Gallery, server: Server, film: bytes) -> None:

@@ -62,7 +62,7 @@ def one_row_of_sparklines(shown: SessionPage) -> None:
     page = shown.page
     page.set_viewport_size({"width": 800, "height": 700})
     shown.until(lambda: box(page, ".side")["y"] > box(page, ".scene")["y"] + 100, "the plots are under the scene")
-    tops = {round(panel.bounding_box()["y"]) for panel in page.locator(".panel:visible").all()}
+    tops = {round(panel.bounding_box()["y"]) for panel in page.locator(".plots .figure-panel").all()}
     assert len(tops) == 1
     assert page.evaluate(OVERFLOW) <= 0
     for control in page.locator(".transport button:visible, .top button:visible").all():
@@ -245,8 +245,8 @@ def test_the_scrubber_has_rows_for_what_a_method_has(watch: Watch) -> None:
 def test_names_are_written_out_where_there_is_room(watch: Watch) -> None:
     """On a wide screen the features of a face have words for names, and all plots keep one axis of frames."""
     shown = watch(experiment="head", frames=20)
-    names = "[...document.querySelectorAll('.plot .figure-up')].map((it) => it.textContent)"
-    borders = "[...new Set([...document.querySelectorAll('.plot .figure-plot')].map((it) => it.dataset.left))].length"
+    names = "[...document.querySelectorAll('.plots .figure-up')].map((it) => it.textContent)"
+    borders = "[...new Set([...document.querySelectorAll('.plots .figure-plot')].map((it) => it.dataset.left))].length"
     shown.until(lambda: "rlc" in shown.page.evaluate(names), "short names")
     shown.page.set_viewport_size({"width": 1920, "height": 900})
     shown.until(lambda: "right eye, outer corner" in shown.page.evaluate(names), "the names are written out")
@@ -319,7 +319,7 @@ def test_a_phone_has_readings_and_plots_below_the_picture(watch: Watch, server: 
     page = shown.page
     page.set_viewport_size({"width": 390, "height": 844})
     shown.until(lambda: page.evaluate(OVERFLOW) <= 0, "nothing is wider")
-    plot = page.locator("[data-plot=error] .plot")
+    plot = shown.plot("error")
     plot.scroll_into_view_if_needed()
     shown.until(lambda: plot.bounding_box()["height"] > 40, "a plot can be seen")
     assert page.locator(".readout dt", has_text="estimate").is_visible()

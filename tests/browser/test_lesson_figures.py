@@ -1,7 +1,6 @@
 """Figures of lessons in a browser: every kind of trace where its numbers say, and all that a person can do there."""
 
 from collections.abc import Iterator
-from itertools import pairwise
 from typing import Any, get_args
 
 import pytest
@@ -329,39 +328,3 @@ def test_it_leaves_nothing_behind(figures: FigurePage) -> None:
         EVERY["curves"].model_dump(mode="json"),
     )
     assert gone == [0, 0]
-
-
-AXES = """async () => {
-    const { Axes } = await import("./static/shared/figure/axes.js");
-    const axes = new Axes();
-    document.querySelector("main").replaceChildren(axes.grid, axes.texts);
-    axes.texts.style.cssText = "position: relative; font: 12px sans-serif";
-    const ticks = (count) => [...Array(count).keys()].map((at) => ({ at, text: String(100000 + at) }));
-    const scale = { at: (value) => 20 * value };
-    const around = { x: ticks(12), y: ticks(12), below: "", beside: "", lines: 1 };
-    const box = { left: 60, top: 0, width: 240, height: 240 };
-    axes.show(box, { x: scale, y: { at: (value) => 6 * value } }, around, 0, 12, false);
-    const boxes = (name) => [...axes.texts.querySelectorAll(name)].filter((it) => !it.hidden).map((it) => {
-        const { left, right, top, bottom } = it.getBoundingClientRect();
-        return [it.textContent, left, right, top, bottom];
-    });
-    const placed = [boxes(".figure-across"), boxes(".figure-up")];
-    const titles = [240, 20].map((height) => {
-        const scales = { x: scale, y: { at: (value) => value } };
-        axes.show({ ...box, height }, scales, { ...around, beside: "density" }, 20, 12, false);
-        return boxes(".figure-beside").length;
-    });
-    return [...placed, titles];
-}"""
-
-
-def test_numbers_at_axes_leave_each_other_room(bare: Any) -> None:
-    """Of too many for the room some are left out, and the ends stay."""
-    bare.add_style_tag(url="static/shared/figure/figure.css")
-    across, up, titles = bare.evaluate(AXES)
-    assert titles == [1, 0], "a title that has no room is left out"
-    for labels, low, high in ((across, 1, 2), (up, 3, 4)):
-        assert 2 <= len(labels) < 12
-        assert {labels[0][0], labels[-1][0]} == {"100000", "100011"}
-        placed = sorted(labels, key=lambda label: label[low])
-        assert all(one[high] <= other[low] for one, other in pairwise(placed))

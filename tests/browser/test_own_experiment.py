@@ -74,8 +74,7 @@ def it_has_its_sliders_and_plots(shown: SessionPage, server: Server) -> None:
     shown.until(lambda: shown.session["parameters"]["sharpest_deg"] == 0, "the slider is obeyed")
     server.seek(shown.id, 59)
     shown.stands_at(59)
-    panels = lambda: [it.get_attribute("data-plot") for it in page.locator(".panel:visible").all()]  # noqa: E731
-    shown.until(lambda: panels() == ["error", "sigma", "ess", "turn"], "its plots are there, and no others")
+    shown.until(lambda: shown.plots == ["error", "sigma", "ess", "turn"], "its plots are there, and no others")
     rows = server.column(shown.id, "series")
     widths = [row["turn"][1] - row["turn"][0] for row in rows]
     assert min(widths[1:21]) > 0

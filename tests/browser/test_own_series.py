@@ -29,10 +29,6 @@ def opened(page: Any, server: Server, **wish: Any) -> SessionPage:
     return shown
 
 
-def panels(shown: SessionPage) -> list[str]:
-    return [panel.get_attribute("data-plot") for panel in shown.page.locator(".panel:visible").all()]
-
-
 def readings(shown: SessionPage) -> list[str]:
     return [title.inner_text() for title in shown.page.locator(".readout dt:visible").all()]
 
@@ -66,17 +62,16 @@ def hypotheses_and_intervals_are_drawn_as_they_were_written_down(shown: SessionP
     assert truth is not None
     assert list(zip(found["low"], found["high"], strict=True)) == [tuple(row["range"]) for row in rows]
     assert truth["y"] == [row["truth"] for row in rows]
-    best = max(rows[-1]["bank"]["weights"])
-    panel = shown.page.locator("[data-plot=hypotheses]")
-    shown.until(lambda: f"{100 * best:.0f} %, one of" in panel.inner_text(), "the heading says how probable it is")
 
 
 def what_a_method_does_not_have_is_not_shown(shown: SessionPage) -> None:
     """Without particles there is no panel of their number and no line of it; the threshold is found by its role."""
-    shown.until(lambda: panels(shown) == ["hypotheses", "tree", "range", "sigma"], "only these panels are there")
+    shown.until(lambda: shown.plots == ["hypotheses", "tree", "range", "sigma"], "only these panels are there")
     shown.until(lambda: readings(shown) == ["estimate", "most probable", "range", "step"], "and only these readings")
-    heading = shown.page.locator("[data-plot=sigma] h2")
-    shown.until(lambda: {"threshold", "0.300"} <= set(heading.inner_text().split()), "the threshold is told")
+    shown.until(lambda: "threshold" in shown.plot("sigma").inner_text(), "the threshold is told")
+    threshold = shown.trace("thresholds")
+    assert threshold is not None
+    assert set(threshold["y"]) == {0.3}
 
 
 def a_node_of_the_tree_is_shown_in_its_frame(shown: SessionPage, server: Server) -> None:
@@ -92,14 +87,13 @@ def a_node_of_the_tree_is_shown_in_its_frame(shown: SessionPage, server: Server)
     assert [way["x"], way["y"]] == [list(range(39, -1, -1)), expected]
     assert len(edges["x1"]) == count - 2
 
-    tree = shown.page.locator("[data-plot=tree] .plot")
-    tree.click(position=shown.place_in("tree", 20, 2))
+    shown.plot("tree").locator(".figure-plot").click(position=shown.place_in("tree", 20, 2))
     shown.stands_at(20)
     shown.until(lambda: shown.session["parameters"]["shown"] == 2, "the second possibility is shown")
     ring = lambda: shown.trace("tree shown") or {"x": []}  # noqa: E731
     shown.until(lambda: (ring()["x"], ring().get("y")) == ([20], [2]), "it has a ring")
-    assert tree.get_attribute("aria-valuetext") == shown.page.locator("[data-plot=tree] output").inner_text()
-    tree.focus()
+    tree = shown.page.get_by_role("slider", name="hypothesis that is shown")
+    shown.until(lambda: tree.get_attribute("aria-valuenow") == "2", "it is told to who cannot see it")
     tree.press("ArrowUp")
     shown.until(lambda: shown.session["parameters"]["shown"] == 1, "the arrow chooses the one above")
     tree.press("ArrowUp")
@@ -110,12 +104,12 @@ def a_node_of_the_tree_is_shown_in_its_frame(shown: SessionPage, server: Server)
 def test_a_method_may_take_over_that_reports_something_else(page: Any, server: Server) -> None:
     """What a method does not report is left out of its frames; the curves of the frames before stay."""
     shown = opened(page, server, tracker="plain")
-    shown.until(lambda: panels(shown) == ["sigma"], "a method that reports nothing has what all have")
+    shown.until(lambda: shown.plots == ["sigma"], "a method that reports nothing has what all have")
     shown.until(lambda: readings(shown) == ["estimate", "step"], "the readings as well")
     server.seek(shown.id, 10)
     server.post(f"sessions/{shown.id}/commands", {"kind": "change", "values": {"tracker": "bank"}})
     shown.play_to_the_end()
-    shown.until(lambda: panels(shown) == ["hypotheses", "tree", "range", "sigma"], "now there is more to see")
+    shown.until(lambda: shown.plots == ["hypotheses", "tree", "range", "sigma"], "now there is more to see")
     rows = server.column(shown.id, "series")
     assert ["bank" in row for row in rows] == [False] * 11 + [True] * 29
     branch = shown.session["branch"]

@@ -19,11 +19,7 @@ Watch = Callable[..., SessionPage]
 HEAD = find("head")
 UNMEASURED = ("own_share", "shape_error", "free_energy")
 """Plots of the head that only a growing face has numbers for."""
-LIMITS = """async ([extent, smallest]) => {
-    const { enclose } = await import("./static/session/plots/limits.js");
-    return enclose(extent, smallest);
-}"""
-CUT_OFF = "(title) => title.scrollWidth > title.clientWidth"
+CUT_OFF = "(header) => header.scrollWidth > header.clientWidth"
 # How many px of the scrubber's lowest band have the colour of what is lost.
 LOST_PX = """(() => {
     const canvas = document.querySelector('.scrubber-canvas');
@@ -51,10 +47,6 @@ def alpha_on_the_page(shown: SessionPage) -> NDArray[np.float64]:
     return ((np.arange(len(rows))[:, None] + 1 - 0.12 - rows) / 0.76).T
 
 
-def panel(shown: SessionPage, plot: str) -> Any:
-    return shown.page.locator(f"[data-plot='{plot}']")
-
-
 def on_screen(shown: SessionPage, place: Any) -> dict[str, float]:
     area: dict[str, float] = place.bounding_box()
     return area
@@ -75,7 +67,7 @@ def alpha_is_a_row_for_each_corner(shown: SessionPage, server: Server) -> None:
     """It is drawn as it was written down, with what is hidden shaded; all corners are recognised in the end."""
     shown.until(lambda: len(alpha_on_the_page(shown)) == 40, "the rows hold all frames")
     assert np.allclose(alpha_on_the_page(shown), series(server, shown.id, "alpha"), atol=1e-6)
-    assert "hidden" in panel(shown, "alpha").inner_text()
+    assert "hidden" in shown.plot("alpha").inner_text()
     recognised = lambda: shown.page.inner_text(".readout dl").split("recognised")[1].split()[1:3]  # noqa: E731
     shown.until(lambda: recognised() == ["of", "8"], "it is told how many corners are recognised")
 
@@ -93,14 +85,10 @@ def a_pose_has_a_band_around_it_and_the_truth_in_it(shown: SessionPage, server: 
     assert np.allclose(band["high"], yaw + 2 * sd)
     assert np.allclose(band["low"], yaw - 2 * sd)
     assert np.allclose(truth["y"], series(server, shown.id, "yaw_deg_true"))
-    shown.until(
-        lambda: f"{yaw[-1]:.1f} ± {sd[-1]:.1f}" in panel(shown, "yaw").inner_text(), "its heading says where it is"
-    )
 
 
 def calibration_is_the_share_so_far(shown: SessionPage, server: Server) -> None:
     """How often the truth lay in either band is drawn once it is scrolled to, in percent of all frames so far."""
-    panel(shown, "calibration").scroll_into_view_if_needed()
     for name in ("within_50", "within_95"):
         line = f"calibration {shown.session['branch']} {name}"
         shown.until(lambda line=line: shown.lines.get(line) == 40, "the share is drawn")  # type: ignore[misc]
@@ -131,54 +119,41 @@ def at_800_they_are_one_row(shown: SessionPage) -> None:
     """The plots of a pose fold into one row of sparklines, which scrolls sideways while the page does not."""
     page = shown.page
     page.set_viewport_size({"width": 800, "height": 700})
-    tops = lambda: {round(on_screen(shown, place)["y"]) for place in page.locator(".panel").all()}  # noqa: E731
+    tops = lambda: {round(on_screen(shown, place)["y"]) for place in page.locator(".plots .figure-panel").all()}  # noqa: E731
     shown.until(lambda: len(tops()) == 1, "the plots stand side by side")
     assert page.evaluate("document.documentElement.scrollWidth - innerWidth") <= 0
     assert on_screen(shown, page.locator(".scene"))["height"] > 230
-    assert min(on_screen(shown, place)["width"] for place in page.locator(".panel").all()) >= 120
+    assert min(on_screen(shown, place)["width"] for place in page.locator(".plots .figure-panel").all()) >= 120
 
 
 def test_frames_lie_at_one_place_and_what_does_not_fit_scrolls(watch: Watch) -> None:
     """At 1280 px all plots begin and end at the same x, and the numbers of the frame stay in sight."""
     shown = watch(experiment="head", parameters={"image_width_px": 160, "face_model": "mean"}, frames=12)
     shown.until(lambda: shown.trace("alpha nose"), "the plots are drawn")
-    drawn = shown.page.locator(".plot:visible")
-    shown.until(
-        lambda: drawn.count() == len(HEAD.plots) - len(UNMEASURED), "what this method has no series for is hidden"
-    )
+    drawn = shown.page.locator(".plots .figure-plot")
+    measured = len(HEAD.plots) - len(UNMEASURED)
+    shown.until(lambda: drawn.count() == measured, "what this method has no series for is hidden")
     places = [on_screen(shown, place) for place in drawn.all()]
     assert len({(place["x"], place["width"]) for place in places}) == 1
     assert min(place["height"] for place in places) >= 40
-    assert on_screen(shown, panel(shown, "alpha"))["height"] >= 15 * len(FEATURES)
+    assert on_screen(shown, shown.plot("alpha"))["height"] >= 15 * len(FEATURES)
     deck = on_screen(shown, shown.page.locator(".deck"))
     readout = on_screen(shown, shown.page.locator(".readout"))
-    panel(shown, "ess").scroll_into_view_if_needed()
-    shown.until(lambda: shown.lines.get(f"ess {shown.session['branch']}"), "the last plot is drawn when it is seen")
+    shown.plot("ess").scroll_into_view_if_needed()
     assert on_screen(shown, shown.page.locator(".readout")) == readout
     assert readout["y"] + readout["height"] <= deck["y"] + 1
     assert shown.page.evaluate("document.documentElement.scrollHeight - innerHeight") <= 0
 
 
-def test_what_hardly_changes_looks_flat(bare: Any) -> None:
-    """The limits are never closer than the smallest span that is worth an axis, one single value included."""
-    for extent in ([4.91083, 4.91083], [0.0, 0.0], [3.2, 3.3]):
-        for smallest in (0.001, 1.0):
-            start, end = bare.evaluate(LIMITS, [extent, smallest])
-            assert start <= extent[0]
-            assert end >= extent[1]
-            assert end - start >= smallest - 1e-12
-    assert bare.evaluate(LIMITS, [[12.0, 87.0], 1.0]) == [10.0, 90.0]
-
-
 def test_no_title_is_cut_off_at_1280(watch: Watch, server: Server) -> None:
-    """The figures beside it leave room for what a plot is of, those of a growing face included."""
+    """The key beside it leaves room for what a plot is of, those of a growing face included."""
     values = {"image_width_px": 160, "face_model": "growing"}
     shown = watch(experiment="head", parameters=values, frames=12)
     server.seek(shown.id, 11)
     shown.stands_at(11)
-    titles = shown.page.locator(".panel:visible h2 > span")
-    shown.until(lambda: titles.count() == len(HEAD.plots), "all plots are there")
-    assert [title.inner_text() for title in titles.all() if title.evaluate(CUT_OFF)] == []
+    shown.until(lambda: len(shown.plots) == len(HEAD.plots), "all plots are there")
+    titles = shown.page.locator(".plots .figure-panel header").all()
+    assert [title.inner_text() for title in titles if title.evaluate(CUT_OFF)] == []
 
 
 def test_a_face_behind_a_pillar_is_looked_for_and_found_again(watch: Watch, server: Server) -> None:
@@ -238,9 +213,9 @@ def test_on_a_recording_without_truth_the_tracker_says_what_was_lost(watch: Watc
     server.seek(shown.id, since + 2)
     said = f"lost since {since}, looking for the face (by the tracker)"
     shown.until(lambda: shown.verdict == said, "the page says that it is lost")
-    shown.until(lambda: "unrecognised" in panel(shown, "alpha").inner_text(), "the shading is the tracker's account")
-    assert not panel(shown, "alpha").locator("h2 > span").evaluate(CUT_OFF)
-    shown.until(lambda: "the truth is not known" in panel(shown, "error").inner_text(), "so is the error")
+    shown.until(lambda: "unrecognised" in shown.plot("alpha").inner_text(), "the shading is the tracker's account")
+    assert not shown.plot("alpha").locator("header").evaluate(CUT_OFF)
+    shown.until(lambda: "the truth is not known" in shown.plot("error").inner_text(), "so is the error")
     width = on_screen(shown, shown.page.locator(".scrubber"))["width"] - 114
     marked = sum(searching) / len(searching)
     shown.until(lambda: abs(shown.page.evaluate(LOST_PX) / width - marked) < 0.03, "the scrubber marks those frames")
@@ -258,11 +233,10 @@ def test_a_plot_is_looked_at_more_closely(watch: Watch, server: Server) -> None:
     shown.stands_at(59)
     page, branch = shown.page, shown.session["branch"]
     shown.until(lambda: shown.lines.get(f"error {branch}") == 60, "the error is drawn")
-    frames = """[...document.querySelectorAll('.plot .figure-view')].filter((it) => it.figure)
-        .map(({ figure: { panels: [{ x }] } }) => [x.low, x.high])"""
+    frames = "document.querySelector('.plots .figure-view').figure.panels.map(({ x }) => [x.low, x.high])"
     assert {tuple(it) for it in page.evaluate(frames)} == {(0, 59)}
 
-    plot = page.locator("[data-plot=error] .plot")
+    plot = shown.plot("error").locator(".figure-plot")
     drawn = shown.trace(f"error {branch}")
     assert drawn is not None
     plot.hover(position=shown.place_in("error", 30, drawn["y"][30]))
@@ -285,7 +259,7 @@ def test_a_plot_is_looked_at_more_closely(watch: Watch, server: Server) -> None:
     assert shown.position == 59
     plot.dblclick(position={"x": area["width"] / 2, "y": 20})
     shown.until(lambda: page.evaluate(frames)[0] == [0, 59], "all is seen again")
-    page.locator(".plots").focus()
+    page.get_by_role("group", name="Plots", exact=True).focus()
     page.keyboard.press("+")
     shown.until(lambda: page.evaluate(frames)[0][0] > 20, "the key zooms at the frame that is shown")
     page.keyboard.press("0")

@@ -90,7 +90,7 @@ def test_picture_plots_and_figures_follow_one_scrubber(run: Run, opened: tuple[A
         assert f"{', '.join(f'{value:.1f}' for value in run.diagnostics[frame].estimate)} px" in shown
         pictures.add(page.evaluate(PICTURE))
     assert len(pictures) == 3
-    assert page.locator(".plots .panel canvas").count() > 0
+    assert page.locator(".plots .figure-panel canvas").count() > 0
     assert heard == []
 
 

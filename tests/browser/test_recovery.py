@@ -27,7 +27,7 @@ def test_a_session_that_is_gone_is_said_to_be(page: Any, complaints: Complaints)
     assert page.locator(".top button:enabled", has_text="Save").count() == 0
     assert page.locator(".play").inner_text() == "Play"
     page.wait_for_timeout(1_500)
-    assert page.locator(".plot > *").count() == 0
+    assert page.locator(".plots > *").count() == 0
     page.click("text=Back to the experiments")
     Gallery(page).card("ball").wait_for()
 

@@ -21,7 +21,7 @@ def test_a_word_is_explained_by_pointer_keys_and_finger(watch: Watch, server: Se
         (".readout dt .term", "log evidence"),
         ("h1 .term", "h-SPF"),
         (".scrubber-rows .term", "ESS"),
-        (".panel[data-plot=ess] .term", "ESS"),
+        (".plots [data-panel=ess] .term", "ESS"),
     ):
         page.locator(place, has_text=word).first.hover()
         meaning.wait_for()

@@ -50,15 +50,15 @@ PAINTED = "document.querySelector('.flat-canvas')?.dataset.frame !== undefined"
 
 # The traces of the plots, by name, with how many points each holds.
 LINES = """(() => {
-    const figures = [...document.querySelectorAll('.plot .figure-view')].map(({ figure }) => figure);
-    const traces = figures.flatMap((figure) => figure?.panels[0].traces ?? []);
+    const figures = [...document.querySelectorAll('.plots .figure-view')].map(({ figure }) => figure);
+    const traces = figures.flatMap((figure) => figure?.panels ?? []).flatMap(({ traces }) => traces);
     return Object.fromEntries(traces.map(({ name, x, x0 }) => [name, (x ?? x0 ?? []).length]));
 })()"""
 
 # A trace of the plots by its name.
 TRACE = """(name) => {
-    const figures = [...document.querySelectorAll('.plot .figure-view')].map(({ figure }) => figure);
-    const traces = figures.flatMap((figure) => figure?.panels[0].traces ?? []);
+    const figures = [...document.querySelectorAll('.plots .figure-view')].map(({ figure }) => figure);
+    const traces = figures.flatMap((figure) => figure?.panels ?? []).flatMap(({ traces }) => traces);
     const found = traces.find((trace) => trace.name === name && (trace.x ?? trace.x0 ?? trace.intervals).length > 0);
     return found ? { ...found } : null;
 }"""
@@ -66,14 +66,13 @@ TRACE = """(name) => {
 
 # Where values lie in a plot.
 PLACE = """([plot, x, y]) => {
-    const place = document.querySelector(`[data-plot="${plot}"] .plot`);
-    const [panel] = place.querySelector('.figure-view').figure.panels;
-    const inner = place.querySelector('.figure-plot');
-    const [left, top, width, height] = ['left', 'top', 'width', 'height'].map((name) => Number(inner.dataset[name]));
-    const [across, up] = [place.getBoundingClientRect(), inner.getBoundingClientRect()];
+    const { panels } = document.querySelector('.plots .figure-view').figure;
+    const panel = panels.find(({ id }) => id === plot);
+    const { dataset } = document.querySelector(`.plots [data-panel="${plot}"] .figure-plot`);
+    const [left, top, width, height] = ['left', 'top', 'width', 'height'].map((name) => Number(dataset[name]));
     return {
-        x: up.x - across.x + left + (x - panel.x.low) / (panel.x.high - panel.x.low) * width,
-        y: up.y - across.y + top + (panel.y.high - y) / (panel.y.high - panel.y.low) * height,
+        x: left + (x - panel.x.low) / (panel.x.high - panel.x.low) * width,
+        y: top + (panel.y.high - y) / (panel.y.high - panel.y.low) * height,
     };
 }"""
 
@@ -178,9 +177,18 @@ class SessionPage(View):
         return found
 
     def place_in(self, plot: str, x: float, y: float) -> dict[str, float]:
-        """Return where values lie in a plot, px of its element."""
+        """Return where values lie in a plot, px of its `.figure-plot`."""
         place: dict[str, float] = self.page.evaluate(PLACE, [plot, x, y])
         return place
+
+    def plot(self, name: str) -> Any:
+        """Return a plot with its title."""
+        return self.page.locator(f".plots [data-panel='{name}']")
+
+    @property
+    def plots(self) -> list[str]:
+        """Names of the plots that are there."""
+        return [it.get_attribute("data-panel") for it in self.page.locator(".plots .figure-panel").all()]
 
     def stands_at(self, frame: int) -> None:
         self.until(lambda: self.position == frame, f"the page stands at frame {frame}")

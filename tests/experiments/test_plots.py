@@ -30,8 +30,8 @@ def test_series_have_the_values_that_their_plot_draws(begun: tuple[Experiment, D
 
 
 def test_the_ball_keeps_its_five() -> None:
-    """Error, sigma, effective sample size, proposals and innovation are what a tracker of a point shows."""
-    kinds = ["error", "sigma", "sample size", "samplers", "innovation"]
+    """Error, effective sample size, sigma, proposals and innovation are what a tracker of a point shows."""
+    kinds = ["error", "sample size", "sigma", "samplers", "innovation"]
     assert [plot.kind for plot in EXPERIMENTS["ball"].plots] == kinds
     assert EXPERIMENTS["sine"].plots == STANDARD_PLOTS
 

@@ -1,14 +1,12 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
-import { boxOf, furniture, isSame, margins, scales } from "../../frontend_static/shared/figure/box.js";
-import { cellsOf } from "../../frontend_static/shared/figure/cells.js";
+import { boxOf, furniture, isSame, margins, scales, withRoom } from "../../frontend_static/shared/figure/axes.js";
 import { boundsOf, moved, stepped } from "../../frontend_static/shared/figure/handle.js";
-import * as band from "../../frontend_static/shared/figure/kinds/band.js";
-import { kept, nearestOf, nearestOn, pathThrough } from "../../frontend_static/shared/figure/polyline.js";
-import { Scale } from "../../frontend_static/shared/figure/scale.js";
-import { even, ticksOf, written } from "../../frontend_static/shared/figure/ticks.js";
-import { describe as describePanel, named, titled, valueOn } from "../../frontend_static/shared/figure/description.js";
+import { KINDS, nearestOf, nearestOn } from "../../frontend_static/shared/figure/kinds.js";
+import { cellsOf } from "../../frontend_static/shared/figure/maps.js";
+import { kept, pathThrough } from "../../frontend_static/shared/figure/paint.js";
+import { Scale, describe as describePanel, even, named, ticksOf, titled, valueOn, written } from "../../frontend_static/shared/figure/scale.js";
 
 const AXIS = { title: "position", unit: "m", low: 0, high: 10, log: false, names: [], hidden: false };
 const LOG = { ...AXIS, low: 10, high: 10_000, log: true };
@@ -99,30 +97,41 @@ describe("words of a figure", () => {
 describe("the box of a panel", () => {
   const panel = { x: AXIS, y: { ...AXIS, high: 5 }, traces: [] };
   const room = { width: 400, height: 300 };
-  const wide = (text) => 8 * text.length;
+  const style = { em: 12, wide: (text) => 8 * text.length };
 
   it("leaves room for numbers and titles, in steps, so that another digit does not move it", () => {
-    const around = margins(furniture(panel, room, 12, wide, false), wide, 12);
-    const longer = margins(furniture({ ...panel, y: { ...panel.y, title: "another" } }, room, 12, wide, false), wide, 12);
+    const around = margins(furniture(panel, room, style, false), style);
+    const longer = margins(furniture({ ...panel, y: { ...panel.y, title: "another" } }, room, style, false), style);
     assert.deepEqual(around, longer);
     assert.ok(around.left % 6 === 0 && around.left > 20);
-    const low = furniture({ ...panel, y: { ...panel.y, title: "a title that is longer than its axis" } }, { width: 400, height: 100 }, 12, wide, false);
+    const low = furniture({ ...panel, y: { ...panel.y, title: "a title that is longer than its axis" } }, { width: 400, height: 100 }, style, false);
     assert.equal(low.lines, 2);
-    const flat = furniture({ ...panel, y: { ...panel.y, title: "probability", unit: "%" } }, { width: 400, height: 60 }, 12, wide, false);
+    const flat = furniture({ ...panel, y: { ...panel.y, title: "probability", unit: "%" } }, { width: 400, height: 60 }, style, false);
     assert.deepEqual([flat.beside, flat.below], ["%", "position, m"]);
-    assert.equal(furniture(panel, { width: 400, height: 45 }, 12, wide, false).below, "");
-    assert.ok(margins(low, wide, 12).left > margins({ ...low, lines: 1 }, wide, 12).left);
-    const bare = margins(furniture({ ...panel, y: { ...panel.y, title: "", unit: "", hidden: true } }, room, 12, wide, true), wide, 12);
+    assert.equal(furniture(panel, { width: 400, height: 45 }, style, false).below, "");
+    assert.ok(margins(low, style).left > margins({ ...low, lines: 1 }, style).left);
+    const bare = margins(furniture({ ...panel, y: { ...panel.y, title: "", unit: "", hidden: true } }, room, style, true), style);
     assert.ok(bare.left < around.left && bare.bottom < around.bottom);
   });
 
   it("leaves names out that would lie over each other, and no numbers", () => {
     const names = ["0.37", "0.23", "0.17", "0.12"];
     const shown = (/** @type {number} */ width) =>
-      furniture({ ...panel, x: { ...AXIS, title: "", unit: "", low: -0.5, high: 3.5, names } }, { ...room, width }, 12, wide, false).x.map(({ text }) => text);
+      furniture({ ...panel, x: { ...AXIS, title: "", unit: "", low: -0.5, high: 3.5, names } }, { ...room, width }, style, false).x.map(({ text }) => text);
     assert.deepEqual(shown(400), names);
     assert.deepEqual(shown(180), ["0.37", "", "0.17", ""]);
-    assert.ok(furniture(panel, { ...room, width: 60 }, 12, wide, false).x.every(({ text }) => text));
+    assert.ok(furniture(panel, { ...room, width: 60 }, style, false).x.every(({ text }) => text));
+  });
+
+  it("leaves numbers out that have no room, but its ends", () => {
+    const shown = (/** @type {number} */ apart) => withRoom(Array.from({ length: 12 }, (_, place) => ({ text: String(place), at: apart * place, size: 30 })), 5);
+    assert.equal(shown(40).length, 12);
+    for (const apart of [20, 6]) {
+      const left = shown(apart);
+      assert.ok(left.length < 12 && left.length >= 2);
+      assert.deepEqual([left[0].text, left.at(-1).text], ["0", "11"]);
+      left.slice(1).forEach(({ at }, place) => assert.ok(at - left[place].at >= 35));
+    }
   });
 
   it("never vanishes, however little room there is", () => {
@@ -233,7 +242,7 @@ describe("the cells of a map", () => {
 
   it("have names as far apart as these are long and high", () => {
     const many = { ...panel, x: names(40), y: names(40) };
-    const { x, y } = furniture(many, { width: 400, height: 300 }, 13, (text) => 7 * text.length, false);
+    const { x, y } = furniture(many, { width: 400, height: 300 }, { em: 13, wide: (text) => 7 * text.length }, false);
     assert.deepEqual(x.map(({ text }) => text).slice(0, 5), ["0", "", "", "", "20"]);
     assert.deepEqual(y.map(({ text }) => text).slice(0, 4), ["0", "", "", "15"]);
     assert.equal(valueOn(names(4), 3.5), "15");
@@ -274,7 +283,7 @@ describe("a curve with gaps", () => {
       let filled;
       const pen = { save: () => {}, restore: () => {}, fill: (path) => (filled = path) };
       const scale = { all: (values) => values };
-      band.paint({ pen, ink: {}, x: scale, y: scale }, { x, low: y.map((value) => value && 0), high: y, ink: "", opacity: 1 });
+      KINDS.band.paint({ pen, ink: {}, x: scale, y: scale }, { x, low: y.map((value) => value && 0), high: y, ink: "", opacity: 1 }, []);
       assert.deepEqual(filled.spans, wanted);
     } finally {
       delete globalThis.Path2D;

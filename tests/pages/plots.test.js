@@ -1,72 +1,114 @@
-/** What the plots of a session are made of: columns that grow with a history, limits, and the frames that are seen. */
+/** What the plots of a session are made of: columns that grow with a history, limits, trees, and the frames that are seen. */
 
 import assert from "node:assert/strict";
-import test from "node:test";
+import { describe, it } from "node:test";
 
-import { BranchColumns } from "../../frontend_static/session/plots/branch_columns.js";
-import { reach } from "../../frontend_static/session/plots/limits.js";
+import { History } from "../../frontend_static/session/history.js";
+import { column, enclose, extent, reach, shades } from "../../frontend_static/session/plots/columns.js";
+import { treeOf } from "../../frontend_static/session/plots/kinds.js";
 import { clamped, scaled } from "../../frontend_static/session/plots/zoom.js";
 
-/** A store of branches, each with a history of errors. */
-function storeOf(histories, active) {
-  return {
-    known: { branch: active },
-    branches: Object.keys(histories).map((id) => ({ id, colour: id })),
-    historyOf: (id) => histories[id],
-  };
+function historyOf(errors) {
+  const made = new History();
+  errors.forEach((error, frame) => made.add({ frame, error, estimate: [error], hidden: error > 4, series: {} }));
+  return made;
 }
 
-function read(history, from) {
-  const frame = Array.from({ length: history.length - from }, (_, place) => from + place);
-  history.asked.push(from);
-  return { frame, error: frame.map((each) => history.errors[each]) };
-}
+describe("a column", () => {
+  it("reads of a history that has grown only the new frames", () => {
+    const asked = [];
+    const read = (row) => {
+      asked.push(row.frame);
+      return row.error;
+    };
+    const history = historyOf([1, 2]);
+    column(history, read);
+    history.add({ frame: 2, error: null, estimate: [0], series: {} });
+    assert.deepEqual(column(history, read), [1, 2, NaN]);
+    assert.deepEqual(asked, [0, 1, 2]);
+  });
 
-function historyOf(errors, edition = 0) {
-  return { errors, edition, asked: [], get length() { return this.errors.length; } };
-}
-
-test("of a history that has grown only the new frames are read", () => {
-  const history = historyOf([1, 2]);
-  const columns = new BranchColumns(read);
-  columns.update(storeOf({ a: history }, "a"));
-  history.errors.push(7);
-  const [{ data }] = columns.update(storeOf({ a: history }, "a"));
-  assert.deepEqual(data, { frame: [0, 1, 2], error: [1, 2, 7] });
-  assert.deepEqual(history.asked, [0, 2]);
-  assert.deepEqual(columns.extent, [1, 7]);
+  it("is read anew once another run has taken the place of its own", () => {
+    const read = (row) => row.error;
+    const history = historyOf([9, 9, 9]);
+    column(history, read);
+    history.share(historyOf([1, 2]), 1);
+    assert.deepEqual(column(history, read), [1, 2]);
+  });
 });
 
-test("a history that was replaced is read anew, and what it held no longer counts", () => {
-  const columns = new BranchColumns(read);
-  columns.update(storeOf({ a: historyOf([9, 9, 9]) }, "a"));
-  const [{ data }] = columns.update(storeOf({ a: historyOf([1, 2], 1) }, "a"));
-  assert.deepEqual(data.error, [1, 2]);
-  assert.equal(columns.most, 2);
+describe("shades", () => {
+  it("lie where something held, with their word as long as it held anywhere", () => {
+    const hidden = shades("hidden", 0.2, (row) => row.hidden, { word: "hidden" });
+    const found = hidden(historyOf([1, 5, 6, 1]));
+    assert.deepEqual([found.title, found.intervals], ["hidden", [{ first: 0.5, last: 2.5 }]]);
+    assert.deepEqual(hidden(historyOf([1])).title, "");
+  });
 });
 
-test("the active branch comes last, and one that is gone no longer counts", () => {
-  const columns = new BranchColumns(read);
-  const both = { a: historyOf([5]), b: historyOf([1]) };
-  assert.deepEqual(columns.update(storeOf(both, "a")).map(({ branch, isActive }) => [branch.id, isActive]), [["b", false], ["a", true]]);
-  columns.update(storeOf({ b: both.b }, "b"));
-  assert.equal(columns.most, 1);
+describe("limits", () => {
+  it("are rounded up, and values that are not known leave them alone", () => {
+    assert.equal(reach(14), 15);
+    assert.equal(reach(0.95), 1);
+    assert.deepEqual(extent([[NaN, 3], [2]]), [2, 3]);
+  });
+
+  it("are never closer than the smallest span that is worth an axis, so what hardly changes looks flat", () => {
+    for (const [low, high] of [[4.91083, 4.91083], [0, 0], [3.2, 3.3]]) {
+      for (const smallest of [0.001, 1]) {
+        const found = enclose([low, high], smallest);
+        assert.ok(found.low <= low && found.high >= high && found.high - found.low >= smallest - 1e-12);
+      }
+    }
+    assert.deepEqual(enclose([12, 87], 1), { low: 10, high: 90 });
+  });
 });
 
-test("limits are rounded up, and values that are not known leave them alone", () => {
-  assert.equal(reach(14), 15);
-  assert.equal(reach(0.95), 1);
-  const columns = new BranchColumns(read);
-  columns.update(storeOf({ a: historyOf([NaN, 3]) }, "a"));
-  assert.deepEqual(columns.extent, [3, 3]);
+describe("zooming", () => {
+  it("keeps the frame under the pointer, and never leaves the run", () => {
+    assert.deepEqual(scaled([0, 100], 25, 0.5), [12.5, 62.5]);
+    assert.deepEqual(clamped([-10, 40], 100), [0, 50]);
+    assert.deepEqual(clamped([80, 130], 100), [50, 100]);
+    assert.equal(clamped([-10, 200], 100), null);
+    const [first, last] = scaled([10, 12], 11, 0.01);
+    assert.equal(last - first, 4);
+  });
 });
 
-test("zooming keeps the frame under the pointer, and never leaves the run", () => {
-  const [low, high] = scaled([0, 100], 25, 0.5);
-  assert.deepEqual([low, high], [12.5, 62.5]);
-  assert.deepEqual(clamped([-10, 40], 100), [0, 50]);
-  assert.deepEqual(clamped([80, 130], 100), [50, 100]);
-  assert.equal(clamped([-10, 200], 100), null);
-  const [first, last] = scaled([10, 12], 11, 0.01);
-  assert.equal(last - first, 4);
+describe("a tree of hypotheses", () => {
+  const rows = [
+    { values: [[0]], weights: [1], parents: [-1] },
+    { values: [[0], [1]], weights: [0.75, 0.25], parents: [0, 0] },
+    { values: [[0], [1]], weights: [0.4, 0.6], parents: [0, 1] },
+  ];
+
+  function found(...hypotheses) {
+    const made = new History();
+    hypotheses.forEach((tree, frame) => made.add({ frame, estimate: [0], series: { tree } }));
+    return treeOf(made, "tree");
+  }
+
+  it("has a node for each, the first in row 1, the more opaque the more probable", () => {
+    const { nodes } = found(...rows);
+    assert.deepEqual([nodes.x, nodes.y], [[0, 1, 1, 2, 2], [1, 1, 2, 1, 2]]);
+    assert.ok(nodes.opacity[1] > nodes.opacity[4] && nodes.opacity[2] > 0.12);
+  });
+
+  it("has an edge from each parent, and none where a hypothesis begins", () => {
+    const { edges } = found(...rows);
+    assert.deepEqual([edges.x0, edges.y0, edges.x1, edges.y1], [[0, 0, 1, 1], [1, 1, 1, 2], [1, 1, 2, 2], [1, 2, 1, 2]]);
+  });
+
+  it("leads back from the most probable of the newest frame", () => {
+    assert.deepEqual(found(...rows).way, { x: [2, 1, 0], y: [2, 2, 1] });
+    const begun = [...rows.slice(0, 2), { values: [[0]], weights: [1], parents: [-1] }];
+    assert.deepEqual(found(...begun).way, { x: [2], y: [1] });
+  });
+
+  it("is empty where nobody has hypotheses, and has no way back where their parents are not known", () => {
+    assert.deepEqual(found(undefined, undefined).way, { x: [], y: [] });
+    const alone = { values: [[0]], weights: [1] };
+    assert.deepEqual(found(alone, alone).way, { x: [1], y: [1] });
+    assert.deepEqual(found(alone).edges.x0, []);
+  });
 });

@@ -1,7 +1,6 @@
 import assert from "node:assert/strict";
 import { before, describe, it } from "node:test";
 
-import { Axis, GUTTER } from "../../frontend_static/session/scrubber/rows.js";
 import { DIVERGING, VIRIDIS } from "../../frontend_static/shared/palette.js";
 import { css, diverging, inkOn, viridis } from "../../frontend_static/shared/colours.js";
 import { differenceEnd, endOf, methodLook, quantitiesOf } from "../../frontend_static/sweep/cells.js";
@@ -12,21 +11,6 @@ before(() => {
   // A page in light colours.
   globalThis.document = { documentElement: { dataset: { theme: "light" } } };
   globalThis.matchMedia = (query) => ({ matches: query === medium });
-});
-
-describe("the axis of frames", () => {
-  it("leads from a frame to its place and back", () => {
-    const axis = new Axis(700, 240);
-    for (const frame of [0, 1, 119, 238, 239]) assert.equal(axis.frame(axis.x(frame)), frame);
-    assert.equal(axis.x(0), GUTTER);
-  });
-
-  it("never leaves the run, and stands a run of one frame", () => {
-    const axis = new Axis(700, 240);
-    assert.equal(axis.frame(-50), 0);
-    assert.equal(axis.frame(5000), 239);
-    assert.ok(Number.isFinite(new Axis(10, 1).x(0)));
-  });
 });
 
 describe("the colours of a map", () => {

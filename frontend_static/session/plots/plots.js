@@ -1,129 +1,156 @@
 /**
- * The live plots: what the experiment declares, one figure each, over one shared axis of frames. Data comes in about ten
- * times a second at the most. The axis can be looked at more closely, in all plots at once (`zoom.js`).
+ * The live plots: what the experiment declares, panels of one figure over one axis of frames. Where their place says
+ * `data-shown="first"`, and in a presentation, two are seen: the error and the first other one. The axis can be looked at more
+ * closely (`zoom.js`).
  */
 
-import { Alignment, FigureView } from "../../shared/figure/figure.js";
-import { h, setText } from "../../shared/dom.js";
+import { api } from "../../shared/api.js";
+import { h } from "../../shared/dom.js";
+import { plainAxis } from "../../shared/figure/axes.js";
+import { FigureView } from "../../shared/figure/figure.js";
+import { lineOver, told } from "../../shared/figure/kinds.js";
 import { explain } from "../../shared/terms.js";
-import { coalesce, throttle } from "../../shared/timing.js";
+import { throttle } from "../../shared/timing.js";
+import { attempt } from "../../shared/toast.js";
 import { curve } from "../history.js";
 import { samplers } from "../series.js";
-import { KINDS } from "./kinds/kinds.js";
+import { KINDS } from "./kinds.js";
 import { Zoom } from "./zoom.js";
 
-/** @import { History } from "../history.js" */
+/** @import { Panel, Trace } from "../../shared/figure/traces.js" */
+/** @import { Plot } from "../../shared/messages.js" */
 /** @import { View } from "../mount.js" */
 /** @import { Store } from "../store.js" */
-/** @import { Plot } from "./kinds/plot.js" */
+/** @import { Kind } from "./kinds.js" */
+
+/** @typedef {Kind & {plot: Plot, title: string}} Drawn */
 
 const REDRAW_MS = 100;
 /** In a narrower session the plots are a row of sparklines. */
 const WIDE_PX = 1000;
 /** From this width on the plots have room for names that are written out. */
 const ROOMY_PX = 350;
-/** What is drawn of a session, and said beside the plots. */
-const DRAWN = /** @type {const} */ (["branch", "branches", "history", "parameters", "position", "playing", "thresholds", "tracker"]);
+/** What is drawn of a session. */
+const DRAWN = /** @type {const} */ (["branch", "branches", "connection", "doubts", "history", "parameters", "position", "playing", "thresholds", "tracker"]);
 /** Of the numbers at the axes, in the size of the page's letters. */
 const LETTERS = 11 / 16;
-
-/**
- * Where a plot stands.
- *
- * @typedef {object} Panel
- * @property {Plot} plot
- * @property {FigureView} figure
- * @property {HTMLElement} section
- * @property {HTMLElement} title
- * @property {HTMLOutputElement} value The figures of the frame that is shown.
- * @property {HTMLElement} place Of its figure.
- * @property {HTMLElement} missing Says that only the truth is not known.
- */
+/** Heights, px: of a plot, and of one with rows what it has for these and for each. */
+const [PLOT_PX, BESIDE_PX, ROW_PX] = [66, 52, 15];
 
 /**
  * @param {HTMLElement} root
  * @param {View} view
  */
 export async function plots(root, view) {
-  const { store, signal } = view;
-  await declared(store);
-  if (signal.aborted) return;
-  const shown = view.plots.length > 0 ? store.known.plots.filter(({ id }) => view.plots.includes(id)) : store.known.plots;
-  const setting = { isCompact: true, letters: LETTERS, inks: samplers(store.known).map(({ colour }) => colour), alignment: new Alignment() };
-  const panels = shown.map((plot) => panel(root, new KINDS[plot.kind](plot, store.known), (place) => new FigureView(place, {}, signal, setting)));
-  const label = throttle(() => {
-    const histories = store.branches.map(({ id }) => store.historyOf(id));
-    for (const each of panels) write(each, store, histories);
-  }, REDRAW_MS, signal);
-  store.on(DRAWN, label);
-  label();
-  // The figures of a frame are shown with its picture; what is drawn comes a little later.
-  const tell = coalesce(() => {
-    for (const { plot, value } of panels) setText(value, plot.reading(store));
-  }, signal);
-  store.on(DRAWN, tell);
-  tell();
-  if (!store.isReadOnly) for (const { plot, figure, place } of panels) plot.listen(place, figure, view);
-  keepDrawn(root, view, panels);
+  await begun(view.store);
+  if (!view.signal.aborted) new Plots(root, view);
 }
 
-/**
- * Draw what is in sight whenever something of it changes.
- *
- * @param {HTMLElement} root
- * @param {View} view
- * @param {Panel[]} panels
- */
-function keepDrawn(root, { store, signal }, panels) {
-  /** @type {Set<Panel>} */
-  const inSight = new Set();
-  const view = root.closest(".session-view, .comparison") ?? root;
-  const isLong = panels.some(({ plot }) => plot.rowTitles.length > 0);
-  const shape = () => ({ isSparkline: view.clientWidth < WIDE_PX, isRoomy: isLong && root.clientWidth >= ROOMY_PX });
-  const draw = throttle(() => {
-    if (document.hidden) return;
-    const last = lastOf(panels);
-    const look = { ...shape(), frames: zoom.within(Math.max(1, store.known.frames - 1)) };
-    for (const each of inSight) {
-      // The last plot, and the tall ones, which may be in sight without it, say which frames these are.
-      const showsFrames = each === last || each.plot.rows > 1;
-      each.figure.show({ panels: [each.plot.panel(store, { ...look, showsFrames })] }, { locked: true });
-    }
-  }, REDRAW_MS, signal);
-  const zoom = new Zoom(draw);
-  // What scrolls can be scrolled, and looked at more closely, by keys as well.
-  for (const [name, value] of Object.entries({ tabindex: "0", role: "group", "aria-label": "Plots" })) root.setAttribute(name, value);
-  zoom.listenToKeys(root, () => store.known.position, signal);
-  store.on(DRAWN, draw);
-  document.addEventListener("visibilitychange", draw, { signal });
-  const sizes = new ResizeObserver(draw);
-  sizes.observe(view);
-  // There may be more plots than there is room for; what is out of sight is drawn when it comes into sight.
-  const sight = new IntersectionObserver((changes) => {
-    for (const { target, isIntersecting } of changes) {
-      const found = panels.find(({ place }) => place === target);
-      if (found && isIntersecting) inSight.add(found);
-      else if (found) inSight.delete(found);
-    }
-    draw();
-  });
-  for (const { plot, figure, place } of panels) {
-    sight.observe(place);
-    zoom.listen(place, (event) => figure.valuesAt(plot.id, event)?.x ?? null, signal);
+class Plots {
+  #root;
+  #view;
+  #all;
+  #figure;
+  #zoom;
+  /** How many hypotheses there are to choose from. */
+  #most = 1;
+  /** What each plot says to who cannot see it: of the frame in which the run last stood.
+   *
+   * @type {Map<string, string>} */
+  #words = new Map();
+  #place = h("div", { class: "plots-figure", tabindex: 0, role: "group", "aria-label": "Plots" });
+  /** Its width decides whether there is room for axes. */
+  #outer;
+
+  /**
+   * @param {HTMLElement} root
+   * @param {View} view
+   */
+  constructor(root, view) {
+    const { store, signal } = view;
+    const session = store.known;
+    this.#root = root;
+    this.#view = view;
+    this.#outer = root.closest(".session-view, .comparison") ?? root;
+    this.#all = session.plots
+      .filter(({ id }) => view.plots.length === 0 || view.plots.includes(id))
+      .map((plot) => ({ plot, title: titleOf(plot, session.unit), ...KINDS[plot.kind](plot, session) }));
+    root.append(h("h2", { class: "visually-hidden" }, "Plots"), this.#place);
+    const draw = throttle(() => this.#draw(), REDRAW_MS, signal);
+    const on = {
+      turn: (/** @type {string} */ parameter, /** @type {number} */ value) =>
+        attempt(() => api.command(session.id, { kind: "change", values: { [parameter]: value } })),
+      declared: () => ({ title: "hypothesis that is shown", unit: "", minimum: 1, maximum: this.#most, step: 1 }),
+    };
+    const inks = samplers(session).map(({ colour }) => colour);
+    this.#figure = new FigureView(this.#place, on, signal, { isCompact: true, letters: LETTERS, inks });
+    this.#zoom = new Zoom(this.#place, { at: (event) => this.#figure.valuesAt(event), position: () => store.known.position, changed: draw }, signal);
+    this.#place.addEventListener("click", (event) => this.#choose(event));
+    store.on(DRAWN, draw);
+    document.addEventListener("visibilitychange", draw, { signal });
+    const [sizes, asked] = [new ResizeObserver(draw), new MutationObserver(draw)];
+    sizes.observe(this.#outer);
+    asked.observe(root, { attributeFilter: ["data-shown"] });
+    signal.addEventListener("abort", () => {
+      sizes.disconnect();
+      asked.disconnect();
+    });
   }
-  signal.addEventListener("abort", () => {
-    sizes.disconnect();
-    sight.disconnect();
-  });
-}
 
-/**
- * The lowest panel that has something to draw.
- *
- * @param {Panel[]} panels
- */
-function lastOf(panels) {
-  return panels.filter(({ section }) => !section.hidden).at(-1);
+  #draw() {
+    if (document.hidden) return;
+    const { store, able } = this.#view;
+    const measured = this.#all.filter((each) => isMeasured(each, store));
+    const isFolded = this.#root.dataset.shown === "first" || "presenting" in document.documentElement.dataset;
+    const shown = isFolded ? firstOf(measured, store) : measured;
+    const isSparkline = this.#outer.clientWidth < WIDE_PX;
+    this.#root.classList.toggle("sparklines", isSparkline);
+    this.#figure.show({ panels: shown.map((each, row) => this.#panel(each, isSparkline, row)) }, { locked: !able });
+    for (const { plot } of shown) {
+      const heading = this.#place.querySelector(`[data-panel="${CSS.escape(plot.id)}"] h3`);
+      if (heading instanceof HTMLElement && heading.textContent) explain(heading, { own: plot.description, experiment: store.known.recipe.experiment });
+    }
+  }
+
+  /**
+   * A plot as it is now, with a line at the frame that is shown.
+   *
+   * @param {Drawn} drawn
+   * @param {boolean} isSparkline Without axes.
+   * @param {number} row
+   * @returns {Panel}
+   */
+  #panel({ plot, title, rows = 1, show }, isSparkline, row) {
+    const { store } = this.#view;
+    const { frames, playing, position } = store.known;
+    const { traces, y, chosen, words = "" } = show(store, this.#root.clientWidth >= ROOMY_PX);
+    if (!playing) this.#words.set(plot.id, `${plot.description} ${inFrame(traces, position)} ${words}`);
+    if (chosen) this.#most = chosen.most;
+    const [low, high] = this.#zoom.within(Math.max(1, frames - 1));
+    const cursor = lineOver({ name: "position", ink: "muted", width: 1, x: [position, position], y: [y.low, y.high] });
+    return {
+      id: plot.id,
+      title: isTruthMissing(plot, store) ? `${title}: the truth is not known` : title,
+      words: this.#words.get(plot.id) ?? plot.description,
+      x: plainAxis({ low, high, hidden: isSparkline }),
+      y: plainAxis({ ...y, hidden: isSparkline }),
+      traces: [...traces, cursor],
+      handles: chosen && !store.isReadOnly ? [{ parameter: chosen.parameter, at: chosen.at, along: "y" }] : [],
+      row: isSparkline ? 0 : row,
+      // As high as its rows need, or twice as wide as what is beside it.
+      share: [rows > 1 && !isSparkline ? (BESIDE_PX + ROW_PX * rows) / PLOT_PX : 1, rows > 1 && isSparkline ? 2 : 1],
+    };
+  }
+
+  /**
+   * Take what somebody points at, where that means something.
+   *
+   * @param {MouseEvent} event
+   */
+  #choose(event) {
+    const at = this.#view.store.isReadOnly ? null : this.#figure.valuesAt(event);
+    if (at !== null) this.#all.find(({ plot }) => plot.id === at.panel)?.choose?.(this.#view, Math.round(at.x), at.y);
+  }
 }
 
 /**
@@ -132,7 +159,7 @@ function lastOf(panels) {
  * @param {Store} store
  * @returns {Promise<void>}
  */
-function declared(store) {
+function begun(store) {
   return new Promise((resolve) => {
     const look = () => store.session !== null && store.session.plots.length > 0 && resolve();
     store.on(["session"], look);
@@ -141,51 +168,58 @@ function declared(store) {
 }
 
 /**
- * @param {HTMLElement} root
  * @param {Plot} plot
- * @param {(place: HTMLElement) => FigureView} draw
- * @returns {Panel}
+ * @param {string} own Unit of the experiment's errors.
  */
-function panel(root, plot, draw) {
-  const title = h("span", {});
-  const value = h("output", {});
-  const place = h("div", { class: "plot", role: "img", "aria-label": plot.declared.description });
-  place.title = plot.rowTitles.map(([name, words]) => `${name}  ${words}`).join("\n");
-  const missing = h("p", { class: "missing", hidden: true }, "the truth is not known");
-  const section = h("section", { class: "panel", data: { plot: plot.id } }, h("h2", {}, title, value), place, missing);
-  if (plot.rows > 1) {
-    section.classList.add("tall");
-    section.style.setProperty("--rows", String(plot.rows));
-  }
-  root.append(section);
-  return { plot, figure: draw(place), section, title, value, place, missing };
+function titleOf({ kind, title, unit }, own) {
+  /** @type {Record<string, string>} */
+  const units = { error: own, sigma: own, frequency: "%" };
+  // Of samplers the key says it.
+  return kind === "samplers" ? "" : `${title} ${units[kind] ?? unit}`.trim();
 }
 
 /**
- * @param {Panel} panel
+ * What is seen before somebody asks for more: the error, where the truth is known, and what the experiment declares first.
+ *
+ * @param {Drawn[]} all
  * @param {Store} store
- * @param {History[]} histories Of all branches.
  */
-function write({ plot, section, title, place, missing }, store, histories) {
-  const { history } = store;
-  missing.hidden = !plot.declared.needs_truth || history.length === 0 || history.most(curve.error) !== null;
-  // What a method does not have is not drawn; where only the truth is missing, that is said.
-  section.hidden = history.length > 0 && missing.hidden && !plot.isMeasured(histories);
-  if (!store.known.playing) place.setAttribute("aria-label", inWords(plot, store.known.position, plot.reading(store)));
-  const words = plot.heading(store);
-  const text = words.map((word) => (typeof word === "string" ? word : word.textContent)).join("");
-  if (title.textContent === text) return;
-  title.replaceChildren(...words);
-  explain(title, { own: plot.declared.description, experiment: store.known.recipe.experiment });
+function firstOf(all, store) {
+  const known = all.filter(({ plot }) => !isTruthMissing(plot, store));
+  const isError = (/** @type {Drawn} */ { plot }) => plot.kind === "error";
+  const first = [...known.filter(isError), ...known.filter((each) => !isError(each))].slice(0, 2);
+  return all.filter((each) => first.includes(each));
 }
 
 /**
- * What a plot shows, and its figures in the frame that is shown.
+ * Whether any branch has something to draw: what a method does not have is not drawn.
+ *
+ * @param {Drawn} drawn
+ * @param {Store} store
+ */
+function isMeasured({ needs, plot }, store) {
+  if (needs === undefined || store.history.length === 0 || isTruthMissing(plot, store)) return true;
+  return store.branches.some(({ id }) => needs.some((name) => store.historyOf(id).measures(name)));
+}
+
+/**
+ * Whether there is nothing to draw because nobody knows the truth.
  *
  * @param {Plot} plot
- * @param {number} frame
- * @param {string} reading
+ * @param {Store} store
  */
-function inWords({ declared: { description, title, unit } }, frame, reading) {
-  return reading === "" ? description : `${description} In frame ${frame} ${`${title} ${reading} ${unit}`.trim()}.`;
+function isTruthMissing({ needs_truth: needsTruth }, { history }) {
+  return needsTruth && history.length > 0 && history.most(curve.error) === null;
+}
+
+/**
+ * What the lines say in a frame; of several branches the active one's.
+ *
+ * @param {Trace[]} traces
+ * @param {number} frame
+ */
+function inFrame(traces, frame) {
+  const lines = traces.filter((trace) => trace.kind === "line").filter(({ x, y, said }) => said !== "" && x[frame] === frame && Number.isFinite(y[frame]));
+  const values = [...new Map(lines.map((each) => [each.said, told(each, frame)])).values()];
+  return values.length > 0 ? `In frame ${frame} ${values.join(", ")}.` : "";
 }

@@ -6,6 +6,15 @@
 
 /** @typedef {[low: number, high: number]} Frames */
 
+/**
+ * What is to be known of the plots.
+ *
+ * @typedef {object} Plotted
+ * @property {(event: MouseEvent) => {x: number, perPx: number}|null} at Which frame lies under the pointer, and how many in a px.
+ * @property {() => number} position Of the frame that is shown.
+ * @property {() => void} changed Is called after each change.
+ */
+
 /** So much nearer for so many px of the wheel. */
 const RATE = 1 / 300;
 /** And for a key. */
@@ -15,14 +24,22 @@ const FEWEST = 4;
 const MOVED_PX = 4;
 
 export class Zoom {
-  #changed;
+  #plotted;
   /** @type {Frames|null} */
   #window = null;
   #last = 1;
 
-  /** @param {() => void} changed Is called after each change. */
-  constructor(changed) {
-    this.#changed = changed;
+  /**
+   * @param {HTMLElement} place Has the plots in it, and can have the focus.
+   * @param {Plotted} plotted
+   * @param {AbortSignal} signal
+   */
+  constructor(place, plotted, signal) {
+    this.#plotted = plotted;
+    place.addEventListener("wheel", (event) => this.#wheel(event), { passive: false, signal });
+    place.addEventListener("dblclick", () => this.#set(null), { signal });
+    place.addEventListener("keydown", (event) => this.#key(event), { signal });
+    place.addEventListener("pointerdown", (event) => this.#drag(place, event), { signal });
   }
 
   /**
@@ -37,76 +54,39 @@ export class Zoom {
     return this.#window ?? [0, last];
   }
 
-  /**
-   * Take what a person does in a plot.
-   *
-   * @param {HTMLElement} place
-   * @param {(event: MouseEvent) => number|null} frameAt Which frame lies under the pointer.
-   * @param {AbortSignal} signal
-   */
-  listen(place, frameAt, signal) {
-    place.addEventListener(
-      "wheel",
-      (event) => {
-        const at = event.ctrlKey || event.metaKey ? frameAt(event) : null;
-        if (at === null) return;
-        event.preventDefault();
-        this.#set(scaled(this.within(this.#last), at, Math.exp(event.deltaY * RATE)));
-      },
-      { passive: false, signal },
-    );
-    place.addEventListener("dblclick", () => this.#set(null), { signal });
-    place.addEventListener(
-      "pointerdown",
-      (event) => {
-        if (this.#window !== null && event.button === 0 && event.pointerType !== "touch") this.#drag(place, event, frameAt);
-      },
-      { signal },
-    );
+  /** @param {WheelEvent} event */
+  #wheel(event) {
+    const found = event.ctrlKey || event.metaKey ? this.#plotted.at(event) : null;
+    if (found === null) return;
+    event.preventDefault();
+    this.#set(scaled(this.within(this.#last), found.x, Math.exp(event.deltaY * RATE)));
   }
 
-  /**
-   * Take the keys + and -, and 0 for all frames.
-   *
-   * @param {HTMLElement} root
-   * @param {() => number} position Of the frame that is shown.
-   * @param {AbortSignal} signal
-   */
-  listenToKeys(root, position, signal) {
-    root.addEventListener(
-      "keydown",
-      (event) => {
-        if (event.ctrlKey || event.metaKey || event.altKey) return;
-        const factor = { "+": 1 / STEP, "=": 1 / STEP, "-": STEP }[event.key];
-        if (factor === undefined && event.key !== "0") return;
-        event.preventDefault();
-        event.stopPropagation();
-        this.#set(factor === undefined ? null : scaled(this.within(this.#last), position(), factor));
-      },
-      { signal },
-    );
+  /** @param {KeyboardEvent} event */
+  #key(event) {
+    const factor = { "+": 1 / STEP, "=": 1 / STEP, "-": STEP }[event.key];
+    if (event.ctrlKey || event.metaKey || event.altKey || (factor === undefined && event.key !== "0")) return;
+    event.preventDefault();
+    event.stopPropagation();
+    this.#set(factor === undefined ? null : scaled(this.within(this.#last), this.#plotted.position(), factor));
   }
 
   /**
    * @param {HTMLElement} place
    * @param {PointerEvent} begun
-   * @param {(event: MouseEvent) => number|null} frameAt
    */
-  #drag(place, begun, frameAt) {
-    const held = frameAt(begun);
-    const window = this.#window;
-    const perPx = (Number(frameAt(/** @type {MouseEvent} */ ({ clientX: begun.clientX + 1, clientY: begun.clientY }))) - Number(held)) || 0;
-    if (held === null || window === null) return;
+  #drag(place, begun) {
+    const [window, held] = [this.#window, this.#plotted.at(begun)];
+    if (window === null || held === null || begun.button !== 0 || begun.pointerType === "touch") return;
     const end = new AbortController();
     let isMoved = false;
-    place.setPointerCapture(begun.pointerId);
     const move = (/** @type {PointerEvent} */ event) => {
       const px = event.clientX - begun.clientX;
       isMoved ||= Math.abs(px) >= MOVED_PX;
-      if (isMoved) this.#set([window[0] - px * perPx, window[1] - px * perPx]);
+      if (isMoved) this.#set([window[0] - px * held.perPx, window[1] - px * held.perPx]);
     };
-    place.addEventListener("pointermove", move, { signal: end.signal });
-    for (const type of /** @type {const} */ (["pointerup", "pointercancel"])) place.addEventListener(type, () => end.abort(), { signal: end.signal });
+    document.addEventListener("pointermove", move, { signal: end.signal });
+    for (const type of /** @type {const} */ (["pointerup", "pointercancel"])) document.addEventListener(type, () => end.abort(), { signal: end.signal });
     // What was dragged was not chosen.
     place.addEventListener("click", (event) => isMoved && event.stopImmediatePropagation(), { capture: true, once: true });
   }
@@ -114,7 +94,7 @@ export class Zoom {
   /** @param {Frames|null} window */
   #set(window) {
     this.#window = window && clamped(window, this.#last);
-    this.#changed();
+    this.#plotted.changed();
   }
 }
 

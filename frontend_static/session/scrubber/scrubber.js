@@ -5,24 +5,15 @@
 
 import { enlargement } from "../../shared/canvas_size.js";
 import { fill, h } from "../../shared/dom.js";
-import { smallestSpan } from "../../shared/format.js";
+import { percent, quantity } from "../../shared/format.js";
 import { explain } from "../../shared/terms.js";
 import { onTheme, tokens } from "../../shared/theme.js";
 import { coalesce, later, throttle } from "../../shared/timing.js";
-import { isGone } from "../history.js";
-import { BranchColumns } from "../plots/branch_columns.js";
-import { columns } from "../plots/kinds/plot.js";
-import { Shades } from "../plots/shades.js";
-import { ofRole, samplers, valueOf } from "../series.js";
-import { marks } from "../timeline.js";
-import { Curves } from "./curves.js";
-import { labels, paint, playhead } from "./paint.js";
-import { Axis, rowOf, rowsWithout } from "./rows.js";
-import { describe, goneOf, lossOf, missingOf, mixtureOf, weightOf } from "./description.js";
+import { curve, isGone } from "../history.js";
+import { eventsOf, numberOf, ofRole, samplers } from "../series.js";
+import { Memory } from "./paint.js";
 
 /** @import { SessionPublic } from "../../shared/messages.js" */
-/** @import { Curve } from "../history.js" */
-/** @import { Content } from "./paint.js" */
 
 const REPAINT_MS = 100;
 const SETTLE_MS = 1000;
@@ -50,18 +41,7 @@ export class Scrubber {
    * @type {Record<string, string>|null}
    */
   #ink = null;
-  #curves = { error: new Curves("error"), sigma: new Curves("sigma") };
-  #hidden = new Shades("hidden", 1, (row) => row.hidden === true);
-  /** A lane each.
-   *
-   * @type {Shades[]} */
-  #lost = [];
-  #happened = happenedIn([]);
-  #axis = new Axis(600, 2);
-  /** @type {import("./rows.js").Rows} */
-  #rows = {};
-  /** @type {import("../timeline.js").Mark[]} */
-  #marks = [];
+  #memory;
   /** px of the page for what is 1 px of the scrubber. */
   #unit = 1;
   /** The frame under the finger; then the one where it was let go, until the session is there. */
@@ -78,6 +58,7 @@ export class Scrubber {
    */
   constructor(root, view) {
     this.#view = view;
+    this.#memory = new Memory(view.store);
     fill(root, this.#slider, this.#names);
     this.#drawPlayhead = coalesce(() => this.#paintPlayhead(), view.signal);
     this.#drawAll = throttle(() => this.#paintAll(), REPAINT_MS, view.signal);
@@ -125,7 +106,7 @@ export class Scrubber {
 
   /** @param {MouseEvent} event */
   #drag(event) {
-    const frame = this.#axis.frame(this.#at(event)[0]);
+    const frame = this.#memory.axis.frame(this.#at(event)[0]);
     if (frame === this.#dragged) return;
     this.#dragged = frame;
     this.#view.steering.seek(frame);
@@ -156,7 +137,7 @@ export class Scrubber {
     const ratio = (this.#canvas.width / (this.#slider.clientWidth || 1)) * this.#unit;
     pen.scale(ratio, ratio);
     const position = this.#dragged ?? this.#settling ?? session.position;
-    playhead({ pen, axis: this.#axis, rows: this.#rows, ink: this.#inks(session) }, position, session.computed);
+    this.#memory.playhead({ pen, ink: this.#inks(session) }, position, session.computed);
     this.#slider.setAttribute("aria-valuemax", String(session.frames - 1));
     this.#slider.setAttribute("aria-valuenow", String(position));
     this.#slider.setAttribute("aria-valuetext", describe(store, position).join(", "));
@@ -172,27 +153,19 @@ export class Scrubber {
       if (one.width !== Math.round(width * ratio)) one.width = Math.round(width * ratio);
       if (one.height !== Math.round(height * ratio)) one.height = Math.round(height * ratio);
     }
-    this.#axis = new Axis(width / this.#unit, session.frames);
-    this.#marks = marks(session);
-    const { error, sigma } = this.#curves;
-    for (const each of [error, sigma]) each.update(this.#view.store);
-    const missing = missingOf(session, this.#view.store.history, { error: error.isMeasured, sigma: sigma.isMeasured });
-    this.#rows = rowsWithout(missing, height / this.#unit);
-    this.#slider.dataset.rows = Object.keys(this.#rows).join(" ");
+    const memory = this.#memory;
+    memory.arrange(width / this.#unit, height / this.#unit);
+    this.#slider.dataset.rows = Object.keys(memory.rows).join(" ");
     const pen = /** @type {CanvasRenderingContext2D} */ (this.#background.getContext("2d"));
     pen.setTransform(ratio * this.#unit, 0, 0, ratio * this.#unit, 0, 0);
-    const content = this.#content(session);
-    paint({ pen, axis: this.#axis, rows: this.#rows, ink: this.#inks(session) }, content);
-    this.#nameRows(content, session.recipe.experiment);
+    memory.paint({ pen, ink: this.#inks(session) });
+    this.#nameRows(session.recipe.experiment);
     this.#drawPlayhead();
   }
 
-  /**
-   * @param {Content} content
-   * @param {string} experiment
-   */
-  #nameRows(content, experiment) {
-    const rows = labels(this.#rows, content).map(({ label, middle }) => ({ label, middle: middle * this.#unit }));
+  /** @param {string} experiment */
+  #nameRows(experiment) {
+    const rows = this.#memory.labels.map(({ label, middle }) => ({ label, middle: middle * this.#unit }));
     if (JSON.stringify(rows) === this.#named) return;
     this.#named = JSON.stringify(rows);
     fill(this.#names, rows.map(({ label, middle }) => h("li", { style: `top: ${middle}px` }, label)));
@@ -207,37 +180,6 @@ export class Scrubber {
   }
 
   /**
-   * @param {SessionPublic} session
-   * @returns {Content}
-   */
-  #content(session) {
-    const { store } = this.#view;
-    const events = ofRole(session, "event");
-    const names = events.map(({ name }) => name);
-    if (names.join(" ") !== this.#happened.names.join(" ")) this.#happened = happenedIn(names);
-    const [happened] = this.#happened.columns.update(store);
-    const losses = store.losses.length > 0 ? store.losses : [{ history: store.history, colour: "lost" }];
-    return {
-      curves: this.#curves,
-      history: store.history,
-      thresholds: session.thresholds.filter(({ of }) => of === "sigma"),
-      bookmarks: session.bookmarks.filter((mark) => !mark.branch || mark.branch === session.branch),
-      marks: this.#marks,
-      smallest: smallestSpan(session.unit),
-      weight: weightOf(session),
-      loss: lossOf(session),
-      mixture: mixtureOf(session),
-      events: events.map(({ name, colours }) => ({ colour: colours[0] ?? "ink", happened: happened?.data[name] ?? [] })),
-      hidden: this.#hidden.trace(store),
-      losses: losses.map(({ history, colour }, place) => {
-        const shades = (this.#lost[place] ??= new Shades("lost", 1, isGone));
-        return { ...shades.trace({ known: session, history }), ink: colour };
-      }),
-      gone: goneOf(store.history),
-    };
-  }
-
-  /**
    * Say what is under the pointer.
    *
    * @param {number} x
@@ -247,7 +189,7 @@ export class Scrubber {
     const { store } = this.#view;
     const { session } = store;
     const tip = this.#tip;
-    if (session === null || x < this.#axis.left - NEAR_PX) {
+    if (session === null || x < this.#memory.axis.left - NEAR_PX) {
       tip.hidden = true;
       return;
     }
@@ -263,22 +205,35 @@ export class Scrubber {
    */
   #underPointer(x, y) {
     const { store } = this.#view;
-    const isNear = (/** @type {{frame: number}} */ { frame }) => Math.abs(this.#axis.x(frame) - x) <= NEAR_PX;
-    const change = y >= rowOf({ rows: this.#rows }, "changes")[1] && this.#marks.find(isNear);
+    const { marks, rows } = this.#memory;
+    const isNear = (/** @type {{frame: number}} */ { frame }) => Math.abs(this.#memory.axis.x(frame) - x) <= NEAR_PX;
+    const change = y >= (rows.changes?.[1] ?? Infinity) && marks.find(isNear);
     if (change) return [`from frame ${change.frame}`, ...change.lines];
-    const bookmark = y <= rowOf({ rows: this.#rows }, "flags")[2] && store.known.bookmarks.find(isNear);
+    const bookmark = y <= (rows.flags?.[2] ?? 0) && store.known.bookmarks.find(isNear);
     if (bookmark) return [`frame ${bookmark.frame}`, bookmark.note || "bookmark"];
-    return [describe(store, this.#axis.frame(x)).join(" · ")];
+    return [describe(store, this.#memory.axis.frame(x)).join(" · ")];
   }
 }
 
 /**
- * What happened in each frame of the active branch.
+ * A frame in words.
  *
- * @param {readonly string[]} names Of the series.
+ * @param {import("../store.js").Store} store
+ * @param {number} frame
+ * @returns {string[]}
  */
-function happenedIn(names) {
-  /** @type {Record<string, Curve>} */
-  const values = Object.fromEntries(names.map((name) => [name, (row) => valueOf(row, name)]));
-  return { names, columns: new BranchColumns((history, from) => columns(history, from, values), { limits: [], onlyActive: true }) };
+function describe({ known: session, history }, frame) {
+  const row = history.at(frame);
+  const unit = session.unit;
+  if (!row) return [`frame ${frame}`, "not computed yet"];
+  const told = [`frame ${frame}`];
+  if (curve.error(row) !== null) told.push(`error ${quantity(curve.error(row), unit)} ${unit}`.trim());
+  if (curve.sigma(row) !== null) told.push(`sigma ${quantity(curve.sigma(row), unit)} ${unit}`.trim());
+  if (row.searching) told.push(`no ${session.target}`);
+  else if (isGone(row)) told.push("lost");
+  else if (row.hidden) told.push("hidden");
+  const probability = numberOf(session, "loss_probability", row);
+  if (probability !== null) told.push(`lost with ${percent(probability)}`);
+  told.push(...eventsOf(session, row).map(({ title }) => title));
+  return told;
 }

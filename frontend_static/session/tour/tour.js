@@ -95,7 +95,7 @@ async function lead(view, tour, signal, leave) {
   callout.show(seen(".before-loss"), "Lost", [h("p", {}, words)], [step(2), way]);
   await come(() => store.known.position < since);
 
-  callout.show(seen(`.panel[data-plot="${CSS.escape(tour.plot)}"]`), "Why", [h("p", {}, tour.reason), onward(tour.frame, steering)], [
+  callout.show(seen(`.plots [data-panel="${CSS.escape(tour.plot)}"]`), "Why", [h("p", {}, tour.reason), onward(tour.frame, steering)], [
     step(3),
     h("button", { type: "button", class: "primary", on: { click: () => leave("done") } }, icon("check"), "Finish"),
   ]);

@@ -1,6 +1,6 @@
 /** Why the target was lost and what would have saved it, in the place of the plots. */
 
-import { miniature } from "../../shared/figure/miniature.js";
+import { miniature } from "../../shared/figure/figure.js";
 import { quantity } from "../../shared/format.js";
 import { IconButton } from "../../shared/icons.js";
 import { Made } from "../../shared/page.js";

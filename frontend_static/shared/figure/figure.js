@@ -7,16 +7,16 @@
 import { fill, h } from "../dom.js";
 import { watchCanvasSize } from "../canvas_size.js";
 import { onTheme, tokens } from "../theme.js";
-import { coalesce } from "../timing.js";
 import { Tooltip } from "../tooltip.js";
-import { isSame } from "./box.js";
-import { INKS } from "./line_styles.js";
+import { isSame, scales } from "./axes.js";
+import { KINDS } from "./kinds.js";
+import { LOOKS } from "./paint.js";
 import { PanelView } from "./panel.js";
 
-/** @import { Mark } from "./marks.js" */
-/** @import { Style } from "./panel.js" */
+/** @import { Style } from "./axes.js" */
+/** @import { Mark } from "./handle.js" */
 /** @import { Child } from "../elements.js" */
-/** @import { Cell, Figure, Panel } from "./traces.js" */
+/** @import { Axis, Cell, Figure, Line, Panel } from "./traces.js" */
 
 /** @typedef {{title: string, unit: string, minimum: number|null, maximum: number|null, step: number|null}} Declared */
 
@@ -40,54 +40,19 @@ import { PanelView } from "./panel.js";
  * @property {boolean} [isCompact] Whether it makes do with the room that there is, however little.
  * @property {string[]} [inks] Colours that its traces have beside those of the lessons, by token.
  * @property {Tooltip} [tip] That of several figures, of which only one is pointed at.
- * @property {Alignment} [alignment] With which figures it shares its margins.
  */
-
-/** @typedef {{left: number, right: number}} Sides Margins, px. */
 
 /** A figure below the first width, or with panels below the second, stacks them; in units of the size of the letters. */
 const [NARROW, NARROW_PANEL] = [34, 19];
 const SMALLER = 13 / 16;
+/** Between the lines of a miniature and its edges, px. */
+const INSET = 2;
 const FURNITURE = /** @type {const} */ (["ink", "muted", "line", "edge", "surface", "accent"]);
-
-/** Figures one above the other, all of which have the widest margins of any, so that a value lies at one place in all. */
-export class Alignment {
-  /** @type {Map<FigureView, Sides>} */
-  #margins = new Map();
-
-  /**
-   * The margins that a figure is to have.
-   *
-   * @param {FigureView} figure
-   * @param {Sides} own What it needs itself.
-   * @returns {Sides}
-   */
-  share(figure, own) {
-    const before = this.#widest;
-    this.#margins.set(figure, own);
-    const widest = this.#widest;
-    const isMoved = widest.left !== before.left || widest.right !== before.right;
-    if (isMoved) for (const other of this.#margins.keys()) if (other !== figure) other.redraw();
-    return widest;
-  }
-
-  /** @param {FigureView} figure */
-  leave(figure) {
-    this.#margins.delete(figure);
-  }
-
-  /** @returns {Sides} */
-  get #widest() {
-    const all = [...this.#margins.values()];
-    return { left: Math.max(0, ...all.map(({ left }) => left)), right: Math.max(0, ...all.map(({ right }) => right)) };
-  }
-}
 
 export class FigureView {
   #shared;
   #look;
   #isCompact;
-  #alignment;
   #root = h("div", { class: "figure-view" });
   /** As wide as the letters of the page are high, so that a change of theirs is seen. */
   #letter = h("span", { class: "figure-letter", "aria-hidden": "true" });
@@ -111,13 +76,11 @@ export class FigureView {
    * @param {AbortSignal} signal Takes it away.
    * @param {Setting} [setting]
    */
-  constructor(place, on, signal, { letters = SMALLER, inks = [], isCompact = false, alignment, tip: shared } = {}) {
+  constructor(place, on, signal, { letters = SMALLER, inks = [], isCompact = false, tip: shared } = {}) {
     this.#look = { inks };
     this.#isCompact = isCompact;
     this.#root.classList.toggle("compact", isCompact);
     this.#root.style.fontSize = `max(${letters}rem, var(--least))`;
-    this.#alignment = alignment;
-    this.redraw = coalesce(() => this.#draw(), signal);
     const tip = shared ?? new Tooltip();
     this.#shared = { on, signal, tip };
     fill(place, this.#root, this.#letter);
@@ -126,7 +89,6 @@ export class FigureView {
     watchCanvasSize(this.#letter, () => this.#dress(), signal);
     onTheme(() => this.#dress(), signal);
     signal.addEventListener("abort", () => {
-      alignment?.leave(this);
       if (!shared) tip.element.remove();
       this.#root.remove();
       this.#letter.remove();
@@ -150,13 +112,12 @@ export class FigureView {
   }
 
   /**
-   * The values at a place of the page; null where a panel has not been drawn.
+   * The panel at a place of the page, and the values there; null where there is none.
    *
-   * @param {string} panel
    * @param {{clientX: number, clientY: number}} place
    */
-  valuesAt(panel, place) {
-    return this.#views.get(panel)?.valuesAt(place) ?? null;
+  valuesAt(place) {
+    return [...this.#views.values()].map((view) => view.valuesAt(place)).find((found) => found !== null) ?? null;
   }
 
   /**
@@ -199,14 +160,14 @@ export class FigureView {
     const style = (this.#style ??= styleOf(this.#root, this.#look));
     const isNarrow = !this.#isCompact && this.#root.clientWidth < Math.max(NARROW, NARROW_PANEL * mostBeside(figure)) * style.em;
     this.#make(figure, isNarrow);
+    for (const panel of figure.panels) this.#view(panel).take(panel, style);
     const prepared = columnsOf(figure, isNarrow).map(({ panel, column, sharesX }) => {
       const view = this.#view(panel);
-      return { view, column, margins: view.prepare(panel, style, sharesX) };
+      return { view, column, margins: view.measure(style, sharesX) };
     });
     for (const { view, column, margins } of prepared) {
       const above = prepared.filter((each) => each.column === column);
-      const own = { left: Math.max(...above.map((each) => each.margins.left)), right: Math.max(...above.map((each) => each.margins.right)) };
-      const { left, right } = this.#alignment?.share(this, own) ?? own;
+      const [left, right] = /** @type {const} */ (["left", "right"]).map((side) => Math.max(...above.map((each) => each.margins[side])));
       const { id } = view.panel;
       const ask = this.#ask?.panel === id ? this.#ask : null;
       const mark = this.#mark?.panel === id ? this.#mark : null;
@@ -291,5 +252,33 @@ function styleOf(element, { inks }) {
   const pen = new OffscreenCanvas(1, 1).getContext("2d");
   if (pen !== null) pen.font = `${em}px ${fontFamily}`;
   const wide = (/** @type {string} */ text) => pen?.measureText(text).width ?? 0;
-  return { ink: tokens(...FURNITURE, ...INKS, ...inks), em, wide };
+  return { ink: tokens(...FURNITURE, ...Object.keys(LOOKS), ...inks), em, wide };
+}
+
+/**
+ * Lines with nothing around them, where there is no room for a panel. What stands around a panel is said in words.
+ *
+ * @param {{x: Axis, y: Axis, traces: readonly Line[]}} panel
+ * @param {string} words For who cannot see it.
+ * @param {AbortSignal} signal Nothing is painted after it.
+ */
+export function miniature({ x, y, traces }, words, signal) {
+  const canvas = h("canvas", {});
+  const place = h("div", { class: "figure-miniature", role: "img", "aria-label": words }, canvas);
+  const paint = () => {
+    const { clientWidth: width, clientHeight: height } = place;
+    const pen = canvas.getContext("2d");
+    if (pen === null || width === 0 || height === 0) return;
+    pen.setTransform(canvas.width / width, 0, 0, canvas.height / height, 0, 0);
+    pen.clearRect(0, 0, width, height);
+    const box = { left: INSET, top: INSET, width: width - 2 * INSET, height: height - 2 * INSET };
+    const sheet = { pen, box, ...scales({ x, y }, box), axes: { x, y }, ink: tokens(...traces.map(({ ink }) => ink)), unit: 1, cased: false };
+    for (const trace of traces) KINDS.line.paint(sheet, trace, traces);
+  };
+  watchCanvasSize(place, (room) => {
+    Object.assign(canvas, room);
+    paint();
+  }, signal);
+  onTheme(paint, signal);
+  return place;
 }

@@ -8,9 +8,10 @@ export interface Axis extends declared.Axis {
   ticks?: { at: number; text: string }[];
 }
 
-/** What the traces of a live plot have in common. `ink` is a token or any colour; `name` says which one it is. */
+/** What the traces of a live plot have in common. `ink` is a token or any colour; `name` says which one it is; one with a
+ *  title stands in the key. */
 interface Live {
-  title: "";
+  title: string;
   ink: string;
   name: string;
 }
@@ -46,6 +47,7 @@ export interface Segments extends Live {
   x1: readonly number[];
   y1: readonly number[];
   opacity: readonly number[];
+  width?: number;
 }
 
 /** Discs, each as opaque as it says; or rings. */

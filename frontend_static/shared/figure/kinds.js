@@ -1,0 +1,471 @@
+/** All kinds of trace: how each is painted, what is said of the place that is pointed at, and how it looks in a key. */
+
+import { heatMap } from "./maps.js";
+import { DASHED, LOOKS, REACH, byOpacity, fill, pathBetween, pathThrough, points, stroke, within } from "./paint.js";
+import { named, saying, valueOn, written } from "./scale.js";
+
+/** @import { Hit, Sheet } from "./paint.js" */
+/** @import { Band, Bars, Curve, Histogram, Line, Nodes, Rule, Scatter, Segments, Spans, Stems, StripChart, Trace, Tree } from "./traces.js" */
+
+/**
+ * What a kind of trace can do. `alike` are all traces of the panel.
+ *
+ * @template {Trace} T
+ * @typedef {{
+ *     over: number,
+ *     paint(sheet: Sheet, trace: T, alike: readonly Trace[]): void,
+ *     near?(sheet: Sheet, trace: T, px: number, py: number, alike: readonly Trace[]): Hit|null,
+ *     sample?(trace: T): Trace,
+ * }} Kind `over` is how far its marks may stand over the box of the axes, px at letters of 16 px: points at its edge are whole.
+ *     `near` is what a pointer is at; without it the trace is read elsewhere. `sample` is a small one for the key, over 0..1 on
+ *     both axes; without it the trace itself is painted there.
+ */
+
+const SHADE = 0.3;
+/** How a value that is pointed at is written: to make a format takes longer than to use it a hundred times. */
+const VALUE = new Intl.NumberFormat("en-GB", { maximumSignificantDigits: 4 });
+/** Of the distance between two bars. */
+const WIDE = 0.8;
+/** Neighbours in a stack differ, whatever is beside them. */
+const SHADES = [0.75, 0.3, 0.5];
+/** Of so many points each lets those below shine through, the more the more there are; down to this. */
+const [CROWDED, CROWDED_OPACITY] = [500, 0.2];
+const HEAD = 3.2;
+/** So many stems side by side have heads that can be told apart. */
+const MOST_HEADS = 1500;
+/** Closer together than that dots would be a thick line, px. */
+const APART = 5;
+/** Of a tree: what is hardly probable at all is still seen. */
+const FAINTEST = 0.12;
+const NODE = 3;
+
+/** @typedef {{x: readonly (number|null)[], y: readonly (number|null)[]}} Points */
+
+/**
+ * Where the points of a trace are.
+ *
+ * @param {Sheet} sheet
+ * @param {Points} trace
+ */
+function placed({ x, y }, trace) {
+  return /** @type {const} */ ([x.all(trace.x), y.all(trace.y)]);
+}
+
+/**
+ * The values of the point of a trace that is nearest.
+ *
+ * @param {Sheet} sheet
+ * @param {Points & Trace} trace
+ * @param {number} px
+ * @param {number} py
+ */
+function nearPoint(sheet, trace, px, py) {
+  const { x, y } = sheet.axes;
+  const hit = nearestOf(...placed(sheet, trace), px, py);
+  return hit && { ...hit, words: saying(trace, named(x, Number(trace.x[hit.index])), named(y, Number(trace.y[hit.index]))) };
+}
+
+/**
+ * How a line of a lesson looks.
+ *
+ * @param {{ink: string, dashed: boolean}} trace
+ */
+function look({ ink, dashed }) {
+  return { ink, ...LOOKS[ink], ...(dashed && { dash: DASHED }) };
+}
+
+/**
+ * What lies between two lines, such as two standard deviations around an estimate; it is read by the line in it.
+ *
+ * @type {Kind<Band>}
+ */
+const band = {
+  over: 0,
+  paint: (sheet, { x, low, high, ink, opacity }) =>
+    fill(sheet, pathBetween(sheet.x.all(x), sheet.y.all(low), sheet.y.all(high)), ink, opacity),
+  sample: (trace) => ({ ...trace, x: [0, 1], low: [0, 0], high: [1, 1] }),
+};
+
+/**
+ * Bars at 0, 1, 2, ... of the axis that has names; or lying end to end, as shares of a whole.
+ *
+ * @type {Kind<Bars>}
+ */
+const bars = {
+  over: 0,
+  paint(sheet, trace, alike) {
+    const outlines = new Path2D();
+    laid(sheet, trace, alike).forEach(({ left, top, width, height, index }) => {
+      const path = new Path2D();
+      path.rect(left, top, width, height);
+      fill(sheet, path, trace.ink, trace.stacked ? SHADES[index % SHADES.length] : 0.6);
+      outlines.addPath(path);
+    });
+    stroke(sheet, outlines, { ink: trace.ink, width: 1 });
+  },
+  near(sheet, trace, px, py, alike) {
+    const isIn = (/** @type {Bar} */ { left, top, width, height }) => px >= left && px <= left + width && py >= top && py <= top + height;
+    const hit = laid(sheet, trace, alike).find(isIn);
+    if (hit === undefined) return null;
+    const { x, y } = sheet.axes;
+    const [place, amount] = isLying(sheet) ? [y, x] : [x, y];
+    const words = trace.stacked
+      ? saying(trace, `number ${hit.index + 1}`, written(Number(hit.value.toPrecision(3))))
+      : saying(trace, valueOn(place, hit.index), named(amount, hit.value));
+    return { distance: REACH * sheet.unit, x: hit.left + hit.width / 2, y: hit.top, words };
+  },
+  sample: (trace) => ({ ...trace, heights: trace.stacked ? [0.45, 0.3, 0.25] : [0.9, 0.5] }),
+};
+
+/** @typedef {{left: number, top: number, width: number, height: number, value: number, index: number}} Bar px */
+
+/**
+ * Where each bar lies, beside those of the panel's other traces of bars.
+ *
+ * @param {Sheet} sheet
+ * @param {Bars} trace
+ * @param {readonly Trace[]} alike
+ * @returns {Bar[]}
+ */
+function laid(sheet, trace, alike) {
+  const beside = alike.filter((each) => each.kind === "bars" && each.stacked === trace.stacked);
+  const [which, count] = [Math.max(0, beside.indexOf(trace)), Math.max(1, beside.length)];
+  const isFlat = trace.stacked || isLying(sheet);
+  const [along, up] = isFlat ? [sheet.y, sheet.x] : [sheet.x, sheet.y];
+  let before = trace.stacked ? 0 : up.ground;
+  return trace.heights.flatMap((height, index) => {
+    if (height === null && !trace.stacked) return [];
+    const value = height ?? 0;
+    const [from, to] = trace.stacked ? stackEnds(sheet, which) : [0, 1].map((end) => index - WIDE / 2 + (WIDE * (which + end)) / count);
+    const across = [along.at(from), along.at(to)].sort((one, other) => one - other);
+    const upwards = [up.at(before), up.at(trace.stacked ? before + value : value)].sort((one, other) => one - other);
+    if (trace.stacked) before += value;
+    const [[left, right], [top, bottom]] = isFlat ? [upwards, across] : [across, upwards];
+    return [{ left, top, width: right - left, height: bottom - top, value, index }];
+  });
+}
+
+/**
+ * From where to where a stack lies upwards.
+ *
+ * @param {Sheet} sheet
+ * @param {number} which
+ */
+function stackEnds({ axes }, which) {
+  return axes.y.names.length ? [which - WIDE / 2, which + WIDE / 2] : [0, 1];
+}
+
+/** @param {Sheet} sheet */
+function isLying({ axes }) {
+  return axes.y.names.length > 0 && axes.x.names.length === 0;
+}
+
+/**
+ * A line through points, with a shaded area below a part of it.
+ *
+ * @type {Kind<Curve>}
+ */
+const curve = {
+  over: 1,
+  paint(sheet, trace) {
+    const [x, y] = placed(sheet, trace);
+    if (trace.area !== null) {
+      const [left, right] = trace.area.map((value) => sheet.x.at(value)).sort((one, other) => one - other);
+      const ground = new Float64Array(x.length).fill(sheet.y.at(sheet.y.ground));
+      const below = { pen: sheet.pen, box: { ...sheet.box, left, width: right - left } };
+      within(below, 0, () => fill(sheet, pathBetween(x, ground, y), trace.ink, SHADE));
+    }
+    stroke(sheet, pathThrough(x, y), look(trace));
+  },
+  near(sheet, trace, px, py) {
+    const hit = nearestOn(...placed(sheet, trace), px, py);
+    const { x, y, axes } = sheet;
+    return hit && { ...hit, words: saying(trace, named(axes.x, x.value(hit.x)), named(axes.y, y.value(hit.y))) };
+  },
+  sample: (trace) => ({ ...trace, x: [0, 1], y: [0.5, 0.5], area: trace.area && [0, 1] }),
+};
+
+/**
+ * Adjoining bars over intervals.
+ *
+ * @type {Kind<Histogram>}
+ */
+const histogram = {
+  over: 1,
+  paint(sheet, { edges, heights, ink }) {
+    const [x, y] = [sheet.x.all(edges), sheet.y.all(heights)];
+    const ground = sheet.y.at(sheet.y.ground);
+    const [areas, outline] = [new Path2D(), new Path2D()];
+    heights.forEach((_, index) => {
+      if (!Number.isFinite(y[index])) return;
+      areas.rect(x[index], y[index], x[index + 1] - x[index], ground - y[index]);
+      const before = Number.isFinite(y[index - 1]) ? y[index - 1] : ground;
+      outline.moveTo(x[index], Math.max(before, ground));
+      outline.lineTo(x[index], y[index]);
+      outline.lineTo(x[index + 1], y[index]);
+      outline.lineTo(x[index + 1], ground);
+    });
+    fill(sheet, areas, ink, SHADE);
+    stroke(sheet, outline, { ink, width: 1 });
+  },
+  near(sheet, trace, px, py) {
+    const { edges, heights } = trace;
+    const ground = sheet.y.at(sheet.y.ground);
+    const index = heights.findIndex((height, bar) => {
+      const [left, right, top] = [sheet.x.at(edges[bar]), sheet.x.at(edges[bar + 1]), sheet.y.at(height)];
+      return px >= left && px < right && py >= Math.min(top, ground) && py <= Math.max(top, ground);
+    });
+    const [height, from, to] = [heights[index], edges[index], edges[index + 1]];
+    if (index < 0 || height === null || from === null || to === null) return null;
+    const { x, y } = sheet.axes;
+    const words = saying(trace, `${x.title} ${valueOn(x, from)} to ${valueOn(x, to)}`.trim(), named(y, height));
+    return { distance: REACH * sheet.unit, x: sheet.x.at((from + to) / 2), y: sheet.y.at(height), words };
+  },
+  sample: (trace) => ({ ...trace, edges: [0, 1 / 3, 2 / 3, 1], heights: [0.4, 1, 0.7] }),
+};
+
+/**
+ * A line through points, in a colour and of a width of its own: one of many in a plot that grows.
+ *
+ * @type {Kind<Line>}
+ */
+const line = {
+  over: 1,
+  paint: (sheet, trace) => stroke(sheet, pathThrough(...placed(sheet, trace)), { ...trace, dash: trace.dashed ? DASHED : [] }),
+  near(sheet, trace, px, py) {
+    const hit = trace.said === "" ? null : nearestOf(...placed(sheet, trace), px, py);
+    return hit && { ...hit, words: `frame ${Math.round(trace.x[hit.index])} · ${told(trace, hit.index)}` };
+  },
+  sample: (trace) => ({ ...trace, x: [0, 1], y: [0.5, 0.5] }),
+};
+
+/**
+ * A line over the frames, which says nothing when it is pointed at if no words are given.
+ *
+ * @param {Partial<Line> & Pick<Line, "y"|"ink"|"width">} trace
+ * @returns {Line}
+ */
+export function lineOver(trace) {
+  return { kind: "line", title: "", name: "", said: "", unit: "", ...trace, x: trace.x ?? [...trace.y.keys()] };
+}
+
+/**
+ * "error 3.142 px": a value of a line in words.
+ *
+ * @param {Line} line
+ * @param {number} index
+ */
+export function told({ y, values = y, said, unit }, index) {
+  return `${said} ${VALUE.format(values[index]).replace("-", "−")} ${unit}`.trim();
+}
+
+/**
+ * Discs as opaque as they say, or rings around what is chosen. What a node means is said beside the plot.
+ *
+ * @type {Kind<Nodes>}
+ */
+const nodes = {
+  over: 7,
+  paint: (sheet, trace) =>
+    points(sheet, ...placed(sheet, trace), { ...trace, radius: (trace.size_px / 2) * sheet.unit, shape: trace.ring ? "ring" : "disc" }),
+};
+
+/**
+ * A line across the panel at a value.
+ *
+ * @type {Kind<Rule>}
+ */
+const rule = {
+  over: 1,
+  paint(sheet, trace) {
+    const { left, top, width, height } = sheet.box;
+    const at = sheet[trace.along].at(trace.at);
+    const path = new Path2D();
+    path.moveTo(...(trace.along === "x" ? /** @type {const} */ ([at, top]) : /** @type {const} */ ([left, at])));
+    path.lineTo(...(trace.along === "x" ? /** @type {const} */ ([at, top + height]) : /** @type {const} */ ([left + width, at])));
+    stroke(sheet, path, look(trace));
+  },
+  near(sheet, trace, px, py) {
+    const at = sheet[trace.along].at(trace.at);
+    const [x, y] = trace.along === "x" ? [at, py] : [px, at];
+    return { x, y, distance: Math.hypot(x - px, y - py), words: saying(trace, named(sheet.axes[trace.along], trace.at)) };
+  },
+  sample: (trace) => ({ ...trace, at: 0.5 }),
+};
+
+/** @type {Kind<Scatter>} */
+const scatter = {
+  over: 6,
+  paint(sheet, { x, y, ink, size_px: size }) {
+    const opacity = Math.max(CROWDED_OPACITY, Math.min(1, Math.sqrt(CROWDED / x.length)));
+    points(sheet, sheet.x.held(x), sheet.y.held(y), { ink, opacity, radius: (size / 2) * sheet.unit });
+  },
+  near: nearPoint,
+  sample: (trace) => ({ ...trace, x: [0.2, 0.5, 0.8], y: [0.3, 0.7, 0.4], size_px: Math.min(Math.max(5, trace.size_px), 7) }),
+};
+
+/**
+ * Lines from point to point, each as opaque as it says: hypotheses from frame to frame. They are read at their nodes.
+ *
+ * @type {Kind<Segments>}
+ */
+const segments = {
+  over: 1,
+  paint: (sheet, { x0, y0, x1, y1, opacity, ink, width = 1.8 }) =>
+    links(sheet, [sheet.x.all(x0), sheet.y.all(y0), sheet.x.all(x1), sheet.y.all(y1)], { ink, width, opacity }),
+};
+
+/**
+ * @param {Sheet} sheet
+ * @param {readonly Float64Array[]} places From where to where each leads, px.
+ * @param {{ink: string, width: number, opacity: readonly number[]}} look
+ */
+function links(sheet, [left, top, right, bottom], { ink, width, opacity }) {
+  const paths = byOpacity(left.length, opacity, (index, path) => {
+    if (!Number.isFinite(left[index] + top[index] + right[index] + bottom[index])) return;
+    path.moveTo(left[index], top[index]);
+    path.lineTo(right[index], bottom[index]);
+  });
+  for (const [share, path] of paths) stroke(sheet, path, { ink, width, opacity: share });
+}
+
+/**
+ * Intervals in which something held, shaded behind what is drawn.
+ *
+ * @type {Kind<Spans>}
+ */
+const spans = {
+  over: 0,
+  paint(sheet, { intervals, ink, opacity }) {
+    const { box, x, y } = sheet;
+    const path = new Path2D();
+    for (const { first, last, low, high } of intervals) {
+      const [left, right] = [x.at(first), x.at(last)];
+      const [top, bottom] = low === undefined || high === undefined ? [box.top, box.top + box.height] : [y.at(low), y.at(high)];
+      path.rect(left, Math.min(top, bottom), Math.max(1, right - left), Math.abs(bottom - top));
+    }
+    fill(sheet, path, ink, opacity);
+  },
+  sample: (trace) => ({ ...trace, intervals: [{ first: 0, last: 1 }] }),
+};
+
+/**
+ * Lines from the ground up to points.
+ *
+ * @type {Kind<Stems>}
+ */
+const stems = {
+  over: 4,
+  paint(sheet, { x: along, y: up, ink }) {
+    const [x, y] = [sheet.x.held(along), sheet.y.all(up)];
+    const ground = sheet.y.at(sheet.y.ground);
+    const path = new Path2D();
+    x.forEach((at, index) => {
+      path.moveTo(at, ground);
+      path.lineTo(at, y[index]);
+    });
+    stroke(sheet, path, { ink, width: 1 });
+    points(sheet, x, y, { ink, radius: (x.length > MOST_HEADS ? HEAD / 2 : HEAD) * sheet.unit });
+  },
+  near: nearPoint,
+  sample: (trace) => ({ ...trace, x: [0.2, 0.5, 0.8], y: [0.5, 0.85, 0.35] }),
+};
+
+/**
+ * A value over steps of time: a line with a dot at each step.
+ *
+ * @type {Kind<StripChart>}
+ */
+const stripChart = {
+  over: 4,
+  paint(sheet, trace) {
+    const [x, y] = placed(sheet, trace);
+    const { ink } = trace;
+    stroke(sheet, pathThrough(x, y), { ink, width: 1.5 });
+    if (x.length * APART * sheet.unit <= sheet.box.width * 2) points(sheet, x, y, { ink, radius: HEAD * sheet.unit });
+  },
+  near: nearPoint,
+  sample: (trace) => ({ ...trace, x: [0.1, 0.5, 0.9], y: [0.3, 0.7, 0.5] }),
+};
+
+/**
+ * Who descends from whom: generations to the right, a line from each particle to its parent.
+ *
+ * @type {Kind<Tree>}
+ */
+const tree = {
+  over: 4,
+  paint(sheet, { parents, weights, ink }) {
+    const all = parents.flatMap((row, generation) =>
+      row.map((parent, particle) => ({ generation, particle, parent, weight: weights[generation]?.[particle] ?? 0 })),
+    );
+    const opacity = all.map(({ weight }) => FAINTEST + (1 - FAINTEST) * Math.min(Math.max(weight, 0), 1));
+    const [x, y] = [sheet.x.all(all.map(({ generation }) => generation)), sheet.y.all(all.map(({ particle }) => particle))];
+    const [before, above] = [sheet.x.all(all.map(({ generation }) => generation - 1)), sheet.y.all(all.map(({ parent }) => parent))];
+    links(sheet, [before, above, x, y], { ink, width: 1.25, opacity });
+    points(sheet, x, y, { ink, opacity, radius: Math.min(NODE * sheet.unit, Math.abs(sheet.y.at(1) - sheet.y.at(0)) * 0.4), shape: "disc" });
+  },
+  near(sheet, trace, px, py) {
+    const generation = Math.round(sheet.x.value(px));
+    const parents = trace.parents[generation];
+    if (parents === undefined) return null;
+    const rows = Float64Array.from(parents.keys(), (row) => sheet.y.at(row));
+    const hit = nearestOf(rows.map(() => sheet.x.at(generation)), rows, px, py);
+    if (hit === null) return null;
+    const parent = parents[hit.index];
+    const descent = parent === null ? "" : `child of ${parent + 1}`;
+    return { ...hit, words: saying(trace, `particle ${hit.index + 1} of generation ${generation}`, descent) };
+  },
+  sample: (trace) => ({ ...trace, parents: [[null, null], [0, 0]], weights: [[1, 0], [1, 1]] }),
+};
+
+/**
+ * The kind of a trace, which is given that kind only.
+ *
+ * @type {Record<Trace["kind"], Kind<Trace>>}
+ */
+export const KINDS = {
+  ...{ band, bars, curve, "heat map": heatMap, histogram, line, nodes, rule },
+  ...{ scatter, segments, spans, stems, "strip chart": stripChart, tree },
+};
+
+/**
+ * The place of a line that is nearest to a pointer.
+ *
+ * @param {Float64Array} x px
+ * @param {Float64Array} y px
+ * @param {number} px
+ * @param {number} py
+ * @returns {{x: number, y: number, distance: number}|null}
+ */
+export function nearestOn(x, y, px, py) {
+  /** @type {{x: number, y: number, distance: number}|null} */
+  let nearest = null;
+  for (let index = 0; index + 1 < x.length; index += 1) {
+    const [dx, dy] = [x[index + 1] - x[index], y[index + 1] - y[index]];
+    const along = ((px - x[index]) * dx + (py - y[index]) * dy) / (dx * dx + dy * dy || 1);
+    const share = Math.min(Math.max(along, 0), 1);
+    const [atX, atY] = [x[index] + share * dx, y[index] + share * dy];
+    const distance = Math.hypot(atX - px, atY - py);
+    if (distance < (nearest?.distance ?? Infinity)) nearest = { x: atX, y: atY, distance };
+  }
+  return nearest;
+}
+
+/**
+ * The point that is nearest to a pointer.
+ *
+ * @param {Float64Array} x px
+ * @param {Float64Array} y px
+ * @param {number} px
+ * @param {number} py
+ * @returns {{x: number, y: number, distance: number, index: number}|null}
+ */
+export function nearestOf(x, y, px, py) {
+  let [found, least] = [-1, Infinity];
+  for (let index = 0; index < x.length; index += 1) {
+    const squared = (x[index] - px) ** 2 + (y[index] - py) ** 2;
+    if (squared < least) [found, least] = [index, squared];
+  }
+  return found < 0 ? null : { x: x[found], y: y[found], distance: Math.sqrt(least), index: found };
+}
