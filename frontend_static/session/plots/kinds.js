@@ -47,7 +47,7 @@ const HIGHEST = 105;
 const [NODE_PX, RING_PX] = [8, 14];
 const isLost = () => shades("lost", 0.16, isGone, { word: "lost" });
 /** Of the active branch, said where the band is drawn. */
-const DOUBTS = /** @type {Record<string, string>} */ ({ overconfident: "band too narrow", underconfident: "band too wide" });
+const DOUBTS = /** @type {Record<string, string>} */ ({ overconfident: "too narrow", underconfident: "too wide" });
 
 /** @type {Make} */
 function error(plot, { unit }) {
