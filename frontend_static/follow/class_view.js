@@ -6,19 +6,17 @@ import { Numbers } from "../learn/numbers.js";
 import { mount } from "../session/mount.js";
 import { SessionStart } from "../session/session_start.js";
 import { sessionTitle } from "../session/timeline.js";
-import { elementOf, fill, h as element, setText } from "../shared/dom.js";
+import { elementOf, fill, h as element } from "../shared/dom.js";
 import { FigureView } from "../shared/figure/figure.js";
 import { Made } from "../shared/page.js";
-import { coalesce } from "../shared/timing.js";
-import { computed, effect, h, html, signal, untracked, useComputed, useEffect, useLayoutEffect, useRef, useSignal } from "../vendor/preact.js";
+import { computed, effect, h, html, untracked, useComputed, useEffect, useLayoutEffect, useRef, useSignal } from "../vendor/preact.js";
 import { InForce, ofLesson, ofSession } from "./in_force.js";
 
 /** @import { Told } from "../compare/compare.js" */
 /** @import { Mounted } from "../session/mount.js" */
 /** @import { Figure } from "../shared/figure/types.js" */
 /** @import { FigurePublic, FigureShown, FollowPublic, FollowedPublic, LessonDetail } from "../shared/messages.js" */
-/** @import { ReadonlySignal } from "../vendor/preact.js" */
-/** @import { Entry } from "./in_force.js" */
+/** @import { ReadonlySignal, Signal } from "../vendor/preact.js" */
 
 /** @typedef {{plots?: string[], layers?: string[]}} Arrangement Some of the plots, and layers that are shown beside those declared so. */
 /** @typedef {{views: readonly Mounted[], end: () => void}} Watched */
@@ -27,28 +25,28 @@ import { InForce, ofLesson, ofSession } from "./in_force.js";
  * @typedef {object} Props
  * @property {ReadonlySignal<FollowPublic|null>} follow
  * @property {ReadonlySignal<FigureShown|null>} figure That of the lesson that is shown.
- * @property {(views: readonly Mounted[]) => void} seen Called with the sessions that are shown.
+ * @property {Signal<readonly Mounted[]>} views The sessions that are shown, for the rest of the page.
  */
 
 /** @param {Props} props */
-export function ClassView({ follow, figure, seen }) {
+export function ClassView({ follow, figure, views }) {
   if (follow.value === null) return null;
   const { sessions, lesson, arrangement } = follow.value;
   // A comparison stays when more is known of its runs, or when they are arranged otherwise.
   const key = JSON.stringify([sessions.map(({ id }) => id), lesson, comparisonIn(follow.value)?.outline ?? arrangement]);
-  if (sessions.length > 0) return h(Sessions, { key, follow, seen });
+  if (sessions.length > 0) return h(Sessions, { key, follow, views });
   if (lesson !== null) return h(Lesson, { key, lesson, figure });
   return html`<p class="empty">The lecturer shows nothing at the moment. This page updates automatically.</p>`;
 }
 
-/** @param {Pick<Props, "follow"|"seen">} props */
-function Sessions({ follow, seen }) {
+/** @param {Pick<Props, "follow"|"views">} props */
+function Sessions({ follow, views }) {
   const place = useRef(/** @type {HTMLElement|null} */ (null));
   useLayoutEffect(() => {
     const watched = begin(/** @type {HTMLElement} */ (place.current), follow);
-    seen(watched.views);
+    views.value = watched.views;
     return () => {
-      seen([]);
+      views.value = [];
       watched.end();
     };
   }, []);
@@ -106,12 +104,8 @@ function whole(session, plots, layers) {
   const root = element("div", { class: "follow-one" });
   const start = new SessionStart(root, { session, layers, parts: ["scene", "branches", "plots", "readout"], view: "flat" });
   const view = mount(root, { start, plots, readOnly: true });
-  const entries = signal(/** @type {readonly Entry[]} */ ([]));
+  const entries = computed(() => (view.store.session === null ? [] : ofSession(view.store.session)));
   start.places.readout?.after(elementOf(h(InForce, { entries })));
-  const look = coalesce(() => {
-    if (view.store.session !== null) entries.value = ofSession(view.store.session);
-  }, view.signal);
-  view.store.on(["parameters", "tracker", "recipe"], look);
   return { element: root, view };
 }
 
@@ -120,13 +114,11 @@ function whole(session, plots, layers) {
  * @param {string[]} layers
  */
 function beside({ id, title }, layers) {
-  const caption = element("figcaption", {}, title);
   const place = element("div", { class: "follow-view" });
   const start = new SessionStart(place, { session: id, layers, parts: ["scene", "readout"], view: "flat" });
   const view = mount(place, { start, readOnly: true });
-  const { store } = view;
-  store.on(["tracker", "recipe"], () => store.session !== null && setText(caption, sessionTitle(store.session)));
-  return { element: element("figure", {}, caption, place), view };
+  const name = computed(() => (view.store.session === null ? title : sessionTitle(view.store.session)));
+  return { element: element("figure", {}, elementOf(html`<figcaption>${name}</figcaption>`), place), view };
 }
 
 /**

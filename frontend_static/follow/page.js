@@ -10,7 +10,7 @@ import { Notice } from "../shared/notice.js";
 import { Doing } from "../shared/page.js";
 import { socketAddress } from "../shared/socket.js";
 import { Stream } from "../shared/stream.js";
-import { coalesce, later } from "../shared/timing.js";
+import { later } from "../shared/timing.js";
 import { attempt } from "../shared/toast.js";
 import { computed, effect, h, html, render, signal } from "../vendor/preact.js";
 import { ClassView } from "./class_view.js";
@@ -33,9 +33,8 @@ const state = signal(/** @type {State} */ ({ is: "connecting" }));
 const follow = signal(/** @type {FollowPublic|null} */ (null));
 const mine = signal(/** @type {MinePublic} */ ({ fork: null, vote: null }));
 const figure = signal(/** @type {FigureShown|null} */ (null));
-/** The sessions that are shown, and where the first of them is. */
+/** The sessions that are shown. */
 const views = signal(/** @type {readonly Mounted[]} */ ([]));
-const position = signal("");
 const isLong = signal(false);
 /** Which answer was given to the poll, if any. */
 const answered = computed(() => {
@@ -87,19 +86,6 @@ async function vote(answer) {
   if (given !== undefined) mine.value = { ...mine.value, vote: given };
 }
 
-/** @param {readonly Mounted[]} shown */
-function seen(shown) {
-  views.value = shown;
-  for (const { store } of shown.slice(0, 1)) store.on(["position", "playing", "speed"], look);
-  look();
-}
-
-const look = coalesce(() => {
-  const session = views.value.at(0)?.store.session;
-  const playing = session?.playing && (session.speed === 0 ? "playing as fast as possible" : `playing ${speed(session.speed)}`);
-  position.value = session ? [`frame ${session.position} of ${session.frames}`, playing].filter(Boolean).join(" · ") : "";
-});
-
 /** All of the page. */
 function Follow() {
   const { is, sentence = "" } = state.value;
@@ -109,16 +95,25 @@ function Follow() {
     <header class="top">
       <span class="brand">pftrack</span>
       <h1>${follow.value?.title ?? "A class"}</h1>
-      <p class="following" data-state=${is}>${[WORDS[is], is === "open" && position.value].filter(Boolean).join(" · ")}</p>
+      ${h(FollowingLine, {})}
     </header>
     <main>${isThere ? h(Shown, {}) : h(Without, { isFull: is === "full", sentence })}</main>
     ${isThere && follow.value !== null && h(Foot, { follow: follow.value })}
   `;
 }
 
+/** That this page goes with the lecturer's, and where that is. */
+function FollowingLine() {
+  const { is } = state.value;
+  const session = is === "open" ? views.value.at(0)?.store.session : null;
+  const playing = session?.playing && (session.speed === 0 ? "playing as fast as possible" : `playing ${speed(session.speed)}`);
+  const position = session && `frame ${session.position} of ${session.frames}`;
+  return html`<p class="following" data-state=${is}>${[WORDS[is], position, playing].filter(Boolean).join(" · ")}</p>`;
+}
+
 function Shown() {
   if (follow.value === null) return isLong.value && html`<div class="follow-wait"><div class="shimmer"></div></div>`;
-  return h(ClassView, { follow, figure, seen });
+  return h(ClassView, { follow, figure, views });
 }
 
 /** @param {{isFull: boolean, sentence: string}} props Why there is nothing to be seen. */
