@@ -5,6 +5,9 @@ import { icon } from "./icons.js";
 
 /** @import { Child } from "./elements.js" */
 
+/** What the button of a form says by which something is done. */
+const DONE = "done";
+
 /**
  * Open a dialog.
  *
@@ -37,8 +40,6 @@ export function openDialog(title, body, { wide = false } = {}) {
   });
   document.body.append(element);
   element.showModal();
-  const first = element.querySelector("[autofocus]");
-  if (first instanceof HTMLElement) first.focus();
   return element;
 }
 
@@ -52,22 +53,11 @@ export function openDialog(title, body, { wide = false } = {}) {
  */
 export function confirmLoss({ title, text, action }) {
   return new Promise((resolve) => {
-    let answer = false;
-    const element = openDialog(title, (close) => [
+    const element = openDialog(title, () => [
       h("p", {}, text),
-      h(
-        "footer",
-        {},
-        h("button", { type: "button", autofocus: true, on: { click: close } }, "Keep"),
-        h("button", { type: "button", class: "danger", on: { click: () => accept(close) } }, action),
-      ),
+      h("form", { method: "dialog" }, h("footer", {}, h("button", { autofocus: true }, "Keep"), h("button", { value: DONE, class: "danger" }, action))),
     ]);
-    /** @param {() => void} close */
-    function accept(close) {
-      answer = true;
-      close();
-    }
-    element.addEventListener("close", () => resolve(answer));
+    element.addEventListener("close", () => resolve(element.returnValue === DONE));
   });
 }
 
@@ -81,22 +71,15 @@ export function confirmLoss({ title, text, action }) {
  */
 export function askName(title, name, action = "Rename") {
   return new Promise((resolve) => {
-    /** @type {string|null} */
-    let answer = null;
+    /** @type {HTMLInputElement} */
+    const field = h("input", { type: "text", id: "new-name", value: name, maxlength: 200, autofocus: true });
     const element = openDialog(title, (close) => {
-      /** @type {HTMLInputElement} */
-      const field = h("input", { type: "text", id: "new-name", value: name, maxlength: 200, autofocus: true });
-      const accept = (/** @type {Event} */ event) => {
-        event.preventDefault();
-        answer = field.value.trim() || null;
-        close();
-      };
-      const buttons = [h("button", { type: "button", on: { click: close } }, "Cancel"), h("button", { type: "submit", class: "primary" }, action)];
-      return [h("form", { method: "dialog", on: { submit: accept } }, h("label", { for: "new-name" }, "Name"), field, h("footer", {}, buttons))];
+      const cancel = h("button", { type: "button", on: { click: close } }, "Cancel");
+      const buttons = h("footer", {}, cancel, h("button", { type: "submit", value: DONE, class: "primary" }, action));
+      return [h("form", { method: "dialog" }, h("label", { for: "new-name" }, "Name"), field, buttons)];
     });
-    const field = element.querySelector("input");
-    field?.select();
-    element.addEventListener("close", () => resolve(answer));
+    field.select();
+    element.addEventListener("close", () => resolve((element.returnValue === DONE && field.value.trim()) || null));
   });
 }
 

@@ -6,9 +6,8 @@
 import { h } from "./dom.js";
 import { icon } from "./icons.js";
 
-/** Told before the page is printed; who listens adds what has to be waited for. */
-const PREPARED = "pftrack-print";
-const KEY = "p";
+/** @type {Set<() => Promise<unknown>>} What is done before the page is printed. */
+const preparing = new Set();
 
 /**
  * Call `prepare` before the page is printed.
@@ -17,14 +16,14 @@ const KEY = "p";
  * @param {AbortSignal} signal Until then.
  */
 export function beforePrinting(prepare, signal) {
-  const listen = (/** @type {Event} */ event) => /** @type {CustomEvent<Promise<unknown>[]>} */ (event).detail.push(prepare());
-  document.addEventListener(PREPARED, listen, { signal });
+  preparing.add(prepare);
+  signal.addEventListener("abort", () => preparing.delete(prepare));
 }
 
 /** Print the page; control and P do the same. */
 export function printButton() {
   document.addEventListener("keydown", (event) => {
-    if (event.key.toLowerCase() !== KEY || !(event.ctrlKey || event.metaKey) || event.altKey || event.shiftKey) return;
+    if (event.key.toLowerCase() !== "p" || !(event.ctrlKey || event.metaKey) || event.altKey || event.shiftKey) return;
     event.preventDefault();
     printPage();
   });
@@ -35,9 +34,6 @@ export function printButton() {
 }
 
 async function printPage() {
-  /** @type {Promise<unknown>[]} */
-  const waitFor = [];
-  document.dispatchEvent(new CustomEvent(PREPARED, { detail: waitFor }));
-  await Promise.allSettled(waitFor);
+  await Promise.allSettled([...preparing].map((prepare) => prepare()));
   globalThis.print();
 }

@@ -118,7 +118,7 @@ def asked_and_answered(lecturer: Lecturer, followers: list[Follower]) -> None:
     all_of(followers, lambda one: one.page.locator(".poll-answer").count() == 2, "the question is there")
     for one in (first, third):
         assert one.page.evaluate(COVERED) < 1 / 3
-    fits_phone(first)
+    fits(first.page)
     first.page.get_by_role("button", name="Yes").click()
     first.until(lambda: "You answered “Yes”" in first.text(".poll"), "the answer is taken")
     first.page.get_by_role("button", name="No").click()
@@ -195,10 +195,6 @@ def tried(lecturer: Lecturer, follower: Follower, server: Server) -> None:
     follower.until(
         lambda: follower.page.get_by_role("button", name="Try it yourself").is_enabled(), "the place is free"
     )
-
-
-def fits_phone(follower: Follower) -> None:
-    assert follower.page.evaluate("document.documentElement.scrollWidth") <= PHONE[0]
 
 
 def shown_a_lesson(lecturer: Lecturer, followers: list[Follower]) -> None:
