@@ -177,5 +177,5 @@ async function load() {
 }
 
 addEventListener("pageshow", (event) => event.persisted && location.reload());
-const unknown = { title: "There is no such lecture", action: { label: "All lectures", href: "lectures" } };
+const unknown = { title: "Lecture not found", action: { label: "All lectures", href: "lectures" } };
 showPage("lecture", "lectures", () => h(Loaded, { load, failed: "The lecture cannot be shown", unknown }));
