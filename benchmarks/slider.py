@@ -110,6 +110,7 @@ def in_scene(server: Server, browser: Any, repeats: int) -> dict[str, list[float
     page.goto(f"{server.url}/session/{session}?view=scene")
     scene = scene_of(page)
     until(scene, SEEN)
+    page.get_by_role("button", name="Scene panel").click()
     page.wait_for_timeout(3_000)
     scene.evaluate(WATCH % SCENE_PICTURE)
     row = scene.locator(".mantine-Flex-root").filter(has=scene.locator(f"label:text-matches('{LABEL}')")).first

@@ -1,91 +1,105 @@
-/**
- * Files: a button with lists of those that the run, or the frame that is shown, can be taken away as, and of those that can be
- * brought in as the value of a parameter.
- */
+/** The dialog of files: those that the run, or the frame that is shown, can be taken away as, and those that can be brought in. */
 
 import { api } from "../shared/api.js";
-import { fill, h } from "../shared/dom.js";
+import { openDialog } from "../shared/dialog.js";
+import { elementOf } from "../shared/dom.js";
 import { exportLists } from "../shared/exports.js";
-import { icon } from "../shared/icons.js";
+import { Made } from "../shared/page.js";
 import { attempt, toast } from "../shared/toast.js";
-import { popover } from "./popover.js";
-import { truthRow } from "./truth/truth_row.js";
+import { h, html, useEffect, useSignal } from "../vendor/preact.js";
+import { giveTruth } from "./truth/marking.js";
 
 /** @import { Declaration } from "../shared/messages.js" */
+/** @import { Mounted } from "./mount.js" */
 
 /** Bytes of a file that is not even sent: the server says what is wrong with smaller ones. */
 const LARGEST = 500_000;
 
-/** @param {import("./mount.js").Mounted} view */
-export function fileMenu(view) {
-  const { store } = view;
-  const label = h("span", { class: "wide-only" }, "Files");
-  const button = h("button", { type: "button", title: "Export or import files", "aria-label": "Files" }, icon("files"), label);
-  const away = exportLists((name, plot) => api.exportSession(store.known.id, name, plot));
-  const into = h("div", {});
-  const root = popover(button, h("section", {}, h("h2", {}, "Take away"), away.element), into);
-  root.hidden = true;
-  let shown = "";
-  let look = () => {};
-  // Truth may have been given meanwhile, here or elsewhere. The event does not bubble.
-  root.addEventListener("toggle", () => look(), { capture: true });
-  const draw = () => {
-    const { session } = store;
-    if (session === null) return;
-    const { id, exports, parameters, plots } = session;
-    const files = session.declarations.filter(({ kind }) => kind === "file");
-    const used = files.map(({ name }) => parameters[name] !== "");
-    const now = JSON.stringify([id, exports, files, used]);
-    if (now === shown) return;
-    shown = now;
-    const takesTruth = session.upload !== null && session.truth_columns.length > 0;
-    root.hidden = exports.length + files.length === 0;
-    away.draw(exports, plots);
-    const truth = takesTruth ? truthRow(view) : null;
-    const brought = [...(truth ? [truth.element] : []), ...files.map((one, place) => bringIn(id, one, used[place]))];
-    look = () => truth?.look();
-    fill(into, brought.length > 0 && part(brought));
+/** @param {Mounted} view */
+export function filesDialog(view) {
+  openDialog("Export and import", (close) => [elementOf(h(Files, { view, close }))], { wide: true });
+}
+
+/** @param {{view: Mounted, close: () => void}} props */
+function Files({ view, close }) {
+  const { id, exports, plots, declarations, parameters, upload, truth_columns: columns } = view.store.known;
+  const away = () => {
+    const lists = exportLists((name, plot) => api.exportSession(id, name, plot));
+    lists.draw(exports, plots);
+    return lists.element;
   };
-  store.on(["parameters"], draw);
-  return root;
+  const files = declarations.filter(({ kind }) => kind === "file");
+  const takesTruth = upload !== null && columns.length > 0;
+  const brought = html`<section>
+    <h3>Bring in</h3>
+    <ul class="menu-list">
+      ${takesTruth && h(Truth, { view, upload, close })}
+      ${files.map((declaration) => h(BringIn, { key: declaration.name, session: id, declaration, isUsed: parameters[declaration.name] !== "" }))}
+    </ul>
+  </section>`;
+  return html`<div class="files">
+    <section><h3>Take away</h3>${h(Made, { make: away })}</section>
+    ${(takesTruth || files.length > 0) && brought}
+  </div>`;
 }
 
-/** @param {HTMLElement[]} files */
-function part(files) {
-  return h("section", {}, h("h2", {}, "Bring in"), h("ul", { class: "menu-list" }, files));
-}
-
-/**
- * @param {string} session
- * @param {Declaration} declaration
- * @param {boolean} used Whether there is such a file already.
- */
-function bringIn(session, { name, title, description, accept }, used) {
+/** @param {{session: string, declaration: Declaration, isUsed: boolean}} props `isUsed` says whether there is such a file already. */
+function BringIn({ session, declaration: { name, title, description, accept }, isUsed }) {
   const use = async (/** @type {string} */ text, /** @type {string} */ words) => {
     await api.command(session, { kind: "change", values: { [name]: text } });
     const run = () => attempt(() => api.command(session, { kind: "restart" }));
     toast(`${words} from the next frame on`, { action: { label: "Begin again", run } });
   };
-  const send = async () => {
+  const send = async (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget: input }) => {
     const file = input.files?.[0];
-    input.value = "";
     if (!file) return;
-    if (file.size > LARGEST) {
-      toast(`${file.name} is too large for this kind of file`, { kind: "error" });
-      return;
-    }
     const text = await file.text();
-    if (text.trim() === "") {
-      toast(`${file.name} is empty`, { kind: "error" }); // which as a value would mean that there is no file
-      return;
-    }
-    await attempt(async () => use(text, `${file.name} is used`));
+    input.value = "";
+    if (file.size > LARGEST) toast(`${file.name} is too large for this kind of file`, { kind: "error" });
+    // An empty text as a value would mean that there is no file.
+    else if (text.trim() === "") toast(`${file.name} is empty`, { kind: "error" });
+    else await attempt(() => use(text, `${file.name} is used`));
   };
   const drop = () => attempt(() => use("", "The file is no longer used"));
-  /** @type {HTMLInputElement} */
-  const input = h("input", { type: "file", accept, class: "visually-hidden", "aria-label": title, data: { file: name }, on: { change: send } });
-  const choose = h("label", { class: "button quiet grow", title: description }, `${title}…`, used && h("span", { class: "hint" }, "in use"), input);
-  const without = `Stop using this file: ${title}`;
-  const remove = used && h("button", { type: "button", class: "quiet", title: without, data: { drop: name }, on: { click: drop } }, "Remove");
-  return h("li", {}, choose, remove);
+  return html`<li>
+    <label class="button quiet grow" title=${description}>
+      ${title}…${isUsed && html`<span class="hint">in use</span>`}
+      <input type="file" accept=${accept} class="visually-hidden" aria-label=${title} data-file=${name} onChange=${send} />
+    </label>
+    ${isUsed && html`<button type="button" class="quiet" title=${`Stop using this file: ${title}`} data-drop=${name} onClick=${drop}>Remove</button>`}
+  </li>`;
+}
+
+/**
+ * Truth of a recording: bringing it in, marking it in the pictures, and taking away what is known.
+ *
+ * @param {{view: Mounted, upload: string, close: () => void}} props
+ */
+function Truth({ view, upload, close }) {
+  const { id, recipe, truth_columns: columns, truth_mark: mark } = view.store.known;
+  const isKnown = useSignal(false);
+  const look = async () => {
+    isKnown.value = (await api.truth(upload, recipe.experiment).catch(() => null)) !== null;
+  };
+  useEffect(() => void look(), []);
+  const send = async (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget: input }) => {
+    const files = [...(input.files ?? [])];
+    input.value = "";
+    if (files.length > 0 && (await giveTruth(id, files))) await look();
+  };
+  const start = async () => {
+    close();
+    (await import("./truth/marking.js")).markTruth(view);
+  };
+  const address = api.truthAddress(upload, recipe.experiment);
+  const known = html`<a class="button quiet" download title="The truth that is known, CSV" data-role="known-truth" href=${address}>Download</a>`;
+  const words = `A table, CSV, with the columns ${columns.join(", ")}; frames count from 0 in the recording`;
+  return html`<li>
+    <label class="button quiet grow" title=${words}>
+      Truth, CSV…
+      <input type="file" accept=".csv,.txt,.xml,.json,text/csv" class="visually-hidden" aria-label="Truth" data-file="truth" onChange=${send} />
+    </label>
+    ${mark && html`<button type="button" class="quiet" title="Mark the target in the pictures (T)" data-role="mark-truth" onClick=${start}>Mark…</button>`}
+    ${isKnown.value && known}
+  </li>`;
 }

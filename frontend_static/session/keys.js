@@ -4,6 +4,9 @@
 
 import { dialogIsOpen } from "../shared/dialog.js";
 
+/** @typedef {keyof Actions|((actions: Partial<Actions>, isShifted: boolean) => void)} Act */
+/** @typedef {{keys: string, what: string, acts?: Record<string, Act>}} Line What the help shows, and what is done. */
+
 /**
  * @typedef {object} Actions
  * @property {() => void} toggle
@@ -33,41 +36,40 @@ import { dialogIsOpen } from "../shared/dialog.js";
  */
 const listening = new Set();
 
-/** @type {[keys: string, what: string][]} What the help shows. */
+/** @type {Line[]} */
 export const HELP = [
-  ["space", "Play or pause"],
-  ["← →", "One frame back or forward"],
-  ["shift ← →", "Ten frames back or forward"],
-  ["home end", "First frame, newest frame"],
-  ["L", "Go to before the loss"],
-  ["E", "Go to the next event, such as an identity switch; with shift, to the one before"],
-  ["W", "Why was it lost?"],
-  ["B", "Bookmark this frame"],
-  ["N", "Branch from this frame; in a lecture, the next item"],
-  ["I", "Look into the frame: likelihood, particles, ancestors; again to stop"],
-  ["C", "Compare this run with others"],
-  ["[ ]", "Slower, faster"],
-  ["P", "List the presets"],
-  ["T", "On a recording: mark where the target truly is"],
-  ["+ - 0", "In the plots: zoom in at this frame, zoom out, show all; also Ctrl with the wheel"],
-  ["F", "Present in large type; escape ends it"],
-  ["pageup pagedown", "In a lecture: the item before, the next one"],
-  ["?", "This help"],
+  { keys: "space", what: "Play or pause", acts: { " ": "toggle" } },
+  {
+    keys: "← →",
+    what: "One frame back or forward",
+    acts: { ArrowLeft: (on, isFar) => (isFar ? on.jump?.(-10) : on.step?.(-1)), ArrowRight: (on, isFar) => (isFar ? on.jump?.(10) : on.step?.(1)) },
+  },
+  { keys: "shift ← →", what: "Ten frames back or forward" },
+  { keys: "home end", what: "First frame, newest frame", acts: { Home: "first", End: "newest" } },
+  { keys: "L", what: "Go to before the loss", acts: { l: "beforeLoss" } },
+  {
+    keys: "E",
+    what: "Go to the next event, such as an identity switch; with shift, to the one before",
+    acts: { e: (on, isBack) => on.event?.(isBack ? -1 : 1) },
+  },
+  { keys: "W", what: "Why was it lost?", acts: { w: "why" } },
+  { keys: "B", what: "Bookmark this frame", acts: { b: "bookmark" } },
+  { keys: "N", what: "Branch from this frame; in a lecture, the next item", acts: { n: "branch" } },
+  { keys: "I", what: "Look into the frame: likelihood, particles, ancestors; again to stop", acts: { i: "inspect" } },
+  { keys: "C", what: "Compare this run with others", acts: { c: "compare", d: "difference" } },
+  { keys: "[ ]", what: "Slower, faster", acts: { "[": (on) => on.faster?.(-1), "]": (on) => on.faster?.(1) } },
+  { keys: "P", what: "List the presets", acts: { p: "presets" } },
+  { keys: "T", what: "On a recording: mark where the target truly is", acts: { t: "truth" } },
+  { keys: "+ - 0", what: "In the plots: zoom in at this frame, zoom out, show all; also Ctrl with the wheel" },
+  { keys: "F", what: "Present in large type; escape ends it", acts: { f: "present" } },
+  { keys: "pageup pagedown", what: "In a lecture: the item before, the next one" },
+  { keys: "F1", what: "What the control does that has the focus" },
+  { keys: "Ctrl K", what: "Find anything: commands, parameters, presets, lessons, runs" },
+  { keys: "?", what: "This help", acts: { "?": "help" } },
 ];
 
-/** @type {Readonly<Record<string, "present"|"bookmark"|"branch"|"inspect"|"compare"|"difference"|"beforeLoss"|"presets"|"truth"|"why">>} */
-const LETTERS = {
-  b: "bookmark",
-  c: "compare",
-  d: "difference",
-  f: "present",
-  i: "inspect",
-  l: "beforeLoss",
-  n: "branch",
-  p: "presets",
-  t: "truth",
-  w: "why",
-};
+/** @type {Record<string, Act>} By what the keyboard calls the key. */
+const ACTS = Object.assign({}, ...HELP.map(({ acts }) => acts));
 
 /**
  * What moves through a run.
@@ -124,29 +126,8 @@ export function listen(element, actions, signal) {
  * @returns {(() => void)|undefined}
  */
 function find(actions, key, shiftKey) {
-  switch (key) {
-    case " ":
-      return actions.toggle;
-    case "ArrowLeft":
-      return () => (shiftKey ? actions.jump?.(-10) : actions.step?.(-1));
-    case "ArrowRight":
-      return () => (shiftKey ? actions.jump?.(10) : actions.step?.(1));
-    case "Home":
-      return actions.first;
-    case "End":
-      return actions.newest;
-    case "[":
-      return () => actions.faster?.(-1);
-    case "]":
-      return () => actions.faster?.(1);
-    case "?":
-      return actions.help;
-    default:
-      break;
-  }
-  const letter = key.toLowerCase();
-  if (letter === "e") return () => actions.event?.(shiftKey ? -1 : 1);
-  return LETTERS[letter] === undefined ? undefined : actions[LETTERS[letter]];
+  const act = ACTS[key.length === 1 ? key.toLowerCase() : key];
+  return typeof act === "function" ? () => act(actions, shiftKey) : /** @type {() => void} */ (actions[act]);
 }
 
 /**

@@ -5,21 +5,22 @@ import { fill, h } from "../shared/dom.js";
 /** @import { Properties } from "../shared/elements.js" */
 
 /** @typedef {"scene"|"panel"|"branches"|"inspection"|"why"|"plots"|"readout"|"transport"|"scrubber"} Part */
+/** @typedef {Partial<Record<Part|"status", HTMLElement>>} Places Beside a panel the line on how it goes stands above the plots. */
 
 /** @type {readonly Part[]} */
 export const PARTS = ["scene", "panel", "branches", "inspection", "why", "plots", "readout", "transport", "scrubber"];
 
 /**
- * Make a place for each part. What is not asked for takes no room. A panel stands in the scene, where there is one.
+ * Make a place for each part. What is not asked for takes no room.
  *
  * @param {HTMLElement} element Loses what it held.
  * @param {readonly Part[]} parts
- * @returns {Partial<Record<Part, HTMLElement>>}
+ * @returns {Places}
  */
 export function arrange(element, parts) {
   const unknown = parts.filter((part) => !PARTS.includes(part));
   if (unknown.length > 0) throw new Error(`A session has the parts ${PARTS.join(", ")}, and no ${unknown.join(", ")}`);
-  /** @type {Partial<Record<Part, HTMLElement>>} */
+  /** @type {Places} */
   const places = {};
   /** @param {Part} part @param {"section"|"nav"|"div"} tag @param {Properties} properties */
   const place = (part, tag, properties) => {
@@ -30,8 +31,11 @@ export function arrange(element, parts) {
   const around = element.dataset.within ?? element.closest("section[aria-label]")?.getAttribute("aria-label");
   const named = (/** @type {string} */ label) => (around ? `${around}: ${label.toLowerCase()}` : label);
   const scene = place("scene", "section", { class: "scene", "aria-label": named("Scene") });
+  const panel = place("panel", "section", { class: "controls", "aria-label": named("Parameters") });
+  if (panel && parts.includes("readout")) places.status = h("section", { class: "status", "aria-label": named("This frame") });
   const side = [
-    scene ? null : place("panel", "section", { class: "controls standing", "aria-label": named("Parameters") }),
+    panel,
+    places.status ?? null,
     place("branches", "nav", { class: "branches", "aria-label": named("Branches"), hidden: true }),
     place("inspection", "section", { class: "inspection", "aria-label": named("Look into the frame") }),
     place("why", "section", { class: "why", "aria-label": named("Why the target was lost") }),

@@ -5,38 +5,51 @@
 
 import { START } from "../shared/address.js";
 import { api, messageOf, statusOf } from "../shared/api.js";
-import { fill } from "../shared/dom.js";
-import { iconButton } from "../shared/icons.js";
+import { fill, h as made } from "../shared/dom.js";
+import { remember, remembered } from "../shared/memory.js";
 import { isParticipant } from "../shared/participant.js";
 import { notice } from "../shared/notice.js";
 import { toast } from "../shared/toast.js";
-import { bookmarkMenu } from "./bookmarks.js";
-import { branchDialog, branchLegend } from "./branches.js";
-import { Commands } from "./commands.js";
-import { Layers } from "./flat/layers.js";
-import { fileMenu } from "./files.js";
+import { h, html, options as drawing, render } from "../vendor/preact.js";
+import { Commands } from "./steering.js";
 import { Inspection, Inspector } from "./inspect/inspector.js";
 import { listen, moves } from "./keys.js";
 import { Panel } from "./panel/panel.js";
 import { plots } from "./plots/plots.js";
-import { readout } from "./readout.js";
+import { Branches, Folded, Numbers, Status } from "./readout.js";
+import { SceneNotes } from "./scene_notes.js";
 import { Scrubber } from "./scrubber/scrubber.js";
 import { SessionStart } from "./session_start.js";
 import { SessionStream } from "./session_stream.js";
 import { Steering } from "./steering.js";
 import { Store } from "./store.js";
-import { transport } from "./transport.js";
+import { Bookmarks, transport } from "./transport.js";
 import { Loss } from "./why/loss.js";
 import { LostCard } from "./why/lost_card.js";
-import { OtherSeeds } from "./why/other_seeds.js";
 import { Beside, WhyButton } from "./why/why.js";
-import { markTruth } from "./truth/marking.js";
-import { h, render } from "../vendor/preact.js";
 
+// Components are drawn with the next frame of the display, together with the picture that their numbers belong to.
+drawing.debounceRendering = (draw) => requestAnimationFrame(draw);
+
+/** The experiments that were seen in this browser: the first time they play slowly. */
+const SEEN = "pftrack-seen";
 const WAY = isParticipant ? { label: "Back to the class", href: START } : { label: "Back to the experiments", href: START };
 const KEPT = isParticipant ? "" : "Runs that you saved are in My work.";
 
+/**
+ * Whether an experiment is seen for the first time in this browser; it is remembered from then on.
+ *
+ * @param {string} experiment
+ */
+function isFirstVisit(experiment) {
+  const seen = (remembered(SEEN) ?? "").split(" ");
+  if (seen.includes(experiment)) return false;
+  remember(SEEN, [...seen, experiment].join(" ").trim());
+  return true;
+}
+
 /** @import { NewSession } from "../shared/share_link.js" */
+/** @import { Child } from "../vendor/preact.js" */
 
 /**
  * @typedef {object} Options
@@ -131,46 +144,27 @@ export class Mounted {
 
   #fill() {
     const { places } = this.#start;
-    if (places.transport) transport(places.transport, this, this.#extras(places));
+    if (places.transport) transport(places.transport, this, [h(Bookmarks, { view: this })]);
     if (places.scrubber) new Scrubber(places.scrubber, this);
+    if (places.panel) this.#show(places.panel, h(Panel, { view: this }));
     if (!this.store.isReadOnly) this.#questions(places);
-    if (places.readout) readout(places.readout, this, this.#loss && this.#placeOf(h(WhyButton, { loss: this.#loss })));
-    if (places.branches) branchLegend(places.branches, this);
+    this.#fillReadout(places);
+    if (places.branches) this.#show(places.branches, h(Branches, { view: this, place: places.branches }));
     if (places.plots) plots(places.plots, this);
-    if (places.panel) this.#panel(places.panel);
-    this.scene?.follow(this);
+    if (this.scene) {
+      this.scene.follow(this);
+      this.scene.lay(this.#placeOf(h(SceneNotes, { view: this })));
+    }
     if (this.#keys) listen(this.#keys, this.actions, this.signal);
     this.store.on(["refused"], () => toast(this.store.refusal, { kind: "error" }));
   }
 
   /**
-   * Have a component in a place as long as the session is on the page.
+   * What can be asked about the run: why it was lost, what would have saved it, what is in a frame.
    *
-   * @param {HTMLElement} place
-   * @param {import("../vendor/preact.js").VNode} content
+   * @param {import("./layout.js").Places} places
    */
-  #show(place, content) {
-    render(content, place);
-    this.signal.addEventListener("abort", () => render(null, place));
-  }
-
-  /**
-   * A component in a place of its own, beside parts that are not components.
-   *
-   * @param {import("../vendor/preact.js").VNode} content
-   */
-  #placeOf(content) {
-    const place = document.createElement("div");
-    this.#show(place, content);
-    return place;
-  }
-
-  /**
-   * What can be asked about the run: why it was lost, what would have saved it, what is in a frame, what other seeds do.
-   *
-   * @param {SessionStart["places"]} places
-   */
-  #questions({ inspection, plots: figures, scene, why }) {
+  #questions({ inspection, why }) {
     if (why) {
       const loss = (this.#loss = new Loss(this));
       this.#show(why, h(Beside, { loss }));
@@ -180,44 +174,36 @@ export class Mounted {
       const inspector = (this.#inspector = new Inspector(this));
       this.#show(inspection, h(Inspection, { inspector }));
     }
-    if (figures && scene) figures.before(this.#placeOf(h(OtherSeeds, { view: this })));
   }
 
   /**
-   * What the transport has beside what moves through the run.
+   * A component in a place of its own, beside parts that are not components.
    *
-   * @param {SessionStart["places"]} places
+   * @param {Child} content
    */
-  #extras(places) {
-    const title = "Look into the frame: likelihood, particles, ancestors (I)";
-    const look = places.inspection && !this.store.isReadOnly && iconButton("inspect", title, () => this.#look());
-    return [look, !isParticipant && fileMenu(this), bookmarkMenu(this)];
+  #placeOf(content) {
+    const place = made("div", { class: "made" });
+    this.#show(place, content);
+    return place;
+  }
+
+  /** @param {import("./layout.js").Places} places */
+  #fillReadout({ status, readout, plots: beside }) {
+    const ask = this.#loss && h(WhyButton, { loss: this.#loss });
+    if (status) this.#show(status, h(Status, { view: this, ask }));
+    if (status && readout) this.#show(readout, h(Folded, { view: this, plots: beside ?? null }));
+    else if (readout) this.#show(readout, html`${h(Status, { view: this, ask })}${h(Numbers, { view: this })}`);
   }
 
   /**
-   * The panel of parameters, where there is no scene to have one.
+   * Have a component in a place as long as the session is on the page.
    *
    * @param {HTMLElement} place
+   * @param {Child} content
    */
-  async #panel(place) {
-    try {
-      await this.#start.begun;
-      await this.#known();
-      if (!this.signal.aborted) new Panel(place, this.store, new Layers(), this.signal);
-    } catch {
-      // Why the session is not there is said for all of it.
-    }
-  }
-
-  /** Resolves when the session has told about itself. */
-  #known() {
-    /** @type {Promise<void>} */
-    const known = new Promise((resolve) => {
-      const look = () => this.store.session !== null && resolve();
-      this.store.on(["session"], look);
-      look();
-    });
-    return known;
+  #show(place, content) {
+    render(content, place);
+    this.signal.addEventListener("abort", () => render(null, place));
   }
 
   async #begin() {
@@ -240,7 +226,10 @@ export class Mounted {
     new SessionStream(session.id, this.store, this.scene, on, this.signal);
     if (recipe?.play) {
       await this.scene?.seen;
-      this.#whenOpen(() => this.steering.toggle());
+      this.#whenOpen(async () => {
+        if (isFirstVisit(session.recipe.experiment)) await this.steering.slowDown();
+        await this.steering.toggle();
+      });
     }
   }
 
@@ -284,8 +273,8 @@ export class Mounted {
       branch: () => this.#branch(),
       inspect: () => this.#look(),
       why: () => this.#ask(),
-      truth: () => {
-        if (!isParticipant) markTruth(this);
+      truth: async () => {
+        if (!isParticipant) (await import("./truth/marking.js")).markTruth(this);
       },
     };
   }
@@ -293,6 +282,7 @@ export class Mounted {
   async #branch() {
     if (!this.able) return;
     const experiment = await api.experiment(this.store.known.recipe.experiment).catch(() => null);
+    const { branchDialog } = await import("./branch_dialog.js");
     if (!this.signal.aborted) branchDialog(this, experiment?.default_tracker);
   }
 }

@@ -1,25 +1,42 @@
-/** A button with a small sheet over it, which closes when somebody clicks elsewhere. */
+/** A button with a small sheet beside it (`.menu` of the style sheet), which closes when somebody clicks elsewhere. */
 
-import { h } from "../shared/dom.js";
+import { h as element } from "../shared/dom.js";
+import { Icon } from "../shared/icons.js";
+import { h, html, useRef } from "../vendor/preact.js";
 
-const EDGE_PX = 8;
-const GAP_PX = 6;
+/** @import { IconName } from "../shared/icons.js" */
+/** @import { Child } from "../vendor/preact.js" */
+
+let made = 0;
 
 /**
+ * @typedef {object} PopoverProps
+ * @property {IconName} icon
+ * @property {string} label Its name.
+ * @property {string} title
+ * @property {Child} [words] Beside the icon.
+ * @property {Child} content
+ */
+
+/** @param {PopoverProps} props */
+export function Popover({ icon, label, title, words = null, content }) {
+  const id = useRef("");
+  id.current ||= `menu-${(made += 1)}`;
+  const look = { title, class: words === null ? "icon-only" : "", "aria-label": label };
+  return html`<div class="menu-root">
+    <button type="button" popovertarget=${id.current} ...${look}>${h(Icon, { name: icon })}${words}</button>
+    <div class="menu" id=${id.current} popover="auto">${content}</div>
+  </div>`;
+}
+
+/**
+ * The same for a page that is not made of components.
+ *
  * @param {HTMLButtonElement} button
  * @param {...Node} content
  */
 export function popover(button, ...content) {
-  const menu = h("div", { class: "menu", popover: "auto" }, content);
+  const menu = element("div", { class: "menu", popover: "auto" }, content);
   button.popoverTargetElement = menu;
-  menu.addEventListener("toggle", (event) => {
-    if (event.newState !== "open") return;
-    const from = button.getBoundingClientRect();
-    menu.style.left = `${Math.max(EDGE_PX, Math.min(from.left, innerWidth - menu.offsetWidth - EDGE_PX))}px`;
-    const isAbove = from.top > innerHeight - from.bottom;
-    menu.style.bottom = isAbove ? `${innerHeight - from.top + GAP_PX}px` : "auto";
-    menu.style.top = isAbove ? "auto" : `${from.bottom + GAP_PX}px`;
-    menu.style.maxHeight = `${(isAbove ? from.top : innerHeight - from.bottom) - GAP_PX - EDGE_PX}px`;
-  });
-  return h("div", { class: "menu-root" }, button, menu);
+  return element("div", { class: "menu-root" }, button, menu);
 }

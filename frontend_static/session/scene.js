@@ -4,16 +4,17 @@
  */
 
 import { fill, h } from "../shared/dom.js";
-import { notice } from "../shared/notice.js";
+import { Notice } from "../shared/notice.js";
 import { later } from "../shared/timing.js";
-import { FlatScene } from "./flat/flat_scene.js";
-import { spokenFrame } from "./spoken_frame.js";
-import { watchNote } from "./watch_note.js";
-import { seekProgress } from "./seek_progress.js";
+import { h as component, html, render, signal as live } from "../vendor/preact.js";
+import { FlatScene } from "./flat/flat_view.js";
 import { SpatialScene } from "./spatial_scene.js";
 import { chosenView, graphics, rememberView } from "./view_choice.js";
 
+/** @import { Action } from "../shared/notice.js" */
 /** @import { SessionPublic } from "../shared/messages.js" */
+/** @import { Child } from "../vendor/preact.js" */
+/** @import { Layers } from "./flat/layers.js" */
 /** @import { Overlay } from "./flat/overlay.js" */
 /** @import { Mounted } from "./mount.js" */
 /** @import { ViewKind } from "./view_choice.js" */
@@ -25,19 +26,20 @@ import { chosenView, graphics, rememberView } from "./view_choice.js";
  * @property {() => void} seen There is a picture of the run to see, or will be none before the view itself.
  * @property {() => void} loaded The view's own scripts have run; it may still wait for data and for its shaders.
  * @property {() => void} drawn The view itself is drawn.
+ * @property {(layers: Layers) => void} layers What its drawings show.
  */
 
 /** Later than elsewhere: a skeleton just before the picture would only make it flicker. */
 const SKELETON_AFTER_MS = 500;
 export const NO_GRAPHICS = "This browser has no 3-D graphics (WebGL 2). Turn on hardware acceleration, or use another browser, to see the scene.";
+const SKELETON = html`<div class="skeleton-scene" role="img" aria-label="Loading the scene"><div class="shimmer"></div></div>`;
 
 export class Scene {
   /** What holds it. */
   root;
   #fixed;
-  #isBare;
-  #flat;
-  #cover = h("div", { class: "cover", hidden: true });
+  #options;
+  #cover = h("div", { class: "made" });
   /** @type {FlatScene|SpatialScene|null} */
   #view = null;
   #endView = new AbortController();
@@ -46,9 +48,11 @@ export class Scene {
   #kind = null;
   /** @type {Promise<SessionPublic>} */
   #session = new Promise(() => {});
-  /** @type {Mounted|null} */
-  #mounted = null;
-  #shows = false;
+  #mounted = live(/** @type {Mounted|null} */ (null));
+  #layers = live(/** @type {Layers|null} */ (null));
+  #shows = live(false);
+  #isLate = live(false);
+  #failure = live(/** @type {{title: string, message: string, action: Action|null}|null} */ (null));
   #onView = () => {};
   #resolveSeen = () => {};
   #resolveLoaded = () => {};
@@ -56,19 +60,22 @@ export class Scene {
   /**
    * @param {HTMLElement} root
    * @param {AbortSignal} signal Aborted when the scene is taken from the page.
-   * @param {{view?: ViewKind, hasPanel?: boolean, layers?: readonly string[], overlay?: Overlay, isBare?: boolean}} [options] The view to
-   *     show, without it the page's choice, which a switch changes; whether a flat view has a panel of parameters, and
-   *     whether the 3-D scene has none; the layers that a flat view shows from the beginning, beside those declared so; and what
-   *     says how it is painted where several lie over each other.
+   * @param {{view?: ViewKind, hasLegend?: boolean, layers?: readonly string[], overlay?: Overlay, isBare?: boolean}} [options] The view to
+   *     show, without it the page's choice, which a switch changes; whether a flat view says what its colours mean; the layers that
+   *     it shows from the beginning, beside those declared so; what says how it is painted where several lie over each other; and
+   *     whether the 3-D scene's own panel stays away.
    */
-  constructor(root, signal, { view, hasPanel = true, layers = [], overlay, isBare = false } = {}) {
+  constructor(root, signal, { view, ...options } = {}) {
     this.root = root;
     this.#fixed = view;
-    this.#isBare = isBare;
-    this.#flat = { hasPanel, layers, overlay };
+    this.#options = options;
     fill(root, this.#cover);
-    signal.addEventListener("abort", () => this.#endView.abort());
-    later(() => !this.#shows && this.#cover.hidden && this.#show(skeleton()), SKELETON_AFTER_MS, signal);
+    render(component(() => this.#covering(), {}), this.#cover);
+    signal.addEventListener("abort", () => {
+      this.#endView.abort();
+      render(null, this.#cover);
+    });
+    later(() => (this.#isLate.value = true), SKELETON_AFTER_MS, signal);
   }
 
   /** Resolves when there is a picture of the run to see, or will be none before the scene. */
@@ -89,6 +96,11 @@ export class Scene {
   /** The flat view, if that is what is shown. */
   get flat() {
     return this.#view instanceof FlatScene ? this.#view : null;
+  }
+
+  /** What the flat view's drawings show, if that is what is shown; components that read it follow it. */
+  get layers() {
+    return this.#layers.value;
   }
 
   /**
@@ -130,13 +142,8 @@ export class Scene {
    * @param {Mounted} mounted
    */
   follow(mounted) {
-    const { store, commands } = mounted;
-    this.#mounted = mounted;
-    this.#view?.follow(mounted);
-    this.root.append(h("div", { class: "scene-notes" }, seekProgress(mounted)), watchNote(mounted), spokenFrame(mounted));
-    store.on(["state", "message", "connection"], () => {
-      if (store.session !== null && store.connection === "open") this.#state(store.session, commands);
-    });
+    this.#mounted.value = mounted;
+    if (this.#view instanceof SpatialScene) this.#view.follow(mounted);
   }
 
   /**
@@ -144,14 +151,14 @@ export class Scene {
    *
    * @param {string} title
    * @param {string} message
-   * @param {import("../shared/notice.js").Action|null} action
+   * @param {Action|null} action
    */
   fail(title, message, action) {
     this.#remove();
     this.root.querySelector(".view-switch")?.remove();
-    this.#seeing();
+    this.#resolveSeen();
     this.#resolveLoaded();
-    this.#show(notice(title, message, action));
+    this.#failure.value = { title, message, action };
   }
 
   /**
@@ -189,12 +196,21 @@ export class Scene {
     this.#remove();
     this.#endView = new AbortController();
     const { signal } = this.#endView;
-    const on = { seen: () => this.#seeing(), loaded: () => this.#resolveLoaded(), drawn: () => this.#drawnNow() };
-    const view =
-      kind === "flat" ? new FlatScene(this.#session, on, signal, this.#flat) : new SpatialScene(this.#id, isFresh, on, signal, this.#isBare);
-    this.#view = view;
-    this.#cover.before(view.element);
-    if (this.#mounted) view.follow(this.#mounted);
+    const on = {
+      seen: () => this.#seeing(),
+      loaded: () => this.#resolveLoaded(),
+      drawn: () => {
+        this.#seeing();
+        this.#resolveLoaded();
+      },
+      layers: (/** @type {Layers} */ layers) => (this.#layers.value = layers),
+    };
+    const { layers = [], isBare = false, ...flat } = this.#options;
+    if (kind === "flat") this.#view = new FlatScene(this.#session, on, signal, { layers, ...flat });
+    else this.#view = new SpatialScene(this.#id, isFresh, on, signal, isBare);
+    this.#cover.before(this.#view.element);
+    const mounted = this.#mounted.peek();
+    if (mounted) this.follow(mounted);
     this.#onView();
   }
 
@@ -202,46 +218,31 @@ export class Scene {
     this.#endView.abort();
     this.#view?.element.remove();
     this.#view = null;
-  }
-
-  /**
-   * @param {SessionPublic} session
-   * @param {import("./commands.js").Commands} commands
-   */
-  #state(session, commands) {
-    const resume = this.#mounted?.store.isReadOnly ? null : { label: "Resume", run: () => commands.resume() };
-    if (session.state === "crashed") {
-      const message = session.message ?? "Its process ended unexpectedly. Nothing up to this frame is lost.";
-      this.#show(notice("The tracker stopped", message, resume));
-    } else if (session.state === "suspended") {
-      const message = session.message ?? "It was not used for a while. It continues where it was.";
-      this.#show(notice("This session is suspended", message, resume));
-    } else if (session.state === "starting") {
-      if (this.#shows) this.#show(skeleton());
-    } else if (this.#shows) {
-      this.#cover.hidden = true;
-    }
+    this.#layers.value = null;
   }
 
   /** There is something to see now: nothing has to be said about loading any more. */
   #seeing() {
-    this.#shows = true;
-    if (!this.#cover.querySelector(".notice")) this.#cover.hidden = true;
+    this.#shows.value = true;
     this.#resolveSeen();
   }
 
-  #drawnNow() {
-    this.#seeing();
-    this.#resolveLoaded();
-  }
-
-  /** @param {HTMLElement} content */
-  #show(content) {
-    const shown = /** @type {HTMLElement|null} */ (this.#cover.firstElementChild);
-    // The stream repeats itself; what is being read or pressed must not be exchanged under the hand.
-    if (!this.#cover.hidden && shown?.dataset.said === content.dataset.said) return;
-    fill(this.#cover, content);
-    this.#cover.hidden = false;
+  /** @returns {Child} What lies over it. */
+  #covering() {
+    if (this.#failure.value !== null) return html`<div class="cover">${component(Notice, { ...this.#failure.value, inline: false })}</div>`;
+    const { store, commands } = this.#mounted.value ?? {};
+    const state = store?.session?.state ?? "starting";
+    const isShown = this.#shows.value;
+    if (state === "crashed" || state === "suspended") {
+      const [title, why] =
+        state === "crashed"
+          ? ["The tracker stopped", "Its process ended unexpectedly. Nothing up to this frame is lost."]
+          : ["This session is suspended", "Session paused after inactivity. It resumes at the same frame."];
+      const action = store?.isReadOnly ? null : { label: "Resume", run: () => commands?.resume() };
+      return html`<div class="cover">${component(Notice, { title, message: store?.session?.message ?? why, action, inline: false })}</div>`;
+    }
+    const isWaiting = isShown ? store?.session?.state === "starting" : this.#isLate.value;
+    return isWaiting && html`<div class="cover">${SKELETON}</div>`;
   }
 }
 
@@ -271,8 +272,4 @@ export function viewSwitch(kind, choose) {
     return element;
   }
   return h("div", { class: "view-switch", role: "group", "aria-label": "View" }, buttons);
-}
-
-function skeleton() {
-  return h("div", { class: "skeleton-scene", role: "img", "aria-label": "Loading the scene", data: { said: "loading" } }, h("div", { class: "shimmer" }));
 }

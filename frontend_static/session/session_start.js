@@ -22,7 +22,7 @@ import { Scene } from "./scene.js";
  * @property {string} [name] What a session that is started shall be called; the server's choice if not given.
  * @property {readonly import("./layout.js").Part[]} [parts] What of it to show; everything if not given.
  * @property {import("./view_choice.js").ViewKind} [view] How the run itself is seen; the page's choice if not given.
- * @property {boolean} [isBare] Whether the 3-D scene has no panel of parameters either.
+ * @property {boolean} [isBare] Whether the 3-D scene's own panel stays away.
  * @property {import("./flat/overlay.js").Overlay} [overlay] Says how the flat view is painted where several lie over each other.
  * @property {readonly string[]} [layers] Names of layers that the flat view shows from the beginning, beside those declared so.
  */
@@ -39,7 +39,7 @@ export class SessionStart {
     this.places = arrange(element, parts);
     this.isNew = recipe !== undefined;
     /** The scene, if it is among the parts. */
-    this.scene = this.places.scene ? new Scene(this.places.scene, this.signal, { view, hasPanel: parts.includes("panel"), layers, overlay, isBare }) : null;
+    this.scene = this.places.scene ? new Scene(this.places.scene, this.signal, { view, hasLegend: parts.includes("panel"), layers, overlay, isBare }) : null;
     this.begun = recipe === undefined ? this.#find(session ?? "") : this.#start(recipe, name);
     // Whoever waits for it says what was wrong; until somebody does, it is no accident.
     this.begun.catch(() => {});

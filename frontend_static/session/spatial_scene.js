@@ -1,24 +1,27 @@
 /** The frame that holds the 3-D scene, and the library's own picture in its place while it is still loading. */
 
 import { api } from "../shared/api.js";
-import { h } from "../shared/dom.js";
+import { fill, h } from "../shared/dom.js";
 import { beforePrinting } from "../shared/print.js";
 import { isDark, onTheme } from "../shared/theme.js";
-import { after, later } from "../shared/timing.js";
-import { Preview } from "./preview.js";
-import { viewerReady } from "./viewer_ready.js";
+import { after, later, throttle } from "../shared/timing.js";
 
 /** How long the scene's script, which keeps the browser busy, waits for the picture that shall be seen before it. */
 const PREVIEW_FIRST_MS = 400;
 /** How often to look which frame the scene shows, and how long to wait for one that it may never show. */
 const LOOK_EVERY_MS = 8;
 const PATIENCE_MS = 5000;
+/** The same for whether it shows anything at all. */
+const READY_EVERY_MS = 40;
+const READY_PATIENCE_MS = 3000;
+/** How often the picture in its place is asked for anew, and how long after the run has come to stand. */
+const EVERY_MS = 200;
+const SETTLED_MS = 250;
 
 export class SpatialScene {
   #id;
   #on;
   #signal;
-  #isBare;
   /** @type {HTMLIFrameElement|null} */
   #frame = null;
   /** @type {Preview|null} */
@@ -30,6 +33,11 @@ export class SpatialScene {
   #told = 0;
 
   element = h("div", { class: "spatial-scene" });
+  #opener = h(
+    "button",
+    { type: "button", class: "panel-opener", "aria-pressed": "false", title: "Layers and views of the scene", on: { click: () => this.#unfold() } },
+    "Scene panel",
+  );
   /** What is printed in place of the frame, whose graphics are not there for paper. */
   #paper = h("img", { class: "scene-paper", alt: "The current frame with what the tracker believes" });
 
@@ -38,14 +46,13 @@ export class SpatialScene {
    * @param {boolean} isFresh Whether it stands still at its beginning.
    * @param {import("./scene.js").Progress} on
    * @param {AbortSignal} signal
-   * @param {boolean} isBare Whether it has no panel of parameters.
+   * @param {boolean} isBare Whether its own panel stays away; otherwise a button shows it.
    */
   constructor(id, isFresh, on, signal, isBare) {
     this.#id = id;
     this.#on = on;
     this.#signal = signal;
-    this.#isBare = isBare;
-    this.element.classList.toggle("bare", isBare);
+    if (!isBare) this.element.append(this.#opener);
     signal.addEventListener("abort", () => this.#release(this.#waiting.length));
     globalThis.addEventListener("message", (event) => this.#press(event), { signal });
     onTheme(() => this.window?.postMessage({ source: "pftrack", theme: theme() }, location.origin), signal);
@@ -55,6 +62,13 @@ export class SpatialScene {
 
   get window() {
     return this.#frame?.contentWindow ?? null;
+  }
+
+  /** Show the scene's own panel, or put it away. */
+  #unfold() {
+    const shown = this.#opener.getAttribute("aria-pressed") !== "true";
+    this.#opener.setAttribute("aria-pressed", String(shown));
+    if (this.window) this.window.document.documentElement.dataset.panel = shown ? "" : "none";
   }
 
   /**
@@ -133,7 +147,8 @@ export class SpatialScene {
     await Promise.race([first, after(PREVIEW_FIRST_MS, this.#signal)]);
     if (!isNewest()) return;
     this.#on.seen();
-    const src = `viz/${encodeURIComponent(this.#id)}/?theme=${theme()}${this.#isBare ? "&panel=none" : ""}`;
+    const src = `viz/${encodeURIComponent(this.#id)}/?theme=${theme()}&panel=none`;
+    this.#opener.setAttribute("aria-pressed", "false");
     const frame = h("iframe", { src, title: "Scene", class: "scene-frame", allow: "fullscreen" });
     // What has to wait for the scene's script must not come before the picture either.
     frame.addEventListener("load", () => preview.first.then(() => isNewest() && this.#on.loaded()));
@@ -150,4 +165,101 @@ export class SpatialScene {
 
 function theme() {
   return isDark() ? "dark" : "light";
+}
+
+/**
+ * The library's own picture of the current frame, in the scene's place while the scene is still loading: the run is seen
+ * at once, and lives.
+ */
+class Preview {
+  #id;
+  #signal;
+  #often;
+  #resolveFirst = () => {};
+  #asked = 0;
+  #busy = false;
+
+  /** Whether to leave it at the picture there is, because nobody would answer. */
+  stopped = false;
+
+  /** What is put into the page. */
+  element = h("div", { class: "scene-still" });
+
+  /** Resolves when the first picture is there. */
+  first = /** @type {Promise<void>} */ (new Promise((resolve) => {
+    this.#resolveFirst = resolve;
+  }));
+
+  /**
+   * @param {string} id The session.
+   * @param {boolean} isFresh Whether it stands still at its beginning, so that its picture can be asked for at once.
+   * @param {AbortSignal} signal
+   */
+  constructor(id, isFresh, signal) {
+    this.#id = id;
+    this.#signal = signal;
+    this.#often = throttle(() => this.#again(), EVERY_MS, signal);
+    if (isFresh) this.#ask();
+  }
+
+  /**
+   * Show the frame that is the current one now. While the run plays that is done at a modest rate; otherwise only once
+   * it stands, because asking for a picture would end a seek that is under way.
+   *
+   * @param {boolean} isPlaying
+   */
+  refresh(isPlaying) {
+    this.#unsettle();
+    if (isPlaying) this.#often();
+    else this.#unsettle = later(() => this.#again(), SETTLED_MS, this.#signal);
+  }
+
+  #unsettle = () => {};
+
+  #again() {
+    if (this.element.isConnected && !this.#busy && !this.stopped) this.#ask();
+  }
+
+  async #ask() {
+    this.#busy = true;
+    this.#asked += 1;
+    const image = h("img", {
+      src: `${api.frameAddress(this.#id)}?picture=${this.#asked}`,
+      alt: "The current frame with what the tracker believes",
+      fetchpriority: "high",
+    });
+    try {
+      // The old picture stays until the new one can be painted: nothing flashes.
+      await image.decode();
+      fill(this.element, image);
+      this.#resolveFirst();
+    } catch {
+      // The next one, or the scene.
+    } finally {
+      this.#busy = false;
+    }
+  }
+}
+
+/**
+ * Resolves when the scene in a frame has been drawn, with its camera in place and nothing fading.
+ *
+ * @param {HTMLIFrameElement} frame
+ * @param {() => boolean} isWanted Looking goes on as long as this holds.
+ * @param {AbortSignal} signal Ends the looking, without an answer.
+ * @returns {Promise<boolean>} False when it is not wanted any more.
+ */
+async function viewerReady(frame, isWanted, signal) {
+  /** @type {number|null} */
+  let since = null;
+  while (isWanted()) {
+    const found = frame.contentWindow?.pftrackScene?.drawn() ?? null;
+    if (found !== null) since ??= performance.now();
+    // The camera is put in place by a message of its own; it is not when somebody has already turned it.
+    if (found === "in place" || (since !== null && performance.now() - since > READY_PATIENCE_MS)) {
+      return isWanted();
+    }
+    await after(READY_EVERY_MS, signal);
+  }
+  return false;
 }

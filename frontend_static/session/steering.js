@@ -1,4 +1,4 @@
-/** Moving through a run: play, pause, step, seek, speed. Buttons, keys and the scrubber all end up here. */
+/** What a person can do to a session: move through its run, by buttons, keys and the scrubber, and all else. */
 
 import { api } from "../shared/api.js";
 import { NewestRequest } from "../shared/newest_request.js";
@@ -6,9 +6,10 @@ import { later } from "../shared/timing.js";
 import { attempt, toast } from "../shared/toast.js";
 import { eventFramesOf } from "./series.js";
 
-/** @import { Command } from "../shared/messages.js" */
+/** @import { Command, MakeBranch } from "../shared/messages.js" */
 
 const GOAL_MS = 2000;
+const SLOW = 0.25;
 
 export class Steering {
   #store;
@@ -63,17 +64,16 @@ export class Steering {
   }
 
   async toggle() {
-    if (!this.#able) return;
     await this.#send({ kind: this.isPlaying ? "pause" : "play" });
   }
 
   /** Play from here; nothing happens at the end. */
   async play() {
-    if (this.#able && !this.isPlaying && !this.isAtEnd) await this.#send({ kind: "play" });
+    if (!this.isPlaying && !this.isAtEnd) await this.#send({ kind: "play" });
   }
 
   async pause() {
-    if (this.#able && this.isPlaying) await this.#send({ kind: "pause" });
+    if (this.isPlaying) await this.#send({ kind: "pause" });
   }
 
   /**
@@ -116,7 +116,7 @@ export class Steering {
   }
 
   async beforeLoss() {
-    if (this.#able) await this.#send({ kind: "before_loss" });
+    await this.#send({ kind: "before_loss" });
   }
 
   /**
@@ -147,13 +147,19 @@ export class Steering {
     if (accepted === undefined && this.speed === value) this.#store.setSpeed(before);
   }
 
+  /** Play slowly enough for eyes that do not know yet where to look. */
+  async slowDown() {
+    const slow = this.speeds.filter((speed) => speed > 0 && speed <= SLOW).at(-1);
+    if (slow !== undefined) await this.setSpeed(slow);
+  }
+
   /**
    * Stop playing where the target is lost with this probability; null to go on whatever it is.
    *
    * @param {number|null} probability
    */
   async stopAt(probability) {
-    if (this.#able) await this.#send({ kind: "stop_at", probability });
+    await this.#send({ kind: "stop_at", probability });
   }
 
   /** @param {number} direction */
@@ -165,8 +171,67 @@ export class Steering {
     if (next !== undefined) await this.setSpeed(next === Infinity ? 0 : next);
   }
 
+  /** @param {Command} command Asked for if there is a session that listens. */
+  async #send(command) {
+    return this.#able ? attempt(() => api.command(this.#store.known.id, command)) : undefined;
+  }
+}
+
+export class Commands {
+  #store;
+
+  /** @param {import("./store.js").Store} store */
+  constructor(store) {
+    this.#store = store;
+  }
+
+  get #session() {
+    return this.#store.known;
+  }
+
+  async bookmark(note = "") {
+    if (!this.#store.isSteerable) return;
+    const { position } = this.#session;
+    await attempt(async () => {
+      await api.bookmark(this.#session.id, note);
+      toast(`Bookmarked frame ${position}`);
+    });
+  }
+
+  /**
+   * Leave the past for a new branch.
+   *
+   * @param {Omit<MakeBranch, "kind">} wanted
+   * @returns {Promise<boolean>} Whether that was possible.
+   */
+  async branch(wanted) {
+    return (await this.#send({ kind: "branch", ...wanted })) !== undefined;
+  }
+
+  /** @param {string} branch */
+  async activate(branch) {
+    await this.#send({ kind: "activate", branch });
+  }
+
+  async resume() {
+    await attempt(() => api.resume(this.#session.id));
+  }
+
+  /** Stay at the frame that a run has come to on its way. */
+  async stop() {
+    await this.#send({ kind: "pause" });
+  }
+
   /** @param {Command} command */
   #send(command) {
-    return attempt(() => api.command(this.#store.known.id, command));
+    return attempt(() => api.command(this.#session.id, command));
+  }
+
+  async save() {
+    if (this.#store.session === null) return;
+    await attempt(async () => {
+      const run = await api.save(this.#session.id);
+      toast("Saved; My work lists it", { action: { label: "Download", href: api.downloadAddress(run.id) } });
+    });
   }
 }

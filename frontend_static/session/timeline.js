@@ -72,6 +72,15 @@ export function sessionTitle(session) {
 }
 
 /**
+ * The heading of a session's page: the experiment, and the clip, the preset or the name that a person gave.
+ *
+ * @param {SessionPublic} session
+ */
+export function headingOf({ title, name }) {
+  return name === "" || name === title ? title : `${title} · ${name}`;
+}
+
+/**
  * A tracker's name as people know it.
  *
  * @param {{trackers: {id: string, title: string}[]}} session

@@ -1,122 +1,115 @@
-/** The row of buttons above the scrubber: where the run is, and how fast it goes. */
+/** The row of controls above the scrubber: where the run is, how fast it goes, and where in it something has happened. */
 
-import { fill, h, setText } from "../shared/dom.js";
-import { speed as speedText } from "../shared/format.js";
-import { icon } from "../shared/icons.js";
-import { coalesce } from "../shared/timing.js";
+import { api } from "../shared/api.js";
+import { percent, speed as speedText } from "../shared/format.js";
+import { Icon, IconButton } from "../shared/icons.js";
+import { attempt } from "../shared/toast.js";
+import { h, html, render, useSignal } from "../vendor/preact.js";
+import { Popover } from "./popover.js";
 import { ofRole } from "./series.js";
-import { stopAtLoss } from "./stop_at_loss.js";
 
+/** @import { Bookmark, SessionPublic } from "../shared/messages.js" */
 /** @import { IconName } from "../shared/icons.js" */
+/** @import { Mounted, View } from "./mount.js" */
+/** @import { Child, VNode } from "../vendor/preact.js" */
 
 /** Less is not worth telling. */
 const LATE_S = 0.5;
 const NEXT_EVENT = "Go to the next event, such as an identity switch (E; with shift, to the one before)";
+const BEFORE_LOSS = "Go to before the target was lost (L)";
 const LABELS = { pause: "Pause", replay: "Play again", play: "Play" };
+/** From which probability on a run may stop. */
+const LIMITS = [0.5, 0.8, 0.95];
+/** What each kind of run can tell: its label, and why it stops. */
+const SCENE = ["Stop when probably lost", "Stop playing in the frame in which the tracker has probably lost its target, by its own numbers"];
+const RECORDING = ["Stop when lost", "Stop playing where a mark or the tracker itself says that the target is lost. P(lost) is not calibrated on recordings."];
 
 /**
+ * Put the transport into a place.
+ *
  * @param {HTMLElement} root
- * @param {import("./mount.js").View} view
- * @param {import("../shared/elements.js").Child[]} extras Further controls, at the right.
+ * @param {View} view
+ * @param {readonly (Node|VNode)[]} extras Further controls, at the right.
  */
 export function transport(root, view, extras) {
-  const { store } = view;
-  /**
-   * @param {IconName} name
-   * @param {string} label
-   * @param {() => void} run
-   */
-  const button = (name, label, run) =>
-    h("button", { type: "button", class: "icon-only", title: label, "aria-label": label, on: { click: run } }, icon(name));
-  const play = h("button", { type: "button", class: "primary play", on: { click: () => view.steering.toggle() } });
-  const moves = [
-    button("first", "First frame (home)", () => view.steering.first()),
-    button("previous", "One frame back (left arrow)", () => view.steering.step(-1)),
-    play,
-    button("next", "One frame forward (right arrow)", () => view.steering.step(1)),
-    button("last", "Newest frame (end)", () => view.steering.newest()),
-  ];
-  /** @type {HTMLSelectElement} */
-  const speed = h(
-    "select",
-    { "aria-label": "Speed", title: "Speed ([ and ])", on: { change: () => view.steering.setSpeed(Number(speed.value)) } },
-  );
-  const counter = h("output", { class: "counter", "aria-label": "Frame" });
-  fill(root, h("div", { class: "group" }, moves), speed, late(view), counter, stopAtLoss(view), h("span", { class: "spring" }), extras, landmarks(view));
+  render(h(Transport, { view, extras: extras.map((each) => (each instanceof Node ? html`<span class="made" ref=${standing(each)}></span>` : each)) }), root);
+  view.signal.addEventListener("abort", () => render(null, root));
   // A click must not leave the focus on a button, where the space bar would press it again instead of playing.
   root.addEventListener("mousedown", (event) => {
     if (!(event.target instanceof Element) || !event.target.closest("button")) return;
     event.preventDefault();
     /** @type {HTMLElement|null} */ (root.closest(".session-view"))?.focus({ preventScroll: true });
   });
-
-  let shown = "";
-  const draw = () => {
-    const { session } = store;
-    const { able, steering } = view;
-    const still = steering.isAtEnd ? "replay" : "play";
-    const look = steering.isPlaying ? "pause" : still;
-    if (look !== shown) {
-      shown = look;
-      const label = LABELS[look];
-      fill(play, icon(look), h("span", {}, label));
-      play.title = `${label} (space)`;
-    }
-    for (const element of [...moves, speed]) element.disabled = !able;
-    if (document.activeElement !== speed) choose(speed, steering);
-    if (session === null) return;
-    setText(counter, counted(session));
-  };
-  store.on(["position", "playing", "speed", "state", "connection", "history"], coalesce(draw, view.signal));
-  draw(); // at once: no button is without a name
 }
 
 /**
- * What leads to where something has happened.
+ * Puts something that is made elsewhere where it belongs.
  *
- * @param {import("./mount.js").View} view
+ * @param {Node} made
  */
-function landmarks(view) {
-  const { store, steering, signal } = view;
-  const event = h(
-    "button",
-    { type: "button", class: "next-event", hidden: true, title: NEXT_EVENT, on: { click: () => steering.event(1) } },
-    "Next event",
-  );
-  const loss = h(
-    "button",
-    { type: "button", class: "before-loss", title: "Go to before the target was lost (L)", on: { click: () => steering.beforeLoss() } },
-    "Before the loss",
-  );
-  const draw = () => {
-    event.hidden = store.session === null || ofRole(store.session, "event").length === 0;
-    event.disabled = !view.able;
-    loss.disabled = !view.able || !store.knowsLoss;
-  };
-  store.on(["session", "state", "connection", "history"], coalesce(draw, signal));
-  draw();
-  return [event, loss];
+function standing(made) {
+  return (/** @type {Element|null} */ place) => place !== null && made.parentNode !== place && place.append(made);
+}
+
+/** @param {{view: View, extras: Child}} props */
+function Transport({ view, extras }) {
+  const { store, able, steering } = view;
+  const { session } = store;
+  const still = steering.isAtEnd ? "replay" : "play";
+  const look = steering.isPlaying ? "pause" : still;
+  const button = (/** @type {IconName} */ name, /** @type {string} */ label, /** @type {() => void} */ run) =>
+    html`<button type="button" class="icon-only" title=${label} aria-label=${label} disabled=${!able} onClick=${run}>${h(Icon, { name })}</button>`;
+  const landmark = (/** @type {string} */ name, /** @type {string} */ words, /** @type {string} */ title, /** @type {() => void} */ run) =>
+    html`<button type="button" class=${name} title=${title} disabled=${!able} onClick=${run}>${words}</button>`;
+  const hasEvents = session !== null && ofRole(session, "event").length > 0;
+  return html`
+    <div class="group">
+      ${button("first", "First frame (home)", () => view.steering.first())}
+      ${button("previous", "One frame back (left arrow)", () => view.steering.step(-1))}
+      <button type="button" class="primary play" title=${`${LABELS[look]} (space)`} disabled=${!able} onClick=${() => view.steering.toggle()}>
+        ${h(Icon, { name: look })}<span>${LABELS[look]}</span>
+      </button>
+      ${button("next", "One frame forward (right arrow)", () => view.steering.step(1))}
+      ${button("last", "Newest frame (end)", () => view.steering.newest())}
+    </div>
+    ${h(Speed, { view })}
+    <output class="counter" aria-label="Frame">${session && counted(session)}</output>
+    <span class="hint" role="status" data-role="late" title="Frames take longer to compute than they are shown">${session && lateness(session)}</span>
+    <span class="hint" role="status" data-role="stopped">${session?.stopped}</span>
+    <span class="spring"></span>
+    ${extras}
+    ${hasEvents && landmark("next-event", "Next event", NEXT_EVENT, () => view.steering.event(1))}
+    ${store.knowsLoss && landmark("before-loss", "Before the loss", BEFORE_LOSS, () => view.steering.beforeLoss())}
+  `;
+}
+
+/**
+ * The speeds that are offered, and one that a client has set otherwise.
+ *
+ * @param {{view: View}} props
+ */
+function Speed({ view: { able, steering } }) {
+  const { speed, speeds } = steering;
+  const choose = (/** @type {Event & {currentTarget: HTMLSelectElement}} */ { currentTarget }) => steering.setSpeed(Number(currentTarget.value));
+  const offered = speeds.includes(speed) ? speeds : [...speeds, speed];
+  return html`<select aria-label="Speed" title="Speed ([ and ])" disabled=${!able} onChange=${choose}>
+    ${offered.map((each) => html`<option key=${each} value=${each} selected=${each === speed}>${speedText(each)}</option>`)}
+  </select>`;
 }
 
 /**
  * How far a run that plays is behind its time, where it is computed more slowly than it shall play.
  *
- * @param {import("./mount.js").View} view
+ * @param {SessionPublic} session
  */
-function late({ store, signal }) {
-  const element = h("span", { class: "hint", title: "Frames take longer to compute than they are shown", data: { role: "late" } });
-  const draw = coalesce(() => {
-    const { playing = false, behind_s: seconds = 0 } = store.session ?? {};
-    setText(element, playing && seconds >= LATE_S ? `${seconds.toFixed(1)} s late` : "");
-  }, signal);
-  store.on(["behind_s", "playing"], draw);
-  return element;
+function lateness({ playing, behind_s: seconds }) {
+  return playing && seconds >= LATE_S ? `${seconds.toFixed(1)} s late` : "";
 }
 
 /**
  * Where the run stands; of a recording also where that is in the clip, as the form of the upload counts.
  *
- * @param {import("../shared/messages.js").SessionPublic} session
+ * @param {SessionPublic} session
  */
 function counted({ position, frames, recipe: { footage } }) {
   const frame = `frame ${position} / ${frames}`;
@@ -124,15 +117,65 @@ function counted({ position, frames, recipe: { footage } }) {
 }
 
 /**
- * Show a speed among those that are offered; one that a client has set otherwise is offered as well.
+ * The switch that stops a run where its target is probably lost, with its limit. The server decides, and says why it has
+ * stopped. Nothing in a scene whose trackers have no such probability.
  *
- * @param {HTMLSelectElement} select
- * @param {{speed: number, speeds: number[]}} steering
+ * @param {{view: View}} props
  */
-function choose(select, { speed, speeds }) {
-  for (const value of [...speeds, speed]) {
-    const known = [...select.options].some((option) => Number(option.value) === value);
-    if (!known) select.append(h("option", { value }, speedText(value)));
-  }
-  select.value = String(speed);
+export function StopAtLoss({ view: { store, steering } }) {
+  const { session } = store;
+  const isRecording = Boolean(session?.recipe.footage);
+  if (session === null || store.isReadOnly || !(isRecording || ofRole(session, "loss_probability").length > 0)) return null;
+  const [words, why] = isRecording ? RECORDING : SCENE;
+  const at = session.stop_at;
+  const toggle = (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget }) => steering.stopAt(currentTarget.checked ? LIMITS[0] : null);
+  const choose = (/** @type {Event & {currentTarget: HTMLSelectElement}} */ { currentTarget }) => steering.stopAt(Number(currentTarget.value));
+  const limits = at === null || LIMITS.includes(at) ? LIMITS : [...LIMITS, at];
+  return html`<div class="control stop-at-loss">
+    <label title=${why}><input type="checkbox" checked=${at !== null} onChange=${toggle} /><span>${words}</span></label>
+    ${at !== null && !isRecording && html`<select title=${why} aria-label="Probability of being lost from which on it stops" onChange=${choose}>
+      ${limits.map((each) => html`<option value=${each} selected=${each === at}>${percent(each)}</option>`)}
+    </select>`}
+  </div>`;
+}
+
+/**
+ * The bookmarks: a button with a list under it; each entry goes to its frame.
+ *
+ * @param {{view: Mounted}} props
+ */
+export function Bookmarks({ view }) {
+  const note = useSignal("");
+  const marks = [...(view.store.session?.bookmarks ?? [])].sort((a, b) => a.frame - b.frame);
+  const add = (/** @type {Event} */ event) => {
+    event.preventDefault();
+    view.commands.bookmark(note.value.trim());
+    note.value = "";
+  };
+  const type = (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget }) => (note.value = currentTarget.value);
+  const content = html`
+    <form class="menu-form" onSubmit=${add}>
+      <input type="text" maxlength="200" placeholder="Note for this frame" aria-label="Note" value=${note.value} onInput=${type} />
+      <button type="submit" title="Bookmark this frame (B)">Add</button>
+    </form>
+    <ul class="menu-list">
+      ${marks.length === 0 && html`<li class="hint">None yet. B marks the frame that is shown.</li>`}
+      ${marks.map((mark) => h(Marked, { key: mark.id, mark, view }))}
+    </ul>
+  `;
+  const words = html`<span class="wide-only">Bookmarks</span><span class="amount">${marks.length || ""}</span>`;
+  return h(Popover, { icon: "bookmark", label: "Bookmarks", title: "Bookmarks (B adds one)", words, content });
+}
+
+/** @param {{mark: Bookmark, view: Mounted}} props */
+function Marked({ mark, view: { store, commands, steering } }) {
+  const go = async () => {
+    if (mark.branch && mark.branch !== store.known.branch) await commands.activate(mark.branch);
+    await steering.seek(mark.frame);
+  };
+  const remove = () => attempt(() => api.unbookmark(store.known.id, mark.id));
+  return html`<li>
+    <button type="button" class="quiet grow" onClick=${go}>frame ${mark.frame}${mark.note && html`<span class="hint">${mark.note}</span>`}</button>
+    ${h(IconButton, { name: "trash", title: `Remove the bookmark at frame ${mark.frame}`, run: remove })}
+  </li>`;
 }

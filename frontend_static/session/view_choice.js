@@ -3,6 +3,8 @@
  * draw fast. A 3-D scene that the processor has to draw is slow, and without WebGL there is none.
  */
 
+import { remember, remembered } from "../shared/memory.js";
+
 /** @typedef {"flat"|"scene"} ViewKind */
 
 const NAME = "view";
@@ -12,7 +14,7 @@ const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
 
 /** @returns {ViewKind} */
 export function chosenView() {
-  return known(new URLSearchParams(location.search).get(NAME)) ?? known(stored()) ?? (graphics() === "fast" ? "scene" : "flat");
+  return known(new URLSearchParams(location.search).get(NAME)) ?? known(remembered(KEY)) ?? (graphics() === "fast" ? "scene" : "flat");
 }
 
 /**
@@ -21,11 +23,7 @@ export function chosenView() {
  * @param {ViewKind} kind
  */
 export function rememberView(kind) {
-  try {
-    localStorage.setItem(KEY, kind);
-  } catch {
-    // Without storage the choice lasts as long as the page.
-  }
+  remember(KEY, kind);
   const address = new URL(location.href);
   if (!address.searchParams.has(NAME)) return;
   address.searchParams.set(NAME, kind);
@@ -56,12 +54,4 @@ export function graphics() {
  */
 function known(name) {
   return name === "flat" || name === "scene" ? name : null;
-}
-
-function stored() {
-  try {
-    return localStorage.getItem(KEY);
-  } catch {
-    return null;
-  }
 }

@@ -9,7 +9,7 @@ import "./presentation.js";
 /** @typedef {"experiments"|"learn"|"failures"|"lectures"|"work"|"help"} Place */
 
 /** @type {readonly {id: Place, title: string, href: string}[]} */
-const PLACES = [
+export const PLACES = [
   { id: "experiments", title: "Experiments", href: START },
   { id: "learn", title: "Learn", href: "learn" },
   { id: "failures", title: "Failures", href: "failures" },
@@ -35,7 +35,7 @@ export function navigation(current) {
 }
 
 /** The first stop of the tab key leads to what the page is about. */
-function skipLink() {
+export function skipLink() {
   const main = document.querySelector("main");
   if (main === null) return;
   main.id ||= CONTENT;

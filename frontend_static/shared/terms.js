@@ -6,6 +6,7 @@
 import { api } from "./api.js";
 import { h } from "./dom.js";
 import { Tooltip } from "./tooltip.js";
+import { html } from "../vendor/preact.js";
 
 /** @import { Section, Term } from "./messages.js" */
 
@@ -13,6 +14,8 @@ import { Tooltip } from "./tooltip.js";
 export const GLOSSARY = "glossary";
 /** Within these nothing is marked: they do what they say, or are marked already. */
 const APART = ".term, button, a, input, select, textarea, canvas, svg, output";
+/** A page of this kind has so many words that none is a stop of the tab key: F1 on a control explains it, and so does the glossary. */
+const POINTED = "session";
 /** What is explained: words that do nothing else, and what does something beside. */
 const MARKED = ".term, .explained";
 
@@ -102,9 +105,23 @@ export function explainControl(element, own, experiment = "") {
   said.set(element, { own, experiment });
 }
 
+/**
+ * A text with its words marked, or all of it where something is said of all of it.
+ *
+ * @param {{text: string, own?: string, experiment?: string}} props
+ */
+export function Explained({ text, own, experiment }) {
+  const mark = (/** @type {HTMLElement|null} */ element) => {
+    if (element === null || element.textContent !== "") return;
+    element.textContent = text;
+    explain(element, { own, experiment });
+  };
+  return html`<span key=${text} ref=${mark}></span>`;
+}
+
 /** @param {...(Node|string)} content In a line of text it has to break as text does, which a button's does not. */
 function markedTerm(...content) {
-  return h("span", { class: "term", role: "button", tabindex: 0 }, content);
+  return h("span", { class: "term", role: "button", tabindex: document.body.classList.contains(POINTED) ? -1 : 0 }, content);
 }
 
 /**
@@ -198,6 +215,12 @@ if (typeof document !== "undefined") {
     show(marked);
   }, { capture: true });
   document.addEventListener("keydown", (event) => {
+    const control = event.key === "F1" && event.target instanceof Element && event.target.closest(".control");
+    const marked = control && (control.matches(".explained") ? control : control.querySelector(".explained"));
+    if (marked) {
+      event.preventDefault();
+      show(marked);
+    }
     if (event.key !== "Escape" || shown === null) return;
     event.preventDefault();
     event.stopPropagation();

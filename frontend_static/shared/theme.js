@@ -2,6 +2,8 @@
 
 import { fill, h } from "./dom.js";
 import { icon } from "./icons.js";
+import { remember } from "./memory.js";
+import { signal } from "../vendor/preact.js";
 
 const KEY = "pftrack-theme";
 /** @typedef {"auto"|"light"|"dark"} Theme */
@@ -36,33 +38,41 @@ export function isDark() {
  * painted within `listener` to be right there.
  *
  * @param {() => void} listener
- * @param {AbortSignal} [signal] Until then.
+ * @param {AbortSignal} [end] Until then.
  */
-export function onTheme(listener, signal) {
-  for (const query of [system(), paper()]) query.addEventListener("change", listener, { signal });
-  document.addEventListener(CHANGED, listener, { signal });
+export function onTheme(listener, end) {
+  for (const query of [system(), paper()]) query.addEventListener("change", listener, { signal: end });
+  document.addEventListener(CHANGED, listener, { signal: end });
 }
 
-/** The button that goes round light, dark and the system's choice. */
+/** Counts the changes, for components. */
+const changes = signal(0);
+
+/** Which colours are chosen, in words. */
+export function themeWords() {
+  void changes.value;
+  return WORDS[chosen()];
+}
+
+/** Go round light, dark and the system's choice. */
+export function changeTheme() {
+  const next = NEXT[chosen()];
+  if (next === "auto") delete document.documentElement.dataset.theme;
+  else document.documentElement.dataset.theme = next;
+  remember(KEY, next);
+  changes.value += 1;
+  document.dispatchEvent(new Event(CHANGED));
+}
+
+/** The button that does so. */
 export function themeButton() {
-  const button = h("button", { class: "quiet icon-only", type: "button", "data-role": "theme" });
+  const button = h("button", { class: "quiet icon-only", type: "button", "data-role": "theme", on: { click: changeTheme } });
   const show = () => {
     fill(button, icon(LOOK[chosen()]));
-    button.title = `Colours ${WORDS[chosen()]}`;
-    button.setAttribute("aria-label", `Colours ${WORDS[chosen()]}; change`);
+    button.title = `Colours ${themeWords()}`;
+    button.setAttribute("aria-label", `Colours ${themeWords()}; change`);
   };
-  button.addEventListener("click", () => {
-    const next = NEXT[chosen()];
-    if (next === "auto") delete document.documentElement.dataset.theme;
-    else document.documentElement.dataset.theme = next;
-    try {
-      localStorage.setItem(KEY, next);
-    } catch {
-      // Without storage the choice lasts as long as the page.
-    }
-    show();
-    document.dispatchEvent(new Event(CHANGED));
-  });
+  document.addEventListener(CHANGED, show);
   show();
   return button;
 }

@@ -1,5 +1,6 @@
 /** The guided tour as a link, and what this browser remembers of it. */
 
+import { remember, remembered } from "./memory.js";
 import { linkTo } from "./share_link.js";
 
 /** @import { ExperimentPublic } from "./messages.js" */
@@ -37,18 +38,10 @@ export function leaveAddress() {
 
 /** Whether somebody has taken the tour here, or left it. */
 export function isTourKnown() {
-  try {
-    return localStorage.getItem(KEY) !== null;
-  } catch {
-    return false;
-  }
+  return remembered(KEY) !== null;
 }
 
 /** @param {"done"|"left"} how It ended. */
 export function rememberTour(how) {
-  try {
-    localStorage.setItem(KEY, how);
-  } catch {
-    // Without storage it is offered again.
-  }
+  remember(KEY, how);
 }

@@ -24,6 +24,8 @@ export function h<Props extends object>(component: Component<Props>, props: Prop
 /** Elements as they are written in HTML, with `${}` for values, listeners (`onClick`) and what `h` makes of components. */
 export function html(strings: TemplateStringsArray, ...values: unknown[]): VNode;
 export function render(child: Child, parent: Element): void;
+/** When components are drawn again; in the next microtask if not given. */
+export const options: { debounceRendering?: (draw: () => void) => void };
 
 export function signal<T>(value: T): Signal<T>;
 export function computed<T>(compute: () => T): ReadonlySignal<T>;

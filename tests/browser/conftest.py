@@ -115,7 +115,12 @@ def complaints() -> Complaints:
 
 # Left to itself a page shows the flat view here, where WebGL runs in software; that is also the faster one to test.
 # It asks for a context of WebGL to find that out, which takes as long as a small test, unless somebody has chosen.
-CHOSEN = "if (location.origin !== 'null') localStorage['pftrack-view'] ??= '{}'"
+# All plots and the numbers are unfolded, as somebody may have left them.
+CHOSEN = """if (location.origin !== 'null') {{
+    localStorage['pftrack-view'] ??= '{}';
+    localStorage['pftrack-seen'] ??= 'ball fish growing hand head histogram linkage prism sine structure trajectories';
+    localStorage['pftrack-side'] ??= JSON.stringify({{isAll: true, hasNumbers: true}});
+}}"""
 
 
 @pytest.fixture(scope="session")

@@ -37,7 +37,7 @@ def test_a_session_in_the_flat_view(watch: Watch, server: Server) -> None:
     shown = watch(seed=0, parameters={"sample_count": 40})
     page = shown.page
     shown.until(lambda: shown.lines, "the plots are drawn")
-    page.locator(".controls").get_by_text("More parameters").click()
+    page.locator(".controls").get_by_text("More", exact=True).click()
     check(page)
     shown.press("?")
     page.locator("dialog [data-role=tour]").wait_for()

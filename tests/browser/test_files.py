@@ -31,8 +31,8 @@ def test_the_model_is_taken_away_and_brought_back(
     session = server.start_session(experiment="head", parameters=VALUES, frames=10)
     unchosen.goto(session["page"])
     view = SessionPage(unchosen, server).ready()
-    unchosen.click("[aria-label=Files]")
-    away, into = (unchosen.locator(".menu section", has_text=title) for title in ("Take away", "Bring in"))
+    view.menu("files")
+    away, into = (unchosen.locator(".files > section", has_text=title) for title in ("Take away", "Bring in"))
     assert away.locator("[data-export]").count() == len(session["exports"])
     assert into.locator("[data-file]").count() == 2
     with unchosen.expect_download() as waiting:
@@ -58,9 +58,8 @@ def test_every_run_can_be_taken_away(unchosen: Any, server: Server) -> None:
     """As a notebook, as a picture of one plot, and as a film, which the server writes beside the session."""
     session = server.start_session(experiment="sine")
     unchosen.goto(session["page"])
-    SessionPage(unchosen, server).ready()
-    unchosen.click("[aria-label=Files]")
-    away, into = (unchosen.locator(".menu section", has_text=title) for title in ("Take away", "Bring in"))
+    SessionPage(unchosen, server).ready().menu("files")
+    away, into = (unchosen.locator(".files > section", has_text=title) for title in ("Take away", "Bring in"))
     with unchosen.expect_download() as waiting:
         away.locator("[data-export=notebook]").click()
     book = json.loads(Path(waiting.value.path()).read_text())

@@ -11,7 +11,8 @@ def test_noises_are_fitted_to_what_was_seen(watch: Callable[..., SessionPage]) -
     """What is found is told with both halves, and opens as a branch at the frame that was shown."""
     shown = watch(experiment="sine", tracker="kalman", parameters={"assumed_noise_sd": 0.4}, frames=121)
     page = shown.page
-    begin = page.get_by_role("button", name="Fit to what was seen")
+    page.locator(".controls").get_by_text("More", exact=True).click()
+    begin = page.get_by_role("button", name="Fit noise to data")
     begin.click()
     page.get_by_role("button", name="Fit", exact=True).click()
     assert "at least 41 frames" in page.get_by_role("alert").inner_text()
@@ -20,6 +21,7 @@ def test_noises_are_fitted_to_what_was_seen(watch: Callable[..., SessionPage]) -
     shown.play_to_the_end()
     begin.click()
     dialog = page.locator(OPEN)
+    dialog.get_by_role("checkbox").first.wait_for()
     assert dialog.get_by_role("checkbox", checked=True).count() == 2
     dialog.get_by_label("Process noise").uncheck()
     page.get_by_role("button", name="Fit", exact=True).click()

@@ -51,7 +51,6 @@ FILLED = """(() => {
     const { clientWidth, clientHeight } = document.querySelector('.flat-place');
     return Math.max(width / clientWidth, height / clientHeight);
 })()"""
-HIDDEN = "(it) => it.closest('.control[hidden]') !== null"
 
 
 class FlatPage(SessionPage):
@@ -139,9 +138,9 @@ def the_canvas_keeps_its_proportions_in_any_window(view: FlatPage) -> None:
     view.until(lambda: not slider.is_visible(), "the panel is away")
     opener = view.page.get_by_role("button", name="Parameters")
     opener.click()
-    assert slider.is_visible()
+    slider.wait_for()
     view.page.get_by_role("button", name="Close", exact=True).click()
-    assert not slider.is_visible()
+    slider.wait_for(state="hidden")
 
 
 def test_the_panel(look: Look, server: Server, complaints: Complaints) -> None:
@@ -195,7 +194,7 @@ def a_refused_value_springs_back(view: FlatPage) -> None:
 
 
 def what_others_change_is_shown(view: FlatPage, server: Server) -> None:
-    """A change from elsewhere moves slider, box and tracker, and hides what that tracker does not read."""
+    """A change from elsewhere moves slider, box and tracker, and takes away what that tracker does not read."""
     server.post(
         f"sessions/{view.id}/commands",
         {"kind": "change", "values": {"occlusion_width_px": 80, "tracker": "condensation"}},
@@ -209,18 +208,18 @@ def what_others_change_is_shown(view: FlatPage, server: Server) -> None:
     panel = view.page.locator(".control")  # a fold may be called as what is in it is, and files are in their own menu
     for name in (name for name in controls if readers[name]["kind"] != "file"):
         reads = not readers[name]["trackers"] or "condensation" in readers[name]["trackers"]
-        assert panel.get_by_label(controls[name], exact=True).first.evaluate(HIDDEN) != reads, name
+        assert (panel.get_by_label(controls[name], exact=True).count() > 0) == reads, name
 
 
 def tracker_and_seed_can_be_chosen(view: FlatPage) -> None:
     """Another tracker counts from the next frame; another seed begins the run anew."""
     view.page.get_by_label("Tracker", exact=True).select_option("apf")
     view.until(lambda: view.session["tracker"] == "apf", "the session has the tracker")
+    view.page.locator(".controls").get_by_text("More", exact=True).click()
     seed = view.box("Seed")
     seed.fill("77")
     seed.press("Enter")
     view.until(lambda: view.session["recipe"]["seed"] == 77, "the session has the seed")
-    view.until(lambda: "seed 77" in view.page.inner_text("h1"), "the page says so")
 
 
 def layers_are_switched_on_and_off(view: FlatPage, server: Server) -> None:
@@ -228,7 +227,8 @@ def layers_are_switched_on_and_off(view: FlatPage, server: Server) -> None:
     server.seek(view.id, 5)
     view.paints(5)
     before = view.page.evaluate(SKY)
-    view.page.click("text=What to draw")
+    view.page.locator(".controls").get_by_text("More", exact=True).click()
+    view.page.get_by_text("What to draw").click()
     view.page.get_by_label("Particles by sampler").uncheck()
     view.until(lambda: view.page.evaluate(SKY) < before / 10, "the particles are gone")
     view.page.get_by_label("Particles by sampler").check()

@@ -113,7 +113,7 @@ def a_run_that_has_ended_says_what_a_change_does(shown: SessionPage, server: Ser
     server.seek(shown.id, 40)
     said.get_by_text("A change at frame 40 makes a branch").wait_for()
     server.seek(shown.id, 89)
-    said.get_by_text("The run has ended. A change runs it again from frame 0 and makes a branch").wait_for()
+    said.get_by_text("The run has ended. A change runs it again from frame 0, as a branch").wait_for()
     branches = len(shown.session["branches"])
     tracker.select_option("condensation")
     shown.until(lambda: len(shown.session["branches"]) == branches + 1, "there is one branch more")

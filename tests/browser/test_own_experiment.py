@@ -97,7 +97,7 @@ def test_a_link_brings_the_same_numbers_back(page: Any, server: Server, chromium
     server.seek(shown.id, 50)
     shown.stands_at(50)
     errors = server.column(shown.id, "error")
-    page.click("text=Share")
+    shown.menu("share")
     link = page.input_value("[data-role=share-link]")
 
     context = chromium.new_context(viewport={"width": 1280, "height": 800})

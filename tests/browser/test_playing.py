@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from tests.browser.conftest import CHOSEN
 from tests.browser.host import Server
 from tests.browser.views import SessionPage
 from tests.conftest import FEW_PIXELS
@@ -74,7 +75,7 @@ LOSE = "() => { for (const each of sockets) each.close(); }"
 def page(chromium: Any, server: Server) -> Iterator[Any]:
     """A page whose display goes as fast as it does for people."""
     context = chromium.new_context(viewport={"width": 1280, "height": 800}, base_url=f"{server.url}/")
-    context.add_init_script("localStorage['pftrack-view'] = 'flat'")
+    context.add_init_script(CHOSEN.format("flat"))
     context.add_init_script(SOCKETS)
     yield context.new_page()
     context.close()

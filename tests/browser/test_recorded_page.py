@@ -114,6 +114,7 @@ def test_a_layer_can_be_switched_off(opened: tuple[Any, list[str]]) -> None:
     """The picture is painted without it, and its colours leave the legend."""
     page, _ = opened
     before = page.evaluate(PICTURE)
+    page.get_by_text("What to draw").click()
     page.get_by_label("Truth", exact=True).uncheck()
     _wait(page, f"{PICTURE} !== {before!r}")
     assert "truth" not in page.locator(".legend li").all_text_contents()

@@ -24,7 +24,7 @@ def test_a_session_that_is_gone_is_said_to_be(page: Any, complaints: Complaints)
     assert "There is no such session" in page.inner_text(".notice")
     enabled = page.locator(".transport .group button:enabled")
     View(page).until(lambda: enabled.count() == 0, "the transport is switched off")
-    assert page.locator(".top button:enabled", has_text="Save").count() == 0
+    assert page.locator("[data-tool=save]:enabled").count() == 0
     assert page.locator(".play").inner_text() == "Play"
     page.wait_for_timeout(1_500)
     assert page.locator(".plots > *").count() == 0

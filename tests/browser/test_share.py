@@ -21,7 +21,7 @@ def test_a_share_link_reproduces_the_same_numbers(watch: Watch, server: Server, 
     server.post(f"sessions/{shown.id}/commands", {"kind": "change", "values": {"sample_count": 200, "tracker": "apf"}})
     server.seek(shown.id, 40)
     shown.stands_at(40)
-    shown.page.click("text=Share")
+    shown.menu("share")
     link = shown.page.input_value("[data-role=share-link]")
     errors = server.column(shown.id, "error")
 
@@ -86,7 +86,7 @@ def test_a_saved_run_is_listed_taken_away_dropped_and_deleted(watch: Watch, serv
     server.seek(shown.id, 25)
     shown.stands_at(25)
     first, errors = shown.id, server.column(shown.id, "error")
-    shown.page.click("button:has-text('Save')")
+    shown.menu("save")
     shown.page.locator(".toast", has_text="Saved").wait_for()
     with page.expect_download() as download:
         shown.page.click(".toast >> text=Download")
@@ -128,10 +128,10 @@ def test_a_session_is_renamed_on_its_page_and_found_by_that(watch: Watch, server
     """The title of the page follows at once; My work has the name and a picture, and renames as well."""
     shown = watch(frames=20)
     session = shown.id
-    page.get_by_role("button", name="Rename this session").click()
+    shown.menu("rename")
     page.get_by_label("Name", exact=True).fill("Tuesday")
     page.keyboard.press("Enter")
-    page.locator("h1", has_text="Tuesday · Hard switching").wait_for()
+    page.locator("h1", has_text="Ball behind an occluder · Tuesday").wait_for()
     page.goto("work?q=tuesday")
     row = page.locator(f"[data-session='{session}']")
     row.locator(".row-title", has_text="Tuesday").wait_for()

@@ -19,8 +19,7 @@ def test_a_word_is_explained_by_pointer_keys_and_finger(watch: Watch, server: Se
     meaning = page.locator("#meaning")
     for place, word in (
         (".readout dt .term", "log evidence"),
-        ("h1 .term", "h-SPF"),
-        (".scrubber-rows .term", "ESS"),
+        (".scrubber-rows .term", "P(lost)"),
         (".plots [data-panel=ess] .term", "ESS"),
     ):
         page.locator(place, has_text=word).first.hover()
@@ -53,8 +52,8 @@ def test_a_finger_needs_no_pointer_that_hovers(server: Server, chromium: Any) ->
     context.add_init_script("localStorage['pftrack-view'] ??= 'flat'")
     page = context.new_page()
     page.goto(session["page"])
-    page.locator(".scrubber-rows .term", has_text="ESS").tap()
-    page.locator("#meaning").get_by_text("effective sample size").wait_for()
+    page.locator(".scrubber-rows .term", has_text="P(lost)").tap()
+    page.locator("#meaning").wait_for()
     page.locator(".top").tap(position={"x": 2, "y": 2})
     page.locator("#meaning").wait_for(state="hidden")
     context.close()

@@ -55,7 +55,7 @@ def table(shown: SessionPage, upload: str) -> list[str]:
 def test_truth_is_clicked_frame_by_frame_and_measures_the_run(shown: SessionPage, server: Server, upload: str) -> None:
     """A click marks and goes on, keys do the same, one is taken back; frames between stay without truth."""
     page = shown.page
-    page.click("button[aria-label=Files]")
+    shown.menu("files")
     page.click("[data-role=mark-truth]")
     page.locator(".truth-marking").wait_for()
     waits_at(shown, 0)
@@ -83,7 +83,7 @@ def test_truth_is_clicked_frame_by_frame_and_measures_the_run(shown: SessionPage
     assert table(shown, upload) == ["frame,x,y,w,h", "0,31,51,19,19", "4,39,51,19,19", "8,47,51,19,19"]
     shown.until(lambda: (server.column(shown.id, "error")[8] or 99) < 5, "the run is measured by it")
     assert [frame for frame, error in enumerate(server.column(shown.id, "error")) if error is not None] == [0, 4, 8]
-    page.click("button[aria-label=Files]")
+    shown.menu("files")
     page.locator("[data-role=known-truth]").wait_for()
 
 
@@ -91,9 +91,11 @@ def test_marks_that_are_known_can_be_corrected_or_left_alone(shown: SessionPage,
     """Marking begins with what a file has given; leaving asks before marks are lost."""
     page = shown.page
     rows = "frame,x,y,w,h\n0,31,51,19,19\n1,90,90,19,19\n"
+    shown.menu("files")
     page.set_input_files("[data-file=truth]", {"name": "t.csv", "mimeType": "text/csv", "buffer": rows.encode()})
     page.locator(".toast:has-text('2 frames is known')").wait_for()
     shown.until(lambda: page.locator(".play").is_enabled(), "it goes on")
+    page.keyboard.press("Escape")
     page.keyboard.press("t")
     page.locator(".truth-marking[data-state=kept]").wait_for()
     page.fill("#truth-every", "1")

@@ -124,6 +124,7 @@ def it_goes_on_with_the_run(view: WorldPage, server: Server) -> None:
     view.changes(lambda: server.seek(view.id, 30))
     picture = view.page.locator(".flat-canvas")
     view.until(lambda: picture.get_attribute("data-frame") == "30", "the frame is painted")
+    view.page.locator(".controls").get_by_text("More", exact=True).click()
     view.page.get_by_text("What to draw").click()
     view.changes(view.page.get_by_label("Axes", exact=True).uncheck)
     view.changes(view.page.get_by_label("Axes", exact=True).check)

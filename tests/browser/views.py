@@ -197,6 +197,9 @@ class SessionPage(View):
 
     def row(self, label: str) -> Any:
         """Return the row of the scene's panel with this label, unfolding all if it is in a fold."""
+        opener = self.page.get_by_role("button", name="Scene panel")
+        if opener.get_attribute("aria-pressed") == "false":
+            opener.click()
         row = self.scene.locator(".mantine-Flex-root").filter(has=self.scene.locator(f"label:text-is('{label}')"))
         self.scene.get_by_text("Speed", exact=True).wait_for()  # the last one of the panel
         if not row.first.is_visible():
@@ -232,6 +235,13 @@ class SessionPage(View):
         box = self.number(label)
         box.fill(str(value))
         box.press("Enter")
+
+    def menu(self, tool: str) -> None:
+        """Choose something from the menu."""
+        self.page.get_by_role("button", name="Menu", exact=True).click()
+        self.page.locator(f"[data-tool={tool}]").click()
+        if tool in {"files", "rename", "share"}:
+            self.page.locator("dialog[open]").wait_for()
 
     def press(self, key: str) -> None:
         self.page.keyboard.press(key)

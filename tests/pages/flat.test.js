@@ -3,8 +3,8 @@ import { describe, it } from "node:test";
 
 import { decode } from "../../frontend_static/session/flat/decode.js";
 import { Layers } from "../../frontend_static/session/flat/layers.js";
-import { nameAt } from "../../frontend_static/session/flat/names.js";
-import { css, placed } from "../../frontend_static/session/flat/pixels.js";
+import { nameAt } from "../../frontend_static/session/flat/flat_view.js";
+import { css, placed } from "../../frontend_static/session/flat/paint.js";
 
 const HEAD = { frame: 7, width: 320, height: 240, caption: "frame 7 · σ 2 px" };
 

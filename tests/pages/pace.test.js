@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
-import { Pace } from "../../frontend_static/session/pace.js";
+import { Pace } from "../../frontend_static/session/clock.js";
 
 const TELL_MS = 1000 / 30;
 

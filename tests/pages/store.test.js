@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { beforeEach, describe, it } from "node:test";
 
 import { Clock } from "../../frontend_static/session/clock.js";
-import { Commands } from "../../frontend_static/session/commands.js";
+import { Commands } from "../../frontend_static/session/steering.js";
 import { Steering } from "../../frontend_static/session/steering.js";
 import { Store } from "../../frontend_static/session/store.js";
 import { effect } from "../../frontend_static/vendor/preact.js";

@@ -1,96 +1,194 @@
 /** A filter of one's own beside the session that runs it: the text of its file, saved with Ctrl-S, mistakes at their line. */
 
 import { api, messageOf } from "../../shared/api.js";
-import { fill, h, setText } from "../../shared/dom.js";
-import { iconButton } from "../../shared/icons.js";
-import { CodeField } from "./code_field.js";
+import { IconButton } from "../../shared/icons.js";
+import { h, html, useEffect, useRef, useSignal } from "../../vendor/preact.js";
+import {
+  autocompletion,
+  basicSetup,
+  EditorView,
+  HighlightStyle,
+  indentUnit,
+  indentWithTab,
+  keymap,
+  lintGutter,
+  python,
+  pythonLanguage,
+  setDiagnostics,
+  syntaxHighlighting,
+  tags,
+} from "../../vendor/codemirror.js";
 
-/** @import { FilterPublic } from "../../shared/messages.js" */
+/** @import { FilterPublic, SessionProblem, SessionPublic } from "../../shared/messages.js" */
 /** @import { Store } from "../store.js" */
 
-/** A file that another editor has saved is taken over when the session has taken it over. */
-export class Editor {
-  #element;
-  #store;
-  #file;
-  /** @type {CodeField} */
-  #field;
-  #title = h("h2", {});
-  #state = h("p", { class: "editor-state", role: "status" });
-  #said = "";
+const COLOURS = HighlightStyle.define([
+  { tag: [tags.keyword, tags.operatorKeyword], color: "light-dark(#0b5394, #7cc4ff)" },
+  { tag: [tags.string, tags.docString], color: "light-dark(#7a4b00, #f0c674)" },
+  { tag: tags.comment, color: "light-dark(#5a6169, #a3acb5)", fontStyle: "italic" },
+  { tag: tags.number, color: "light-dark(#0b6b53, #6fd6b5)" },
+  { tag: [tags.function(tags.definition(tags.variableName)), tags.definition(tags.className)], fontWeight: "600" },
+]);
+
+const THEME = EditorView.theme({
+  "&": { color: "var(--ink)", backgroundColor: "var(--surface)" },
+  ".cm-content": { caretColor: "var(--ink)", fontFamily: "ui-monospace, monospace" },
+  ".cm-cursor": { borderLeftColor: "var(--ink)" },
+  ".cm-gutters": { color: "var(--muted)", backgroundColor: "var(--well)", border: "0" },
+  ".cm-activeLine, .cm-activeLineGutter": { backgroundColor: "light-dark(#0000000a, #ffffff0f)" },
+  "&.cm-focused .cm-selectionBackground, .cm-selectionBackground, ::selection": { backgroundColor: "light-dark(#bcd9f5, #2f4d6b) !important" },
+  ".cm-tooltip": { color: "var(--ink)", backgroundColor: "var(--raised)", border: "1px solid var(--line)", maxWidth: "30rem" },
+});
+
+class CodeField {
+  #view;
+  /** The mistake that has been brought into sight; one is told again whenever the run moves. */
+  #seen = "";
 
   /**
-   * @param {HTMLElement} element
-   * @param {Store} store
+   * @param {HTMLElement} parent
    * @param {FilterPublic} file
-   * @param {() => void} onClose
+   * @param {{onChange: (text: string) => void, onSave: () => void}} told
    */
-  constructor(element, store, file, onClose) {
-    this.#element = element;
-    this.#store = store;
-    this.#file = file;
-    const place = h("div", { class: "editor-text" });
-    const save = h("button", { type: "button", class: "primary", title: "Save (Ctrl-S)", on: { click: () => this.#save() } }, "Save");
-    fill(element, h("div", { class: "editor-bar" }, this.#title, save, iconButton("close", "Close the editor", onClose)), place, this.#state);
-    setText(this.#title, file.file);
-    this.#field = new CodeField(place, file, { onChange: () => this.#show(), onSave: () => this.#save() });
-    store.on(["problem", "recipe", "parameters", "position"], () => this.#show());
-    store.on(["recipe"], () => this.#follow());
-    this.#show();
-    this.#field.focus();
+  constructor(parent, file, { onChange, onSave }) {
+    const save = () => {
+      onSave();
+      return true;
+    };
+    this.#view = new EditorView({
+      parent,
+      doc: file.text,
+      extensions: [
+        keymap.of([{ key: "Mod-s", preventDefault: true, run: save }, indentWithTab]),
+        basicSetup,
+        indentUnit.of("    "),
+        python(),
+        pythonLanguage.data.of({ autocomplete: hints(file) }),
+        autocompletion(),
+        lintGutter(),
+        syntaxHighlighting(COLOURS),
+        THEME,
+        EditorView.contentAttributes.of({ "aria-label": file.file }),
+        EditorView.updateListener.of((/** @type {{docChanged: boolean}} */ update) => update.docChanged && onChange(this.text)),
+      ],
+    });
   }
 
-  get name() {
-    return this.#file.name;
+  get text() {
+    return this.#view.state.doc.toString();
   }
 
-  /** Come back to it: what happened meanwhile is told. */
+  set text(text) {
+    const { state } = this.#view;
+    this.#view.dispatch({ changes: { from: 0, to: state.doc.length, insert: text } });
+  }
+
   focus() {
-    this.#show();
-    this.#field.focus();
+    this.#view.focus();
   }
 
-  get #isChanged() {
-    return this.#field.text !== this.#file.text;
+  /**
+   * Mark a mistake at its line, or none; one that is new comes into sight.
+   *
+   * @param {SessionProblem|null} problem
+   */
+  mark(problem) {
+    const { state } = this.#view;
+    const number = problem?.line ?? 0;
+    const line = number >= 1 && number <= state.doc.lines ? state.doc.line(number) : null;
+    const marks = problem && line ? [{ from: line.from, to: line.to, severity: "error", message: problem.text }] : [];
+    this.#view.dispatch(setDiagnostics(state, marks));
+    const seen = problem && line ? `${number} ${problem.text}` : "";
+    if (seen !== this.#seen && line) this.#view.dispatch({ effects: EditorView.scrollIntoView(line.from, { y: "center" }) });
+    this.#seen = seen;
   }
+}
 
-  async #save() {
+/**
+ * Complete the names of functions that a file may define, with what they get and return.
+ *
+ * @param {FilterPublic} file
+ */
+function hints({ hints: known, components, observed }) {
+  const columns = components.map(({ name, unit }) => (unit ? `${name} (${unit})` : name)).join(", ");
+  const options = known.map(({ name, arguments: given, returns, about }) => ({
+    label: name,
+    type: "function",
+    detail: `(${given.join(", ")}) → ${returns}`,
+    info: `${about} Columns of states: ${columns}. ${observed}.`,
+    apply: `def ${name}(${given.join(", ")}):\n    `,
+  }));
+  return (/** @type {{matchBefore: (pattern: RegExp) => {from: number, text: string}|null, explicit: boolean}} */ context) => {
+    const word = context.matchBefore(/^(def )?\w*/);
+    if (word === null || (word.text === "" && !context.explicit)) return null;
+    return { from: word.from, options: options.map((one) => ({ ...one, label: word.text.startsWith("def ") ? `def ${one.label}` : one.label })) };
+  };
+}
+
+/**
+ * A file that another editor has saved is taken over when the session has taken it over, unless something here is not saved.
+ *
+ * @param {{store: Store, file: FilterPublic, close: () => void}} props
+ */
+export function Editor({ store, file: first, close }) {
+  const file = useSignal(first);
+  const text = useSignal(first.text);
+  const said = useSignal("");
+  const place = useRef(/** @type {HTMLElement|null} */ (null));
+  const field = useRef(/** @type {CodeField|null} */ (null));
+  const save = async () => {
     try {
-      this.#file = await api.writeFilter(this.#file.name, this.#field.text, this.#file.digest);
-      this.#said = "Saved.";
+      file.value = await api.writeFilter(file.value.name, text.value, file.value.digest);
+      said.value = "Saved.";
     } catch (error) {
-      this.#said = `Not saved: ${messageOf(error)}`;
+      said.value = `Not saved: ${messageOf(error)}`;
     }
-    this.#show();
-  }
+  };
+  const { problem = null, recipe } = store.session ?? {};
+  const { name } = file.value;
+  const isChanged = text.value !== file.value.text;
+  const own = problem?.file === file.value.file ? problem : null;
+  const versions = recipe?.filters?.[name];
+  const newest = Array.isArray(versions) ? versions.at(-1) : undefined;
+  useEffect(() => {
+    const change = (/** @type {string} */ next) => {
+      text.value = next;
+      said.value = "";
+    };
+    field.current = new CodeField(/** @type {HTMLElement} */ (place.current), first, { onChange: change, onSave: save });
+    field.current.focus();
+  }, []);
+  useEffect(() => field.current?.mark(own), [own?.line, own?.text]);
+  useEffect(() => {
+    if (newest !== undefined && newest !== file.value.digest && !isChanged) follow();
+  }, [newest]);
+  const follow = async () => {
+    const found = (await api.filters()).find((each) => each.name === name);
+    if (found === undefined || text.value !== file.value.text) return;
+    file.value = found;
+    if (field.current && text.value !== found.text) field.current.text = found.text;
+  };
+  return html`
+    <div class="editor-bar">
+      <h2 class=${isChanged ? "unsaved" : ""}>${file.value.file}</h2>
+      <button type="button" class="primary" title="Save (Ctrl-S)" onClick=${save}>Save</button>
+      ${h(IconButton, { name: "close", title: "Close the editor", run: close })}
+    </div>
+    <div class="editor-text" ref=${place}></div>
+    ${h(State, { session: store.session, file: file.value, own, isChanged, said: said.value })}
+  `;
+}
 
-  /** Take over what another editor has saved, unless something here is not saved. */
-  async #follow() {
-    const versions = this.#store.session?.recipe.filters?.[this.#file.name];
-    const newest = Array.isArray(versions) ? versions.at(-1) : undefined;
-    if (newest === undefined || newest === this.#file.digest || this.#isChanged) return;
-    const found = (await api.filters()).find(({ name }) => name === this.#file.name);
-    if (found === undefined || this.#isChanged) return;
-    this.#file = found;
-    if (this.#field.text !== found.text) this.#field.text = found.text;
-    this.#show();
-  }
-
-  #show() {
-    const { session } = this.#store;
-    if (session === null || this.#element.hidden) return;
-    const { problem, tracker, parameters, position } = session;
-    const own = problem && problem.file === this.#file.file ? problem : null;
-    this.#field.mark(own);
-    this.#title.classList.toggle("unsaved", this.#isChanged);
-    this.#state.classList.toggle("wrong", own !== null || this.#said.startsWith("Not"));
-    const version = parameters[`${this.#file.name}_version`];
-    const isRunning = tracker === this.#file.name;
-    const running = isRunning
-      ? `This text is version ${version}: it computes the frames after ${position}. What older versions computed is kept in the other branches.`
-      : `Choose ${this.#file.file} as the tracker to run it.`;
-    if (this.#isChanged) this.#said = "";
-    const words = this.#isChanged ? "Not saved yet: Ctrl-S saves, and the run goes on with it as a branch." : running;
-    setText(this.#state, own ? `${own.line === null ? "" : `Line ${own.line}: `}${own.text}` : `${this.#said} ${words}`.trim());
-  }
+/**
+ * Whether it is saved and runs, or what is wrong in it.
+ *
+ * @param {{session: SessionPublic|null, file: FilterPublic, own: SessionProblem|null, isChanged: boolean, said: string}} props
+ */
+function State({ session, file: { name, file }, own, isChanged, said }) {
+  const version = `This text is version ${session?.parameters[`${name}_version`]}: it computes the frames after ${session?.position}.`;
+  const running = session?.tracker === name ? `${version} Older versions' frames stay in other branches.` : `Choose ${file} as the tracker to run it.`;
+  const words = isChanged ? "Not saved yet: Ctrl-S saves, and the run goes on with it as a branch." : running;
+  const mistake = own && `${own.line === null ? "" : `Line ${own.line}: `}${own.text}`;
+  const isWrong = own !== null || said.startsWith("Not");
+  return html`<p class=${isWrong ? "editor-state wrong" : "editor-state"} role="status">${mistake ?? `${said} ${words}`.trim()}</p>`;
 }

@@ -6,19 +6,102 @@
  * shows in worlds of their own stands beside the picture, and is painted together with it.
  */
 
+import { enlargement, watchCanvasSize } from "../../shared/canvas_size.js";
 import { fill, h, setText } from "../../shared/dom.js";
 import { coalesce, later } from "../../shared/timing.js";
+import { h as component, render } from "../../vendor/preact.js";
 import { decode } from "./decode.js";
-import { nameAt } from "./names.js";
+import { LayerLegend, Layers } from "./layers.js";
 import { paint } from "./paint.js";
-import { Pictures } from "./pictures.js";
-import { enlargement, watchCanvasSize } from "../../shared/canvas_size.js";
 import { WorldView } from "./world_view.js";
 
-/** @import { Drawing, WorldDrawing } from "./decode.js" */
-/** @import { Overlay } from "./overlay.js" */
 /** @import { CanvasSize } from "../../shared/canvas_size.js" */
-/** @import { Layers } from "./layers.js" */
+/** @import { SessionPublic } from "../../shared/messages.js" */
+/** @import { Drawing, Primitive, WorldDrawing } from "./decode.js" */
+/** @import { Overlay } from "./overlay.js" */
+
+/** So near the pointer has to be, in pixels of the page. */
+const REACH = 9;
+
+/**
+ * The written-out name of what a pointer is at: the nearest point that has one, whether its label is shown or not.
+ *
+ * @param {readonly Primitive[]} primitives
+ * @param {number} x px of the drawing, from the centre of its first pixel
+ * @param {number} y
+ * @param {number} scale Pixels of the page per px of the drawing.
+ * @returns {string} Empty where nothing is.
+ */
+export function nameAt(primitives, x, y, scale) {
+  let [name, nearest] = ["", REACH / scale];
+  for (const item of primitives) {
+    if (item.kind !== "text" || item.title === "" || item.point === null) continue;
+    const distance = Math.hypot(item.point[0] - x, item.point[1] - y);
+    if (distance <= nearest) [name, nearest] = [item.title, distance];
+  }
+  return name;
+}
+
+/** @typedef {{decoded: Promise<ImageBitmap|null>, bitmap: ImageBitmap|null, needed: number}} Kept */
+
+/** The pictures of drawings, decoded outside the page's thread and freed as soon as no drawing needs them any more. */
+class Pictures {
+  /** @type {Map<number, Kept>} */
+  #newest = new Map();
+  /** @type {Set<Kept>} */
+  #all = new Set();
+
+  /**
+   * Take the files of a drawing, and keep what it needs.
+   *
+   * @param {Drawing} drawing
+   * @param {number} number Drawings are counted as they come.
+   * @returns {Promise<Map<number, ImageBitmap>>} Its pictures by key; one that cannot be decoded is missing.
+   */
+  async of(drawing, number) {
+    for (const [key, file] of drawing.files) this.#newest.set(key, this.#decoding(file));
+    /** @type {Map<number, Kept>} */
+    const needed = new Map();
+    for (const item of drawing.primitives) {
+      const kept = item.kind === "picture" ? this.#newest.get(item.image_rgb.key) : undefined;
+      if (item.kind === "picture" && kept !== undefined) needed.set(item.image_rgb.key, kept);
+    }
+    // A key that the newest drawing does not name is sent again when it is needed again.
+    this.#newest = needed;
+    for (const kept of needed.values()) kept.needed = number;
+    await Promise.all([...needed.values()].map(({ decoded }) => decoded));
+    const bitmaps = [...needed].flatMap(([key, { bitmap }]) => (bitmap === null ? [] : [/** @type {const} */ ([key, bitmap])]));
+    return new Map(bitmaps);
+  }
+
+  /**
+   * Free what only drawings before this one needed.
+   *
+   * @param {number} number
+   */
+  free(number) {
+    for (const kept of this.#all) {
+      if (kept.needed >= number) continue;
+      this.#all.delete(kept);
+      kept.decoded.then((bitmap) => bitmap?.close());
+    }
+  }
+
+  /**
+   * @param {Uint8Array} file
+   * @returns {Kept}
+   */
+  #decoding(file) {
+    /** @type {Kept} */
+    const kept = { decoded: Promise.resolve(null), bitmap: null, needed: 0 };
+    kept.decoded = createImageBitmap(new Blob([/** @type {BlobPart} */ (file)], { type: "image/jpeg" })).then(
+      (bitmap) => (kept.bitmap = bitmap),
+      () => null,
+    );
+    this.#all.add(kept);
+    return kept;
+  }
+}
 
 /** @typedef {import("../../shared/messages.js").SessionMessage} SessionMessage */
 
@@ -27,6 +110,7 @@ import { WorldView } from "./world_view.js";
  * @property {Layers} layers Which layers are shown.
  * @property {Overlay} [overlay] Says how it is painted where several lie over each other; it has no ground then.
  * @property {() => void} onPainted Called when a drawing was painted.
+ * @property {boolean} [hasLegend] Whether the line below the picture says what its colours mean, instead of what it shows.
  */
 
 /** A run that plays comes to its next frame sooner than this. */
@@ -42,7 +126,8 @@ export class FlatView {
   #worlds = [];
   #beside = h("div", { class: "worlds" });
   #main = h("div", { class: "flat-main" }, h("div", { class: "flat-body" }, this.#place, this.#beside));
-  #root = h("div", { class: "flat-view" }, this.#main, h("div", { class: "flat-line" }, this.#caption));
+  #line = h("div", { class: "flat-line" }, this.#caption);
+  #root = h("div", { class: "flat-view" }, this.#main, this.#line);
   #pictures = new Pictures();
   #unsettle = () => {};
   #layers;
@@ -63,7 +148,7 @@ export class FlatView {
    * @param {Options} options
    * @param {AbortSignal} signal
    */
-  constructor(element, { layers, overlay, onPainted }, signal) {
+  constructor(element, { layers, overlay, onPainted, hasLegend = false }, signal) {
     this.#layers = layers;
     this.#overlay = overlay;
     this.#onPainted = onPainted;
@@ -73,6 +158,7 @@ export class FlatView {
     watchCanvasSize(this.#place, (room) => this.#resize(room), signal);
     layers.on(this.#soon, signal);
     overlay?.on(this.#soon, signal);
+    if (hasLegend) this.#addLegend();
     this.#nameWhatIsPointedAt();
     signal.addEventListener("abort", () => this.#pictures.free(Infinity));
   }
@@ -135,6 +221,15 @@ export class FlatView {
     painted();
     this.#pictures.free(number);
     this.#onPainted();
+  }
+
+  /** The caption stays for whoever cannot see the picture, and for what is pointed at. */
+  #addLegend() {
+    const place = h("div", { class: "made" });
+    this.#line.prepend(place);
+    this.#line.dataset.legend = "";
+    render(component(LayerLegend, { layers: this.#layers }), place);
+    this.#signal.addEventListener("abort", () => render(null, place));
   }
 
   /** On hover the browser shows the name; a finger has no hover, so the line below the picture says it, too. */
@@ -203,4 +298,49 @@ export class FlatView {
 function wordsOf({ caption, frame }, overlay) {
   const counted = `frame ${frame - (overlay?.first ?? 0)}`;
   return caption ? caption.replace(`frame ${frame}`, counted) : counted;
+}
+
+/** The flat view as what a page shows of a run. */
+export class FlatScene {
+  /** @type {Promise<FlatView>} */
+  #view;
+
+  /** Whether it shows a picture. */
+  hasPicture = false;
+
+  element = h("div", { class: "flat-scene" });
+  window = null;
+
+  /**
+   * @param {Promise<SessionPublic>} session What is known of it.
+   * @param {import("../scene.js").Progress} on
+   * @param {AbortSignal} signal
+   * @param {{hasLegend?: boolean, layers: readonly string[], overlay?: import("./overlay.js").Overlay}} options Whether it says what its
+   *     colours mean; names of layers to show from the beginning, beside those declared so; and what says how it is painted where
+   *     several lie over each other.
+   */
+  constructor(session, on, signal, { layers: named, ...options }) {
+    const onPainted = () => {
+      this.hasPicture = true;
+      on.drawn();
+    };
+    // Without knowing which layers are shown the first picture would flash all of them.
+    this.#view = session.then(({ layers: declared }) => {
+      const layers = new Layers(declared.map((layer) => ({ ...layer, shown: layer.shown || named.includes(layer.name) })));
+      if (!signal.aborted) on.layers(layers);
+      return new FlatView(this.element, { layers, onPainted, ...options }, signal);
+    });
+    // Why there is none is said for all of the session.
+    this.#view.catch(() => {});
+  }
+
+  /**
+   * Read a drawing and unpack its pictures.
+   *
+   * @param {ArrayBuffer} data As it has come.
+   * @param {() => void} painted Called when it was painted, or will never be.
+   */
+  async prepare(data, painted) {
+    return (await this.#view).prepare(data, painted);
+  }
 }

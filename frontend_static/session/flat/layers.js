@@ -1,26 +1,25 @@
-/** Which layers of a session's drawings are shown; views paint by it, panels switch it. */
+/** Which layers of a session's drawings are shown, as signals; views paint by it, panels switch it. */
+
+import { effect, html, signal, untracked } from "../../vendor/preact.js";
 
 /** @import { Layer } from "../../shared/messages.js" */
 /** @import { DrawnKey } from "./decode.js" */
 
 export class Layers {
-  /** @type {Map<string, boolean>} */
+  /** By name. */
   #shown;
-  /** @type {readonly DrawnKey[]} */
-  #legend = [];
-  /** @type {Set<() => void>} */
-  #listeners = new Set();
+  #legend = signal(/** @type {readonly DrawnKey[]} */ ([]));
 
   /** @param {readonly Layer[]} [declared] A layer that is not among them is shown. */
   constructor(declared = []) {
     /** Those that can be seen from the front. */
     this.declared = declared.filter(({ role }) => role !== "through time");
-    this.#shown = new Map(declared.map(({ name, shown, role }) => [name, shown && role !== "through time"]));
+    this.#shown = signal(Object.fromEntries(declared.map(({ name, shown, role }) => [name, shown && role !== "through time"])));
   }
 
   /** @param {string} layer */
   isShown(layer) {
-    return this.#shown.get(layer) ?? true;
+    return this.#shown.value[layer] ?? true;
   }
 
   /**
@@ -28,33 +27,46 @@ export class Layers {
    * @param {boolean} shown
    */
   set(layer, shown) {
-    if (this.isShown(layer) === shown) return;
-    this.#shown.set(layer, shown);
-    for (const listener of this.#listeners) listener();
+    if (this.isShown(layer) !== shown) this.#shown.value = { ...this.#shown.peek(), [layer]: shown };
   }
 
   /** What the colours mean on layers that are shown, each meaning once. */
   get legend() {
-    const shown = this.#legend.filter(({ layer }) => this.isShown(layer));
+    const shown = this.#legend.value.filter(({ layer }) => this.isShown(layer));
     return [...new Map(shown.map((key) => [`${key.colour} ${key.meaning}`, key])).values()];
   }
 
   /** @param {readonly DrawnKey[]} legend That of the drawing that is painted. */
   tell(legend) {
-    const isSame = legend.length === this.#legend.length && legend.every(({ meaning }, place) => meaning === this.#legend[place].meaning);
-    if (isSame) return;
-    this.#legend = legend;
-    for (const listener of this.#listeners) listener();
+    const known = this.#legend.peek();
+    const isSame = legend.length === known.length && legend.every(({ meaning }, place) => meaning === known[place].meaning);
+    if (!isSame) this.#legend.value = legend;
   }
 
   /**
    * Call `listener` after each change.
    *
    * @param {() => void} listener
-   * @param {AbortSignal} signal Ends it.
+   * @param {AbortSignal} end Ends it.
    */
-  on(listener, signal) {
-    this.#listeners.add(listener);
-    signal.addEventListener("abort", () => this.#listeners.delete(listener));
+  on(listener, end) {
+    let isFirst = true;
+    const dispose = effect(() => {
+      void this.#shown.value;
+      void this.#legend.value;
+      if (!isFirst) untracked(listener);
+      isFirst = false;
+    });
+    end.addEventListener("abort", dispose);
   }
+}
+
+/**
+ * What the colours mean that are drawn.
+ *
+ * @param {{layers: Layers}} props
+ */
+export function LayerLegend({ layers }) {
+  const keys = layers.legend.map(({ colour, meaning }) => html`<li class="legend-key"><i style=${`background: var(--${colour})`}></i>${meaning}</li>`);
+  return html`<ul class="legend" aria-label="Legend">${keys}</ul>`;
 }

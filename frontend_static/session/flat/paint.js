@@ -2,16 +2,32 @@
  * Painting a drawing from the front: every primitive where `pftrack/rendering.py` puts it.
  *
  * A drawing counts its px from the centre of the top left pixel, a canvas from that pixel's corner. So at k pixels of the
- * canvas to the px, a position x lands on k (x + 1/2).
+ * canvas to the px, a position x lands on k (x + 1/2). Clouds are discs, or stamps of whole pixels where there are thousands.
+ * Meshes are painted from their furthest triangle to the nearest, shaded by how far it faces the viewer, each in the mean
+ * colour of its corners; what lies behind a triangle of the same mesh is not seen through it.
  */
 
-import { paintEllipsoids, paintHeads } from "./bodies.js";
-import { paintMesh } from "./mesh.js";
 import { coated } from "./overlay.js";
-import { css, placed } from "./pixels.js";
-import { paintPoints } from "./points.js";
 
-/** @import { Drawing, Primitive, Colour, Picture, Ellipse, Axes, Text } from "./decode.js" */
+/** @import { Arrows, Axes, Colour, Drawing, Ellipse, Ellipsoids, Mesh, Picture, Points, Primitive, Text } from "./decode.js" */
+
+/** Beyond so many pixels of the canvas nothing is told apart, and browsers grow slow. */
+const FAR_PX = 30_000;
+
+/**
+ * Where a coordinate lands on the canvas; what is not a number stays so.
+ *
+ * @param {number} value px of the drawing, from the centre of the first pixel
+ * @param {number} scale Pixels of the canvas per px of the drawing.
+ */
+export function placed(value, scale) {
+  return Math.min(Math.max(scale * (value + 0.5), -FAR_PX), FAR_PX);
+}
+
+/** @param {ArrayLike<number>} colour RGB, 0 to 255 */
+export function css(colour) {
+  return `rgb(${colour[0]} ${colour[1]} ${colour[2]})`;
+}
 
 /**
  * Where and how it is painted.
@@ -188,4 +204,270 @@ function paintText({ context, width, scale, density }, { position, text, colour,
   context.strokeText(words, x, y);
   context.fillStyle = css(colour);
   context.fillText(words, x, y);
+}
+
+const STAMPED_FROM = 2000;
+const OPAQUE = 0xff000000;
+
+/**
+ * @param {Surface} surface
+ * @param {Points} item
+ */
+export function paintPoints(surface, item) {
+  const radius = Math.max(0.5 * surface.density, (item.size * surface.scale) / 2);
+  if (item.positions.length / 3 >= STAMPED_FROM) stamp(surface, item, radius);
+  else discs(surface, item, radius);
+}
+
+/**
+ * Points of one colour that follow each other are one path.
+ *
+ * @param {Surface} surface
+ * @param {Points} item
+ * @param {number} radius
+ */
+function discs({ context, width, height, scale }, { positions, colours }, radius) {
+  let shown = -1;
+  context.beginPath();
+  for (let at = 0; at < positions.length; at += 3) {
+    const x = placed(positions[at], scale);
+    const y = placed(positions[at + 1], scale);
+    if (!(x > -radius && x < width + radius && y > -radius && y < height + radius)) continue;
+    const colour = (colours[at] << 16) | (colours[at + 1] << 8) | colours[at + 2];
+    if (colour !== shown) {
+      context.fill();
+      context.beginPath();
+      context.fillStyle = css(colours.subarray(at, at + 3));
+      shown = colour;
+    }
+    context.moveTo(x + radius, y);
+    context.arc(x, y, radius, 0, 2 * Math.PI);
+  }
+  context.fill();
+}
+
+/**
+ * Set the pixels around each point in an image of the cloud's extent, which is then laid over the canvas.
+ *
+ * @param {Surface} surface
+ * @param {Points} item
+ * @param {number} radius
+ */
+function stamp({ context, width, height, scale }, { positions, colours }, radius) {
+  const reach = Math.max(0, Math.round(radius - 0.5));
+  const [left, top, right, bottom] = extent(positions, scale, reach, width, height);
+  if (right <= left || bottom <= top) return;
+  const [wide, high] = [right - left, bottom - top];
+  const image = new ImageData(wide, high);
+  const pixels = new Uint32Array(image.data.buffer);
+  const brush = offsets(reach);
+  for (let at = 0; at < positions.length; at += 3) {
+    const x = Math.floor(placed(positions[at], scale)) - left;
+    const y = Math.floor(placed(positions[at + 1], scale)) - top;
+    const colour = OPAQUE | (colours[at + 2] << 16) | (colours[at + 1] << 8) | colours[at];
+    for (const [dx, dy] of brush) {
+      if (x + dx >= 0 && x + dx < wide && y + dy >= 0 && y + dy < high) pixels[(y + dy) * wide + x + dx] = colour;
+    }
+  }
+  const layer = new OffscreenCanvas(wide, high);
+  layer.getContext("2d")?.putImageData(image, 0, 0);
+  context.drawImage(layer, left, top);
+}
+
+/**
+ * The part of the canvas that a cloud covers: left, top, right, bottom in its pixels.
+ *
+ * @param {Float32Array} positions
+ * @param {number} scale
+ * @param {number} reach
+ * @param {number} width
+ * @param {number} height
+ */
+function extent(positions, scale, reach, width, height) {
+  let [left, top, right, bottom] = [width, height, 0, 0];
+  for (let at = 0; at < positions.length; at += 3) {
+    const x = Math.floor(placed(positions[at], scale));
+    const y = Math.floor(placed(positions[at + 1], scale));
+    if (!Number.isFinite(x + y)) continue;
+    left = Math.min(left, x - reach);
+    top = Math.min(top, y - reach);
+    right = Math.max(right, x + reach + 1);
+    bottom = Math.max(bottom, y + reach + 1);
+  }
+  return [Math.max(left, 0), Math.max(top, 0), Math.min(right, width), Math.min(bottom, height)];
+}
+
+/**
+ * The pixels of a disc about its middle.
+ *
+ * @param {number} reach
+ * @returns {[number, number][]}
+ */
+function offsets(reach) {
+  /** @type {[number, number][]} */
+  const found = [];
+  for (let dy = -reach; dy <= reach; dy += 1) {
+    for (let dx = -reach; dx <= reach; dx += 1) if (dx * dx + dy * dy <= reach * reach) found.push([dx, dy]);
+  }
+  return found;
+}
+
+const CORNERS = 72;
+const OUTLINE_PX = 1;
+/** Length of an arrow's head: in widths of its line, but at most this share of the arrow. */
+const HEAD_WIDTHS = 6;
+const HEAD_SHARE = 0.35;
+const HALF_ANGLE = (24 * Math.PI) / 180;
+
+/**
+ * Paint the heads of arrows; their lines are painted like any others.
+ *
+ * @param {Surface} surface
+ * @param {Arrows} item
+ */
+export function paintHeads({ context, scale }, { segments, colour, width }) {
+  context.fillStyle = css(colour);
+  for (let at = 0; at < segments.length; at += 6) {
+    const [x, y] = [segments[at + 3], segments[at + 4]];
+    const [dx, dy] = [x - segments[at], y - segments[at + 1]];
+    const length = Math.hypot(dx, dy);
+    if (!Number.isFinite(length) || length === 0) continue;
+    const head = Math.min(HEAD_SHARE * length, HEAD_WIDTHS * width) / length;
+    const aside = head * Math.tan(HALF_ANGLE);
+    fillCorners(context, scale, [
+      [x, y],
+      [x - head * dx - aside * dy, y - head * dy + aside * dx],
+      [x - head * dx + aside * dy, y - head * dy - aside * dx],
+    ]);
+  }
+}
+
+/**
+ * @param {Surface} surface
+ * @param {Ellipsoids} item
+ */
+export function paintEllipsoids({ context, scale, density }, { centres, covariances, colours, opacity, sigmas }) {
+  context.lineWidth = Math.max(density, OUTLINE_PX * scale);
+  for (let number = 0; 3 * number < centres.length; number += 1) {
+    const [x, y] = [centres[3 * number], centres[3 * number + 1]];
+    const [across, slope, rest] = root(covariances[9 * number], covariances[9 * number + 3], covariances[9 * number + 4]);
+    if (!Number.isFinite(x + y + across + slope + rest)) continue;
+    const corners = Array.from({ length: CORNERS }, (_, corner) => {
+      const angle = (2 * Math.PI * corner) / CORNERS;
+      const [cos, sin] = [sigmas * Math.cos(angle), sigmas * Math.sin(angle)];
+      return [x + across * cos, y + slope * cos + rest * sin];
+    });
+    context.fillStyle = context.strokeStyle = css(colours.subarray(3 * number, 3 * number + 3));
+    context.globalAlpha = opacity;
+    fillCorners(context, scale, corners);
+    context.globalAlpha = 1;
+    context.stroke();
+  }
+}
+
+/**
+ * @param {CanvasRenderingContext2D} context
+ * @param {number} scale
+ * @param {readonly number[][]} corners
+ */
+function fillCorners(context, scale, corners) {
+  context.beginPath();
+  for (const [x, y] of corners) context.lineTo(placed(x, scale), placed(y, scale));
+  context.closePath();
+  context.fill();
+}
+
+/**
+ * The lower triangular root of a covariance in the picture, which may be flat.
+ *
+ * @param {number} first Variance along x.
+ * @param {number} both Covariance.
+ * @param {number} second Variance along y.
+ */
+function root(first, both, second) {
+  const across = Math.sqrt(Math.max(first, 0));
+  const slope = across > 0 ? both / across : 0;
+  return [across, slope, Math.sqrt(Math.max(second - slope * slope, 0))];
+}
+
+/** What a triangle seen from its edge keeps of its colour. */
+const AMBIENT = 0.4;
+/** Triangles overlap by so many pixels of the canvas, so that nothing shines through between them. */
+const OVERLAP_PX = 0.5;
+
+/**
+ * @param {Surface} surface
+ * @param {Mesh} mesh
+ */
+export function paintMesh({ context, width, height, scale }, mesh) {
+  const { vertices, faces } = mesh;
+  if (!faces.length || !vertices.every(Number.isFinite)) return;
+  const layer = new OffscreenCanvas(width, height);
+  const target = layer.getContext("2d");
+  if (target === null) return;
+  target.lineWidth = OVERLAP_PX;
+  target.lineJoin = "round";
+  const { opacity } = mesh;
+  for (const face of fromFarToNear(vertices, faces)) {
+    const [a, b, c] = [faces[3 * face], faces[3 * face + 1], faces[3 * face + 2]];
+    const light = AMBIENT + (1 - AMBIENT) * facing(vertices, a, b, c);
+    target.fillStyle = target.strokeStyle = css(colourOf(mesh, a, b, c).map((value) => value * light));
+    target.beginPath();
+    for (const corner of [a, b, c]) target.lineTo(placed(vertices[3 * corner], scale), placed(vertices[3 * corner + 1], scale));
+    target.closePath();
+    if (typeof opacity !== "number") {
+      target.globalCompositeOperation = "destination-out";
+      target.globalAlpha = 1;
+      target.fill();
+      target.globalCompositeOperation = "source-over";
+      target.globalAlpha = (opacity[a] + opacity[b] + opacity[c]) / 3;
+      target.fill();
+      continue;
+    }
+    target.fill();
+    target.stroke();
+  }
+  context.globalAlpha = typeof opacity === "number" ? opacity : 1;
+  context.drawImage(layer, 0, 0);
+  context.globalAlpha = 1;
+}
+
+/**
+ * @param {Float32Array} vertices
+ * @param {Int32Array} faces
+ * @returns {number[]} Numbers of the faces.
+ */
+function fromFarToNear(vertices, faces) {
+  const heights = Array.from({ length: faces.length / 3 }, (_, face) =>
+    [0, 1, 2].reduce((sum, corner) => sum + vertices[3 * faces[3 * face + corner] + 2], 0),
+  );
+  return [...heights.keys()].sort((one, other) => heights[one] - heights[other]);
+}
+
+/**
+ * Share of a triangle's normal that points to the viewer, whichever side is seen.
+ *
+ * @param {Float32Array} vertices
+ * @param {number} a
+ * @param {number} b
+ * @param {number} c
+ */
+function facing(vertices, a, b, c) {
+  const edge = (/** @type {number} */ to, /** @type {number} */ axis) => vertices[3 * to + axis] - vertices[3 * a + axis];
+  const x = edge(b, 1) * edge(c, 2) - edge(b, 2) * edge(c, 1);
+  const y = edge(b, 2) * edge(c, 0) - edge(b, 0) * edge(c, 2);
+  const z = edge(b, 0) * edge(c, 1) - edge(b, 1) * edge(c, 0);
+  return Math.abs(z) / Math.max(Math.hypot(x, y, z), 1e-12);
+}
+
+/**
+ * @param {Mesh} mesh
+ * @param {number} a
+ * @param {number} b
+ * @param {number} c
+ * @returns {number[]}
+ */
+function colourOf({ colour }, a, b, c) {
+  if (colour.length === 3) return [...colour];
+  return [0, 1, 2].map((channel) => (colour[3 * a + channel] + colour[3 * b + channel] + colour[3 * c + channel]) / 3);
 }

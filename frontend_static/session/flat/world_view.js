@@ -1,19 +1,235 @@
 /**
- * A world beside the picture, on a canvas of its own: seen from its viewpoints, and from wherever somebody turns it to, by
- * dragging or by the arrow keys. It can be folded and enlarged; how it is seen is the page's affair alone.
+ * A world beside the picture, which one turns, enlarges or folds; and how its primitives become those of a square picture, as
+ * `pftrack/vision/rendering.py` has them. There is no perspective, so each primitive stays one of its kind.
  */
 
+import { enlargement, watchCanvasSize } from "../../shared/canvas_size.js";
 import { h } from "../../shared/dom.js";
 import { icon } from "../../shared/icons.js";
 import { onTheme } from "../../shared/theme.js";
 import { coalesce } from "../../shared/timing.js";
 import { paint } from "./paint.js";
-import { projected, projection, ruler } from "./projection.js";
-import { enlargement, watchCanvasSize } from "../../shared/canvas_size.js";
 
 /** @import { Viewpoint } from "../../shared/messages.js" */
-/** @import { WorldDrawing } from "./decode.js" */
+/** @import { Axes, Colour, Ellipsoids, Points, Primitive, ShownWorld, WorldDrawing } from "./decode.js" */
 /** @import { Layers } from "./layers.js" */
+
+/** @typedef {[number, number, number]} Vector */
+
+/**
+ * A map from a world to a picture: scale times turn times the way from the middle, and then to the middle of the picture.
+ *
+ * @typedef {object} Projection
+ * @property {Vector[]} turn Directions that are seen to the right, downwards and towards the viewer.
+ * @property {Vector} middle Of the world, in its unit.
+ * @property {number} scale px of the picture per unit.
+ * @property {number} centre Where the middle is in the picture, px from the left and from the top.
+ */
+
+/** Factor of free space around a world. */
+const MARGIN = 1.04;
+/** How far from the corner of its picture a ruler lies, as a share of the side. */
+const RULER_MARGIN = 0.04;
+const TEXT_ABOVE_PX = 5;
+/** @type {Colour} */
+const RULER_COLOUR = [128, 128, 128];
+const RADIANS = Math.PI / 180;
+
+/**
+ * How a world fills a square picture.
+ *
+ * @param {ShownWorld} world
+ * @param {number} azimuth Degrees to the right of the front from where it is seen.
+ * @param {number} elevation Degrees above the middle.
+ * @param {number} side Of the picture, px.
+ * @returns {Projection}
+ */
+export function projection(world, azimuth, elevation, side) {
+  const [up, front] = [unit(world.up), unit(world.front)];
+  const right = cross(up, front);
+  const [a, e] = [azimuth * RADIANS, elevation * RADIANS];
+  const across = sum(Math.cos(a), right, -Math.sin(a), front);
+  const towards = sum(Math.cos(e), sum(Math.cos(a), front, Math.sin(a), right), Math.sin(e), up);
+  return {
+    turn: [across, cross(across, towards), towards],
+    middle: world.middle,
+    scale: side / (2 * MARGIN * world.radius),
+    centre: (side - 1) / 2,
+  };
+}
+
+/**
+ * Map the primitives of a world; clouds are put in order, the furthest first, so that the nearest lies on top.
+ *
+ * @param {Projection} view
+ * @param {readonly Primitive[]} items
+ * @returns {Primitive[]}
+ */
+export function projected(view, items) {
+  return items.map((item) => primitive(view, item));
+}
+
+/**
+ * A world's ruler, in the lower left corner of its picture.
+ *
+ * @param {ShownWorld} world
+ * @param {Projection} view
+ * @param {number} side Of the picture, px.
+ * @returns {Primitive[]}
+ */
+export function ruler(world, view, side) {
+  const left = RULER_MARGIN * side;
+  const low = side - 1 - left;
+  const segments = new Float32Array([left, low, 0, left + world.ruler * view.scale, low, 0]);
+  const position = new Float32Array([left, low - TEXT_ABOVE_PX, 0]);
+  const look = { layer: "ruler", colour: RULER_COLOUR };
+  return [
+    { ...look, kind: "links", name: "ruler", segments, width: 2 },
+    { ...look, kind: "text", name: "ruler length", position, text: `${world.ruler} ${world.unit}`, anchor: "start", title: "", point: null },
+  ];
+}
+
+/**
+ * @param {Projection} view
+ * @param {Primitive} item
+ * @returns {Primitive}
+ */
+function primitive(view, item) {
+  switch (item.kind) {
+    case "points":
+      return farToNear(view, item);
+    case "ellipsoids":
+      return spread(view, item);
+    case "polyline":
+      return { ...item, positions: places(view, item.positions) };
+    case "links":
+    case "arrows":
+      return { ...item, segments: places(view, item.segments) };
+    case "mesh":
+      return { ...item, vertices: places(view, item.vertices) };
+    case "text":
+      return { ...item, position: places(view, item.position), point: item.point && places(view, item.point) };
+    case "axes":
+      return turnedAxes(view, item);
+    default:
+      return item;
+  }
+}
+
+/**
+ * @param {Projection} view
+ * @param {Float32Array} positions One after the other.
+ * @returns {Float32Array}
+ */
+function places({ turn: [right, down, towards], middle: [mx, my, mz], scale, centre }, positions) {
+  const mapped = new Float32Array(positions.length);
+  for (let at = 0; at < positions.length; at += 3) {
+    const [x, y, z] = [positions[at] - mx, positions[at + 1] - my, positions[at + 2] - mz];
+    mapped[at] = scale * (right[0] * x + right[1] * y + right[2] * z) + centre;
+    mapped[at + 1] = scale * (down[0] * x + down[1] * y + down[2] * z) + centre;
+    mapped[at + 2] = scale * (towards[0] * x + towards[1] * y + towards[2] * z);
+  }
+  return mapped;
+}
+
+/**
+ * @param {Projection} view
+ * @param {Points} item
+ * @returns {Points}
+ */
+function farToNear(view, item) {
+  const positions = places(view, item.positions);
+  const order = byDepth(positions);
+  return { ...item, positions: picked(positions, order, 3), colours: picked(item.colours, order, 3), size: item.size * view.scale };
+}
+
+/**
+ * @param {Projection} view
+ * @param {Ellipsoids} item
+ * @returns {Ellipsoids}
+ */
+function spread(view, item) {
+  const centres = places(view, item.centres);
+  const order = byDepth(centres);
+  const covariances = new Float32Array(item.covariances.length);
+  for (let at = 0; at < covariances.length; at += 9) {
+    const seen = turnedSpread(view, item.covariances.subarray(at, at + 9));
+    covariances.set(seen, at);
+  }
+  return { ...item, centres: picked(centres, order, 3), covariances: picked(covariances, order, 9), colours: picked(item.colours, order, 3) };
+}
+
+/**
+ * A covariance, nine numbers row by row, as it is seen, px^2.
+ *
+ * @param {Projection} view
+ * @param {ArrayLike<number>} covariance
+ */
+function turnedSpread({ turn, scale }, covariance) {
+  /** @param {Vector} one @param {Vector} other */
+  const between = (one, other) => {
+    let total = 0;
+    for (let row = 0; row < 3; row += 1) for (let column = 0; column < 3; column += 1) total += one[row] * covariance[3 * row + column] * other[column];
+    return scale * scale * total;
+  };
+  return turn.flatMap((one) => turn.map((other) => between(one, other)));
+}
+
+/**
+ * @param {Projection} view
+ * @param {Axes} item
+ * @returns {Axes}
+ */
+function turnedAxes(view, item) {
+  const rotation = new Float32Array(9);
+  view.turn.forEach((direction, row) => {
+    for (let axis = 0; axis < 3; axis += 1) {
+      rotation[3 * row + axis] = direction[0] * item.rotation[axis] + direction[1] * item.rotation[3 + axis] + direction[2] * item.rotation[6 + axis];
+    }
+  });
+  return { ...item, origin: places(view, item.origin), rotation, length: item.length * view.scale };
+}
+
+/**
+ * Numbers of positions, the furthest first.
+ *
+ * @param {Float32Array} positions
+ */
+function byDepth(positions) {
+  const order = Array.from({ length: positions.length / 3 }, (_, number) => number);
+  return order.sort((one, other) => positions[3 * one + 2] - positions[3 * other + 2]);
+}
+
+/**
+ * Rows of an array in another order.
+ *
+ * @template {Float32Array|Uint8Array} T
+ * @param {T} values
+ * @param {readonly number[]} order
+ * @param {number} width Of a row.
+ * @returns {T}
+ */
+function picked(values, order, width) {
+  const taken = /** @type {T} */ (values.slice());
+  order.forEach((from, to) => taken.set(values.subarray(width * from, width * (from + 1)), width * to));
+  return taken;
+}
+
+/** @param {Vector} vector @returns {Vector} */
+function unit([x, y, z]) {
+  const length = Math.hypot(x, y, z);
+  return [x / length, y / length, z / length];
+}
+
+/** @param {Vector} one @param {Vector} other @returns {Vector} */
+function cross([a, b, c], [x, y, z]) {
+  return [b * z - c * y, c * x - a * z, a * y - b * x];
+}
+
+/** @param {number} share @param {Vector} one @param {number} rest @param {Vector} other @returns {Vector} */
+function sum(share, one, rest, other) {
+  return [share * one[0] + rest * other[0], share * one[1] + rest * other[1], share * one[2] + rest * other[2]];
+}
 
 const DEGREES_PER_PX = 0.6;
 const DEGREES_PER_KEY = 10;

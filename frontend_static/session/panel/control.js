@@ -1,56 +1,146 @@
-/** One control, made from the declaration of one parameter: it proposes values and shows what is in force. */
+/** Controls made from the declaration of one parameter: each proposes values and shows what is in force. */
 
-import { h } from "../../shared/dom.js";
-import { explain, explainControl } from "../../shared/terms.js";
+import { elementOf } from "../../shared/dom.js";
+import { explainControl } from "../../shared/terms.js";
+import { h, html, signal, useMemo, useSignal } from "../../vendor/preact.js";
 
 /** @import { Declaration } from "../../shared/messages.js" */
 /** @import { Value } from "../../shared/format.js" */
-
-/**
- * @typedef {object} Control
- * @property {HTMLElement} element
- * @property {(value: Value) => void} show
- */
+/** @import { Child } from "../../vendor/preact.js" */
+/** @import { Layers } from "../flat/layers.js" */
 
 /** Digits that a number is shown with. */
 const DIGITS = 6;
 let made = 0;
 
-/**
- * @param {Declaration} declaration
- * @param {Value} value In force: the slider of a number reaches it.
- * @param {(value: Value) => void} propose
- * @returns {Control}
- */
-export function makeControl(declaration, value, propose) {
-  const { label, hint } = declaration;
+/** @param {{declaration: Declaration, value: Value, propose: (value: Value) => void}} props */
+export function DeclaredControl({ declaration, value, propose }) {
+  const { label, hint, minimum: min, maximum: max, step, useful } = declaration;
   switch (declaration.kind) {
     case "boolean":
-      return checkbox(label, hint, propose);
+      return h(Check, { label, hint, value: Boolean(value), propose });
     case "choice":
-      return choice(label, hint, declaration.choices.map((text) => [text, text]), propose);
+      return h(Choice, { label, hint, options: declaration.choices.map((text) => [text, text]), value: String(value), propose });
     case "colour":
-      return colour(declaration, propose);
+      return h(Labelled, { label, hint, field: (id) => html`<input type="color" id=${id} value=${value} onInput=${read((box) => propose(box.value))} />` });
     default:
-      return amount(declaration, Number(value), propose);
+      return h(Amount, { label, hint, min, max, step, useful, value: Number(value), propose });
   }
 }
 
+/** @param {{label: string, hint?: string, value: boolean, propose: (value: boolean) => void}} props */
+export function Check({ label, hint = "", value, propose }) {
+  return html`<label class="control check" ref=${explained(hint)}>
+    <input type="checkbox" checked=${value} aria-description=${hint || null} onChange=${read((box) => propose(box.checked))} />
+    <span>${label}</span>
+  </label>`;
+}
+
+/** @param {{label: string, hint: string, options: string[][], value: string, propose: (value: string) => void}} props */
+export function Choice({ label, hint, options, value, propose }) {
+  const choices = options.map(([each, title]) => html`<option value=${each} selected=${each === value}>${title}</option>`);
+  const choose = read((list) => propose(list.value));
+  return h(Labelled, { label, hint, field: (id) => html`<select id=${id} aria-description=${hint} onChange=${choose}>${choices}</select>` });
+}
+
 /**
- * @param {string} label
- * @param {string} hint
- * @param {(value: boolean) => void} propose
- * @returns {Control}
+ * A field that takes whatever is allowed, with a slider over the useful range, widened to the value in force. The field is the
+ * stop of the tab key for both: its arrows move by the same steps.
+ *
+ * @param {NumberProps & {useful: [number, number]|null}} props
+ *
+ * @typedef {object} NumberProps
+ * @property {string} label
+ * @property {string} hint
+ * @property {number|null} [min]
+ * @property {number|null} [max]
+ * @property {number|null} [step]
+ * @property {number} value
+ * @property {(value: number) => void} propose
  */
-export function checkbox(label, hint, propose) {
-  /** @type {HTMLInputElement} */
-  const box = h("input", { type: "checkbox", on: { change: () => propose(box.checked) } });
-  const element = h("label", { class: "control check" }, box, h("span", {}, label));
-  if (hint !== "") {
-    box.setAttribute("aria-description", hint);
-    explainControl(element, hint);
-  }
-  return { element, show: (value) => (box.checked = Boolean(value)) };
+function Amount({ useful, ...field }) {
+  const { label, hint, step, value, propose } = field;
+  const [low, high] = useful === null ? [value, value] : [Math.min(useful[0], value), Math.max(useful[1], value)];
+  if (low === high) return h(NumberBox, field);
+  const look = { step: step ?? "any", value, "aria-label": label, "aria-description": hint };
+  const slide = read((slider) => propose(slider.valueAsNumber));
+  return html`<div class="control amount-control">
+    ${h(NumberBox, field)}
+    <input type="range" tabindex="-1" min=${low} max=${high} ...${look} onInput=${slide} />
+  </div>`;
+}
+
+/**
+ * A field for a number. What is half typed is left alone until it is finished; whether a value is allowed is for the server
+ * to say, in words that name the bounds.
+ *
+ * @param {NumberProps} props
+ */
+export function NumberBox({ label, hint, min, max, step, value, propose }) {
+  const typed = useSignal(/** @type {string|null} */ (null));
+  const type = read((box) => (typed.value = box.value));
+  const finish = read((box) => {
+    const number = box.valueAsNumber;
+    typed.value = null;
+    if (Number.isFinite(number)) propose(number);
+    else box.value = shown(value);
+  });
+  const leave = read((box) => {
+    if (typed.value !== null) box.value = shown(value);
+    typed.value = null;
+  });
+  // It belongs to no form: its step is that of the arrows, and no bound for what is typed.
+  const look = { min, max, form: "", step: step ?? "any", "aria-description": hint, value: typed.value ?? shown(value) };
+  const field = (/** @type {string} */ id) =>
+    html`<input type="number" inputmode="decimal" id=${id} ...${look} onInput=${type} onChange=${finish} onBlur=${leave} />`;
+  return h(Labelled, { label, hint, field });
+}
+
+/** @param {{label: string, hint: string, field: (id: string) => Child}} props */
+function Labelled({ label, hint, field }) {
+  const id = useMemo(() => `control-${(made += 1)}`, []);
+  return html`<div class="control"><label for=${id} ref=${explained(hint)}>${label}</label>${field(id)}</div>`;
+}
+
+/**
+ * A listener that is given the field.
+ *
+ * @param {(field: HTMLInputElement) => void} act
+ */
+function read(act) {
+  return (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget }) => act(currentTarget);
+}
+
+/** @param {string} hint */
+function explained(hint) {
+  return (/** @type {HTMLElement|null} */ element) => element !== null && hint !== "" && explainControl(element, hint);
+}
+
+/** @param {number} value */
+function shown(value) {
+  return String(Number.isInteger(value) ? value : Number(value.toPrecision(DIGITS)));
+}
+
+/**
+ * A box for each layer of a run's drawings.
+ *
+ * @param {{layers: Layers}} props
+ */
+export function LayerBoxes({ layers }) {
+  return layers.declared.map(({ name, title }) =>
+    h(Check, { key: name, label: title, value: layers.isShown(name), propose: (wanted) => layers.set(name, wanted) }),
+  );
+}
+
+/** @typedef {{element: HTMLElement, show: (value: Value) => void}} Control A control on a page that is not made of components. */
+
+/**
+ * @param {Declaration} declaration
+ * @param {Value} value
+ * @param {(value: Value) => void} propose
+ */
+export function makeControl(declaration, value, propose) {
+  return standing(value, (now) => h(DeclaredControl, { declaration, value: now, propose }));
 }
 
 /**
@@ -58,118 +148,27 @@ export function checkbox(label, hint, propose) {
  * @param {string} hint
  * @param {[string, string][]} options Values with their titles.
  * @param {(value: string) => void} propose
- * @returns {Control}
  */
 export function choice(label, hint, options, propose) {
-  /** @type {HTMLSelectElement} */
-  const select = h(
-    "select",
-    { on: { change: () => propose(select.value) } },
-    options.map(([value, title]) => h("option", { value }, title)),
-  );
-  return { element: labelled(label, hint, select), show: (value) => (select.value = String(value)) };
+  return standing("", (value) => h(Choice, { label, hint, options, value: String(value), propose }));
 }
 
 /**
- * A box for a number, and nothing else.
- *
  * @param {string} label
  * @param {string} hint
  * @param {{min?: number|null, max?: number|null}} bounds
  * @param {(value: number) => void} propose
- * @returns {Control}
  */
 export function numberBox(label, hint, bounds, propose) {
-  const { box, show } = numberInput(bounds, propose);
-  return { element: labelled(label, hint, box), show };
+  return standing(0, (value) => h(NumberBox, { label, hint, ...bounds, value: Number(value), propose }));
 }
 
 /**
- * A box that takes whatever is allowed, with a slider over the useful range, widened to the value in force.
- *
- * @param {Declaration} declaration
- * @param {number} inForce
- * @param {(value: number) => void} propose
+ * @param {Value} first
+ * @param {(value: Value) => Child} draw
  * @returns {Control}
  */
-function amount({ label, hint, minimum, maximum, step, useful }, inForce, propose) {
-  const bounds = { min: minimum, max: maximum };
-  const [low, high] = useful === null ? [inForce, inForce] : [Math.min(useful[0], inForce), Math.max(useful[1], inForce)];
-  if (low === high) return numberBox(label, hint, bounds, propose);
-  const range = h("input", { type: "range", min: low, max: high, step: step ?? "any", "aria-label": label, "aria-description": hint });
-  const { box, show: showInBox } = numberInput(bounds, (value) => {
-    range.value = String(value);
-    propose(value);
-  });
-  range.addEventListener("input", () => {
-    showInBox(range.valueAsNumber);
-    propose(range.valueAsNumber);
-  });
-  const show = (/** @type {Value} */ value) => {
-    range.value = String(value);
-    showInBox(value);
-  };
-  const element = h("div", { class: "control amount-control" }, labelled(label, hint, box), range);
-  return { element, show };
-}
-
-/**
- * @param {Declaration} declaration
- * @param {(value: string) => void} propose
- * @returns {Control}
- */
-function colour({ label, hint }, propose) {
-  /** @type {HTMLInputElement} */
-  const box = h("input", { type: "color", on: { input: () => propose(box.value) } });
-  return { element: labelled(label, hint, box), show: (value) => (box.value = String(value)) };
-}
-
-/**
- * A box to type a number into. What is half typed is left alone until it is finished.
- *
- * @param {{min?: number|null, max?: number|null}} bounds
- * @param {(value: number) => void} propose
- * @returns {{box: HTMLInputElement, show: (value: Value) => void}}
- */
-function numberInput({ min, max }, propose) {
-  // Whether a value is allowed is for the server to say, in words that name the bounds.
-  const box = h("input", { type: "number", min, max, step: "any", inputmode: "decimal" });
-  let inForce = "";
-  let isTyping = false;
-  box.addEventListener("input", () => (isTyping = true));
-  box.addEventListener("change", () => {
-    isTyping = false;
-    if (Number.isFinite(box.valueAsNumber)) propose(box.valueAsNumber);
-    else box.value = inForce;
-  });
-  // Left with the number that it had before the typing, it tells of no change.
-  box.addEventListener("blur", () => {
-    if (isTyping) box.value = inForce;
-    isTyping = false;
-  });
-  const show = (/** @type {Value} */ value) => {
-    inForce = shown(Number(value));
-    if (!isTyping) box.value = inForce;
-  };
-  return { box, show };
-}
-
-/**
- * @param {string} label
- * @param {string} hint
- * @param {HTMLElement} input
- */
-function labelled(label, hint, input) {
-  made += 1;
-  const id = `control-${made}`;
-  input.id = id;
-  input.setAttribute("aria-description", hint);
-  const named = h("label", { for: id }, label);
-  explain(named, { own: hint });
-  return h("div", { class: "control" }, named, input);
-}
-
-/** @param {number} value */
-function shown(value) {
-  return String(Number.isInteger(value) ? value : Number(value.toPrecision(DIGITS)));
+function standing(first, draw) {
+  const value = signal(first);
+  return { element: elementOf(h(() => draw(value.value), {})), show: (now) => void (value.value = now) };
 }

@@ -7,6 +7,7 @@ import { api } from "../../shared/api.js";
 import { NewestRequest } from "../../shared/newest_request.js";
 import { later } from "../../shared/timing.js";
 import { attempt } from "../../shared/toast.js";
+import { signal } from "../../vendor/preact.js";
 
 /** The session's word comes by the stream, mostly before the answer to the request, sometimes a little after it. */
 const REST_MS = 300;
@@ -35,21 +36,25 @@ export class Proposals {
   /** @type {NewestRequest<Values, boolean>} */
   #requests;
   #onSettled;
-  #signal;
-  /** @type {Set<string>} */
-  #held = new Set();
+  #end;
+  #held = signal(/** @type {Values} */ ({}));
   #stopRest = () => {};
 
   /**
    * @param {(values: Values) => Promise<boolean>} send Tells whether the values were accepted.
    * @param {() => void} onSettled Called when nothing is proposed any more: every control shows what is in force then.
-   * @param {AbortSignal} signal
+   * @param {AbortSignal} end
    */
-  constructor(send, onSettled, signal) {
+  constructor(send, onSettled, end) {
     const join = (/** @type {Values} */ waiting, /** @type {Values} */ newer) => ({ ...waiting, ...newer });
-    this.#requests = new NewestRequest(send, { answer: (isAccepted, _, isNewest) => isNewest && this.#rest(isAccepted), join }, signal);
+    this.#requests = new NewestRequest(send, { answer: (isAccepted, _, isNewest) => isNewest && this.#rest(isAccepted), join }, end);
     this.#onSettled = onSettled;
-    this.#signal = signal;
+    this.#end = end;
+  }
+
+  /** What is proposed and not yet answered; components that read it follow it. */
+  get held() {
+    return this.#held.value;
   }
 
   /**
@@ -58,7 +63,7 @@ export class Proposals {
    * @param {string} name
    */
   holds(name) {
-    return this.#held.has(name);
+    return name in this.held;
   }
 
   /**
@@ -66,19 +71,19 @@ export class Proposals {
    * @param {Value} value
    */
   propose(name, value) {
-    this.#held.add(name);
+    this.#held.value = { ...this.#held.peek(), [name]: value };
     this.#stopRest();
     this.#requests.ask({ [name]: value });
   }
 
   /** @param {boolean} isAccepted What is refused is let go at once. */
   #rest(isAccepted) {
-    if (isAccepted) this.#stopRest = later(() => this.#settle(), REST_MS, this.#signal);
+    if (isAccepted) this.#stopRest = later(() => this.#settle(), REST_MS, this.#end);
     else this.#settle();
   }
 
   #settle() {
-    this.#held.clear();
+    this.#held.value = {};
     this.#onSettled();
   }
 }

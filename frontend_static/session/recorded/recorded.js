@@ -9,11 +9,12 @@ import { h } from "../../shared/dom.js";
 import { themeButton } from "../../shared/theme.js";
 import { FlatView } from "../flat/flat_view.js";
 import { Layers } from "../flat/layers.js";
-import { layerBoxes, layerLegend } from "../panel/layer_list.js";
+import { h as component, html, render } from "../../vendor/preact.js";
+import { LayerBoxes } from "../panel/control.js";
 import { listen, moves } from "../keys.js";
 import { arrange } from "../layout.js";
 import { plots } from "../plots/plots.js";
-import { readout } from "../readout.js";
+import { Numbers, Status } from "../readout.js";
 import { Scrubber } from "../scrubber/scrubber.js";
 import { Steering } from "../steering.js";
 import { Store } from "../store.js";
@@ -45,15 +46,11 @@ async function begin() {
   const places = /** @type {Record<string, HTMLElement>} */ (
     arrange(/** @type {HTMLElement} */ (document.querySelector("main")), ["scene", "plots", "readout", "transport", "scrubber"])
   );
-  const stage = h("div", { class: "flat-stage" });
-  const controls = h("aside", { class: "controls", "aria-label": "What to draw" }, layerBoxes(layers), layerLegend(layers, signal));
-  const scene = h("div", { class: "flat-scene" }, stage, controls);
-  const open = () => opener.setAttribute("aria-expanded", String(scene.toggleAttribute("data-open")));
-  /** @type {HTMLButtonElement} */
-  const opener = h("button", { type: "button", class: "controls-opener", "aria-expanded": "false", on: { click: open } }, "Layers");
-  scene.append(opener);
-  places.scene.append(scene);
-  const flat = new FlatView(stage, { layers, onPainted: () => {} }, signal);
+  const scene = h("div", { class: "flat-scene" });
+  const drawn = h("details", { class: "layers" }, h("summary", {}, "What to draw"));
+  render(component(LayerBoxes, { layers }), drawn.appendChild(h("div", {})));
+  places.scene.append(scene, drawn);
+  const flat = new FlatView(scene, { layers, onPainted: () => {}, hasLegend: true }, signal);
   const playback = new Playback(store, flat, recording, await unpack());
   Object.assign(api, {
     command: (/** @type {string} */ _, /** @type {import("../../shared/messages.js").Command} */ command) => playback.carryOut(command),
@@ -62,7 +59,7 @@ async function begin() {
   const view = { store, steering: new Steering(store, signal), able: true, signal, scene: null, plots: [] };
   transport(places.transport, view, []);
   new Scrubber(places.scrubber, view);
-  readout(places.readout, view);
+  render(html`${component(Status, { view })}${component(Numbers, { view })}`, places.readout);
   plots(places.plots, view);
   listen(document.body, moves(view), signal);
   store.receive(hello);

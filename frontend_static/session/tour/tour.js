@@ -1,14 +1,17 @@
 /**
  * The guided tour of a session: from play to a loss to its reason. Each step ends when the run has come so far, however
  * long that takes, and a page that is opened again goes on with the step that the run is at.
+ *
+ * A note points at one thing of the page. It lies over everything and stands, for the keyboard, right before what it
+ * points at, so that the next stop of the tab key is the thing to press.
  */
 
 import { api } from "../../shared/api.js";
 import { dialogIsOpen } from "../../shared/dialog.js";
-import { h } from "../../shared/dom.js";
+import { fill, h } from "../../shared/dom.js";
 import { icon } from "../../shared/icons.js";
+import { after } from "../../shared/timing.js";
 import { leaveAddress, rememberTour } from "../../shared/tour_link.js";
-import { Callout } from "./callout.js";
 
 /** @import { Child } from "../../shared/elements.js" */
 /** @import { Preset } from "../../shared/messages.js" */
@@ -16,10 +19,50 @@ import { Callout } from "./callout.js";
 
 /** @typedef {NonNullable<Preset["tour"]>} Tour */
 
+const TITLE = "callout-title";
+const WORDS = "callout-words";
+/** So long a step waits for what it points at to come into sight. */
+const PATIENCE_MS = 5000;
+const SOON_MS = 50;
+
 /** The loss is let go on for so many frames, so that it is seen. */
 const SEEN_FRAMES = 10;
-/** Slow enough for eyes that do not know yet where to look. */
-const SPEED = 0.25;
+
+/** A note beside what it points at (`.pointed-at` of the style sheet is its anchor). */
+class Callout {
+  #element = h("div", { class: "callout", role: "dialog", popover: "manual", tabindex: -1, "aria-labelledby": TITLE, "aria-describedby": WORDS });
+  #target = document.body;
+  #signal;
+
+  /** @param {AbortSignal} signal Ends it. */
+  constructor(signal) {
+    this.#signal = signal;
+    signal.addEventListener("abort", () => {
+      this.#target.classList.remove("pointed-at");
+      this.#element.remove();
+    });
+  }
+
+  /**
+   * Stand beside something as soon as it can be seen.
+   *
+   * @param {string} selector What it points at; the scrubber, which is always there, where that does not come.
+   * @param {string} title
+   * @param {Child[]} words
+   * @param {Child[]} actions
+   * @param {{takesFocus?: boolean}} [options] Whether it is read out at once, with the keyboard going on from it.
+   */
+  async show(selector, title, words, actions, { takesFocus = true } = {}) {
+    this.#target.classList.remove("pointed-at");
+    const target = (this.#target = await seen(selector, this.#signal));
+    target.classList.add("pointed-at");
+    fill(this.#element, h("h2", { id: TITLE }, title), h("div", { id: WORDS, class: "callout-words" }, words), h("footer", {}, actions));
+    if (this.#element.nextElementSibling !== target) target.before(this.#element);
+    this.#element.showPopover();
+    target.scrollIntoView({ block: "nearest", inline: "nearest" });
+    if (takesFocus) this.#element.focus({ preventScroll: true });
+  }
+}
 
 /**
  * @param {Mounted} view
@@ -62,40 +105,42 @@ async function tourOf(experiment, name) {
  */
 async function lead(view, tour, signal, leave) {
   const { store, steering } = view;
-  const callout = new Callout(signal, () => document.querySelector(".session-view .flat-canvas") ?? document.querySelector(".session-view .scene"));
+  const callout = new Callout(signal);
   const way = h("button", { type: "button", class: "quiet leave", title: "Leave the tour (escape)", on: { click: () => leave("left") } }, "Leave the tour");
   const step = (/** @type {number} */ number) => h("span", { class: "step" }, `Step ${number} of 3`);
   const come = (/** @type {() => unknown} */ holds) => until(view, holds, signal);
   const lostSince = () => store.history.at(store.known.position)?.lost_since ?? null;
 
   if (store.known.position === 0 && !store.known.playing) {
-    const slow = steering.speeds.filter((speed) => speed > 0 && speed <= SPEED).at(-1);
-    if (slow !== undefined) await steering.setSpeed(slow);
+    await steering.slowDown();
     const words = [h("p", {}, tour.begin), h("p", {}, "Press ", h("strong", {}, "Play"), ", and watch the points.")];
-    callout.show(seen(".play"), "A tracker at work", words, [step(1), way]);
+    await callout.show(".play", "A tracker at work", words, [step(1), way]);
     await come(() => store.known.playing || store.known.position > 0);
   }
 
   const isLost = () => lostSince() !== null && store.known.position >= Number(lostSince()) + SEEN_FRAMES;
   if (!isLost()) {
     const words = `Watch the ${store.known.target}, and the points. This box says how the tracker does; the run stops when something has happened.`;
-    callout.show(seen(".verdict"), "It runs", [h("p", {}, words)], [step(2), way], { takesFocus: false });
+    await callout.show(".verdict", "It runs", [h("p", {}, words)], [step(2), way], { takesFocus: false });
   }
   await come(() => isLost() || steering.isAtEnd);
   await steering.pause();
   const since = lostSince();
   if (since === null) {
     const again = h("button", { type: "button", class: "primary", on: { click: () => leave("done") } }, "Finish");
-    callout.show(seen(".verdict"), "Not lost this time", [h("p", {}, "With other parameters or another seed the tracker may keep its target.")], [again]);
+    await callout.show(".verdict", "Not lost this time", [h("p", {}, "With other parameters or another seed the tracker may keep its target.")], [again]);
     return;
   }
 
   const target = store.known.target;
   const words = [`The tracker has lost the ${target} in frame ${since}. Press `, h("strong", {}, "Before the loss"), " to go back to the moment before it."];
-  callout.show(seen(".before-loss"), "Lost", [h("p", {}, words)], [step(2), way]);
+  await callout.show(".before-loss", "Lost", [h("p", {}, words)], [step(2), way]);
   await come(() => store.known.position < since);
 
-  callout.show(seen(`.plots [data-panel="${CSS.escape(tour.plot)}"]`), "Why", [h("p", {}, tour.reason), onward(tour.frame, steering)], [
+  const plot = `.plots [data-panel="${CSS.escape(tour.plot)}"]`;
+  // It may be among those that are folded.
+  if (document.querySelector(plot) === null) /** @type {HTMLElement|null} */ (document.querySelector(".side-folds button"))?.click();
+  await callout.show(plot, "Why", [h("p", {}, tour.reason), onward(tour.frame, steering)], [
     step(3),
     h("button", { type: "button", class: "primary", on: { click: () => leave("done") } }, icon("check"), "Finish"),
   ]);
@@ -115,15 +160,20 @@ function onward(frame, steering) {
 }
 
 /**
- * Something of the page, or the scrubber, which is always there, where that is not shown.
+ * Something of the page as soon as it can be seen, or the scrubber, which is always there.
  *
  * @param {string} selector
- * @returns {HTMLElement}
+ * @param {AbortSignal} signal
+ * @returns {Promise<HTMLElement>}
  */
-function seen(selector) {
-  const candidates = [...document.querySelectorAll(`.session-view ${selector}`), ...document.querySelectorAll(".scrubber")];
-  const found = candidates.find((each) => each instanceof HTMLElement && each.getClientRects().length > 0);
-  return found instanceof HTMLElement ? found : document.body;
+async function seen(selector, signal) {
+  const end = performance.now() + PATIENCE_MS;
+  for (;;) {
+    const candidates = [...document.querySelectorAll(`.session-view ${selector}`), ...(performance.now() > end ? document.querySelectorAll(".scrubber") : [])];
+    const found = candidates.find((each) => each.getClientRects().length > 0);
+    if (found instanceof HTMLElement) return found;
+    await after(SOON_MS, signal);
+  }
 }
 
 /**

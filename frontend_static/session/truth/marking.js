@@ -1,25 +1,41 @@
 /**
- * Marking truth: in the place of the scene the bare picture of the recording, in which a person marks the target, every so
+ * Truth of a recording: given as a table, or marked in its pictures.
+ *
+ * For marking, the bare picture of the recording stands in the place of the scene, in which a person marks the target, every so
  * many frames. What the tracker believes is out of sight meanwhile, so that nobody is led by it. Frames between marked ones
  * stay without truth: a place between two marks would be a guess, and count as an error of the tracker where it is wrong.
- *
- * The run goes along, so that all that moves through it moves here too. The table that comes of it is given like a file.
+ * The run goes along, so that all that moves through it moves here too.
  */
 
 import { api } from "../../shared/api.js";
 import { confirmLoss } from "../../shared/dialog.js";
-import { h, setText } from "../../shared/dom.js";
+import { h as element } from "../../shared/dom.js";
 import { count } from "../../shared/format.js";
 import { markEditor } from "../../shared/marks/mark_editor.js";
 import { markOf, valueAt } from "../../shared/marks/mark_json.js";
-import { attempt } from "../../shared/toast.js";
-import { giveTruth } from "./give_truth.js";
+import { attempt, toast } from "../../shared/toast.js";
+import { h, html, render, signal, useEffect, useMemo, useSignalEffect } from "../../vendor/preact.js";
 import { readTable, tableText } from "./truth_table.js";
 
 /** @import { Mark } from "../../shared/marks/mark_json.js" */
-/** @import { Mounted } from "../mount.js" */
 /** @import { TruthMark } from "../../shared/messages.js" */
+/** @import { Mounted } from "../mount.js" */
 /** @import { Rows } from "./truth_table.js" */
+
+/**
+ * Have a run measured by a table of truth, in place of one that was given before.
+ *
+ * @param {string} session
+ * @param {File[]} files
+ * @returns {Promise<boolean>} Whether it was taken.
+ */
+export async function giveTruth(session, files) {
+  const told = await attempt(() => api.giveSessionTruth(session, files));
+  if (told === undefined) return false;
+  const known = `The truth of ${count(told.frames, "frame")} is known; the run is measured by it`;
+  toast([known, ...told.warnings].join(". "));
+  return true;
+}
 
 const EVERY = 5;
 /** A pointer that has moved less has clicked, px. */
@@ -47,7 +63,7 @@ export async function markTruth(view) {
   await attempt(async () => {
     await view.steering.pause();
     const rows = await knownRows(upload, recipe.experiment);
-    if (!view.signal.aborted) new TruthMarking(view, upload, kind, rows).begin();
+    if (!view.signal.aborted) begin(view, upload, kind, rows);
   });
 }
 
@@ -62,251 +78,218 @@ async function knownRows(upload, experiment) {
   return readTable(await content.text());
 }
 
-class TruthMarking {
-  /** @type {Mounted} */
+/**
+ * @param {Mounted} view
+ * @param {string} upload
+ * @param {TruthMark} kind
+ * @param {Rows} known
+ */
+function begin(view, upload, kind, known) {
+  const place = element("div", { class: "made" });
+  const leave = () => {
+    render(null, place);
+    place.remove();
+  };
+  view.scene?.lay(place);
+  view.signal.addEventListener("abort", leave);
+  render(h(TruthMarking, { marking: new Marking(view, kind, known, leave), upload }), place);
+}
+
+/** What is marked, as signals, and what can be done to it. */
+class Marking {
+  /** What was marked here, the newest last, with what was known of the frame before. */
+  done = signal(/** @type {{frame: number, before: number[]|undefined}[]} */ ([]));
+  mark = signal(/** @type {Mark|null} */ (null));
+  every = signal(EVERY);
+  isGiving = signal(false);
   #view;
-  /** @type {string} */
-  #upload;
-  /** @type {TruthMark} */
   #kind;
-  /** @type {Rows} */
-  #rows;
-  /**
-   * What was marked here, the newest last, with what was known of the frame before.
-   *
-   * @type {{frame: number, before: number[]|undefined}[]}
-   */
-  #done = [];
   /**
    * The mark from which that of a frame begins which has none.
    *
    * @type {Mark|null}
    */
   #last = null;
-  #ended = new AbortController();
-  /** @type {{x: number, y: number}|null} */
-  #pressed = null;
-  #editor;
-  #state = h("p", { class: "truth-state", role: "status" });
-  /** @type {HTMLInputElement} */
-  #every = h("input", { type: "number", id: "truth-every", min: 1, max: 1000, step: 1, value: EVERY });
-  #keep = this.#button("Keep and go on", () => this.keep(), "primary");
-  #undo = this.#button("Undo", () => this.undo());
-  #finish = this.#button("Done", () => this.#give(), "primary");
-  #root;
 
   /**
    * @param {Mounted} view
-   * @param {string} upload
    * @param {TruthMark} kind
-   * @param {Rows} rows What is known already.
+   * @param {Rows} known What was marked before.
+   * @param {() => void} leave
    */
-  constructor(view, upload, kind, rows) {
-    [this.#view, this.#upload, this.#kind, this.#rows] = [view, upload, kind, rows];
+  constructor(view, kind, known, leave) {
+    this.#view = view;
+    this.#kind = kind;
+    this.leave = leave;
+    this.rows = signal(known);
     const { recipe, target } = view.store.known;
     const begun = recipe.footage?.mark;
     if (begun?.kind === kind.editor.kind) this.#last = begun;
-    this.#editor = markEditor(kind.editor, target, () => this.#tell());
-    this.#root = h(
-      "section",
-      { class: "truth-marking", "aria-label": "Mark truth" },
-      h("div", { class: "truth-stage" }, this.#editor.element),
-      h(
-        "div",
-        { class: "truth-tools" },
-        this.#state,
-        h("p", { class: "hint" }, this.#instruction),
-        h(
-          "div",
-          { class: "truth-row" },
-          h("label", { for: "truth-every" }, "Every ", this.#every, " frames"),
-          this.#button("Back", () => this.#go(-1)),
-          this.#undo,
-          this.#button("Not in the picture", () => this.leaveOut()),
-          this.#keep,
-          h("span", { class: "spring" }),
-          this.#button("Cancel", () => this.cancel()),
-          this.#finish,
-        ),
-      ),
-    );
-    this.#listen();
+    this.editor = markEditor(kind.editor, target, () => (this.mark.value = this.editor.mark));
   }
 
-  begin() {
-    this.#view.scene?.lay(this.#root);
-    this.#show();
-    this.#editor.focus();
-  }
-
-  get #instruction() {
-    const clicked = this.#editor.centre && "Click the target: the mark goes there, and the next frame comes. Or ";
-    const by = clicked ? "drag a new one or move it by the arrows, and press Enter" : "Move it by mouse or by the arrows, and press Enter";
-    return [clicked, by, ". Frames in between stay without truth: they count neither for the tracker nor against it."];
+  get #first() {
+    return this.#view.store.known.recipe.footage?.start ?? 0;
   }
 
   /** Number of the picture in the recording. */
-  get #frame() {
-    const { recipe, position } = this.#view.store.known;
-    return (recipe.footage?.start ?? 0) + position;
+  get frame() {
+    return this.#first + this.#view.store.known.position;
   }
 
-  #listen() {
-    const { signal } = this.#ended;
-    this.#view.signal.addEventListener("abort", () => this.#leave(), { signal });
-    let shown = -1;
-    this.#view.store.on(["position", "session"], () => {
-      if (signal.aborted || this.#view.store.session === null || shown === this.#frame) return;
-      shown = this.#frame;
-      this.#show();
-    });
-    this.#root.addEventListener("keydown", (event) => this.#key(event));
-    const surface = this.#editor.element;
-    surface.addEventListener("pointerdown", ({ button, clientX: x, clientY: y }) => (this.#pressed = button === 0 ? { x, y } : null));
-    surface.addEventListener("pointerup", (event) => this.#release(event));
-  }
-
-  /** @param {PointerEvent} event */
-  #release(event) {
-    const pressed = this.#pressed;
-    this.#pressed = null;
-    if (pressed === null || Math.hypot(event.clientX - pressed.x, event.clientY - pressed.y) >= CLICK_PX) return;
-    if (this.#editor.centre?.(event)) this.keep();
-  }
-
-  /** @param {KeyboardEvent} event */
-  #key(event) {
-    const action = this.#actionOf(event);
-    if (action === null) return;
-    event.preventDefault();
-    event.stopPropagation();
-    action();
+  /** Whether the mark is that of the frame. */
+  get isKept() {
+    const values = this.rows.value.get(this.frame);
+    return values !== undefined && valuesOf(this.#kind, this.mark.value)?.join() === values.join();
   }
 
   /**
-   * @param {KeyboardEvent} event
-   * @returns {(() => void)|null}
+   * The picture where the run stands, with its mark, or with the last one as a proposal.
+   *
+   * @param {string} upload
    */
-  #actionOf({ key, target }) {
-    if (key === "Escape") return () => this.cancel();
-    if (!(target instanceof Node && this.#editor.element.contains(target))) return null;
-    if (key === "Enter") return () => this.keep();
-    if (key === "Backspace") return () => this.undo();
-    return key === "Delete" ? () => this.leaveOut() : null;
-  }
-
-  /** The picture where the run stands, with its mark, or with the last one as a proposal. */
-  #show() {
+  show(upload) {
     const { width, height } = this.#view.store.known;
-    this.#editor.show(api.pictureAddress(this.#upload, this.#frame), width, height);
-    const values = this.#rows.get(this.#frame);
-    this.#editor.set(values === undefined ? this.#last : this.#markOf(values));
-    this.#tell();
-  }
-
-  #tell() {
-    const isMarked = this.#rows.has(this.#frame);
-    const isKept = isMarked && this.#valuesOf(this.#editor.mark)?.join() === this.#rows.get(this.#frame)?.join();
-    this.#root.dataset.state = isKept ? "kept" : "proposed";
-    const changed = isMarked ? "changed" : "not marked";
-    const words = isKept ? "marked" : changed;
-    setText(this.#state, `Picture ${this.#frame} is ${words}. ${count(this.#rows.size, "frame")} marked.`);
-    this.#keep.disabled = this.#editor.mark === null;
-    this.#undo.disabled = this.#done.length === 0;
-    this.#finish.disabled = this.#done.length === 0 || this.#rows.size === 0;
+    const values = this.rows.value.get(this.frame);
+    const { parts, editor } = this.#kind;
+    this.editor.show(api.pictureAddress(upload, this.frame), width, height);
+    this.editor.set(values === undefined ? this.#last : markOf(editor.kind, parts.map((part, place) => [part, values[place]])));
+    this.mark.value = this.editor.mark;
   }
 
   /** The mark is true of this frame; go on. */
   keep() {
-    const { mark } = this.#editor;
-    const values = this.#valuesOf(mark);
-    if (mark === null || values === null) return;
-    this.#last = mark;
-    this.#put(values);
-    this.#go(1);
+    const values = valuesOf(this.#kind, this.editor.mark);
+    if (values === null) return;
+    this.#last = this.editor.mark;
+    this.put(values);
   }
 
-  /** There is no truth of this frame, as where the target is hidden; go on. */
-  leaveOut() {
-    this.#put(undefined);
-    this.#go(1);
+  /** @param {number[]} [values] Without them there is no truth of this frame, as where the target is hidden; go on. */
+  put(values) {
+    const { frame } = this;
+    this.done.value = [...this.done.value, { frame, before: this.rows.value.get(frame) }];
+    this.rows.value = withRow(this.rows.value, frame, values);
+    this.step(1);
   }
 
   /** Take back what was done last, and stand where that was. */
   undo() {
-    const last = this.#done.pop();
-    if (last === undefined) return;
-    this.#set(last.frame, last.before);
-    const away = last.frame - this.#frame;
-    if (away === 0) this.#show();
-    else this.#view.steering.seek(this.#view.store.known.position + away);
-    this.#editor.focus();
-  }
-
-  /** @param {number[]|undefined} values */
-  #put(values) {
-    const frame = this.#frame;
-    this.#done.push({ frame, before: this.#rows.get(frame) });
-    this.#set(frame, values);
-    this.#tell();
-  }
-
-  /**
-   * @param {number} frame
-   * @param {number[]|undefined} values
-   */
-  #set(frame, values) {
-    if (values === undefined) this.#rows.delete(frame);
-    else this.#rows.set(frame, values);
+    const newest = this.done.value.at(-1);
+    if (newest === undefined) return;
+    this.done.value = this.done.value.slice(0, -1);
+    this.rows.value = withRow(this.rows.value, newest.frame, newest.before);
+    this.#go(newest.frame);
   }
 
   /** @param {number} direction */
-  #go(direction) {
-    const every = Math.max(1, Math.round(this.#every.valueAsNumber) || EVERY);
-    this.#view.steering.seek(this.#view.store.known.position + direction * every);
-    this.#editor.focus();
+  step(direction) {
+    this.#go(this.frame + direction * Math.max(1, Math.round(this.every.value) || EVERY));
+  }
+
+  /** @param {number} frame */
+  #go(frame) {
+    if (frame !== this.frame) this.#view.steering.seek(frame - this.#first);
+    this.editor.focus();
   }
 
   async cancel() {
-    const text = `${count(this.#done.length, "change")} of the truth would be lost.`;
-    if (this.#done.length === 0 || (await confirmLoss({ title: "Leave without the marks?", text, action: "Leave" }))) this.#leave();
-    else this.#editor.focus();
+    const text = `${count(this.done.value.length, "change")} of the truth would be lost.`;
+    if (this.done.value.length === 0 || (await confirmLoss({ title: "Leave without the marks?", text, action: "Leave" }))) this.leave();
+    else this.editor.focus();
   }
 
-  async #give() {
+  async give() {
     const { id, truth_columns: columns } = this.#view.store.known;
-    this.#finish.disabled = true;
-    const table = new File([tableText(columns, this.#rows)], "truth.csv", { type: "text/csv" });
-    if (await giveTruth(id, [table])) this.#leave();
-    else this.#tell();
+    this.isGiving.value = true;
+    const table = new File([tableText(columns, this.rows.value)], "truth.csv", { type: "text/csv" });
+    if (await giveTruth(id, [table])) this.leave();
+    this.isGiving.value = false;
   }
 
-  #leave() {
-    this.#ended.abort();
-    this.#root.remove();
+  /** @param {KeyboardEvent} event */
+  press(event) {
+    const isWithin = event.target instanceof Node && this.editor.element.contains(event.target);
+    const within = { Enter: () => this.keep(), Backspace: () => this.undo(), Delete: () => this.put() };
+    const actions = { Escape: () => this.cancel(), ...(isWithin && within) };
+    const action = /** @type {Record<string, () => void>} */ (actions)[event.key];
+    if (action === undefined) return;
+    event.preventDefault();
+    event.stopPropagation();
+    action();
   }
+}
 
-  /**
-   * The values of a table's row, in the order of its columns; null where the mark lacks one.
-   *
-   * @param {Mark|null} mark
-   */
-  #valuesOf(mark) {
-    const values = this.#kind.parts.map((part) => valueAt(mark, part)).filter((value) => typeof value === "number");
-    return values.length === this.#kind.parts.length ? values : null;
-  }
+/** @param {{marking: Marking, upload: string}} props */
+function TruthMarking({ marking, upload }) {
+  const { frame, rows, done, editor, every } = marking;
+  useSignalEffect(() => marking.show(upload));
+  useEffect(() => editor.focus(), []);
+  const changed = rows.value.has(frame) ? "changed" : "not marked";
+  const state = marking.isKept ? "marked" : changed;
+  const clicked = editor.centre ? "Click the target: the mark goes there, and the next frame comes. Or " : "";
+  const by = clicked ? "drag a new one or move it by the arrows, and press Enter" : "Move it by mouse or by the arrows, and press Enter";
+  const setEvery = (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget }) => (every.value = currentTarget.valueAsNumber);
+  const hasNone = done.value.length === 0;
+  const keep = html`<button type="button" class="primary" disabled=${marking.mark.value === null} onClick=${() => marking.keep()}>Keep and go on</button>`;
+  const isOff = marking.isGiving.value || hasNone || rows.value.size === 0;
+  const press = (/** @type {KeyboardEvent} */ event) => marking.press(event);
+  const surface = useMemo(() => clickable(marking), []);
+  const stand = (/** @type {Element|null} */ place) => place !== null && surface.parentNode !== place && place.append(surface);
+  return html`<section class="truth-marking" aria-label="Mark truth" data-state=${marking.isKept ? "kept" : "proposed"} onKeyDown=${press}>
+    <div class="truth-stage" ref=${stand}></div>
+    <div class="truth-tools">
+      <p class="truth-state" role="status">Picture ${frame} is ${state}. ${count(rows.value.size, "frame")} marked.</p>
+      <p class="hint">${clicked}${by}. Frames in between stay without truth: they count neither for the tracker nor against it.</p>
+      <div class="truth-row">
+        <label>Every <input type="number" id="truth-every" min="1" max="1000" step="1" value=${every.value} onInput=${setEvery} /> frames</label>
+        <button type="button" onClick=${() => marking.step(-1)}>Back</button>
+        <button type="button" disabled=${hasNone} onClick=${() => marking.undo()}>Undo</button>
+        <button type="button" onClick=${() => marking.put()}>Not in the picture</button>
+        ${keep}
+        <span class="spring"></span>
+        <button type="button" onClick=${() => marking.cancel()}>Cancel</button>
+        <button type="button" class="primary" disabled=${isOff} onClick=${() => marking.give()}>Done</button>
+      </div>
+    </div>
+  </section>`;
+}
 
-  /** @param {number[]} values */
-  #markOf(values) {
-    return markOf(this.#kind.editor.kind, this.#kind.parts.map((part, place) => [part, values[place]]));
-  }
+/**
+ * The editor of a mark, on which a click marks the target and goes on.
+ *
+ * @param {Marking} marking
+ */
+function clickable(marking) {
+  const { element: surface } = marking.editor;
+  let pressed = { x: NaN, y: NaN };
+  surface.addEventListener("pointerdown", ({ button, clientX: x, clientY: y }) => (pressed = button === 0 ? { x, y } : { x: NaN, y: NaN }));
+  surface.addEventListener("pointerup", (event) => {
+    if (Math.hypot(event.clientX - pressed.x, event.clientY - pressed.y) < CLICK_PX && marking.editor.centre?.(event)) marking.keep();
+  });
+  return surface;
+}
 
-  /**
-   * @param {string} words
-   * @param {() => void} run
-   * @param {string} [kind]
-   */
-  #button(words, run, kind) {
-    return h("button", { type: "button", class: kind, on: { click: run } }, words);
-  }
+/**
+ * @param {Rows} rows
+ * @param {number} frame
+ * @param {number[]|undefined} values
+ * @returns {Rows}
+ */
+function withRow(rows, frame, values) {
+  const next = new Map(rows);
+  if (values === undefined) next.delete(frame);
+  else next.set(frame, values);
+  return next;
+}
+
+/**
+ * The values of a table's row, in the order of its columns; null where the mark lacks one.
+ *
+ * @param {TruthMark} kind
+ * @param {Mark|null} mark
+ */
+function valuesOf({ parts }, mark) {
+  const values = parts.map((part) => valueAt(mark, part)).filter((value) => typeof value === "number");
+  return values.length === parts.length ? values : null;
 }

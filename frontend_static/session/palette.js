@@ -1,0 +1,122 @@
+/** Everything of a session's page by words: what the menu has, parameters, presets, lessons and saved runs. */
+
+import { api, request } from "../shared/api.js";
+import { openDialog } from "../shared/dialog.js";
+import { elementOf } from "../shared/dom.js";
+import { isParticipant } from "../shared/participant.js";
+import { linkTo, presetRecipe } from "../shared/share_link.js";
+import { attempt } from "../shared/toast.js";
+import { h, html, useEffect, useSignal } from "../vendor/preact.js";
+import { menuOf } from "./header.js";
+
+/** @import { ExperimentPublic, LessonsPublic, Preset } from "../shared/messages.js" */
+/** @import { Entry, Page } from "./header.js" */
+
+/** So many lines are shown of what fits the words. */
+const MOST = 12;
+
+/** @typedef {Entry & {kind: string}} Found */
+
+/** @param {Page} page */
+export function openPalette(page) {
+  openDialog("Find anything", (close) => [elementOf(h(Palette, { page, close }))], { wide: true });
+}
+
+/** @param {{page: Page, close: () => void}} props */
+function Palette({ page, close }) {
+  const words = useSignal("");
+  const far = useSignal(/** @type {Found[]} */ ([]));
+  useEffect(() => void distant().then((found) => (far.value = found)), []);
+  const asked = words.value.toLowerCase().split(/\s+/u).filter(Boolean);
+  const fits = (/** @type {Found} */ entry) => asked.every((word) => `${entry.words} ${entry.kind}`.toLowerCase().includes(word));
+  const found = [...near(page), ...far.value].filter(fits).slice(0, MOST);
+  const press = (/** @type {Found} */ { href, run }) => {
+    close();
+    if (href !== undefined) location.assign(href);
+    else run?.();
+  };
+  const type = (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget }) => (words.value = currentTarget.value);
+  const submit = (/** @type {Event} */ event) => {
+    event.preventDefault();
+    if (found.length > 0) press(found[0]);
+  };
+  return html`<form class="palette" onSubmit=${submit} onKeyDown=${walk}>
+    <input type="search" autofocus aria-label="What to find" placeholder="Parameter, preset, lesson, run…" value=${words.value} onInput=${type} />
+    <ul class="menu-list" aria-label="Found">
+      ${found.map((entry) => html`<li>
+        <button type="button" class="quiet grow" onClick=${() => press(entry)}><span>${entry.words}</span><span class="hint">${entry.kind}</span></button>
+      </li>`)}
+    </ul>
+    ${found.length === 0 && html`<p class="hint" role="status">Nothing here is called that. Try fewer words.</p>`}
+  </form>`;
+}
+
+/**
+ * What belongs to this page.
+ *
+ * @param {Page} page
+ * @returns {Found[]}
+ */
+function near(page) {
+  const { view, experiment, openPreset } = page;
+  const { session } = view.store;
+  const menu = menuOf(page).flatMap(([kind, entries]) => entries.filter(({ needsRun }) => view.able || !needsRun).map((entry) => ({ ...entry, kind })));
+  if (session === null) return menu;
+  const { declarations, parameters, tracker } = session;
+  const read = declarations.filter(
+    ({ name, kind, trackers }) => name in parameters && kind !== "file" && (trackers.length === 0 || trackers.includes(tracker)),
+  );
+  const turned = read.map(({ label }) => ({ words: label, kind: "Parameter", run: () => turn(label) }));
+  const listed = isParticipant ? [] : (experiment.value?.presets ?? []);
+  const presets = listed.map((preset) => ({ words: preset.title, kind: "Preset", run: () => openPreset(preset) }));
+  return [...menu, ...turned, ...presets];
+}
+
+/**
+ * What is elsewhere on this server: lessons, other experiments' presets, saved runs.
+ *
+ * @returns {Promise<Found[]>}
+ */
+async function distant() {
+  if (isParticipant) return [];
+  const [course, experiments, work] = await Promise.all([
+    /** @type {Promise<LessonsPublic|null>} */ (request("GET", "lessons").catch(() => null)),
+    api.experiments().catch(() => []),
+    api.work({ q: "", show: "runs", limit: 100 }, new AbortController().signal).catch(() => null),
+  ]);
+  const learned = (course?.lessons ?? []).map(({ id, title }) => ({ words: title, kind: "Lesson", href: `learn/${encodeURIComponent(id)}` }));
+  const address = (/** @type {ExperimentPublic} */ each, /** @type {Preset} */ preset) => linkTo({ recipe: presetRecipe(each, preset), play: true });
+  const begun = experiments.flatMap((each) =>
+    each.presets.map((preset) => ({ words: `${each.title} · ${preset.title}`, kind: "Preset", href: address(each, preset) })),
+  );
+  const saved = (work?.runs ?? []).map(({ id, title }) => ({ words: title, kind: "Saved run", run: () => open(id) }));
+  return [...learned, ...begun, ...saved];
+}
+
+/** @param {string} run */
+async function open(run) {
+  const session = await attempt(() => api.open(run));
+  if (session) location.assign(session.page);
+}
+
+/**
+ * Go to the control of a parameter, unfolding what it is in.
+ *
+ * @param {string} label
+ */
+function turn(label) {
+  const found = [...document.querySelectorAll(".controls .control")].find((each) => each.querySelector("label, span")?.textContent === label);
+  for (let at = found?.parentElement; at; at = at.parentElement) if (at.tagName === "DETAILS") at.setAttribute("open", "");
+  const field = found?.querySelector("input, select");
+  if (field instanceof HTMLElement) field.focus();
+}
+
+/** @param {KeyboardEvent & {currentTarget: HTMLElement}} event The arrows go through the field and the lines. */
+function walk(event) {
+  const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
+  if (step === undefined) return;
+  event.preventDefault();
+  const stops = /** @type {HTMLElement[]} */ ([...event.currentTarget.querySelectorAll("input, li button")]);
+  const at = stops.indexOf(/** @type {HTMLElement} */ (document.activeElement));
+  stops[Math.min(Math.max(0, at + step), stops.length - 1)].focus();
+}
