@@ -48,7 +48,7 @@ function Cure({ loss, ofScene }) {
   if (ofScene && findings.length === 0) return null;
   const best = findings.find(({ verdict }) => verdict === "better");
   const of = ofScene ? "Scene" : "Tracker";
-  const why = best === undefined && without(loss, findings.some(({ verdict }) => verdict === "few"));
+  const why = best === undefined && without(loss, findings.length === 0 || findings.some(({ verdict }) => verdict === "few"));
   if (best === undefined) return html`<li><span class="of">${of}</span> <span class="hint">${why}</span></li>`;
   return html`<li data-stale=${String(exploration.job.value?.stale)}>
     <span class="of">${of}</span>
@@ -65,8 +65,7 @@ function Cure({ loss, ofScene }) {
  */
 function without({ exploration }, isOpen) {
   if (exploration.error.value !== "") return exploration.error.value;
-  if (exploration.job.value === null) return "Trying changes…";
-  if (exploration.isWorking) return isOpen ? "Too few seeds to tell so far. Trying…" : "None is clearly better so far. Trying…";
+  if (exploration.isWorking) return isOpen ? "Too few seeds to tell. Trying…" : "None is clearly better so far. Trying…";
   return isOpen ? "Too few seeds to tell" : "No change is clearly better";
 }
 
