@@ -27,7 +27,7 @@ export class Loss {
   refusal = signal("");
   /** What is shown in the place of the plots. */
   tab = signal(/** @type {"why"|"what-if"|null} */ (null));
-  /** Whether a person has put the card away, or fetched it; else it is there while the target is lost. */
+  /** Whether a person has put the card away, or fetched it; else it is there while the target is lost and no tab is open. */
   isAway = signal(/** @type {boolean|null} */ (null));
   /** @type {Record<string, Value>} Those of the run that is explored. */
   parameters = {};
@@ -50,9 +50,7 @@ export class Loss {
         if (store.session?.branch !== undefined && this.tab.peek() === "why") this.tab.value = null;
       }),
     ];
-    end.addEventListener("abort", () => {
-      for (const ending of [...endings, () => this.#asked.abort()]) ending();
-    });
+    for (const ending of endings) end.addEventListener("abort", ending);
   }
 
   /** Whether the active branch has lost its target anywhere. */
@@ -112,6 +110,12 @@ export class Loss {
     await this.exploration.begin({ kind: "what-if", frame });
   }
 
+  /** Whether changes may be tried once more, since that has ended early or was about another run. */
+  get isCut() {
+    const { error, isWorking, job } = this.exploration;
+    return this.isLost.value && !isWorking && (error.value !== "" || job.value?.stale === true);
+  }
+
   /** Whether a change can be opened: its run is there, as itself or as another branch. */
   get canTry() {
     const { known } = this.view.store;
@@ -133,13 +137,4 @@ export class Loss {
     const made = await commands.branch({ frame: report.begin, values, seed, title });
     if (made) await attempt(() => api.command(store.known.id, { kind: "seek", frame: report.end }));
   }
-}
-
-/**
- * Whether a change is one of the scene, and not of the tracker.
- *
- * @param {ToldFinding} finding
- */
-export function isOfScene({ kind }) {
-  return kind === "world";
 }

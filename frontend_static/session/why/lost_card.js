@@ -4,7 +4,6 @@
  */
 
 import { h, html } from "../../vendor/preact.js";
-import { isOfScene } from "./loss.js";
 
 /** @import { ToldFinding } from "../../shared/messages.js" */
 /** @import { Loss } from "./loss.js" */
@@ -14,7 +13,8 @@ export function LostCard({ loss }) {
   const { diagnosis, isAway, isLost, tab, view } = loss;
   const told = diagnosis.value;
   if (told === null || !told.lost) return null;
-  const isOpen = !(isAway.value ?? !isLost.value);
+  // What a tab shows need not stand here as well.
+  const isOpen = !(isAway.value ?? (!isLost.value || tab.value !== null));
   // Where the first sign of it shows, or the loss itself.
   const goal = Math.min(told.frame ?? 0, ...told.signs.map(({ since }) => since));
   const turn = (/** @type {Event & {currentTarget: HTMLDetailsElement}} */ { currentTarget: { open } }) => {
@@ -43,7 +43,7 @@ export function LostCard({ loss }) {
  */
 function Cure({ loss, ofScene }) {
   const { exploration, report } = loss;
-  const findings = report.value?.findings.filter((finding) => finding.verdict !== "baseline" && isOfScene(finding) === ofScene) ?? [];
+  const findings = report.value?.findings.filter(({ kind }) => (ofScene ? kind === "world" : !["world", "seeds"].includes(kind))) ?? [];
   // A recording has a scene that nobody can change.
   if (ofScene && findings.length === 0) return null;
   const best = findings.find(({ verdict }) => verdict === "better");

@@ -3,7 +3,6 @@
 import { number } from "../../shared/format.js";
 import { newSweep } from "../../shared/share_link.js";
 import { h, html, useSignal } from "../../vendor/preact.js";
-import { isOfScene } from "./loss.js";
 import { Stale, TryOut } from "./lost_card.js";
 
 /** @import { Report, ToldFinding } from "../../shared/messages.js" */
@@ -13,17 +12,23 @@ const TRIALS = 40;
 
 /** @param {{loss: Loss}} props */
 export function WhatIf({ loss }) {
-  const { exploration, report } = loss;
+  const { diagnosis, exploration, report } = loss;
   const [job, found, error] = [exploration.job.value, report.value, exploration.error.value];
   // Another loss than the one that is asked about may be meant.
-  const which = found?.loss === loss.diagnosis.value?.frame ? "" : found?.loss_sentence;
+  const which = found?.loss === diagnosis.value?.frame ? "" : found?.loss_sentence;
   const words = found === null ? error || "Going back to before the loss…" : `${which} ${found.sentence} ${error}`;
+  const stop = () => {
+    exploration.stop();
+    exploration.error.value = "It was stopped.";
+  };
+  const again = () => loss.ask(diagnosis.value?.frame ?? undefined);
   return html`<div class="what-if" data-stale=${String(job?.stale)}>
     <p class="what-if-status" role="status">${words} ${job?.stale && h(Stale, {})}</p>
     ${exploration.isWorking && html`<div class="what-if-progress">
       <progress aria-label="Runs carried out" max=${job?.total || 1} value=${job?.done}></progress>
-      <button type="button" class="quiet" onClick=${() => exploration.stop()}>Stop</button>
+      <button type="button" class="quiet" onClick=${stop}>Stop</button>
     </div>`}
+    ${loss.isCut && html`<button type="button" onClick=${again}>Try again</button>`}
     ${found && h(Changes, { loss, found })}
   </div>`;
 }
@@ -31,16 +36,15 @@ export function WhatIf({ loss }) {
 /** @param {{loss: Loss, found: Report}} props */
 function Changes({ loss, found }) {
   const isWhole = useSignal(false);
-  const { diagnosis, exploration } = loss;
   const [first, ...changes] = found.findings;
-  const lists = /** @type {const} */ ([["tracker", changes.filter((each) => !isOfScene(each))], ["scene", changes.filter(isOfScene)]]);
+  const lists = /** @type {const} */ (["tracker", "scene"]).map(
+    (of) => /** @type {const} */ ([of, changes.filter(({ kind }) => (kind === "world") === (of === "scene"))]),
+  );
   const line = (/** @type {ToldFinding} */ finding) => h(Line, { key: JSON.stringify(finding.values), loss, finding });
   const shown = lists.filter(([, some]) => some.length > 0).map(
     ([of, some]) => html`<h3>Changes of the ${of}</h3>
       <ol class="what-if-lines" aria-label=${`Changes of the ${of}, best first`}>${(isWhole.value ? some : some.slice(0, 1)).map(line)}</ol>`,
   );
-  const again = () => loss.ask(diagnosis.value?.frame ?? undefined);
-  const isOver = !exploration.isWorking && loss.isLost.value && (exploration.job.value?.stale || !found.is_complete);
   const best = changes.find(({ verdict }) => verdict === "better");
   const hint = "The best change beside none, on the scenes and seeds of a sweep";
   return html`
@@ -50,7 +54,6 @@ function Changes({ loss, found }) {
       ${changes.length > shown.length && html`<button type="button" aria-expanded=${String(isWhole.value)} onClick=${() => (isWhole.value = !isWhole.value)}>
         ${isWhole.value ? "The best alone" : `All ${found.planned}`}
       </button>`}
-      ${isOver && html`<button type="button" onClick=${again}>Try again</button>`}
       ${best && html`<a class="button" href=${sweepOf(loss, best)} title=${hint}>Check on the whole sweep</a>`}
     </footer>
     <p class="hint">${found.correction} A cure of this run is not a cure in general.</p>
