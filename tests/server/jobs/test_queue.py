@@ -207,39 +207,24 @@ async def begin_too_many() -> None:
     async def work(_: Any) -> None:
         await asyncio.Event().wait()
 
-    jobs.begin(FitJob(id="one", name="gain"), work)
+    first = jobs.begin(FitJob(id="one", name="gain"), work)
     with pytest.raises(UnavailableError, match="at most 1 fits at a time"):
         jobs.begin(FitJob(id="two", name="gain"), work)
     jobs.begin(ImportJob(id="three", name="run.pft"), work)
     assert [job.id for job in jobs.all()] == ["three", "one"]
+    for _ in range(3000):
+        if first in jobs.all() and first.state == "failed":
+            break
+        await asyncio.sleep(0.01)
+    assert "Nobody asked" in str(first.error)
     await jobs.close()
 
 
-def test_jobs_of_a_kind_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
-    """One more than may be under way is refused; a job of another kind begins."""
+def test_jobs_are_bounded_and_end_when_nobody_asks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One more of a kind than may be under way is refused, one of another kind begins; a list of all asks for none."""
+    monkeypatch.setattr("pftrack_server.jobs.jobs.LOOK_S", 0.05)
     monkeypatch.setattr("pftrack_server.jobs.jobs.MOST_AT_WORK", 1)
     run(begin_too_many())
-
-
-async def list_until_it_is_dropped() -> None:
-    jobs = Jobs()
-
-    async def work(_: Any) -> None:
-        await asyncio.Event().wait()
-
-    job = jobs.begin(FitJob(id="one", name="gain"), work)
-    async with asyncio.timeout(30):
-        while job.state == "working":
-            assert job in jobs.all()
-            await asyncio.sleep(0.01)
-    await jobs.close()
-
-
-def test_a_list_of_jobs_keeps_none_alive(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A job that nobody asks for ends, however often others list all jobs."""
-    monkeypatch.setattr("pftrack_server.jobs.jobs.LOOK_S", 0.05)
-    monkeypatch.setattr("pftrack_server.jobs.jobs.MOST_LOOKS", 2)
-    run(list_until_it_is_dropped())
 
 
 def test_a_task_that_is_dropped_as_it_begins_harms_no_other(server: Server, client: httpx.Client) -> None:

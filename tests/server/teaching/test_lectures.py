@@ -174,7 +174,7 @@ def test_an_order_of_the_page(client: httpx.Client) -> None:
     assert [each["kind"] for each in changed["items"]] == ["poll", "comparison", "session"]
     assert changed["created"] == lecture["created"]
     gone = [{"session": {"reference": run["id"]}}]
-    assert "is not here; it was deleted" in error_of(client.put(address, json={"title": "x", "items": gone}), 404)["message"]
+    assert "it was deleted" in error_of(client.put(address, json={"title": "x", "items": gone}), 404)["message"]
     assert client.get(address).json() == changed
     client.delete(address)
 
