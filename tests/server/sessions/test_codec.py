@@ -12,24 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
-from pftrack.core.model.drawing import (
-    Arrows,
-    Axes,
-    Drawing,
-    Ellipse,
-    Ellipsoids,
-    Frustum,
-    Links,
-    Mesh,
-    Picture,
-    Points,
-    Polyline,
-    Primitive,
-    Text,
-    Viewpoint,
-    World,
-    WorldDrawing,
-)
+from pftrack.core.model import drawing as model
 from pftrack.experiments import find
 from pftrack.runs.run import Run
 from pftrack_server.sessions.worker.codec import DrawingEncoder
@@ -46,18 +29,24 @@ def floats(*shape: int) -> st.SearchStrategy[Any]:
     return arrays(np.float32, shape, elements=anything)
 
 
-def placed(rows: int) -> st.SearchStrategy[Primitive]:
+def placed(rows: int) -> st.SearchStrategy[model.Primitive]:
     """All primitives whose number of points may vary, with so many."""
     faces = arrays(np.int32, (rows, 3), elements=st.integers(0, max(rows - 1, 0)))
     return st.one_of(
-        st.builds(Points, floats(rows, 3), arrays(np.uint8, (rows, 3)), extent, layer),
-        st.builds(Polyline, floats(rows, 3), colour, extent, layer),
-        *(st.builds(kind, floats(rows, 2, 3), colour, extent, layer) for kind in (Links, Arrows)),
+        st.builds(model.Points, floats(rows, 3), arrays(np.uint8, (rows, 3)), extent, layer),
+        st.builds(model.Polyline, floats(rows, 3), colour, extent, layer),
+        *(st.builds(kind, floats(rows, 2, 3), colour, extent, layer) for kind in (model.Links, model.Arrows)),
         st.builds(
-            Ellipsoids, floats(rows, 3), floats(rows, 3, 3), arrays(np.uint8, (rows, 3)), st.floats(0, 1), layer, extent
+            model.Ellipsoids,
+            floats(rows, 3),
+            floats(rows, 3, 3),
+            arrays(np.uint8, (rows, 3)),
+            st.floats(0, 1),
+            layer,
+            extent,
         ),
         st.builds(
-            Mesh,
+            model.Mesh,
             floats(rows, 3),
             faces,
             colour | arrays(np.uint8, (rows, 3)),
@@ -68,10 +57,10 @@ def placed(rows: int) -> st.SearchStrategy[Primitive]:
 
 
 single = st.one_of(
-    st.builds(Ellipse, floats(3), floats(2, 2), colour, extent, layer, st.booleans()),
-    st.builds(Axes, floats(3), floats(3, 3), extent, colour, extent, layer),
+    st.builds(model.Ellipse, floats(3), floats(2, 2), colour, extent, layer, st.booleans()),
+    st.builds(model.Axes, floats(3), floats(3, 3), extent, colour, extent, layer),
     st.builds(
-        Text,
+        model.Text,
         floats(3),
         st.text(max_size=20),
         colour,
@@ -80,36 +69,36 @@ single = st.one_of(
         st.text(max_size=30),
         st.none() | floats(3),
     ),
-    st.builds(Frustum, floats(3), floats(4, 3), colour, extent, layer),
+    st.builds(model.Frustum, floats(3), floats(4, 3), colour, extent, layer),
 )
 anywhere = st.one_of(single, st.integers(0, 40).flatmap(placed))
 number = st.floats(-1e3, 1e3)
 worlds = st.builds(
-    World,
+    model.World,
     *(st.text(max_size=10) for _ in range(3)),
     st.floats(1e-3, 1e6),
     st.tuples(number, number, number),
     viewpoints=st.lists(
-        st.builds(Viewpoint, st.text(), st.text(), number, st.floats(-90, 90)),
+        st.builds(model.Viewpoint, st.text(), st.text(), number, st.floats(-90, 90)),
         min_size=1,
         max_size=4,
         unique_by=lambda viewpoint: viewpoint.name,
     ).map(tuple),
 )
-in_world = anywhere.filter(lambda item: not isinstance(item, Ellipse | Frustum))
+in_world = anywhere.filter(lambda item: not isinstance(item, model.Ellipse | model.Frustum))
 drawings = st.builds(
-    Drawing,
+    model.Drawing,
     st.integers(1, 4000),
     st.integers(1, 4000),
     st.dictionaries(st.text(max_size=10), anywhere, max_size=8),
     st.text(max_size=60),
     st.lists(
-        st.builds(WorldDrawing, worlds, st.dictionaries(st.text(max_size=10), in_world, max_size=4)), max_size=2
+        st.builds(model.WorldDrawing, worlds, st.dictionaries(st.text(max_size=10), in_world, max_size=4)), max_size=2
     ).map(tuple),
 )
 
 
-def assert_same(first: Primitive, second: Primitive) -> None:
+def assert_same(first: model.Primitive, second: model.Primitive) -> None:
     assert type(first) is type(second)
     for field in dataclasses.fields(first):
         one, other = getattr(first, field.name), getattr(second, field.name)
@@ -121,7 +110,7 @@ def assert_same(first: Primitive, second: Primitive) -> None:
 
 
 @given(drawings, st.integers(0, 100_000))
-def test_a_drawing_comes_back_as_it_was(drawing: Drawing, frame: int) -> None:
+def test_a_drawing_comes_back_as_it_was(drawing: model.Drawing, frame: int) -> None:
     """Every primitive arrives with its name, its order and the bits of its arrays, whatever they hold."""
     number, read, pictures = decode(DrawingEncoder().encode(drawing, frame).message())
     assert (number, read.width, read.height, read.caption) == (frame, drawing.width, drawing.height, drawing.caption)
@@ -146,9 +135,9 @@ def picture(seed: int) -> NDArray[np.uint8]:
 def test_a_picture_keeps_its_colours_and_edges() -> None:
     """JPEG leaves flat colours within two levels, and the centre of a shape within a twentieth of a pixel."""
     shown = picture(0)
-    _, read, _ = decode(DrawingEncoder().encode(Drawing(80, 60, {"picture": Picture(shown)}), 0).message())
+    _, read, _ = decode(DrawingEncoder().encode(model.Drawing(80, 60, {"picture": model.Picture(shown)}), 0).message())
     item = read.primitives["picture"]
-    assert isinstance(item, Picture)
+    assert isinstance(item, model.Picture)
     assert abs(item.image_rgb[25, 30].astype(int) - shown[25, 30]).max() <= 2
     assert abs(item.image_rgb[5, 5].astype(int) - shown[5, 5]).max() <= 2
 
@@ -163,9 +152,9 @@ def test_a_picture_keeps_its_colours_and_edges() -> None:
 def test_a_picture_that_stays_is_sent_once() -> None:
     """Whoever has the picture gets the rest alone; another picture has another key."""
     encoder = DrawingEncoder()
-    first = encoder.encode(Drawing(80, 60, {"picture": Picture(picture(0))}), 0)
-    same = encoder.encode(Drawing(80, 60, {"picture": Picture(picture(0))}), 1)
-    other = encoder.encode(Drawing(80, 60, {"picture": Picture(picture(9))}), 2)
+    first = encoder.encode(model.Drawing(80, 60, {"picture": model.Picture(picture(0))}), 0)
+    same = encoder.encode(model.Drawing(80, 60, {"picture": model.Picture(picture(0))}), 1)
+    other = encoder.encode(model.Drawing(80, 60, {"picture": model.Picture(picture(9))}), 2)
     keys = [[it.key for it in each.pictures] for each in (first, same, other)]
     assert keys[0] == keys[1] != keys[2]
     assert len(same.message(keys[0])) < 300 < len(same.message())
@@ -180,8 +169,8 @@ def test_an_array_that_two_primitives_share_travels_once() -> None:
     """A cloud that is drawn in two colourings has its places sent once."""
     places = np.zeros((1000, 3), np.float32)
     colours = np.zeros((1000, 3), np.uint8)
-    one = Drawing(9, 9, {"a": Points(places, colours, 2.0)})
-    two = Drawing(9, 9, {"a": Points(places, colours, 2.0), "b": Points(places, colours + 1, 2.0)})
+    one = model.Drawing(9, 9, {"a": model.Points(places, colours, 2.0)})
+    two = model.Drawing(9, 9, {"a": model.Points(places, colours, 2.0), "b": model.Points(places, colours + 1, 2.0)})
     sizes = [len(DrawingEncoder().encode(each, 0).message()) for each in (one, two)]
     assert 3000 <= sizes[1] - sizes[0] < 3500
 
@@ -189,7 +178,7 @@ def test_an_array_that_two_primitives_share_travels_once() -> None:
 @given(places=arrays(np.float32, (5, 3), elements=anything))
 def test_numbers_can_be_rounded_to_a_share_of_themselves(places: NDArray[np.float32]) -> None:
     """With so many bits of the fraction each number is off by half of the last of them; what is not finite stays."""
-    drawing = Drawing(9, 9, {"a": Points(places, np.zeros((5, 3), np.uint8), 2.0)})
+    drawing = model.Drawing(9, 9, {"a": model.Points(places, np.zeros((5, 3), np.uint8), 2.0)})
     read = decode(DrawingEncoder(bits=10).encode(drawing, 0).message())[1].primitives["a"].positions
     np.testing.assert_allclose(read, places, rtol=2.0**-10, atol=1e-40)
 
@@ -211,14 +200,14 @@ def test_what_experiments_draw_is_small_and_whole(experiment_id: str) -> None:
         name: type(item) for name, item in drawing.primitives.items()
     }
     drawn = [*drawing.primitives.values(), *(item for world in drawing.worlds for item in world.primitives.values())]
-    pictures = [item.image_rgb.nbytes for item in drawn if isinstance(item, Picture)]
-    others = [bytes_of(item) for item in drawn if not isinstance(item, Picture)]
+    pictures = [item.image_rgb.nbytes for item in drawn if isinstance(item, model.Picture)]
+    others = [bytes_of(item) for item in drawn if not isinstance(item, model.Picture)]
     jpeg = sum(len(file) for file in files.values())
     assert jpeg < 0.25 * sum(pictures)
     assert len(message) - jpeg < sum(others) + 500 * len(drawn)
 
 
-def bytes_of(item: Primitive) -> int:
+def bytes_of(item: model.Primitive) -> int:
     """Return how many bytes the arrays of a primitive have."""
     values = (getattr(item, field.name) for field in dataclasses.fields(item))
     return sum(value.nbytes for value in values if isinstance(value, np.ndarray))
@@ -227,7 +216,7 @@ def bytes_of(item: Primitive) -> int:
 def test_what_was_told_up_to_it_is_in_its_head() -> None:
     """A page takes over the messages of the stream together with the picture, which they leave as it is."""
     told = [{"type": "changes", "session": {"position": 3}}, {"type": "changes", "session": {"name": "Δ"}}]
-    encoded = DrawingEncoder().encode(Drawing(80, 60, {"picture": Picture(picture(0))}), 3)
+    encoded = DrawingEncoder().encode(model.Drawing(80, 60, {"picture": model.Picture(picture(0))}), 3)
     alone, message = encoded.message(), encoded.message(texts=map(json.dumps, told))
     assert (messages_of(alone), messages_of(message)) == ([], told)
     assert decode(message)[2] == decode(alone)[2]
@@ -236,6 +225,6 @@ def test_what_was_told_up_to_it_is_in_its_head() -> None:
 @pytest.mark.parametrize("size", [math.nan, (2.0,)])
 def test_what_a_page_cannot_read_is_refused_by_name(size: Any) -> None:
     """A number that is none, or a tuple in place of one, is told with the primitive's name before anything is sent."""
-    cloud = Points(np.zeros((5, 3), np.float32), np.zeros((5, 3), np.uint8), size)
+    cloud = model.Points(np.zeros((5, 3), np.float32), np.zeros((5, 3), np.uint8), size)
     with pytest.raises(ValueError, match="particles cannot be shown: size must be a finite number"):
-        DrawingEncoder().encode(Drawing(8, 6, {"picture": Picture(picture(0)), "particles": cloud}), 0)
+        DrawingEncoder().encode(model.Drawing(8, 6, {"picture": model.Picture(picture(0)), "particles": cloud}), 0)

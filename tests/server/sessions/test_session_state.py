@@ -10,21 +10,12 @@ from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.refusal import ConflictError
 from pftrack.experiments import find
 from pftrack_server.core.panel import TrackerPublic
-from pftrack_server.sessions.spec import (
-    AWAKE,
-    TRANSITIONS,
-    BranchSpec,
-    ChangePublic,
-    Phase,
-    RunSnapshot,
-    SessionDescription,
-    SessionSpec,
-)
+from pftrack_server.sessions import spec as snapshots
 from pftrack_server.sessions.state import MOST_BOOKMARKS, History, SessionState
 from pftrack_server.sessions.worker.protocol import Ready
 
 BALL = find("ball")
-DESCRIPTION = SessionDescription(
+DESCRIPTION = snapshots.SessionDescription(
     title="Ball",
     trackers=[TrackerPublic(id="apf", title="APF"), TrackerPublic(id="kalman", title="Kalman")],
     width=320,
@@ -34,17 +25,17 @@ DESCRIPTION = SessionDescription(
     declarations=[each for each in BALL.declarations(type(BALL.simulate().parameters)) if each.name == "sample_count"],
 )
 RECIPE = Recipe(experiment="ball", tracker="apf")
-START = RunSnapshot(recipe=RECIPE, tracker="apf", parameters={"n": 1, "m": 2})
+START = snapshots.RunSnapshot(recipe=RECIPE, tracker="apf", parameters={"n": 1, "m": 2})
 
 
 class Ear:
     """Hears what a state tells."""
 
     def __init__(self) -> None:
-        spec = SessionSpec(id="s", branches={"b0": BranchSpec(title="Main", run=START)})
+        spec = snapshots.SessionSpec(id="s", branches={"b0": snapshots.BranchSpec(title="Main", run=START)})
         self.panel = 0
         self.state = SessionState(spec, lambda: None, self._count)
-        self.state.enter(Phase.STARTING)
+        self.state.enter(snapshots.Phase.STARTING)
         self.heard: list[dict[str, Any]] = []
         self.state.begin(Ready(DESCRIPTION, START, [row(0)]))
         self.state.stream.emit = self._hear  # type: ignore[method-assign]
@@ -77,24 +68,30 @@ def ear() -> Ear:
     return Ear()
 
 
-@pytest.mark.parametrize("before", Phase)
-@pytest.mark.parametrize("after", Phase)
-def test_only_what_the_table_has_is_made_of_a_session(before: Phase, after: Phase) -> None:
+@pytest.mark.parametrize("before", snapshots.Phase)
+@pytest.mark.parametrize("after", snapshots.Phase)
+def test_only_what_the_table_has_is_made_of_a_session(before: snapshots.Phase, after: snapshots.Phase) -> None:
     """A phase is entered from those that lead to it; from any other the session stays what it is."""
     state = SessionState(
-        SessionSpec(id="s", branches={"b0": BranchSpec(title="Main", run=START)}), lambda: None, lambda: None
+        snapshots.SessionSpec(id="s", branches={"b0": snapshots.BranchSpec(title="Main", run=START)}),
+        lambda: None,
+        lambda: None,
     )
-    ways = {Phase.SUSPENDED: [], Phase.STARTING: [Phase.STARTING], **{one: [Phase.STARTING, one] for one in AWAKE}}
-    for phase in ways.get(before, [Phase.STARTING, before]):
+    ways = {
+        snapshots.Phase.SUSPENDED: [],
+        snapshots.Phase.STARTING: [snapshots.Phase.STARTING],
+        **{one: [snapshots.Phase.STARTING, one] for one in snapshots.AWAKE},
+    }
+    for phase in ways.get(before, [snapshots.Phase.STARTING, before]):
         state.enter(phase)
     assert state.snapshot.state is before
     state.enter(after)
-    assert state.snapshot.state is (after if after in TRANSITIONS[before] | {before} else before)
+    assert state.snapshot.state is (after if after in snapshots.TRANSITIONS[before] | {before} else before)
 
 
 def test_a_worker_that_was_given_up_says_nothing_more(ear: Ear) -> None:
     """What it still reports after its session is suspended or closed neither wakes it nor moves it."""
-    for phase in (Phase.SUSPENDED, Phase.CLOSED):
+    for phase in (snapshots.Phase.SUSPENDED, snapshots.Phase.CLOSED):
         ear.state.enter(phase)
         assert ear.advance(row(1), position=1, computed=1, playing=True) == []
         assert (ear.state.snapshot.state, ear.state.spec.run.position) == (phase, 0)
@@ -149,7 +146,7 @@ def test_playing_is_told_once(ear: Ear) -> None:
     assert ear.told(position=99, computed=99) == [{"position": 99, "computed": 99, "state": "ended"}]
     ear.advance(position=3, playing=True)
     ear.heard.clear()
-    ear.state.enter(Phase.CRASHED, "it ended")
+    ear.state.enter(snapshots.Phase.CRASHED, "it ended")
     (told,) = ear.heard
     assert told["session"] == {"state": "crashed", "message": "it ended", "playing": False}
 
@@ -157,7 +154,7 @@ def test_playing_is_told_once(ear: Ear) -> None:
 def test_a_change_is_echoed(ear: Ear) -> None:
     """A change is told with all that is in force and the timeline, and the panel is told as well."""
     recipe = RECIPE.model_copy(update={"timeline": (Change(1, {"n": 5}),)})
-    timeline = [ChangePublic(frame=1, values={"n": 5}, before={"n": 1})]
+    timeline = [snapshots.ChangePublic(frame=1, values={"n": 5}, before={"n": 1})]
     (told,) = ear.told(parameters={"n": 5, "m": 2}, recipe=recipe, timeline=timeline)
     assert told["parameters"] == {"n": 5, "m": 2}
     assert told["timeline"] == [{"frame": 1, "values": {"n": 5}, "before": {"n": 1}}]

@@ -12,18 +12,7 @@ import pytest
 
 from pftrack.process import AsyncEnd, BlockingEnd
 from pftrack.process.child import pair
-from pftrack_server.sessions.worker.protocol import (
-    ChangeValues,
-    Credit,
-    Event,
-    Pause,
-    Play,
-    Progress,
-    Reply,
-    Request,
-    Save,
-    SetSpeed,
-)
+from pftrack_server.sessions.worker import protocol
 from pftrack_server.sessions.worker.run_tree import RunTree
 from pftrack_server.sessions.worker.worker import Worker
 from tests.apart import run
@@ -34,7 +23,7 @@ SLOW = 0.03
 
 
 @contextlib.asynccontextmanager
-async def working(hear: Callable[[Event], None]) -> AsyncIterator[AsyncEnd]:
+async def working(hear: Callable[[protocol.Event], None]) -> AsyncIterator[AsyncEnd]:
     """Have a worker work, and hear its events."""
     ours, theirs = pair()
     lost = asyncio.Event()
@@ -55,56 +44,56 @@ async def working(hear: Callable[[Event], None]) -> AsyncIterator[AsyncEnd]:
         theirs.close()
 
 
-async def play_and_change(heard: list[Event]) -> None:
+async def play_and_change(heard: list[protocol.Event]) -> None:
     """Play slowly, and change a parameter between two frames while the way for a drawing is free."""
     drawn = asyncio.Event()
     answered = asyncio.Event()
 
-    def hear(event: Event) -> None:
+    def hear(event: protocol.Event) -> None:
         heard.append(event)
-        if isinstance(event, Progress) and event.scene is not None:
+        if isinstance(event, protocol.Progress) and event.scene is not None:
             drawn.set()
-        if isinstance(event, Reply) and event.number == 3:
+        if isinstance(event, protocol.Reply) and event.number == 3:
             answered.set()
 
     async with working(hear) as web:
-        web.send(Request(1, SetSpeed.model_construct(speed=SLOW)))
-        web.send(Request(2, Play()))
-        web.send(Credit("scene"))
+        web.send(protocol.Request(1, protocol.SetSpeed.model_construct(speed=SLOW)))
+        web.send(protocol.Request(2, protocol.Play()))
+        web.send(protocol.Credit("scene"))
         await asyncio.wait_for(drawn.wait(), 60)
         await asyncio.sleep(0.4)
         drawn.clear()
-        web.send(Credit("scene"))
+        web.send(protocol.Credit("scene"))
         await asyncio.wait_for(drawn.wait(), 60)
-        web.send(Credit("scene"))
+        web.send(protocol.Credit("scene"))
         await asyncio.sleep(0.05)
         drawn.clear()
         heard.clear()
-        web.send(Request(3, ChangeValues(values={"sample_count": 90}), "b1"))
+        web.send(protocol.Request(3, protocol.ChangeValues(values={"sample_count": 90}), "b1"))
         await asyncio.wait_for(answered.wait(), 60)
         await asyncio.wait_for(drawn.wait(), 60)
 
 
-async def play_with_one_credit_each(heard: list[Progress]) -> None:
+async def play_with_one_credit_each(heard: list[protocol.Progress]) -> None:
     """Play until twenty frames have been told of, after a credit for either form has been given once."""
     far = asyncio.Event()
 
-    def hear(event: Event) -> None:
-        if isinstance(event, Progress):
+    def hear(event: protocol.Event) -> None:
+        if isinstance(event, protocol.Progress):
             heard.append(event)
             if event.changes.get("position", 0) >= 20:
                 far.set()
 
     async with working(hear) as web:
-        web.send(Credit("scene"))
-        web.send(Credit("flat"))
-        web.send(Request(1, Play()))
+        web.send(protocol.Credit("scene"))
+        web.send(protocol.Credit("flat"))
+        web.send(protocol.Request(1, protocol.Play()))
         await asyncio.wait_for(far.wait(), 60)
 
 
 def test_a_credit_is_for_one_drawing() -> None:
     """Whoever takes none is sent none; the scene and flat views share what is encoded for both."""
-    heard: list[Progress] = []
+    heard: list[protocol.Progress] = []
     run(play_with_one_credit_each(heard))
     (scene,) = (event.scene for event in heard if event.scene is not None)
     (flat,) = (event.flat for event in heard if event.flat is not None)
@@ -118,31 +107,31 @@ def test_a_change_leaves_the_way_free_for_the_frame_that_shows_it() -> None:
     """The answer to a change tells its values without a drawing; the drawing after it is of the first changed frame."""
     heard: list[Any] = []
     run(play_and_change(heard))
-    answer = next(index for index, event in enumerate(heard) if isinstance(event, Reply))
-    told = [event for event in heard[:answer] if isinstance(event, Progress)]
+    answer = next(index for index, event in enumerate(heard) if isinstance(event, protocol.Reply))
+    told = [event for event in heard[:answer] if isinstance(event, protocol.Progress)]
     (values,) = [event.changes["parameters"] for event in told if "parameters" in event.changes]
     assert values["sample_count"] == 90
     assert [event.scene for event in told] == [None] * len(told)
-    shown = next(event.changes for event in heard if isinstance(event, Progress) and event.scene is not None)
+    shown = next(event.changes for event in heard if isinstance(event, protocol.Progress) and event.scene is not None)
     assert shown["position"] == heard[answer].result.frame
 
 
-async def play_until_behind(heard: list[Progress], seconds: float) -> None:
+async def play_until_behind(heard: list[protocol.Progress], seconds: float) -> None:
     """Play until the worker says that it is so far behind, then pause."""
     behind, paused = asyncio.Event(), asyncio.Event()
 
-    def hear(event: Event) -> None:
-        if isinstance(event, Progress):
+    def hear(event: protocol.Event) -> None:
+        if isinstance(event, protocol.Progress):
             heard.append(event)
             if event.changes.get("behind_s", 0.0) >= seconds:
                 behind.set()
-        if isinstance(event, Reply) and event.number == 2:
+        if isinstance(event, protocol.Reply) and event.number == 2:
             paused.set()
 
     async with working(hear) as web:
-        web.send(Request(1, Play()))
+        web.send(protocol.Request(1, protocol.Play()))
         await asyncio.wait_for(behind.wait(), 60)
-        web.send(Request(2, Pause()))
+        web.send(protocol.Request(2, protocol.Pause()))
         await asyncio.wait_for(paused.wait(), 60)
 
 
@@ -155,25 +144,25 @@ def test_a_run_that_is_too_slow_says_how_far_it_is_behind(monkeypatch: pytest.Mo
 
     forward = RunTree.forward
     monkeypatch.setattr(RunTree, "forward", slowly)
-    heard: list[Progress] = []
+    heard: list[protocol.Progress] = []
     run(play_until_behind(heard, 0.5))
     told = [event.changes["behind_s"] for event in heard if "behind_s" in event.changes]
     assert told[:-1] == sorted(told[:-1])
     assert told[-1] == 0.0
 
 
-async def play_until_compiled(heard: list[Progress]) -> None:
+async def play_until_compiled(heard: list[protocol.Progress]) -> None:
     """Play until the worker says that it compiles nothing any more."""
     over = asyncio.Event()
 
-    def hear(event: Event) -> None:
-        if isinstance(event, Progress):
+    def hear(event: protocol.Event) -> None:
+        if isinstance(event, protocol.Progress):
             heard.append(event)
             if event.changes.get("compiling", 0) is None:
                 over.set()
 
     async with working(hear) as web:
-        web.send(Request(1, Play()))
+        web.send(protocol.Request(1, protocol.Play()))
         await asyncio.wait_for(over.wait(), 60)
 
 
@@ -189,7 +178,7 @@ def test_a_run_that_has_to_compile_says_so(monkeypatch: pytest.MonkeyPatch) -> N
 
     forward = RunTree.forward
     monkeypatch.setattr(RunTree, "forward", compiling)
-    heard: list[Progress] = []
+    heard: list[protocol.Progress] = []
     run(play_until_compiled(heard))
     told = [event.changes["compiling"] for event in heard if "compiling" in event.changes]
     assert told == [0, 1, None]
@@ -208,20 +197,24 @@ def test_what_compiles_beside_a_step_is_over_as_well(monkeypatch: pytest.MonkeyP
             raise OSError("no room")
         return original(tree, *arguments)
 
-    heard: list[Progress] = []
+    heard: list[protocol.Progress] = []
 
     async def work() -> None:
         over = asyncio.Event()
 
-        def hear(event: Event) -> None:
-            if isinstance(event, Progress):
+        def hear(event: protocol.Event) -> None:
+            if isinstance(event, protocol.Progress):
                 heard.append(event)
                 if event.changes.get("compiling", 0) is None:
                     over.set()
 
         async with working(hear) as web:
             monkeypatch.setattr(RunTree, place, compiling)
-            web.send(Request(1, Play()) if place == "measures" else Request(1, Save("x.pftrack")))
+            web.send(
+                protocol.Request(1, protocol.Play())
+                if place == "measures"
+                else protocol.Request(1, protocol.Save("x.pftrack"))
+            )
             await asyncio.wait_for(over.wait(), 10)
 
     run(work())

@@ -26,25 +26,14 @@ from pftrack_server.sweeps import functions
 from pftrack_server.sweeps import sweep as sweep_of_the_server
 from pftrack_server.sweeps.planning import SweepCreate
 from pftrack_server.sweeps.sweep import NICENESS
+from tests.server import sweeping
 from tests.server.host import Server, error_of, running
-from tests.server.sweeping import (
-    RUNS,
-    SMALL,
-    allow,
-    begin_sweep,
-    compute_by_permission,
-    compute_on_a_full_disk,
-    drivers,
-    show,
-    until_some,
-    until_state,
-)
 from tests.waiting import wait_for
 
 
 def new_drivers(others: list[psutil.Process]) -> list[psutil.Process]:
     """The processes that compute sweeps, without those of servers that other tests of this process share."""
-    return [one for one in drivers(os.getpid()) if one not in others]
+    return [one for one in sweeping.drivers(os.getpid()) if one not in others]
 
 
 def chunks(folder: Path) -> dict[str, bytes]:
@@ -54,7 +43,7 @@ def chunks(folder: Path) -> dict[str, bytes]:
 @pytest.fixture
 def sweeps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The folder of the sweeps of a server whose sweeps stand still after a chunk until they are allowed to go on."""
-    monkeypatch.setattr(functions, "compute", compute_by_permission)
+    monkeypatch.setattr(functions, "compute", sweeping.compute_by_permission)
     return tmp_path / "data" / "sweeps"
 
 
@@ -68,7 +57,7 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 @pytest.fixture
 def own(served: Server, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[httpx.Client, Path]]:
     """A client of that server, and the folder of its sweeps, which stand still and are deleted in the end."""
-    monkeypatch.setattr(functions, "compute", compute_by_permission)
+    monkeypatch.setattr(functions, "compute", sweeping.compute_by_permission)
     folder = Path(served.app.state.services.store.files.sweeps)
     with httpx.Client(base_url=served.url, timeout=60, verify=False) as client:  # noqa: S501
         yield client, folder
@@ -80,27 +69,27 @@ def own(served: Server, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[httpx
 def test_a_killed_process(own: tuple[httpx.Client, Path]) -> None:
     """A sweep whose process is killed says so, keeps what was computed, and is completed when it is resumed."""
     client, sweeps = own
-    others = drivers(os.getpid())
-    sweep = begin_sweep(client)
-    until_some(client, sweep["id"])
+    others = sweeping.drivers(os.getpid())
+    sweep = sweeping.begin_sweep(client)
+    sweeping.until_some(client, sweep["id"])
     [driver] = new_drivers(others)
     workers = driver.children(recursive=True)
     for process in (driver, *workers):
         assert process.nice() == min(psutil.Process().nice() + NICENESS, 19)  # it gives way to what people watch
         assert process.rlimit(psutil.RLIMIT_FSIZE)[0] == Settings().max_sweeps_bytes
     driver.kill()
-    stopped = until_state(client, sweep["id"], "stopped")
+    stopped = sweeping.until_state(client, sweep["id"], "stopped")
     assert "its process was killed, by the system or by somebody" in stopped["message"]
-    assert 0 < stopped["done"] < RUNS
+    assert 0 < stopped["done"] < sweeping.RUNS
     wait_for(lambda: not any(worker.is_running() for worker in workers))
     kept = chunks(sweeps / f"{sweep['id']}.parquet.partial")
     assert kept
     assert client.post(f"/api/v1/sweeps/{sweep['id']}/resume").json()["state"] == "running"
     error_of(client.post(f"/api/v1/sweeps/{sweep['id']}/resume"), 409)
-    allow(sweeps)
-    assert until_state(client, sweep["id"], "done")["done"] == RUNS
+    sweeping.allow(sweeps)
+    assert sweeping.until_state(client, sweep["id"], "done")["done"] == sweeping.RUNS
     whole = read_result(sweeps / f"{sweep['id']}.parquet").table
-    assert whole["run"].to_pylist() == list(range(RUNS))
+    assert whole["run"].to_pylist() == list(range(sweeping.RUNS))
     for data in kept.values():
         before = pq.read_table(io.BytesIO(data))
         after = whole.slice(before["run"][0].as_py(), len(before))
@@ -110,49 +99,49 @@ def test_a_killed_process(own: tuple[httpx.Client, Path]) -> None:
 
 def test_cancel_stop_and_restart(start_server: Any, sweeps: Path) -> None:
     """A cancelled sweep and one that its server was stopped under are resumable, on a new server too."""
-    others = drivers(os.getpid())
+    others = sweeping.drivers(os.getpid())
     with start_server(sweep_jobs=1) as (_, client):
-        cancelled = begin_sweep(client)
-        running = begin_sweep(client, seed=9)
-        until_some(client, cancelled["id"])
-        until_some(client, running["id"])
+        cancelled = sweeping.begin_sweep(client)
+        running = sweeping.begin_sweep(client, seed=9)
+        sweeping.until_some(client, cancelled["id"])
+        sweeping.until_some(client, running["id"])
         assert client.post(f"/api/v1/sweeps/{cancelled['id']}/cancel").json()["state"] == "stopped"
-        assert "cancelled" in show(client, cancelled["id"])["message"]
+        assert "cancelled" in sweeping.show(client, cancelled["id"])["message"]
         [process] = new_drivers(others)
         partial = client.get(f"/api/v1/sweeps/{cancelled['id']}/download", params={"format": "csv"}).text
-        assert len(partial.splitlines()) == show(client, cancelled["id"])["done"] + 1
+        assert len(partial.splitlines()) == sweeping.show(client, cancelled["id"])["done"] + 1
     assert not process.is_running()
     with start_server(sweep_jobs=1) as (_, client):
         found = {sweep["id"]: sweep for sweep in client.get("/api/v1/sweeps").json()}
         assert {sweep["state"] for sweep in found.values()} == {"stopped"}
         assert "server was stopped" in found[running["id"]]["message"]
-        assert 0 < found[running["id"]]["done"] < RUNS
-        allow(sweeps, 2)
+        assert 0 < found[running["id"]]["done"] < sweeping.RUNS
+        sweeping.allow(sweeps, 2)
         client.post(f"/api/v1/sweeps/{running['id']}/resume")
-        until_some(client, running["id"], found[running["id"]]["done"] + 1)
+        sweeping.until_some(client, running["id"], found[running["id"]]["done"] + 1)
         assert client.delete(f"/api/v1/sweeps/{running['id']}").status_code == 204
         assert [sweep["id"] for sweep in client.get("/api/v1/sweeps").json()] == [cancelled["id"]]
 
 
 def test_a_full_disk(start_server: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A sweep that meets a full disk says so; with room again it is completed."""
-    monkeypatch.setattr(functions, "compute", compute_on_a_full_disk)
+    monkeypatch.setattr(functions, "compute", sweeping.compute_on_a_full_disk)
     sweeps = tmp_path / "data" / "sweeps"
     full = sweeps / "full"
     with start_server(sweep_jobs=1) as (_, client):
-        sweep = begin_sweep(client)
-        until_some(client, sweep["id"])
+        sweep = sweeping.begin_sweep(client)
+        sweeping.until_some(client, sweep["id"])
         client.post(f"/api/v1/sweeps/{sweep['id']}/cancel")
         full.touch()
-        allow(sweeps)
+        sweeping.allow(sweeps)
         client.post(f"/api/v1/sweeps/{sweep['id']}/resume")
-        stopped = until_state(client, sweep["id"], "stopped")
+        stopped = sweeping.until_state(client, sweep["id"], "stopped")
         assert "disk of the server is full" in stopped["message"]
         assert str(tmp_path) not in stopped["message"]
         assert stopped["done"] > 0
         full.unlink()
         client.post(f"/api/v1/sweeps/{sweep['id']}/resume")
-        assert until_state(client, sweep["id"], "done")["done"] == RUNS > stopped["done"]
+        assert sweeping.until_state(client, sweep["id"], "done")["done"] == sweeping.RUNS > stopped["done"]
 
 
 def test_a_database_that_takes_nothing(
@@ -167,34 +156,34 @@ def test_a_database_that_takes_nothing(
 
     monkeypatch.setattr(sweep_of_the_server, "WRITE_EVERY_S", 0.0)
     client, sweeps = own
-    sweep = begin_sweep(client)
-    before = until_some(client, sweep["id"])
+    sweep = sweeping.begin_sweep(client)
+    before = sweeping.until_some(client, sweep["id"])
     monkeypatch.setattr(served.app.state.services.store, "save", refuse)
-    allow(sweeps, 4)
+    sweeping.allow(sweeps, 4)
     wait_for(lambda: len(refused) > 1, 60)
-    until_some(client, sweep["id"], before + 1)
+    sweeping.until_some(client, sweep["id"], before + 1)
     assert client.post(f"/api/v1/sweeps/{sweep['id']}/cancel").json()["state"] == "stopped"
 
 
 def test_resumed_by_two_at_once(own: tuple[httpx.Client, Path]) -> None:
     """Of two that resume a sweep at the same time one does, and one process computes it."""
     client, sweeps = own
-    sweep = begin_sweep(client)
+    sweep = sweeping.begin_sweep(client)
     client.post(f"/api/v1/sweeps/{sweep['id']}/cancel")
-    kept = show(client, sweep["id"])["done"]
-    others = drivers(os.getpid())
+    kept = sweeping.show(client, sweep["id"])["done"]
+    others = sweeping.drivers(os.getpid())
     with ThreadPoolExecutor(4) as pool:
         answers = list(pool.map(client.post, [f"/api/v1/sweeps/{sweep['id']}/resume"] * 4))
     assert sorted(answer.status_code for answer in answers) == [200, 409, 409, 409]
-    allow(sweeps, 2)
-    until_some(client, sweep["id"], kept + 1)
+    sweeping.allow(sweeps, 2)
+    sweeping.until_some(client, sweep["id"], kept + 1)
     assert len(new_drivers(others)) == 1
 
 
 def test_deleted_while_it_begins(served: Server, own: tuple[httpx.Client, Path]) -> None:
     """A sweep that is deleted while it is resumed is not computed afterwards."""
     client, _ = own
-    url = f"/api/v1/sweeps/{begin_sweep(client)['id']}"
+    url = f"/api/v1/sweeps/{sweeping.begin_sweep(client)['id']}"
     client.post(f"{url}/cancel")
     found = served.app.state.services.sweeps.get(url.rpartition("/")[2])
     begins, go = threading.Event(), threading.Event()
@@ -225,7 +214,7 @@ def test_cancelled_while_it_begins(served: Server, monkeypatch: pytest.MonkeyPat
         save(row)
 
     async def cancel() -> Any:
-        creating = asyncio.ensure_future(sweeps.create(SweepCreate(**SMALL)))
+        creating = asyncio.ensure_future(sweeps.create(SweepCreate(**sweeping.SMALL)))
         assert await asyncio.to_thread(runs.wait, 60)
         [begun] = [it for it in sweeps.all if it.row.state == "running"]
         creating.cancel()
@@ -257,8 +246,8 @@ def test_deleted_while_its_end_is_stored(
             stored.set()
 
     monkeypatch.setattr(store, "save", store_slowly)
-    sweep = begin_sweep(client, trials=1)
-    allow(sweeps)
+    sweep = sweeping.begin_sweep(client, trials=1)
+    sweeping.allow(sweeps)
     assert storing.wait(60)
     assert client.delete(f"/api/v1/sweeps/{sweep['id']}").status_code == 204
     assert stored.wait(60)
@@ -290,49 +279,51 @@ def test_the_process_names_no_path(
 def test_limits(start_server: Any, sweeps: Path) -> None:
     """A server that computes or keeps enough already says so, and says so before anybody starts."""
     with start_server(sweep_jobs=1, max_sweeps_running=1, max_sweeps=2, max_sweeps_bytes=1 << 20) as (_, client):
-        sweep = begin_sweep(client)
-        assert "at most 1 sweep at a time" in error_of(client.post("/api/v1/sweeps", json=SMALL), 503)["message"]
-        size = client.post("/api/v1/sweeps/estimate", json={**SMALL, "measure": False}).json()
+        sweep = sweeping.begin_sweep(client)
+        assert (
+            "at most 1 sweep at a time" in error_of(client.post("/api/v1/sweeps", json=sweeping.SMALL), 503)["message"]
+        )
+        size = client.post("/api/v1/sweeps/estimate", json={**sweeping.SMALL, "measure": False}).json()
         assert "at most 1 sweep at a time" in size["problem"]
         client.post(f"/api/v1/sweeps/{sweep['id']}/cancel")
-        large = {**SMALL, "trials": 2000}
+        large = {**sweeping.SMALL, "trials": 2000}
         assert "of the 1 MiB for all sweeps" in error_of(client.post("/api/v1/sweeps", json=large), 503)["message"]
-        allow(sweeps)
-        other = begin_sweep(client)
-        until_state(client, other["id"], "done")
-        assert "at most 2 sweeps" in error_of(client.post("/api/v1/sweeps", json=SMALL), 503)["message"]
-        assert show(client, other["id"])["done"] == RUNS
+        sweeping.allow(sweeps)
+        other = sweeping.begin_sweep(client)
+        sweeping.until_state(client, other["id"], "done")
+        assert "at most 2 sweeps" in error_of(client.post("/api/v1/sweeps", json=sweeping.SMALL), 503)["message"]
+        assert sweeping.show(client, other["id"])["done"] == sweeping.RUNS
 
 
 def test_files_that_somebody_touched(own: tuple[httpx.Client, Path]) -> None:
     """A sweep whose files are another's says so and harms nothing; one whose files were removed begins anew."""
     client, sweeps = own
-    sweep = begin_sweep(client)
-    until_some(client, sweep["id"])
+    sweep = sweeping.begin_sweep(client)
+    sweeping.until_some(client, sweep["id"])
     client.post(f"/api/v1/sweeps/{sweep['id']}/cancel")
     folder = sweeps / f"{sweep['id']}.parquet.partial"
     (folder / "plan.json").write_text('{"format": "something else"}')
     client.post(f"/api/v1/sweeps/{sweep['id']}/resume")
-    stopped = until_state(client, sweep["id"], "stopped")
+    stopped = sweeping.until_state(client, sweep["id"], "stopped")
     assert stopped["message"].startswith("A file describes no sweep")
     assert chunks(folder)
     for path in folder.iterdir():
         path.unlink()
     folder.rmdir()
     client.post(f"/api/v1/sweeps/{sweep['id']}/resume")
-    assert show(client, sweep["id"])["state"] == "running"
-    until_some(client, sweep["id"])
+    assert sweeping.show(client, sweep["id"])["state"] == "running"
+    sweeping.until_some(client, sweep["id"])
 
 
 def test_a_damaged_result(start_server: Any, tmp_path: Path) -> None:
     """A complete sweep whose file was damaged says so, on a new server too, and can be deleted."""
     with start_server(sweep_jobs=1) as (_, client):
-        sweep = begin_sweep(client)
-        until_state(client, sweep["id"], "done")
+        sweep = sweeping.begin_sweep(client)
+        sweeping.until_state(client, sweep["id"], "done")
     path = tmp_path / "data" / "sweeps" / f"{sweep['id']}.parquet"
     path.write_bytes(path.read_bytes()[:1000])
     with start_server(sweep_jobs=1) as (_, client):
-        assert show(client, sweep["id"])["state"] == "done"
+        assert sweeping.show(client, sweep["id"])["state"] == "done"
         for question in ("cells", "rows", "download?format=csv"):
             message = error_of(client.get(f"/api/v1/sweeps/{sweep['id']}/{question}"), 410)["message"]
             assert message == "The files of this sweep are damaged or were removed."
