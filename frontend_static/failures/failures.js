@@ -2,7 +2,9 @@
 
 import { api, messageOf } from "../shared/api.js";
 import { whenCompiled } from "../shared/compiling.js";
+import { plainAxis } from "../shared/figure/axes.js";
 import { miniature } from "../shared/figure/figure.js";
+import { lineOver } from "../shared/figure/kinds.js";
 import { quantity } from "../shared/format.js";
 import { Loaded, Made, showPage } from "../shared/page.js";
 import { presentationButton } from "../shared/presentation.js";
@@ -10,7 +12,6 @@ import { h, html, signal, useEffect, useMemo } from "../vendor/preact.js";
 import { differences } from "./difference_text.js";
 
 /** @import { FailurePublic, FailureResult, FailureSide } from "../shared/messages.js" */
-/** @import { Axis, Line } from "../shared/figure/traces.js" */
 /** @import { Signal } from "../vendor/preact.js" */
 /** @typedef {Signal<FailureResult|string|null>} Course The errors of both runs; or a sentence in their place; or nothing yet. */
 
@@ -61,34 +62,22 @@ function Curve({ course: { unit, failing, cured }, frame }) {
   const last = Math.max(failing.errors.length - 1, 1);
   const largest = Math.max(largestOf(failing), largestOf(cured)) || 1;
   const traces = [
-    { ...line([0, largest]), x: [frame, frame], ink: "muted", width: 1, dashed: true },
-    { ...line(cured.errors), ink: "second", width: 2, dashed: true },
-    { ...line(failing.errors), ink: "lost", width: 2.5 },
+    lineOver({ x: [frame, frame], y: [0, largest], ink: "muted", width: 1, dashed: true }),
+    lineOver({ y: errorsOf(cured), ink: "second", width: 2, dashed: true }),
+    lineOver({ y: errorsOf(failing), ink: "lost", width: 2.5 }),
   ];
   const [most, mostCured] = [failing, cured].map((run) => `up to ${quantity(largestOf(run), unit)} ${unit}`);
   const [final, finalCured] = [failing, cured].map(({ errors }) => `in the end ${quantity(errors.at(-1) ?? null, unit)} ${unit}`);
   const words = `Error over ${last + 1} frames. It fails after frame ${frame}: ${most}, ${final}. Cured: ${mostCured}, ${finalCured}.`;
   return html`<figure class="curve">
-    ${h(Made, { make: (gone) => miniature({ x: axis(last), y: axis(largest), traces }, words, gone) })}
+    ${h(Made, { make: (gone) => miniature({ x: plainAxis({ low: 0, high: last }), y: plainAxis({ low: 0, high: largest }), traces }, words, gone) })}
     <figcaption><span class="key failing">fails, ${most}</span><span class="key cured">cured, ${mostCured}</span></figcaption>
   </figure>`;
 }
 
-/**
- * @param {readonly (number|null)[]} errors A frame each.
- * @returns {Line}
- */
-function line(errors) {
-  const y = errors.map((error) => error ?? NaN);
-  return { kind: "line", title: "", name: "", ink: "", x: [...y.keys()], y, width: 1, said: "", unit: "" };
-}
-
-/**
- * @param {number} high
- * @returns {Axis}
- */
-function axis(high) {
-  return { title: "", unit: "", low: 0, high, log: false, names: [], hidden: true };
+/** @param {FailureSide} run */
+function errorsOf({ errors }) {
+  return errors.map((error) => error ?? NaN);
 }
 
 /** @param {FailureSide} run */

@@ -1,6 +1,8 @@
 /** Why the target was lost and what would have saved it, in the place of the plots. */
 
+import { plainAxis } from "../../shared/figure/axes.js";
 import { miniature } from "../../shared/figure/figure.js";
+import { lineOver } from "../../shared/figure/kinds.js";
 import { quantity } from "../../shared/format.js";
 import { IconButton } from "../../shared/icons.js";
 import { Made } from "../../shared/page.js";
@@ -12,8 +14,6 @@ import { WhatIf } from "./what_if.js";
 /** @import { Loss } from "./loss.js" */
 
 const SKELETON_AFTER_MS = 200;
-const LINE = /** @type {const} */ ({ kind: "line", title: "", name: "", said: "", unit: "" });
-const AXIS = { title: "", unit: "", log: false, names: [], hidden: true };
 const TABS = /** @type {const} */ ([["why", "Why?"], ["what-if", "What if…"]]);
 
 /** @param {{loss: Loss}} props */
@@ -94,10 +94,10 @@ function Course({ column: { title, unit, first, values }, since }) {
   const y = values.map((value) => value ?? NaN);
   const x = values.map((_, place) => first + place);
   const traces = [
-    { ...LINE, x: [since, since], y: [low, high], ink: "lost", width: 1.5, dashed: true },
-    { ...LINE, x, y, ink: "estimate", width: 2 },
+    lineOver({ x: [since, since], y: [low, high], ink: "lost", width: 1.5, dashed: true }),
+    lineOver({ x, y, ink: "estimate", width: 2 }),
   ];
-  const axes = { x: { ...AXIS, low: first, high: Math.max(last, first + 1) }, y: { ...AXIS, low, high: high > low ? high : low + 1 } };
+  const axes = { x: plainAxis({ low: first, high: Math.max(last, first + 1) }), y: plainAxis({ low, high: high > low ? high : low + 1 }) };
   const make = (/** @type {AbortSignal} */ end) => miniature({ ...axes, traces }, words, end);
   return html`<figure class="evidence" title=${words}>
     ${h(Made, { key: words, make })}
