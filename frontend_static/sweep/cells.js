@@ -121,9 +121,10 @@ export function comparisonLook({ sweep, cells, view, quantity, comparison }) {
   const maps = cells.maps.filter(({ tracker }) => tracker === view.first || tracker === view.second);
   const { most } = differenceEnd(quantity, comparison?.difference ?? []);
   return (index) => {
+    // What has not been answered yet is empty, and not without a value.
+    if (comparison === null) return { isHatched: false, filled: 0, colour: null };
     const each = maps.map((map) => presence(sweep, cells.planned, map, index));
     const there = { isHatched: each.some(({ isHatched }) => isHatched), filled: Math.min(...each.map(({ filled }) => filled)) };
-    if (comparison === null) return { ...there, colour: null };
     if (view.show === "significance") {
       const code = comparison.verdict[index];
       return { ...there, colour: there.filled > 0 ? verdict(code) : null, isOutlined: true, text: SIGNS[code] };

@@ -3,7 +3,7 @@ import { before, describe, it } from "node:test";
 
 import { DIVERGING, VIRIDIS } from "../../frontend_static/shared/palette.js";
 import { css, diverging, inkOn, viridis } from "../../frontend_static/shared/colours.js";
-import { differenceEnd, endOf, methodLook, quantitiesOf } from "../../frontend_static/sweep/cells.js";
+import { comparisonLook, differenceEnd, endOf, methodLook, quantitiesOf } from "../../frontend_static/sweep/cells.js";
 
 let medium = "screen";
 
@@ -61,6 +61,16 @@ describe("the ends of a scale", () => {
   it("are the same to both sides of a difference", () => {
     assert.equal(differenceEnd(error, [-4.2, 1, null]).most, 5);
     assert.deepEqual([true, false].map((isShare) => differenceEnd({ isShare }, [-0.2, 0.1]).most), [1, 0.2]);
+  });
+});
+
+describe("a cell of a comparison", () => {
+  it("is empty until the comparison has been answered", () => {
+    const maps = [{ tracker: "p", runs: [1], problems: [0] }, { tracker: "q", runs: [1], problems: [0] }];
+    const view = { show: "difference", first: "p", second: "q" };
+    const seen = { sweep: { state: "done" }, cells: { planned: 1, maps }, view, quantity: { isShare: true }, comparison: null };
+    assert.deepEqual(comparisonLook(seen)(0), { isHatched: false, filled: 0, colour: null });
+    assert.equal(comparisonLook({ ...seen, comparison: { difference: [0.5] } })(0).text, "+.50");
   });
 });
 
