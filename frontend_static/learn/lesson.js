@@ -219,7 +219,7 @@ function opened(course) {
   document.title = `${lesson.title} · pftrack`;
   part("title").textContent = lesson.number ? `${lesson.number} · ${lesson.title}` : lesson.title;
   if (control !== null) part("tools").prepend(followChip(control, whole));
-  render(h(Head, { course, lead: () => control?.takeAlong() }), part("place"));
+  render(h(Head, { course, lead: () => control?.takeAlong() }), part("beside"));
   render(h(Remark, { course }), part("remark"));
   effect(() => {
     part("disconnected").hidden = !stage.isLost.value;
