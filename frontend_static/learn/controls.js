@@ -1,13 +1,12 @@
 /** What can be turned in a lesson: each control with a way back to where it was, and the seed with a way to a new draw. */
 
-import { makeControl, numberBox } from "../session/panel/control.js";
+import { DeclaredControl, NumberBox } from "../session/panel/control.js";
 import { IconButton } from "../shared/icons.js";
-import { Made } from "../shared/page.js";
-import { h, html, useLayoutEffect, useMemo } from "../vendor/preact.js";
+import { h, html, useLayoutEffect, useSignal } from "../vendor/preact.js";
 
 /** @import { Declaration } from "../shared/messages.js" */
 /** @import { Value } from "../shared/format.js" */
-/** @import { Control } from "../session/panel/control.js" */
+/** @import { VNode } from "../vendor/preact.js" */
 /** @typedef {Record<string, Value>} Values By the names of the parameters, the seed and the tracker among them. */
 
 export const SEED = "seed";
@@ -18,7 +17,7 @@ export const SEED = "seed";
  * @typedef {object} Turnable
  * @property {string} name
  * @property {string} title
- * @property {(propose: (value: Value) => void) => Control} make
+ * @property {(value: Value, propose: (value: Value) => void) => VNode} draw
  */
 
 /**
@@ -30,7 +29,7 @@ export const SEED = "seed";
  */
 export function declared(declarations, values) {
   const known = declarations.filter(({ name }) => name in values);
-  return known.map((each) => ({ name: each.name, title: each.title, make: (propose) => makeControl(each, values[each.name], propose) }));
+  return known.map((each) => ({ name: each.name, title: each.title, draw: (value, propose) => h(DeclaredControl, { declaration: each, value, propose }) }));
 }
 
 /**
@@ -38,7 +37,9 @@ export function declared(declarations, values) {
  * @returns {Turnable}
  */
 export function seedControl(hint) {
-  return { name: SEED, title: "Seed", make: (propose) => numberBox("Seed", hint, { min: 0 }, propose) };
+  const draw = (/** @type {Value} */ value, /** @type {(value: Value) => void} */ propose) =>
+    h(NumberBox, { label: "Seed", hint, min: 0, step: 1, value: Number(value), propose });
+  return { name: SEED, title: "Seed", draw };
 }
 
 /**
@@ -69,13 +70,17 @@ export function Controls({ turnables, values, isLocked, isInert = false, propose
 }
 
 /** @param {{turnable: Turnable, value: Value|undefined, propose: (name: string, value: Value) => void, reset: (name: string) => void}} props */
-function Turned({ turnable: { name, title, make }, value, propose, reset }) {
-  const control = useMemo(() => make((wanted) => propose(name, wanted)), []);
+function Turned({ turnable: { name, title, draw }, value, propose, reset }) {
+  const shown = useSignal(value ?? "");
+  const turn = (/** @type {Value} */ wanted) => {
+    shown.value = wanted;
+    propose(name, wanted);
+  };
   // At once, or a slider that is moved on meanwhile would jump back; also with the value that it has, to which a refused one goes.
   useLayoutEffect(() => {
-    if (value !== undefined) control.show(value);
+    if (value !== undefined) shown.value = value;
   });
   return html`<div class="lesson-control" data-control=${name}>
-    ${h(Made, { make: () => control.element })} ${h(IconButton, { name: "replay", title: `Reset ${title}`, run: () => reset(name) })}
+    ${draw(shown.value, turn)} ${h(IconButton, { name: "replay", title: `Reset ${title}`, run: () => reset(name) })}
   </div>`;
 }

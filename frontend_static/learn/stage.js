@@ -6,7 +6,7 @@
 import { follows } from "../lecturer/api.js";
 import { mount } from "../session/mount.js";
 import { OwnSession } from "../session/own_session.js";
-import { choice } from "../session/panel/control.js";
+import { Choice } from "../session/panel/control.js";
 import { Proposals, sendValues } from "../session/panel/proposals.js";
 import { messageOf } from "../shared/api.js";
 import { h as element } from "../shared/dom.js";
@@ -267,7 +267,7 @@ function unlocked({ declarations, parameters, trackers }, names) {
   /** @type {Turnable[]} */
   const all = [
     ...declared(declarations, parameters),
-    { name: TRACKER, title: "Tracker", make: (propose) => choice("Tracker", TRACKER_HINT, options, propose) },
+    { name: TRACKER, title: "Tracker", draw: (value, propose) => h(Choice, { label: "Tracker", hint: TRACKER_HINT, options, value: String(value), propose }) },
     seedControl(RUN_HINT),
   ];
   return names.flatMap((name) => all.filter((each) => each.name === name));

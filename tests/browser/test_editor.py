@@ -53,6 +53,7 @@ def test_a_filter_is_changed_broken_and_mended_in_the_page(owner: Server, tmp_pa
     page.keyboard.insert_text(TEXT.replace("noise_px: float = 3.0", "noise_px: float = 6.0"))
     page.keyboard.press("Control+s")
     shown.until(lambda: "version 2" in state.inner_text(), "the new version is in force")
+    page.get_by_role("button", name="Parameters").click()
     noise = page.get_by_role("spinbutton", name="Noise (px)")
     shown.until(lambda: noise.input_value() == "6", "its default is in force")
     page.get_by_role("button", name="Close the editor").click()

@@ -1,8 +1,7 @@
 /** Controls made from the declaration of one parameter: each proposes values and shows what is in force. */
 
-import { elementOf } from "../../shared/dom.js";
 import { explainControl } from "../../shared/terms.js";
-import { h, html, signal, useMemo, useSignal } from "../../vendor/preact.js";
+import { h, html, useMemo, useSignal } from "../../vendor/preact.js";
 
 /** @import { Declaration } from "../../shared/messages.js" */
 /** @import { Value } from "../../shared/format.js" */
@@ -130,45 +129,4 @@ export function LayerBoxes({ layers }) {
   return layers.declared.map(({ name, title }) =>
     h(Check, { key: name, label: title, value: layers.isShown(name), propose: (wanted) => layers.set(name, wanted) }),
   );
-}
-
-/** @typedef {{element: HTMLElement, show: (value: Value) => void}} Control A control on a page that is not made of components. */
-
-/**
- * @param {Declaration} declaration
- * @param {Value} value
- * @param {(value: Value) => void} propose
- */
-export function makeControl(declaration, value, propose) {
-  return standing(value, (now) => h(DeclaredControl, { declaration, value: now, propose }));
-}
-
-/**
- * @param {string} label
- * @param {string} hint
- * @param {[string, string][]} options Values with their titles.
- * @param {(value: string) => void} propose
- */
-export function choice(label, hint, options, propose) {
-  return standing("", (value) => h(Choice, { label, hint, options, value: String(value), propose }));
-}
-
-/**
- * @param {string} label
- * @param {string} hint
- * @param {{min?: number|null, max?: number|null}} bounds
- * @param {(value: number) => void} propose
- */
-export function numberBox(label, hint, bounds, propose) {
-  return standing(0, (value) => h(NumberBox, { label, hint, ...bounds, value: Number(value), propose }));
-}
-
-/**
- * @param {Value} first
- * @param {(value: Value) => Child} draw
- * @returns {Control}
- */
-function standing(first, draw) {
-  const value = signal(first);
-  return { element: elementOf(h(() => draw(value.value), {})), show: (now) => void (value.value = now) };
 }
