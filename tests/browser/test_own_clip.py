@@ -54,11 +54,10 @@ def test_a_clip_is_explained_by_a_few_marks(
     httpx.put(url, files={"file": ("truth.csv", table.encode())}, timeout=60).raise_for_status()
     expect(page.locator(".verdict")).to_have_text(re.compile(r"^lost since \d+ \(by truth\)$"))
     since = server.column(shown.id, "lost_since")[-1]
-    card = page.get_by_role("region", name="The loss")
-    card.get_by_role("button", name="Why", exact=True).click()
+    page.keyboard.press("w")
     expect(page.locator(".why-sentence")).to_have_text(re.compile(rf"^Lost in frame {since}(, first in frame \d+)?: "))
     check(page)
-    card.get_by_role("button", name="What if…").click()
+    page.get_by_role("group", name="About the loss").get_by_role("button", name="What if…").click()
     lines = page.locator(".what-if").get_by_role("listitem")
     expect(lines.nth(1)).to_be_visible(timeout=60_000)
     lines.nth(1).get_by_role("button").click()
