@@ -6,7 +6,7 @@ import { Segments, Select } from "../shared/controls.js";
 import { confirmLoss } from "../shared/dialog.js";
 import { h as element, lastOfAddress, part, setText } from "../shared/dom.js";
 import { count, duration, parameterValue } from "../shared/format.js";
-import { IconButton, icon } from "../shared/icons.js";
+import { IconButton } from "../shared/icons.js";
 import { Notice } from "../shared/notice.js";
 import { Loaded, Made, showPage } from "../shared/page.js";
 import { presentationButton } from "../shared/presentation.js";
@@ -14,7 +14,7 @@ import { newSweep } from "../shared/share_link.js";
 import { sourceCodeButton } from "../shared/source_code.js";
 import { explain } from "../shared/terms.js";
 import { attempt } from "../shared/toast.js";
-import { popover } from "../session/popover.js";
+import { Popover } from "../session/popover.js";
 import { effect, h, html, useSignal } from "../vendor/preact.js";
 import { runPage, sweeps } from "./api.js";
 import { quantitiesOf, short } from "./cells.js";
@@ -38,6 +38,7 @@ const FORMATS = [
   ["png", "Maps, PNG in an archive"],
   ["svg", "Maps, SVG in an archive"],
 ];
+const DOWNLOAD = { icon: /** @type {const} */ ("save"), label: "Download", words: "Download", title: "What there is of it, as a file" };
 const SINGLE = [
   { value: "success", words: "Success", hint: "Share of the runs that succeeded" },
   { value: "error", words: "Error", hint: "Mean error of the successful runs" },
@@ -95,7 +96,7 @@ function Bar({ sweep }) {
       <div class="row-actions">
         ${state === "running" && html`<button type="button" data-role="cancel" onClick=${act(sweeps.cancel)}>Cancel</button>`}
         ${state === "stopped" && html`<button type="button" class="primary" data-role="resume" onClick=${act(sweeps.resume)}>Resume</button>`}
-        ${done > 0 && h(Made, { make: () => downloads(id) })}
+        ${done > 0 && h(Popover, { ...DOWNLOAD, content: html`<ul class="menu-list">${downloads(id)}</ul>` })}
         ${!sweep.recording && html`<a class="button" href=${newSweep(again)} title="Fill the form with this plan">Change and repeat</a>`}
         ${h(IconButton, { name: "trash", title: "Delete this sweep", run: () => remove(sweep) })}
       </div>
@@ -117,9 +118,9 @@ function progress({ state, runs, done, rate, seconds, seconds_left }) {
 
 /** @param {string} id */
 function downloads(id) {
-  const button = element("button", { type: "button", data: { role: "download" } }, icon("save"), "Download");
-  const links = FORMATS.map(([format, words]) => element("a", { class: "button quiet grow", href: sweeps.downloadAddress(id, format), download: "" }, words));
-  return popover(button, element("ul", { class: "menu-list" }, links.map((link) => element("li", {}, link))));
+  return FORMATS.map(([format, words]) =>
+    html`<li><a class="button quiet grow" href=${sweeps.downloadAddress(id, format)} download="">${words}</a></li>`,
+  );
 }
 
 /** @param {SweepPublic} sweep */

@@ -109,7 +109,7 @@ def test_a_session_becomes_a_sweep(page: Any, server: Server) -> None:
     moved = [{"frame": 0, "values": {"ball_radius_px": 7}}, {"frame": 3, "values": {"occlusion_width_px": 60}}]
     session = server.start_session(tracker="condensation", timeline=moved)
     page.goto(session["page"])
-    page.get_by_role("link", name="Sweep", exact=True).click()
+    SessionPage(page, server).ready().menu("sweep")
     page.wait_for_selector(".plan-size")
     assert page.locator("[data-field=trackers] input:checked").get_attribute("value") == "condensation"
     assert page.locator("[data-field=parameters] input").input_value() == "7"
@@ -153,7 +153,7 @@ def test_from_the_form_to_the_frame_of_the_loss(page: Any, server: Server) -> No
     opened = SessionPage(opening.value, server).ready()
     opened.stands_at(row["first_lost_frame"] - 10)
     assert (opened.session["recipe"]["seed"], opened.session["playing"]) == (row["seed"], False)
-    assert opened.page.get_attribute("header >> [aria-label=Sweep]", "href") == f"sweep/{sweep.id}"
+    assert opened.page.get_attribute("[data-tool=sweep]", "href") == f"sweep/{sweep.id}"
     assert server.column(opened.id, "lost")[: row["first_lost_frame"] + 1] == [False] * row["first_lost_frame"] + [True]
 
 
@@ -327,7 +327,7 @@ def test_no_such_sweep(page: Any, complaints: Complaints) -> None:
     """A sweep that is not there is said not to be there, with the way back."""
     complaints.expected = ("404",)
     page.goto("sweep/0123456789abcdef")
-    page.wait_for_selector("text=There is no such sweep")
+    page.get_by_role("heading", name="This sweep cannot be shown").wait_for()
     page.click("text=Back to the experiments")
     page.wait_for_url("**/", wait_until="commit")
 
@@ -352,9 +352,7 @@ def test_a_session_on_a_clip_becomes_a_sweep(watch: Callable[..., SessionPage], 
     sent = httpx.post(f"{server.url}/api/v1/uploads", files=[("file", ("ball.mp4", video(16)))], timeout=60)
     shown = watch(experiment="histogram", upload=sent.json()["id"], box=[10, 20, 10, 10], frames=None)
     what_is_brought_in_is_in_sight(shown)
-    link = shown.page.locator("header >> [aria-label=Sweep]")
-    link.wait_for()
-    page.goto(link.get_attribute("href"))
+    page.goto(shown.page.get_attribute("[data-tool=sweep]", "href"))
     form = Form(page)
     page.wait_for_selector(".plan-size")
     assert "All runs are on ball.mp4" in page.inner_text(".plan-form")
@@ -379,10 +377,10 @@ def test_a_session_on_a_clip_becomes_a_sweep(watch: Callable[..., SessionPage], 
 
 
 def what_is_brought_in_is_in_sight(shown: SessionPage) -> None:
-    """On a low screen, too, nothing of the menu of files has to be scrolled to."""
+    """On a low screen, too, nothing of the files has to be scrolled to."""
     shown.page.set_viewport_size({"width": 1280, "height": 720})
-    shown.page.get_by_role("button", name="Files").click()
-    menu = shown.page.locator(".menu:popover-open")
-    menu.get_by_text("Truth, CSV").wait_for()
-    assert menu.evaluate("(it) => it.scrollHeight <= it.clientHeight")
+    shown.menu("files")
+    files = shown.page.locator("dialog[open]")
+    files.get_by_text("Truth, CSV").wait_for()
+    assert files.evaluate("(it) => it.scrollHeight <= it.clientHeight")
     shown.press("Escape")
