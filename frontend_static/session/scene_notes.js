@@ -89,9 +89,9 @@ function WatchNote({ view: { store, steering } }) {
     await steering.play();
   };
   const parts = session.watch.split(/\b(frame \d+)\b/u).map((part, place) => {
-    if (place % 2 === 0) return part;
+    if (place % 2 === 0 || store.isReadOnly) return part;
     const frame = Number(part.slice("frame ".length));
-    const look = { class: "link", title: `Go to frame ${frame}, slowly`, disabled: store.isReadOnly };
+    const look = { class: "link", title: `Go to frame ${frame}, slowly` };
     return html`<button type="button" ...${look} onClick=${() => show(frame)}>${part}</button>`;
   });
   return html`<aside class="look-at" aria-label="What to look at">
