@@ -15,7 +15,7 @@ from tests.installing import ROOT
 
 FOLDER = ROOT / "benchmarks"
 SCRIPTS = sorted(path.stem for path in FOLDER.glob("[a-z]*.py"))
-OF_SERVERS = ["follow", "lessons", "memory", "session", "slider", "start"]
+OF_SERVERS = ["follow", "lessons", "memory", "session", "sight", "slider", "start"]
 """They start a server, and most of them a browser."""
 
 LONG = ["memory", "slider"]
