@@ -131,7 +131,7 @@ def asked_and_answered(lecturer: Lecturer, followers: list[Follower]) -> None:
     lecturer.press("2")
     assert lecturer.page.locator(".poll-bar").count() == first.page.locator(".poll-bar").count() == 0
     lecturer.page.get_by_role("button", name="Fold", exact=True).click()
-    assert lecturer.page.locator(".lead-poll .poll-answer:visible").count() == 0
+    lecturer.until(lambda: lecturer.page.locator(".lead-poll .poll-answer:visible").count() == 0, "it is folded")
 
     lecturer.page.evaluate("Element.prototype.requestFullscreen = null")  # a full screen cannot be made larger
     lecturer.press("f")
@@ -191,7 +191,7 @@ def tried(lecturer: Lecturer, follower: Follower, server: Server) -> None:
     lecturer.until(lambda: "1 own copy" in lecturer.page.inner_text("[data-role=class-count]"), "one tries it")
     lecturer.press("Escape")
     assert follower.page.get_by_role("link", name="Back to the class").is_visible()
-    follower.page.get_by_title("End your copy").click()
+    own.menu("close")
     follower.until(
         lambda: follower.page.get_by_role("button", name="Try it yourself").is_enabled(), "the place is free"
     )
