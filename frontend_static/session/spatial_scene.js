@@ -66,9 +66,13 @@ export class SpatialScene {
 
   /** Show the scene's own panel, or put it away. */
   #unfold() {
-    const shown = this.#opener.getAttribute("aria-pressed") !== "true";
-    this.#opener.setAttribute("aria-pressed", String(shown));
-    if (this.window) this.window.document.documentElement.dataset.panel = shown ? "" : "none";
+    this.#opener.setAttribute("aria-pressed", String(this.#opener.getAttribute("aria-pressed") !== "true"));
+    this.#showPanel();
+  }
+
+  /** As the button says; a scene that is loaded again begins without. */
+  #showPanel() {
+    if (this.window) this.window.document.documentElement.dataset.panel = this.#opener.getAttribute("aria-pressed") === "true" ? "" : "none";
   }
 
   /**
@@ -148,9 +152,9 @@ export class SpatialScene {
     if (!isNewest()) return;
     this.#on.seen();
     const src = `viz/${encodeURIComponent(this.#id)}/?theme=${theme()}&panel=none`;
-    this.#opener.setAttribute("aria-pressed", "false");
     const frame = h("iframe", { src, title: "Scene", class: "scene-frame", allow: "fullscreen" });
     // What has to wait for the scene's script must not come before the picture either.
+    frame.addEventListener("load", () => this.#showPanel());
     frame.addEventListener("load", () => preview.first.then(() => isNewest() && this.#on.loaded()));
     if (this.#frame) this.#frame.replaceWith(frame);
     else this.element.prepend(frame);
