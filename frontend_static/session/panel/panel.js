@@ -74,7 +74,7 @@ function Parameters({ view, session }) {
     <div class="panel-controls">
       ${h(Choice, { label: "Tracker", hint: TRACKER_HINT, options, value: String(inForce.tracker), propose: of("tracker") })}
       ${first.map(control)}
-      ${h(Fold, { experiment: title, title: "More" }, more)}
+      ${h(Fold, { experiment: title, title: "More", name: "More parameters" }, more)}
       ${h(Effect, { session })}
     </div>
   </div>`;
@@ -106,14 +106,14 @@ function Effect({ session: { branch_point: frame, position, frames, playing } })
  * A fold that stays as a person has left it in this browser, for each experiment. The 3-D scene's panel keeps its folds in the
  * same place (`folds.js` of the viser adapter).
  *
- * @param {{experiment: string, title: string, children?: Child}} props
+ * @param {{experiment: string, title: string, name?: string, children?: Child}} props `name` is what the scene's panel calls it
  */
-function Fold({ experiment, title, children }) {
+function Fold({ experiment, title, name = title, children }) {
   const place = `pftrack-folds ${experiment}`;
   const kept = () => JSON.parse(remembered(place) ?? "{}");
   // Pressed by mouse or key: `toggle` would also be told of what is open from the start.
   const press = (/** @type {Event & {currentTarget: HTMLElement}} */ { currentTarget }) => {
-    remember(place, JSON.stringify({ ...kept(), [title]: !currentTarget.parentElement?.hasAttribute("open") }));
+    remember(place, JSON.stringify({ ...kept(), [name]: !currentTarget.parentElement?.hasAttribute("open") }));
   };
-  return html`<details class="control-group" open=${Boolean(kept()[title])}><summary onClick=${press}>${title}</summary>${children}</details>`;
+  return html`<details class="control-group" open=${Boolean(kept()[name])}><summary onClick=${press}>${title}</summary>${children}</details>`;
 }
