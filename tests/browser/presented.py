@@ -68,3 +68,13 @@ def places(page: Any) -> list[str]:
     """Return where the parts of the page stand, to be compared."""
     found: list[str] = page.evaluate(PLACES, PARTS)
     return found
+
+
+def settled_places(page: Any) -> list[str]:
+    """Return where they stand, once they have not moved for five frames of the display, which draw components."""
+    found, same = places(page), 0
+    while same < 5:
+        page.evaluate("new Promise(requestAnimationFrame)")
+        before, found = found, places(page)
+        same = same + 1 if found == before else 0
+    return found

@@ -209,6 +209,7 @@ def shown_a_lesson(lecturer: Lecturer, followers: list[Follower]) -> None:
     all_of(followers, lambda one: one.page.locator(".figure-view[data-shown]").count() == 1, "the figure is there")
     all_of(followers, lambda one: "400" in one.text(".in-force"), "the number of particles is listed")
     page.locator(".lesson-question").get_by_role("button", name="Skip").click()
+    page.locator(".lesson-fields:enabled").wait_for()
     slider = page.locator(".lesson-controls input[type=range]").first
     slider.press("ArrowRight")
     lecturer.until(lambda: slider.input_value() != "400", "there are more particles")

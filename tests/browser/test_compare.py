@@ -158,7 +158,7 @@ def test_a_comparison_is_saved_under_a_name_and_opened_again(shown: ComparePage)
     page.locator("[data-tool=save]").click()
     page.get_by_role("button", name="Save", exact=True).last.click()
     page.locator(".toast:has-text('My work lists it')").wait_for()
-    assert page.locator("[data-tool=save]").is_disabled(), "it is kept as it is"
+    page.locator("[data-tool=save]:disabled").wait_for()
     page.click("[aria-label='Rename this comparison']")
     page.fill("#new-name", "Why one is lost")
     page.keyboard.press("Enter")
@@ -176,9 +176,9 @@ def test_a_comparison_is_saved_under_a_name_and_opened_again(shown: ComparePage)
     shown.ready(2)
     assert page.inner_text("h1") == "Compare · Why one is lost"
     assert shown.button("Over each other").get_attribute("aria-pressed") == "true"
-    assert page.locator("[data-tool=save]").is_disabled()
+    page.locator("[data-tool=save]:disabled").wait_for()
     shown.button("Side by side").click()
-    assert page.locator("[data-tool=save]").is_enabled(), "it is another one now"
+    page.locator("[data-tool=save]:enabled").wait_for()
     page.reload()
     shown.ready(2)
     assert page.inner_text("h1") == "Compare · Why one is lost"

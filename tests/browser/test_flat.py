@@ -162,7 +162,7 @@ def a_slider_changes_the_picture(view: FlatPage) -> None:
     for _ in range(5):
         view.page.keyboard.press("ArrowRight")
     view.until(lambda: view.session["parameters"]["occlusion_width_px"] == 45, "the session has the new value")
-    assert view.box("Occluder width (px)").input_value() == "45"
+    view.until(lambda: view.box("Occluder width (px)").input_value() == "45", "the box has followed")
     view.page.keyboard.press("Space")
     view.until(lambda: view.occluder == pytest.approx(45, abs=2), "the wider occluder is seen")
 

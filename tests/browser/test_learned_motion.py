@@ -43,7 +43,6 @@ def test_a_learned_motion_is_taken_away_and_brought_in(
     unchosen.get_by_role("button", name="Begin again").click()
     view.until(lambda: view.session["timeline"][0]["values"].get("learned") == text, "it began with the file")
     view.stands_at(0)
-    view.menu("files")
     unchosen.get_by_text("in use").wait_for()
     unchosen.click("[data-drop=learned]")
     view.until(lambda: view.session["parameters"]["learned"] == "", "it is dropped")

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from tests.browser.host import Server
-from tests.browser.presented import faults, places
+from tests.browser.presented import faults, places, settled_places
 from tests.browser.test_compare import ComparePage, ball, link
 from tests.browser.test_sweep import SMALL, SweepPage
 from tests.browser.views import SessionPage, View
@@ -58,7 +58,7 @@ def low(page: Any) -> Any:
 
 def fits_presented(page: Any, what: str) -> None:
     """Present the page that stands there: all of it is in sight and large; Escape puts everything where it was."""
-    before = places(page)
+    before = settled_places(page)
     page.get_by_role("button", name="Present in large type").click()
     page.get_by_role("button", name="Leave the presentation").wait_for()
     fits(page, f"{what}, presented")

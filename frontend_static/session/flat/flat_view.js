@@ -45,7 +45,7 @@ export function nameAt(primitives, x, y, scale) {
 /** @typedef {{decoded: Promise<ImageBitmap|null>, bitmap: ImageBitmap|null, needed: number}} Kept */
 
 /** The pictures of drawings, decoded outside the page's thread and freed as soon as no drawing needs them any more. */
-class Pictures {
+export class Pictures {
   /** @type {Map<number, Kept>} */
   #newest = new Map();
   /** @type {Set<Kept>} */
