@@ -23,7 +23,7 @@ CUT_OFF = "(header) => header.scrollWidth > header.clientWidth"
 # How many px of the scrubber's lowest band have the colour of what is lost.
 LOST_PX = """(() => {
     const canvas = document.querySelector('.scrubber-canvas');
-    const row = Math.round(105 * canvas.height / canvas.clientHeight);
+    const row = Math.round(71 * canvas.height / canvas.clientHeight);
     const { data } = canvas.getContext('2d').getImageData(0, row, canvas.width, 1);
     let count = 0;
     for (let i = 0; i < data.length; i += 4) if (data[i] > 200 && data[i + 1] < 110 && data[i + 2] < 20) count += 1;
@@ -127,7 +127,7 @@ def at_800_they_are_one_row(shown: SessionPage) -> None:
 
 
 def test_frames_lie_at_one_place_and_what_does_not_fit_scrolls(watch: Watch) -> None:
-    """At 1280 px all plots begin and end at the same x, and the numbers of the frame stay in sight."""
+    """At 1280 px all plots begin and end at the same x, and the transport stays in sight."""
     shown = watch(experiment="head", parameters={"image_width_px": 160, "face_model": "mean"}, frames=12)
     shown.until(lambda: shown.trace("alpha nose"), "the plots are drawn")
     drawn = shown.page.locator(".plots .figure-plot")
@@ -138,10 +138,8 @@ def test_frames_lie_at_one_place_and_what_does_not_fit_scrolls(watch: Watch) -> 
     assert min(place["height"] for place in places) >= 40
     assert on_screen(shown, shown.plot("alpha"))["height"] >= 15 * len(FEATURES)
     deck = on_screen(shown, shown.page.locator(".deck"))
-    readout = on_screen(shown, shown.page.locator(".readout"))
     shown.plot("ess").scroll_into_view_if_needed()
-    assert on_screen(shown, shown.page.locator(".readout")) == readout
-    assert readout["y"] + readout["height"] <= deck["y"] + 1
+    assert on_screen(shown, shown.page.locator(".deck")) == deck
     assert shown.page.evaluate("document.documentElement.scrollHeight - innerHeight") <= 0
 
 

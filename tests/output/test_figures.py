@@ -41,8 +41,8 @@ def test_every_kind_is_drawn_by_some_experiment() -> None:
 def test_lines_are_the_numbers_of_the_frames(ball: Run) -> None:
     """Error and effective sample size against the frame; the samplers' shares on each other, up to all particles."""
     figure = figure_of(ball)
-    assert titles(figure) == ["error, px", "sigma, px", "ESS", "proposals"]
-    error, sigma, ess, proposals = figure.axes
+    assert titles(figure) == ["error, px", "ESS", "sigma, px", "proposals"]
+    error, ess, sigma, proposals = figure.axes
     np.testing.assert_array_equal(error.lines[0].get_xydata()[:, 1], [row.error for row in ball.diagnostics])
     np.testing.assert_array_equal(ess.lines[-1].get_ydata(), [row.number("ess") for row in ball.diagnostics])
     tops = proposals.patches[-1].get_data().values  # type: ignore[attr-defined] - of stairs
@@ -91,7 +91,7 @@ def test_a_single_frame_is_drawn() -> None:
 
 def test_what_cannot_be_drawn_is_told(ball: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     """A plot that is not there, one that the tracker measures nothing for, and a tree with more than can be seen."""
-    with pytest.raises(ConflictError, match="ball has no plot 'gain', only error, sigma, ess, proposals"):
+    with pytest.raises(ConflictError, match="ball has no plot 'gain', only error, ess, sigma, proposals"):
         figure_of(ball, "gain")
     kalman = finished("sine", 2, tracker="kalman")
     with pytest.raises(ConflictError, match=r"nothing for the plot 'ess'.*; it has error, sigma"):

@@ -175,7 +175,11 @@ class TestWeights:
             ("log_weights - log_sum, log_sum", "log_weights - top, log_sum", "weights that sum to"),
             ("log_weights - log_sum, log_sum", "log_weights - log_sum, np.exp(log_sum)", "logarithm of their sum"),
             ("    if top == -np.inf:\n", "    if False:\n", "that are all -inf"),
-            ("    return log_weights - log_sum, log_sum", "    return log_weights - log_sum", "no pair"),
+            (
+                "    return log_weights - log_sum, log_sum",
+                "    return log_weights - log_sum",
+                "must return log_weights and",
+            ),
             (
                 "    return log_weights - log_sum, log_sum",
                 "    return np.log(np.exp(log_weights - log_sum) * 0 + 1 / len(log_weights)), log_sum",

@@ -178,6 +178,7 @@ class _Arrays:
 
 
 def _round(array: NDArray[Any], bits: int) -> NDArray[Any]:
-    """Return numbers with so many bits of their fractions; those that are not finite stay as they are."""
-    fraction, exponent = np.frexp(array)
-    return np.asarray(np.ldexp(np.rint(np.ldexp(fraction, bits)), exponent - bits))
+    """Return numbers with so many bits of their fractions; what is not finite, or would not be, stays as it is."""
+    fraction, exponent = np.frexp(array.astype(np.float64))
+    rounded = np.ldexp(np.rint(np.ldexp(fraction, bits)), exponent - bits)
+    return np.where(np.abs(rounded) <= np.finfo(np.float32).max, rounded, array)
