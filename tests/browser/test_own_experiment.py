@@ -60,6 +60,7 @@ def test_the_gallery_shows_it_and_says_what_is_broken(gallery: Gallery, server: 
     card.locator("h4 a").click()
     shown = ready(page, server)
     assert shown.session["recipe"]["experiment"] == NAME
+    shown.until(lambda: shown.session["playing"], "it plays by itself")
     it_has_its_sliders_and_plots(shown, server)
 
 
