@@ -70,6 +70,7 @@ def it_has_its_sliders_and_plots(shown: SessionPage, server: Server) -> None:
     server.post(f"sessions/{shown.id}/commands", {"kind": "pause"})
     server.seek(shown.id, 20)
     shown.stands_at(20)
+    page.evaluate("for (const fold of document.querySelectorAll('.panel-controls details')) fold.open = true")
     slider = page.get_by_label("Sharpest turn (deg)", exact=True).and_(page.locator("[type=range]"))
     slider.press("Home")
     shown.until(lambda: shown.session["parameters"]["sharpest_deg"] == 0, "the slider is obeyed")
