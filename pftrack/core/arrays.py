@@ -1,6 +1,8 @@
 """Names of the arrays that are passed around; their shapes stand in the docstrings."""
 
+import math
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any, Literal, NoReturn, TypeAlias
 
 import numpy as np
@@ -40,19 +42,19 @@ def check(*, missing: bool = False, **arrays: Given) -> dict[str, int]:
     """
     sizes: dict[str, int] = {}
     for name, (array, sides, *whole) in arrays.items():
-        axes = sides.split()
+        axes = _axes(sides)
         if not isinstance(array, np.ndarray) or array.dtype.kind not in ("iu" if whole else "fiu"):
             got = f"an array of {array.dtype}" if isinstance(array, np.ndarray) else type(array).__name__
             kind = "whole" if whole else "real"
             raise TypeError(f"{name} must be an array ({', '.join(axes)}) of {kind} numbers, got {got}")
-        if array.ndim != len(axes) or any(
-            size != (int(axis) if axis.isdecimal() else sizes.setdefault(axis, size))
-            for axis, size in zip(axes, array.shape, strict=True)
-        ):
+        fits = array.ndim == len(axes)
+        for axis, size in zip(axes, array.shape, strict=False):
+            fits = fits and size == (int(axis) if axis.isdecimal() else sizes.setdefault(axis, size))
+        if not fits:
             _refuse_shape(name, array, axes, sizes)
         if not array.size:
             raise ValueError(f"{name} must not be empty, got shape {array.shape}")
-        if not (missing or np.isfinite(array).all()):
+        if not (missing or array.dtype.kind in "iu" or _is_finite(array)):
             raise ValueError(f"{name} must be finite, got NaN or infinity")
     return sizes
 
@@ -81,6 +83,14 @@ def check_count(name: str, count: object, least: int = 1) -> None:
         raise TypeError(f"{name} must be a whole number, got {type(count).__name__}")
     if count < least:
         raise ValueError(f"{name} must be at least {least}, got {count}")
+
+
+_axes = lru_cache(maxsize=256)(str.split)
+
+
+def _is_finite(array: NDArray[Any]) -> bool:
+    # NaN and infinity remain in a sum of squares, which costs a third of looking at each; it may overflow, too.
+    return math.isfinite(np.vdot(array, array)) or bool(np.isfinite(array).all())
 
 
 def _refuse_shape(name: str, array: NDArray[Any], axes: list[str], sizes: dict[str, int]) -> NoReturn:

@@ -205,7 +205,8 @@ def judge_estimates(
 
 def is_judged_by_box(parameters: Any) -> bool:  # noqa: ANN401 - the experiment's own model
     """Return whether a true box, where one is known, decides by parameters whether the target is lost."""
-    return bool(getattr(parameters, "judged_by_box", False))
+    # Each frame asks: an instance of a pydantic model takes four times as long as its class to say no.
+    return hasattr(type(parameters), "judged_by_box") and bool(parameters.judged_by_box)
 
 
 def approach(loss: int) -> int:

@@ -68,7 +68,7 @@ def test_what_is_pointed_at_is_told_and_drawn(opened: Callable[..., FlatPage], s
     view.until(lambda: "log likelihood from -2.3, purple" in view.page.inner_text(".flat-caption"), "it has a scale")
     server.seek(view.id, 19)
     view.until(lambda: "followed back to frame 0" in card.inner_text() and view.painted == 19, "its ancestor is told")
-    assert "in the next frame" in card.inner_text()
+    view.until(lambda: "in the next frame" in card.inner_text(), "its children are told")
 
     view.press("i")
     view.until(lambda: view.page.evaluate(RING) == 0, "nothing of it is drawn any more")

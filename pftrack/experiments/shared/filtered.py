@@ -86,7 +86,7 @@ class PointModel(Model):
         """Return the posterior of the particles, with the exact one beside it where that is known."""
         prior = known.reference or known.posterior
         linear = self.linear(frame, parameters, known) if self.scales and frame.index else None
-        exact = condition(prior, linear)[0] if linear else prior
+        exact = condition(kalman.predict(prior, linear.dynamics), linear)[0] if linear else prior
         return PointState(
             update.posterior,
             known.tracked,
@@ -142,22 +142,18 @@ class PointModel(Model):
         return innovation_parts(self.components(parameters)[: state.tracked], linear.measurement, innovation)
 
 
-def condition(before: Gaussian, linear: LinearStep) -> tuple[Gaussian, float, NormalisedInnovation | None]:
-    """Predict and update exactly (Bando 2007, eqs. 2.8 and 2.9).
-
-    Args:
-        before: p(x_{t-1} | z_{1:t-1}).
-        linear: The model of the frame.
-
-    Returns:
-        p(x_t | z_{1:t}); log p(z_t | z_{1:t-1}), 0 without a measurement; the normalised innovation, None without.
-    """
-    predicted = kalman.predict(before, linear.dynamics)
+def condition(predicted: Gaussian, linear: LinearStep) -> tuple[Gaussian, float]:
+    """Return p(x_t | z_{1:t}) and log p(z_t | z_{1:t-1}); the prediction and 0 without a measurement."""
     if linear.measurement is None:
-        return predicted, 0.0, None
-    measured = linear.measurement, linear.observation, linear.covariance
-    normalised = kalman.innovate(predicted, *measured).normalised
-    return *kalman.update(predicted, *measured), normalised
+        return predicted, 0.0
+    return kalman.update(predicted, linear.measurement, linear.observation, linear.covariance)
+
+
+def innovate(predicted: Gaussian, linear: LinearStep) -> Innovation | None:
+    """Return the innovation of a frame; None without a measurement."""
+    if linear.measurement is None:
+        return None
+    return kalman.innovate(predicted, linear.measurement, linear.observation, linear.covariance)
 
 
 M = TypeVar("M", bound=PointModel)
@@ -252,9 +248,15 @@ class Kalman(Filter[PointModel]):
             raise ValueError(
                 f"a Kalman filter needs a linear model; that of the {model.title} is not linear in this frame"
             )
-        posterior, log_evidence, normalised = condition(known.reference or known.posterior, linear)
+        predicted = kalman.predict(known.reference or known.posterior, linear.dynamics)
+        posterior, log_evidence = condition(predicted, linear)
+        innovation = innovate(predicted, linear)
         following = PointState(
-            posterior, known.tracked, log_evidence=log_evidence, learner=known.learner, innovation=normalised
+            posterior,
+            known.tracked,
+            log_evidence=log_evidence,
+            learner=known.learner,
+            innovation=innovation.normalised if innovation else None,
         )
         return model.learn(following, frame, parameters)
 
