@@ -141,7 +141,7 @@ def test_changes_are_tried_and_other_seeds_lie_behind_the_error(
     expect(page.get_by_role("button", name="Try again")).to_be_visible()
     page.get_by_role("button", name="Back to the plots").click()
     page.locator(".controls").get_by_text("More", exact=True).click()
-    page.get_by_role("button", name="Other seeds").click()
+    page.get_by_role("button", name="Other seeds", exact=True).click()
     expect(page.locator(".explore-words")).to_have_text(re.compile(r"^\d+ of 40 hold in this frame$"), timeout=60_000)
     trace = view.trace("error of other seeds")
     assert trace is not None
