@@ -17,7 +17,7 @@ export const lessons = {
   /** @type {(id: string, wanted: Messages.FigureRequest, signal?: AbortSignal) => Promise<Messages.FigurePublic>} */
   figure: (id, wanted, signal) => request("POST", one(id, "figure"), wanted, signal),
 
-  /** @type {(id: string, answer: number|string) => Promise<Messages.VerdictPublic|Messages.ComputingPublic|Messages.NoAnswerPublic>} */
+  /** @type {(id: string, answer: number|string) => Promise<Messages.VerdictPublic|Messages.ComputingPublic>} */
   answer: (id, answer) => request("POST", one(id, "answer"), { answer }),
 
   /** @type {(id: string) => Promise<Messages.ChecksPublic>} */

@@ -82,7 +82,7 @@ export class Course {
       this.#reveal(verdict);
       if (this.stage instanceof LessonRun && verdict.frame !== null) this.stage.playTo(verdict.frame);
     } catch (error) {
-      this.say(messageOf(error));
+      this.say(messageOf(error).replace(/^answer /, "Your answer "));
     }
   }
 
@@ -119,7 +119,6 @@ export class Course {
     for (;;) {
       const said = await lessons.answer(this.lesson.id, given);
       if ("words" in said) return said;
-      if ("problem" in said) throw new Error(said.problem);
       const far = said.total > 0 ? `: frame ${said.done} of ${said.total}.` : ".";
       this.say(`Computing the run that gives the answer${far}`, false);
       await after(AGAIN_MS);

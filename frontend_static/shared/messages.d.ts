@@ -1235,12 +1235,6 @@ export interface NewTitle {
   title: string;
 }
 
-/** What was given is not an answer to the question. */
-export interface NoAnswerPublic {
-  /** Why, and what is allowed, one sentence */
-  problem: string;
-}
-
 /** A number that a lesson shows, with its exact value where that is known. */
 export interface Number {
   title: string;

@@ -457,12 +457,6 @@ class VerdictPublic(_Public):
     words: list[Html] = Field(description="The verdict and its reason, HTML")
 
 
-class NoAnswerPublic(BaseModel):
-    """What was given is not an answer to the question."""
-
-    problem: str = Field(description="Why, and what is allowed, one sentence")
-
-
 class ComputingPublic(BaseModel):
     """The run that answers the question is still computed; ask again."""
 

@@ -15,7 +15,6 @@ from fastapi import APIRouter, Depends, FastAPI, Request
 from starlette.responses import RedirectResponse, Response
 
 from pftrack.core.model.parameters import declarations, flat, revise
-from pftrack.core.refusal import ParameterError
 from pftrack.teaching.lessons.lesson import Demonstration, Lesson, Scenario, question_recipe
 from pftrack.teaching.lessons.library import Library
 from pftrack_server.core.base_path import address_of
@@ -72,7 +71,6 @@ async def _lesson(lesson: AName, lessons: TheLessons) -> Lesson:
 
 
 ALesson = Annotated[Lesson, Depends(_lesson)]
-Judged = messages.VerdictPublic | messages.ComputingPublic | messages.NoAnswerPublic
 
 
 # Lessons as pages see them: texts as HTML, controls as sessions have them, and questions without their answers.
@@ -130,14 +128,19 @@ async def draw_figure(lesson: ALesson, body: messages.FigureRequest, lessons: Th
     return Response(await lessons.figure(lesson, body), media_type="application/json")
 
 
-@router.post("/{lesson}/answer")
-async def answer(lesson: ALesson, body: messages.AnswerRequest, lessons: TheLessons) -> Judged:
-    """Judge a prediction: how far off it is, and why; or tell how far the run is that it is judged by, to ask again."""
-    try:
-        said = await lessons.judge(lesson, body.answer)
-    except ParameterError as error:
-        return messages.NoAnswerPublic(problem=f"Your {error}.")
-    return said if isinstance(said, messages.ComputingPublic) else messages.VerdictPublic.model_validate(said)
+@router.post(
+    "/{lesson}/answer",
+    responses={202: {"model": messages.ComputingPublic, "description": "The run is still computed; ask again"}},
+)
+async def answer(
+    lesson: ALesson, body: messages.AnswerRequest, lessons: TheLessons, response: Response
+) -> messages.VerdictPublic | messages.ComputingPublic:
+    """Judge a prediction: how far off it is, and why."""
+    said = await lessons.judge(lesson, body.answer)
+    if isinstance(said, messages.ComputingPublic):
+        response.status_code = HTTPStatus.ACCEPTED
+        return said
+    return messages.VerdictPublic.model_validate(said)
 
 
 @router.get(

@@ -101,31 +101,28 @@ def test_what_is_typed_out_of_bounds_is_refused_and_what_is_dragged_there_stops(
 
 
 def test_answers_are_judged_in_words(client: httpx.Client) -> None:
-    """The right answer is right, a usual mistake is explained, what is not an answer is told with what is allowed."""
+    """The right answer is right, a usual mistake is explained, any other is refused with what is allowed."""
     right = client.post(f"{URL}/sir/answer", json={"answer": 2}).json()
     assert (right["right"], right["exact"]) == (True, 2)
     wrong = client.post(f"{URL}/9/answer", json={"answer": 4}).json()
     assert not wrong["right"]
     assert wrong["words"][0].startswith("You said 4; it is 2")
     assert len(wrong["words"]) > len(right["words"])
-    for nothing in ("half", "", "nan", 1e9):
-        # A browser would list a refusal among the errors of the page.
-        said = client.post(f"{URL}/sir/answer", json={"answer": nothing}).raise_for_status().json()["problem"]
-        assert said.startswith("Your answer must be a number between 0 and 1000, got ")
-    for nothing in (True, None, [2]):
+    for nothing in ("half", "", "nan", 1e9, True, None, [2]):
         assert "answer" in error_of(client.post(f"{URL}/sir/answer", json={"answer": nothing}), 422)["field"]
     chosen = LESSONS["bayes"].question
     assert client.post(f"{URL}/bayes/answer", json={"answer": next(iter(chosen.choices or {}))}).status_code == 200
-    assert "one of" in client.post(f"{URL}/bayes/answer", json={"answer": "nobody"}).json()["problem"]
+    assert "one of" in error_of(client.post(f"{URL}/bayes/answer", json={"answer": "nobody"}), 422)["bound"]
 
 
 def test_the_answer_of_a_scenario_comes_from_a_whole_run(client: httpx.Client) -> None:
     """While the run is computed the answer says how far it is; what is not a number is refused before any run."""
-    assert "got 'never'" in client.post(f"{URL}/colour/answer", json={"answer": "never"}).json()["problem"]
+    error_of(client.post(f"{URL}/colour/answer", json={"answer": "never"}), 422)
 
     def judged() -> dict[str, Any] | None:
-        answer: dict[str, Any] = client.post(f"{URL}/colour/answer", json={"answer": 92}).json()
-        return answer if "words" in answer else None
+        answer = client.post(f"{URL}/colour/answer", json={"answer": 92})
+        assert answer.status_code in {200, 202}, answer.text
+        return answer.json() if answer.status_code == 200 else None
 
     verdict = wait_for(judged)
     assert verdict is not None
