@@ -1,24 +1,31 @@
-/** The start page: where to begin, a place for one's own video, and the experiments by family. */
+/** The start page: where to begin, a place for one's own video, and the experiments as cards, by family. */
 
-import { ahead } from "./prefetch.js";
 import { api, messageOf } from "../shared/api.js";
 import { REFERENCES } from "../shared/citations.js";
-import { Families } from "./cards.js";
-import { compilationMeter, followCompiling, inSentenceCase } from "../shared/compiling.js";
+import { CompilationMeter, followCompiling, inSentenceCase } from "../shared/compiling.js";
+import { CopyButton } from "../shared/copy.js";
 import { h as element } from "../shared/dom.js";
-import { OwnFilterOffer, TourOffer } from "./offers.js";
-import { Failed, Made, showPage } from "../shared/page.js";
+import { Failed, Thumbnail, showPage } from "../shared/page.js";
+import { linkTo, newSweep, presetRecipe } from "../shared/share_link.js";
 import { GLOSSARY } from "../shared/terms.js";
+import { idle } from "../shared/timing.js";
 import { toast } from "../shared/toast.js";
+import { isTourKnown, tourLink } from "../shared/tour_link.js";
 import { DropZone } from "../upload/drop_zone.js";
 import { TargetForm } from "../upload/form.js";
-import { h, html, signal, useEffect } from "../vendor/preact.js";
+import { h, html, signal, useEffect, useSignal } from "../vendor/preact.js";
 
-/** @import { CompilationPublic, ExperimentPublic, UploadPublic } from "../shared/messages.js" */
+/** @import { CompilationPublic, ExperimentPublic, FilterPublic, Preset, UploadPublic } from "../shared/messages.js" */
 
 const UPLOAD = /^#upload\/(.+)$/;
 /** Where the saved runs stood before. */
 const RUN = /^#run-\w+$/;
+/** Its scripts are fetched while somebody looks at this page. */
+const SESSION = "session/new";
+/** Written into the page by the server, which knows where its shell finds the program. */
+const COMMANDS = document.documentElement.dataset.commands ?? "";
+/** So many presets stand on a card at once, the others in a fold. */
+const SHOWN = 2;
 const BONE = html`<div class="late card skeleton" aria-hidden="true">
   <div class="thumb shimmer"></div><div class="bone shimmer"></div><div class="bone short shimmer"></div>
 </div>`;
@@ -47,6 +54,19 @@ async function findProblems() {
     problems.value = (await api.plugins()).flatMap(({ problem }) => problem ?? []);
   } catch (error) {
     problems.value = [`The experiments of other packages could not be listed: ${messageOf(error)}`];
+  }
+}
+
+/** What was fetched ahead is used once, for some minutes, without asking the server again. */
+async function ahead() {
+  await idle();
+  try {
+    const answer = await fetch(SESSION);
+    const page = new DOMParser().parseFromString(await answer.text(), "text/html");
+    const modules = [...page.querySelectorAll("link[rel=modulepreload]")].map((link) => link.getAttribute("href"));
+    for (const script of modules) document.head.append(element("link", { rel: "prefetch", href: script, as: "script" }));
+  } catch {
+    // Then it is fetched when it is needed.
   }
 }
 
@@ -102,11 +122,99 @@ function Start() {
   `;
 }
 
+/**
+ * The tour: large for a first visitor, a line for everybody else, nothing where there is none.
+ *
+ * @param {{experiments: ExperimentPublic[]}} props
+ */
+function TourOffer({ experiments }) {
+  const href = tourLink(experiments);
+  if (href === null) return null;
+  if (isTourKnown()) {
+    return html`<section class="tour-offer known" aria-label="Guided tour"><a href=${href} data-role="tour">Take the guided tour again</a></section>`;
+  }
+  return html`<section class="tour-offer" aria-label="Guided tour">
+    <h2>New here? See a tracker lose its target, and why</h2>
+    <p class="hint">Three clicks, about a minute. You can leave the tour at any time.</p>
+    <footer><a class="button primary" href=${href} data-role="tour">Take the tour</a><span class="hint">or choose an experiment below</span></footer>
+  </section>`;
+}
+
+/** The commands by which one begins, or the files that the server was started with. */
+function OwnFilterOffer() {
+  const files = useSignal(/** @type {FilterPublic[]} */ ([]));
+  useEffect(() => void api.filters().then((found) => (files.value = found), () => {}), []);
+  const open = (/** @type {FilterPublic} */ { name, file, experiment }) =>
+    html`<a class="button primary" href=${linkTo({ recipe: { experiment, tracker: name } })}>Open ${file}</a>`;
+  const begin = html`<div class="own-commands">
+    <pre tabindex="0" aria-label="Commands">${COMMANDS}</pre>
+    ${h(CopyButton, { label: "Copy", text: COMMANDS, what: "the commands" })}
+  </div>`;
+  const hasFiles = files.value.length > 0;
+  return html`<section class="own-filter" aria-label="Your own filter">
+    <h2>${hasFiles ? "Your filter" : "Write your own filter"}</h2>
+    <p class="hint">One Python file. Save it, and the running session goes on with the new code.</p>
+    ${hasFiles ? html`<footer>${files.value.map(open)}</footer>` : begin}
+  </section>`;
+}
+
+/**
+ * The families in the order in which their first experiments come.
+ *
+ * @param {{experiments: ExperimentPublic[], compilation: CompilationPublic|null}} props `compilation` is null where it is not known.
+ */
+function Families({ experiments, compilation }) {
+  const names = [...new Set(experiments.map(({ family }) => family))];
+  return names.map((name) => {
+    const members = experiments.filter(({ family }) => family === name);
+    // A family takes as many columns as it has members, so that two small ones share a row.
+    return html`<section class="family" aria-label=${name} data-family=${name} style=${{ "--members": members.length }}>
+      <h3>${name}</h3>
+      <div class="cards">${members.map((experiment) => h(Card, { experiment, compilation }))}</div>
+    </section>`;
+  });
+}
+
+/** @param {{experiment: ExperimentPublic, compilation: CompilationPublic|null}} props */
+function Card({ experiment, compilation }) {
+  const { id, title, question, presets, references, thumbnail } = experiment;
+  const open = linkTo({ recipe: { experiment: id, tracker: experiment.default_tracker }, play: true });
+  const waits = compilation !== null && !compilation.finished && !compilation.usable.includes(id);
+  const isDrawn = compilation === null || compilation.finished || compilation.ready.includes(id);
+  return html`<article class=${waits ? "card waits" : "card"} data-experiment=${id}>
+    <a href=${open} class="thumb" tabindex="-1" aria-hidden="true">${h(Thumbnail, { key: `${isDrawn}`, address: thumbnail })}</a>
+    ${waits && html`<p class="hint waiting">Compiling; a session waits until it is done.</p>`}
+    <h4><a href=${open}>${title}</a></h4>
+    <p class="question">${question}</p>
+    ${presetList(experiment, presets.slice(0, SHOWN))}
+    ${presets.length > SHOWN && html`<details class="more">
+      <summary>${presets.length - SHOWN} more to try</summary>
+      ${presetList(experiment, presets.slice(SHOWN))}
+    </details>`}
+    <p class="document">
+      <a href=${`${REFERENCES}#${encodeURIComponent(id)}`}>${references.map(({ short }) => short).join("; ")}</a>
+      ${" · "}
+      <a href=${newSweep({ experiment: id })}>Sweep over conditions</a>
+    </p>
+  </article>`;
+}
+
+/**
+ * @param {ExperimentPublic} experiment
+ * @param {Preset[]} presets
+ */
+function presetList(experiment, presets) {
+  const links = presets.map((preset) => {
+    const href = linkTo({ recipe: presetRecipe(experiment, preset), play: true });
+    return html`<li><a class="button" title=${preset.watch} href=${href} data-preset=${preset.name}>${preset.title}</a></li>`;
+  });
+  return html`<ul class="presets" aria-label="Presets">${links}</ul>`;
+}
+
 /** How far compiling is; it goes away by itself. */
 function Compiling() {
   const now = compilation.value;
-  const meter = now && h(Made, { key: `${now.done}`, make: () => compilationMeter(now) });
-  const note = now?.finished === false && html`<p class="note compiling">${inSentenceCase(now.sentence)}. ${meter}</p>`;
+  const note = now?.finished === false && html`<p class="note compiling">${inSentenceCase(now.sentence)}. ${h(CompilationMeter, now)}</p>`;
   return html`<div role="status" data-part="compiling">${note}</div>`;
 }
 

@@ -6,28 +6,29 @@
 import { follows } from "../lecturer/api.js";
 import { mount } from "../session/mount.js";
 import { OwnSession } from "../session/own_session.js";
-import { Choice } from "../session/panel/control.js";
+import { Choice, DeclaredControl, NumberBox } from "../session/panel/control.js";
 import { Proposals, sendValues } from "../session/panel/proposals.js";
 import { messageOf } from "../shared/api.js";
 import { h as element } from "../shared/dom.js";
 import { FigureView } from "../shared/figure/figure.js";
+import { IconButton } from "../shared/icons.js";
 import { NewestRequest } from "../shared/newest_request.js";
 import { Notice } from "../shared/notice.js";
 import { Made } from "../shared/page.js";
 import { toast } from "../shared/toast.js";
-import { effect, h, html, signal } from "../vendor/preact.js";
+import { effect, h, html, signal, useLayoutEffect, useSignal } from "../vendor/preact.js";
 import { lessons } from "./api.js";
-import { Controls, SEED, declared, seedControl } from "./controls.js";
 import { Numbers } from "./numbers.js";
 
-/** @import { FigurePublic, FigureRequest, LessonDetail, Number as LessonNumber, ScenarioPublic, SessionPublic, VerdictPublic } from "../shared/messages.js" */
+/** @import { Declaration, FigurePublic, FigureRequest, LessonDetail, Number as LessonNumber, ScenarioPublic, SessionPublic, VerdictPublic } from "../shared/messages.js" */
 /** @import { Value } from "../shared/format.js" */
 /** @import { Figure } from "../shared/figure/types.js" */
 /** @import { Mounted } from "../session/mount.js" */
-/** @import { Child, ReadonlySignal } from "../vendor/preact.js" */
-/** @import { Turnable, Values } from "./controls.js" */
+/** @import { Child, ReadonlySignal, VNode } from "../vendor/preact.js" */
+/** @typedef {Record<string, Value>} Values By the names of the parameters, the seed and the tracker among them. */
 /** @typedef {VerdictPublic|"skipped"|"class"|null} Answer What came of the question; null as long as it is asked. */
 
+const SEED = "seed";
 const TRACKER = "tracker";
 const DRAW_HINT = "The same seed gives the same random numbers, to the bit.";
 const RUN_HINT = "The same seed gives the same run, to the bit. A change starts the run again.";
@@ -298,4 +299,78 @@ export function Stage({ stage, isLocked, notice = null }) {
       draw: stage.draw,
     })}
   `;
+}
+
+/**
+ * What can be turned.
+ *
+ * @typedef {object} Turnable
+ * @property {string} name
+ * @property {string} title
+ * @property {(value: Value, propose: (value: Value) => void) => VNode} draw
+ */
+
+/**
+ * The controls of declared parameters, in order.
+ *
+ * @param {readonly Declaration[]} declarations
+ * @param {Values} values In force; a parameter without one has no control.
+ * @returns {Turnable[]}
+ */
+function declared(declarations, values) {
+  const known = declarations.filter(({ name }) => name in values);
+  return known.map((each) => ({ name: each.name, title: each.title, draw: (value, propose) => h(DeclaredControl, { declaration: each, value, propose }) }));
+}
+
+/**
+ * @param {string} hint
+ * @returns {Turnable}
+ */
+function seedControl(hint) {
+  const draw = (/** @type {Value} */ value, /** @type {(value: Value) => void} */ propose) =>
+    h(NumberBox, { label: "Seed", hint, min: 0, step: 1, value: Number(value), propose });
+  return { name: SEED, title: "Seed", draw };
+}
+
+/**
+ * @typedef {{
+ *   turnables: readonly Turnable[],
+ *   values: Values,
+ *   isLocked: boolean,
+ *   isInert?: boolean,
+ *   propose: (name: string, value: Value) => void,
+ *   reset: (name: string) => void,
+ *   draw?: () => void,
+ * }} ControlsProps `values` in force, but for one in somebody's hand; `isLocked` while they wait for an answer, `isInert` while
+ *     what they turn is not there; `draw` draws other random numbers.
+ */
+
+/**
+ * The controls, each with a way back to where it was.
+ *
+ * @param {ControlsProps} props
+ */
+function Controls({ turnables, values, isLocked, isInert = false, propose, reset, draw }) {
+  return html`<div class="lesson-controls" data-part="controls" inert=${isInert} hidden=${turnables.length === 0 && !draw}>
+    <fieldset class="lesson-fields" aria-label="Controls" disabled=${isLocked}>
+      ${turnables.map((turnable) => h(Turned, { key: turnable.name, turnable, value: values[turnable.name], propose, reset }))}
+      ${draw && html`<button type="button" title="Other random numbers (D)" data-role="draw" onClick=${draw}>New draw</button>`}
+    </fieldset>
+  </div>`;
+}
+
+/** @param {{turnable: Turnable, value: Value|undefined, propose: (name: string, value: Value) => void, reset: (name: string) => void}} props */
+function Turned({ turnable: { name, title, draw }, value, propose, reset }) {
+  const shown = useSignal(value ?? "");
+  const turn = (/** @type {Value} */ wanted) => {
+    shown.value = wanted;
+    propose(name, wanted);
+  };
+  // At once, or a slider that is moved on meanwhile would jump back; also with the value that it has, to which a refused one goes.
+  useLayoutEffect(() => {
+    if (value !== undefined) shown.value = value;
+  });
+  return html`<div class="lesson-control" data-control=${name}>
+    ${draw(shown.value, turn)} ${h(IconButton, { name: "replay", title: `Reset ${title}`, run: () => reset(name) })}
+  </div>`;
 }

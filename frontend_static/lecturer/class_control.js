@@ -4,7 +4,7 @@
  */
 
 import { statusOf } from "../shared/api.js";
-import { KeptInTab } from "../shared/kept.js";
+import { KeptInTab } from "../shared/memory.js";
 import { NewestRequest } from "../shared/newest_request.js";
 import { classOfLink, isParticipant } from "../shared/participant.js";
 import { socketAddress } from "../shared/socket.js";

@@ -3,7 +3,7 @@
  * each page that is opened finds it. A poll has no page: it is asked over what is shown before it, or, where nothing is, after.
  */
 
-import { KeptInTab } from "../shared/kept.js";
+import { KeptInTab } from "../shared/memory.js";
 
 /** @import { LectureItemPublic, LecturePublic } from "../shared/messages.js" */
 

@@ -2,7 +2,7 @@
 
 import { count } from "../shared/format.js";
 import { IconButton } from "../shared/icons.js";
-import { progressWords } from "../shared/progress.js";
+import { progressWords } from "../shared/jobs.js";
 import { later } from "../shared/timing.js";
 import { h, html, useEffect, useRef, useSignal, useSignalEffect } from "../vendor/preact.js";
 import { isMeasured, state, words } from "./readings.js";

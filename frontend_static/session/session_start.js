@@ -4,9 +4,8 @@
  */
 
 import { api } from "../shared/api.js";
-import { whenCompiled } from "../shared/compiling.js";
+import { whenCompiled, whenPlaceFree } from "../shared/compiling.js";
 import { h } from "../shared/dom.js";
-import { whenPlaceFree } from "../shared/free_place.js";
 import { PARTS, arrange } from "./layout.js";
 import { Scene } from "./scene.js";
 
@@ -77,7 +76,7 @@ export class SessionStart {
    * Show what the session has to wait for: the compiler, once after an installation, or a place; nothing when it need not.
    *
    * @param {string} sentence
-   * @param {HTMLElement} [more] How far it is, or where something can be done about it.
+   * @param {Element} [more] How far it is, or where something can be done about it.
    */
   #wait(sentence, more) {
     this.element.querySelector(".compiling")?.remove();

@@ -1,13 +1,16 @@
-/** What is compiled once after an installation or an update: how far it is, for as long as it lasts. */
+/** What a page may have to wait for: the compiler, once after an installation or an update, and a place for a session. */
 
-import { api, statusOf } from "./api.js";
-import { h } from "./dom.js";
+import { api, messageOf, statusOf } from "./api.js";
+import { elementOf } from "./dom.js";
+import { Meter } from "./jobs.js";
 import { after } from "./timing.js";
+import { h } from "../vendor/preact.js";
 
 /** @import { CompilationPublic } from "./messages.js" */
-/** @typedef {(sentence: string, meter?: HTMLElement) => void} Tell What to show; an empty sentence when the waiting is over. */
+/** @typedef {(sentence: string, meter?: Element) => void} Tell What to show; an empty sentence when the waiting is over. */
 
 const EVERY_MS = 1000;
+const PLACE_EVERY_MS = 3000;
 const UNAVAILABLE = 503;
 
 /**
@@ -60,18 +63,38 @@ async function followUntil(experiment, needed, tell, signal) {
     const compilation = await api.compilation();
     if (signal.aborted) return;
     if (compilation.finished || compilation[needed].includes(experiment)) break;
-    tell(inSentenceCase(compilation.sentence), compilationMeter(compilation));
+    tell(inSentenceCase(compilation.sentence), elementOf(h(CompilationMeter, compilation)));
     await after(EVERY_MS, signal);
   }
   tell("");
 }
 
 /**
- * @param {CompilationPublic} compilation
- * @returns {HTMLProgressElement} How far it is, as a bar; it only moves while the number of functions is not known.
+ * Do something that needs a place for a session, as soon as the server has one.
+ *
+ * @template Answer
+ * @param {() => Promise<Answer>} act
+ * @param {(sentence: string) => void} tell What to say meanwhile; empty when the waiting is over.
+ * @param {AbortSignal} signal Ends the waiting; then nothing more is done.
+ * @returns {Promise<Answer>}
  */
-export function compilationMeter({ done, total }) {
-  return h("progress", { ...(total > 0 && { max: total, value: Math.min(done, total) }), "aria-label": "Functions compiled" });
+export async function whenPlaceFree(act, tell, signal) {
+  for (let isFirst = true; ; isFirst = false) {
+    try {
+      const answer = await act();
+      if (!isFirst) tell("");
+      return answer;
+    } catch (error) {
+      if (statusOf(error) !== UNAVAILABLE || signal.aborted) throw error;
+      tell(messageOf(error).replace(/\.$/, ""));
+      await after(PLACE_EVERY_MS, signal);
+    }
+  }
+}
+
+/** @param {CompilationPublic} compilation */
+export function CompilationMeter({ done, total }) {
+  return h(Meter, { share: total > 0 ? done / total : null, label: "Functions compiled" });
 }
 
 /** @param {string} sentence */

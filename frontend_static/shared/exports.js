@@ -5,7 +5,7 @@
 
 import { messageOf } from "./api.js";
 import { fill, h } from "./dom.js";
-import { cancelJob, followJob, onMeter } from "./jobs.js";
+import { cancelJob, followJob } from "./jobs.js";
 import { attempt, toast } from "./toast.js";
 
 /** @import { ExportJob, FileKind } from "./messages.js" */
@@ -82,7 +82,10 @@ async function follow(begun, writing) {
   const row = h("li", { data: { writing: begun.id } }, words, meter, h("button", { type: "button", class: "quiet", on: { click: stop } }, "Stop"));
   writing.append(row);
   try {
-    const job = await followJob(begun, onMeter(meter), wanted.signal);
+    const tell = (/** @type {ExportJob|null} */ now) => {
+      if (now !== null && now.total > 0) meter.value = now.done / now.total;
+    };
+    const job = await followJob(begun, tell, wanted.signal);
     if (job === null) return;
     if (job.result === null) throw new Error(job.error ?? `${job.name} could not be written`);
     h("a", { href: job.result.address, download: job.name }).click();

@@ -1,7 +1,9 @@
 /** Jobs: work on the server that takes a while, which is asked for how far it is until it has ended. */
 
 import { pathOf, request, statusOf } from "./api.js";
+import { duration } from "./format.js";
 import { after } from "./timing.js";
+import { html } from "../vendor/preact.js";
 
 /** @import { Job } from "./messages.js" */
 
@@ -9,6 +11,8 @@ import { after } from "./timing.js";
 const ASK_FIRST_MS = 50;
 const ASK_EVERY_MS = 250;
 const NOT_FOUND = 404;
+/** A rate is a rate only after a while. */
+const RATE_AFTER_S = 2;
 
 const job = pathOf("jobs");
 
@@ -55,15 +59,22 @@ export async function followJob(begun, tell, signal, again) {
 }
 
 /**
- * Show on a meter how far a job is.
+ * "Computing frame 1,200 of 4,000, about 40 s left".
  *
- * @param {HTMLProgressElement} meter
- * @returns {(now: Job|null) => void}
+ * @param {number} frame
+ * @param {number} goal
+ * @param {number} seconds Since it began.
+ * @param {number} frames Computed since then.
  */
-export function onMeter(meter) {
-  return (now) => {
-    if (now !== null && now.total > 0) meter.value = now.done / now.total;
-  };
+export function progressWords(frame, goal, seconds, frames) {
+  const place = `Computing frame ${frame.toLocaleString("en")} of ${goal.toLocaleString("en")}`;
+  if (seconds < RATE_AFTER_S || frames <= 0) return place;
+  return `${place}, about ${duration((seconds * (goal - frame)) / frames)} left`;
+}
+
+/** @param {{share: number|null, label: string}} props How far something is; it only moves while the share is not known. */
+export function Meter({ share, label }) {
+  return html`<progress key=${share === null ? "moving" : "known"} max="1" value=${share ?? undefined} aria-label=${label}></progress>`;
 }
 
 /**

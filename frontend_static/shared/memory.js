@@ -1,4 +1,4 @@
-/** What this browser keeps for a person. It may be told to keep nothing: then all lasts as long as the page. */
+/** What this browser keeps for a person, and a tab beyond one page. Where the browser keeps nothing, it lasts as long as the page. */
 
 /**
  * @param {string} name
@@ -21,5 +21,38 @@ export function remember(name, value) {
     localStorage.setItem(name, value);
   } catch {
     // It lasts as long as the page.
+  }
+}
+
+/**
+ * What this tab keeps.
+ *
+ * @template Value
+ */
+export class KeptInTab {
+  #key;
+
+  /** @param {string} key */
+  constructor(key) {
+    this.#key = key;
+  }
+
+  /** @returns {Value|null} */
+  get() {
+    try {
+      return JSON.parse(sessionStorage.getItem(this.#key) ?? "null");
+    } catch {
+      return null;
+    }
+  }
+
+  /** @param {Value|null} value Null to forget it. */
+  set(value) {
+    try {
+      if (value === null) sessionStorage.removeItem(this.#key);
+      else sessionStorage.setItem(this.#key, JSON.stringify(value));
+    } catch {
+      // Storage is full or disabled.
+    }
   }
 }

@@ -88,3 +88,9 @@ export function Doing({ label, run, disabled = false, ...attributes }) {
   };
   return html`<button type="button" ...${attributes} disabled=${disabled || isBusy.value} onClick=${press}>${label}</button>`;
 }
+
+/** @param {{address: string}} props A picture that keeps its place while it loads, and leaves a plain field if it cannot. */
+export function Thumbnail({ address }) {
+  const fail = (/** @type {Event & {currentTarget: HTMLElement}} */ { currentTarget }) => currentTarget.classList.add("missing");
+  return html`<img loading="lazy" src=${address} alt="" width="320" height="240" onError=${fail} />`;
+}

@@ -7,7 +7,7 @@
 import { dialogIsOpen } from "./dialog.js";
 import { elementOf } from "./dom.js";
 import { Icon } from "./icons.js";
-import { KeptInTab } from "./kept.js";
+import { KeptInTab } from "./memory.js";
 import { effect, h, html, signal } from "../vendor/preact.js";
 
 const KEY = "f";

@@ -7,8 +7,7 @@ import { h as element } from "../shared/dom.js";
 import { exportLists } from "../shared/exports.js";
 import { bytes, count, moment } from "../shared/format.js";
 import { IconButton } from "../shared/icons.js";
-import { Made } from "../shared/page.js";
-import { Thumbnail } from "../shared/thumbnail.js";
+import { Made, Thumbnail } from "../shared/page.js";
 import { attempt } from "../shared/toast.js";
 import { popover } from "../session/popover.js";
 import { trackerTitle } from "../session/timeline.js";
@@ -17,7 +16,8 @@ import { h, html } from "../vendor/preact.js";
 
 /** @import { RunPublic, SavedComparisonPublic, SessionPublic, SweepPublic, UploadPublic, WorkPublic } from "../shared/messages.js" */
 /** @import { Child } from "../vendor/preact.js" */
-/** @import { Kind } from "./query.js" */
+
+/** @typedef {"sessions"|"runs"|"comparisons"|"sweeps"|"uploads"} Kind */
 
 /**
  * A thing as its line shows it.

@@ -8,14 +8,16 @@ import { Failed, showPage } from "../shared/page.js";
 import { later } from "../shared/timing.js";
 import { h, html, signal, useEffect, useRef } from "../vendor/preact.js";
 import { REMOVALS, Row, itemsOf, remove } from "./rows.js";
-import { FEW, KINDS, MANY, addressOf, parseQuery } from "./query.js";
 
 /** @import { WorkPublic } from "../shared/messages.js" */
-/** @import { Kind, Query } from "./query.js" */
-/** @import { Item } from "./rows.js" */
+/** @import { Item, Kind } from "./rows.js" */
+/** @typedef {{words: string, show: Kind|null, limit: number}} Query What has to occur, of which kind alone, and how many. */
 
 const TYPING_MS = 250;
 const MOST_COMPARED = 4;
+/** So many of each kind where all are listed, and so many more at a time where one kind is. */
+const FEW = 6;
+const MANY = 50;
 const PLACEHOLDER = "Title, experiment, tracker, date or outcome";
 /** Dates are looked for as they are shown. */
 const ZONE = Intl.DateTimeFormat().resolvedOptions().timeZone;
@@ -49,6 +51,8 @@ const WORDS = {
   },
 };
 
+const KINDS = /** @type {Kind[]} */ (Object.keys(WORDS));
+
 /** The newest answer; or a sentence on why there is none; or nothing yet. */
 const answered = signal(/** @type {WorkPublic|string|null} */ (null));
 const wish = signal(parseQuery(new URLSearchParams(location.search)));
@@ -58,6 +62,26 @@ const typed = signal(wish.value.words);
 const chosen = signal(/** @type {readonly {kind: Kind, item: Item}[]} */ ([]));
 let asked = new AbortController();
 let waiting = () => {};
+
+/**
+ * @param {URLSearchParams} address
+ * @returns {Query}
+ */
+function parseQuery(address) {
+  const show = KINDS.find((kind) => kind === address.get("show")) ?? null;
+  return { words: address.get("q") ?? "", show, limit: show === null ? FEW : MANY };
+}
+
+/**
+ * @param {Query} wish
+ * @returns {string} A page's address that says the same.
+ */
+function addressOf({ words, show }) {
+  const address = new URLSearchParams();
+  if (show !== null) address.set("show", show);
+  if (words.trim() !== "") address.set("q", words.trim());
+  return address.size > 0 ? `work?${address}` : "work";
+}
 
 /** @param {Partial<Query>} change */
 function look(change) {

@@ -3,7 +3,7 @@ import { describe, it } from "node:test";
 
 import { bytes, count, duration, measureValue, moment, number, parameterValue, quantity, smallestSpan, speed } from "../../frontend_static/shared/format.js";
 import { share2, short } from "../../frontend_static/sweep/cells.js";
-import { progressWords } from "../../frontend_static/shared/progress.js";
+import { progressWords } from "../../frontend_static/shared/jobs.js";
 
 describe("numbers as a person reads them", () => {
   it("have the decimals that were asked for, and a dash where there is none", () => {
