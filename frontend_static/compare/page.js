@@ -7,6 +7,7 @@ import { NO_GRAPHICS } from "../session/scene.js";
 import { graphics } from "../session/view_choice.js";
 import { api, messageOf } from "../shared/api.js";
 import { linkTo, savedOf, wantedOf } from "../shared/comparison_link.js";
+import { Segments } from "../shared/controls.js";
 import { askName, openKeys } from "../shared/dialog.js";
 import { elementOf, h as element, part } from "../shared/dom.js";
 import { exportLists } from "../shared/exports.js";
@@ -45,24 +46,25 @@ const KEYS = [
   ["pageup pagedown", "In a lecture: the item before, the next one"],
   ["?", "This help"],
 ];
-/** @type {readonly Option[]} */
 const ARRANGEMENTS = [
-  ["side", "Side by side", "Each run has its own picture"],
-  ["over", "Over each other", "All runs on the picture of the first, each in its colour"],
+  { value: "side", words: "Side by side", hint: "Each run has its own picture" },
+  { value: "over", words: "Over each other", hint: "All runs on the picture of the first, each in its colour" },
 ];
-/** @type {readonly Option[]} */
-const VIEWS = [["flat", "Flat", "The picture from the front"], ["scene", "3-D", "The scene in three dimensions"]];
+const VIEWS = [
+  { value: "flat", words: "Flat", hint: "The picture from the front" },
+  { value: "scene", words: "3-D", hint: "The scene in three dimensions" },
+];
 
 const compared = signal(/** @type {RunComparison|null} */ (null));
 /** Ids of its sessions, once all of them are there. */
 const sessions = signal(/** @type {string[]} */ ([]));
-/** What somebody calls it; empty where its runs say what it is. */
+/** The title that a person gave; empty where the names of the runs do. */
 const givenTitle = signal("");
 /** The saved comparison that is shown, and what is kept in it, as text; null where that is not known yet. */
 const saved = signal(/** @type {{id: string, content: string|null}|null} */ (null));
 /** What is waited for, one sentence. */
 const waiting = signal("");
-/** What is compared in place of what the address names. */
+/** The runs that stay, once one is taken away. */
 const fewer = signal(/** @type {Wanted|null} */ (null));
 const title = computed(() => givenTitle.value || (compared.value?.title ?? ""));
 /** What of a comparison is kept when it is saved, but for the frame that is shown. */
@@ -175,8 +177,8 @@ function Tools() {
     else shown?.show(/** @type {ViewKind} */ (kind));
   };
   return html`
-    ${h(Switch, { label: "Arrangement", options: ARRANGEMENTS, chosen: shown?.arrangement.value ?? "side", choose: arrange })}
-    ${h(Switch, { label: "View", options: VIEWS, chosen: shown?.view.value ?? "flat", choose: view })}
+    ${h(Segments, { label: "Arrangement", options: ARRANGEMENTS, value: shown?.arrangement.value ?? "side", choose: arrange })}
+    ${h(Segments, { label: "View", options: VIEWS, value: shown?.view.value ?? "flat", choose: view })}
     ${h(Made, { make: () => followChip(control, whole) })}
     ${h(Tool, { name: "save", text: "Save", hint: "Keep this comparison; My work lists it", isOff: isSaved.value, run: saveIt })}
     ${h(Made, { make: fileMenu })}
@@ -198,15 +200,6 @@ function Tool({ name, text, hint, isOff = false, run }) {
   </button>`;
 }
 
-/** @typedef {readonly [kind: string, text: string, hint: string]} Option */
-
-/** @param {{label: string, options: readonly Option[], chosen: string, choose: (kind: string) => void}} props */
-function Switch({ label, options, chosen, choose }) {
-  const buttons = options.map(([kind, text, hint]) =>
-    html`<button type="button" title=${hint} aria-pressed=${String(kind === chosen)} data-view=${kind} onClick=${() => choose(kind)}>${text}</button>`);
-  return html`<div class="view-switch" role="group" aria-label=${label}>${buttons}</div>`;
-}
-
 /** What it is called. */
 function Heading() {
   return html`<h1 data-part="title">${title.value ? `Compare · ${title.value}` : "Compare"}</h1>
@@ -223,7 +216,7 @@ effect(() => {
   void outcome.value?.state;
   untracked(() => control.update());
 });
-// The sessions are the page's own; whoever comes back by the browser's cache begins anew.
+// The sessions ended with the page; from the browser's cache it begins anew.
 addEventListener("pageshow", (event) => event.persisted && location.reload());
 addEventListener("hashchange", () => location.reload());
 navigation(null);

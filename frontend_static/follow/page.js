@@ -3,14 +3,14 @@
 import { followed } from "../lecturer/api.js";
 import { Poll } from "../lecturer/poll.js";
 import { sessionTitle } from "../session/timeline.js";
-import { dialogIsOpen, openDialog } from "../shared/dialog.js";
+import { openDialog } from "../shared/dialog.js";
 import { elementOf, part } from "../shared/dom.js";
 import { speed } from "../shared/format.js";
 import { Notice } from "../shared/notice.js";
 import { Doing } from "../shared/page.js";
+import { isPlain } from "../shared/presentation.js";
 import { socketAddress } from "../shared/socket.js";
 import { Stream } from "../shared/stream.js";
-import { later } from "../shared/timing.js";
 import { attempt } from "../shared/toast.js";
 import { computed, effect, h, html, render, signal } from "../vendor/preact.js";
 import { ClassView } from "./class_view.js";
@@ -27,7 +27,6 @@ import { ClassView } from "./class_view.js";
 const WORDS = { connecting: "Connecting", open: "Following", lost: "Reconnecting", full: "Waiting", over: "Ended" };
 const OVER = 4404;
 const FULL = 4429;
-const SKELETON_AFTER_MS = 200;
 
 const state = signal(/** @type {State} */ ({ is: "connecting" }));
 const follow = signal(/** @type {FollowPublic|null} */ (null));
@@ -35,7 +34,6 @@ const mine = signal(/** @type {MinePublic} */ ({ fork: null, vote: null }));
 const figure = signal(/** @type {FigureShown|null} */ (null));
 /** The sessions that are shown. */
 const views = signal(/** @type {readonly Mounted[]} */ ([]));
-const isLong = signal(false);
 /** Which answer was given to the poll, if any. */
 const answered = computed(() => {
   const { vote: given } = mine.value;
@@ -112,7 +110,7 @@ function FollowingLine() {
 }
 
 function Shown() {
-  if (follow.value === null) return isLong.value && html`<div class="follow-wait"><div class="shimmer"></div></div>`;
+  if (follow.value === null) return html`<div class="late follow-wait"><div class="shimmer"></div></div>`;
   return h(ClassView, { follow, figure, views });
 }
 
@@ -165,11 +163,10 @@ function choose() {
   });
 }
 
-later(() => (isLong.value = true), SKELETON_AFTER_MS);
 effect(() => {
   if (follow.value !== null) document.title = `${follow.value.title} · pftrack`;
 });
 document.addEventListener("keydown", (event) => {
-  if (/^[1-8]$/.test(event.key) && !event.ctrlKey && !event.metaKey && !event.altKey && !dialogIsOpen()) vote(Number(event.key) - 1);
+  if (/^[1-8]$/.test(event.key) && isPlain(event)) vote(Number(event.key) - 1);
 });
 render(h(Follow, {}), part("class"));

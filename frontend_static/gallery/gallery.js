@@ -26,7 +26,7 @@ const SESSION = "session/new";
 const COMMANDS = document.documentElement.dataset.commands ?? "";
 /** So many presets stand on a card at once, the others in a fold. */
 const SHOWN = 2;
-const BONE = html`<div class="late card skeleton" aria-hidden="true">
+const BONE = html`<div class="late card" aria-hidden="true">
   <div class="thumb shimmer"></div><div class="bone shimmer"></div><div class="bone short shimmer"></div>
 </div>`;
 
@@ -140,7 +140,7 @@ function TourOffer({ experiments }) {
   </section>`;
 }
 
-/** The commands by which one begins, or the files that the server was started with. */
+/** Commands to begin with, or the files that the server was started with. */
 function OwnFilterOffer() {
   const files = useSignal(/** @type {FilterPublic[]} */ ([]));
   useEffect(() => void api.filters().then((found) => (files.value = found), () => {}), []);
@@ -153,7 +153,7 @@ function OwnFilterOffer() {
   const hasFiles = files.value.length > 0;
   return html`<section class="own-filter" aria-label="Your own filter">
     <h2>${hasFiles ? "Your filter" : "Write your own filter"}</h2>
-    <p class="hint">One Python file. Save it, and the running session goes on with the new code.</p>
+    <p class="hint">One Python file. Save it, and the running session continues with the new code.</p>
     ${hasFiles ? html`<footer>${files.value.map(open)}</footer>` : begin}
   </section>`;
 }

@@ -5,13 +5,13 @@ import { ClassControl } from "../lecturer/class_control.js";
 import { END_FORK, endFork } from "../lecturer/api.js";
 import { START, here } from "../shared/address.js";
 import { messageOf } from "../shared/api.js";
-import { dialogIsOpen, openKeys } from "../shared/dialog.js";
+import { openKeys } from "../shared/dialog.js";
 import { h as element, lastOfAddress, part } from "../shared/dom.js";
 import { IconLink } from "../shared/icons.js";
 import { navigation } from "../shared/navigation.js";
 import { Loaded } from "../shared/page.js";
 import { brand, isFollower, isParticipant } from "../shared/participant.js";
-import { presentationButton } from "../shared/presentation.js";
+import { isPlain, isTyping, presentationButton } from "../shared/presentation.js";
 import { printButton } from "../shared/print.js";
 import { linkTo } from "../shared/share_link.js";
 import { themeButton } from "../shared/theme.js";
@@ -34,7 +34,6 @@ const KEYS = [
   ["?", "These keys"],
 ];
 const ARROWS = "A slider, or a line in the figure, that has the focus is moved by the arrow keys. Where a run is shown, the keys are those of a session.";
-const TYPING = "input:not([type=range], [type=radio], [type=checkbox]), textarea, select";
 const CHECKED_AGAIN_MS = 700;
 /** Names one of the uses of a lesson, so that the way back is the browser's as well. */
 const USE = /^#use-(\d+)$/;
@@ -231,7 +230,7 @@ function opened(course) {
 async function load() {
   const id = lastOfAddress();
   const [lesson, { lessons: all }] = await Promise.all([lessons.get(id), isParticipant ? { lessons: [] } : lessons.all()]);
-  // Whoever came by the link of a class has this lesson, and none of what leads elsewhere.
+  // The link of a class opens this lesson alone: nothing on the page leads elsewhere.
   const mine = isParticipant ? { ...lesson, previous: null, next: null, uses: [], checks: [] } : lesson;
   return opened(new Course(mine, all));
 }
@@ -246,9 +245,8 @@ function go(rel) {
 /** @type {Record<string, () => void>} What keys do, where no run has them. */
 const actions = { n: () => go("next"), p: () => go("prev"), "?": help };
 document.addEventListener("keydown", (event) => {
-  const isTyping = event.target instanceof Element && event.target.closest(TYPING) !== null;
-  if (isTyping || event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented || dialogIsOpen()) return;
-  if (document.querySelector(".session-view") === null) actions[event.key.toLowerCase()]?.();
+  if (!isPlain(event) || isTyping(event.target) || document.querySelector(".session-view") !== null) return;
+  actions[event.key.toLowerCase()]?.();
 });
 addEventListener("hashchange", () => (hash.value = location.hash));
 // What was shown has been ended when the page was left.

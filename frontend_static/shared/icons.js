@@ -78,13 +78,3 @@ export function IconLink({ name, title, href, rel, go }) {
 export function icon(name) {
   return elementOf(h(Icon, { name }));
 }
-
-/**
- * @param {IconName} name
- * @param {string} title
- * @param {() => void} run
- * @returns {HTMLButtonElement}
- */
-export function iconButton(name, title, run) {
-  return elementOf(h(IconButton, { name, title, run }));
-}

@@ -106,7 +106,7 @@ function turn(wanted) {
  *
  * @param {KeyboardEvent} event
  */
-function isPlain(event) {
+export function isPlain(event) {
   return !event.defaultPrevented && !event.ctrlKey && !event.metaKey && !event.altKey && !dialogIsOpen();
 }
 

@@ -39,7 +39,7 @@ export const sweeps = {
   remove: (id) => request("DELETE", sweep(id)),
   cells: (id, question) => request("GET", sweep(id, `cells?${query(question)}`)),
   rows: (id, question) => request("GET", sweep(id, `rows?${query(question)}`)),
-  open: (id, run, tracker) => request("POST", sweep(id, `rows/${run}/open`), tracker ? { tracker } : {}),
+  open: (id, run, tracker) => request("POST", sweep(id, "rows", encodeURIComponent(run), "open"), tracker ? { tracker } : {}),
   sourceCode: (id) => request("GET", sweep(id, "source-code")),
   downloadAddress: (id, format) => `${ROOT}${sweep(id, `download?format=${format}`)}`,
 };

@@ -4,15 +4,15 @@ import { START } from "../shared/address.js";
 import { linkToReferences } from "../shared/comparison_link.js";
 import { Segments, Select } from "../shared/controls.js";
 import { confirmLoss } from "../shared/dialog.js";
-import { h as element, lastOfAddress, part, setText } from "../shared/dom.js";
+import { lastOfAddress, part, setText } from "../shared/dom.js";
 import { count, duration, parameterValue } from "../shared/format.js";
 import { IconButton } from "../shared/icons.js";
 import { Notice } from "../shared/notice.js";
-import { Loaded, Made, showPage } from "../shared/page.js";
+import { Loaded, showPage } from "../shared/page.js";
 import { presentationButton } from "../shared/presentation.js";
 import { newSweep } from "../shared/share_link.js";
 import { sourceCodeButton } from "../shared/source_code.js";
-import { explain } from "../shared/terms.js";
+import { Explained } from "../shared/terms.js";
 import { attempt } from "../shared/toast.js";
 import { Popover } from "../session/popover.js";
 import { effect, h, html, useSignal } from "../vendor/preact.js";
@@ -38,7 +38,7 @@ const FORMATS = [
   ["png", "Maps, PNG in an archive"],
   ["svg", "Maps, SVG in an archive"],
 ];
-const DOWNLOAD = { icon: /** @type {const} */ ("save"), label: "Download", words: "Download", title: "What there is of it, as a file" };
+const DOWNLOAD = { icon: /** @type {const} */ ("save"), label: "Download", words: "Download", title: "Download runs, report or maps" };
 const SINGLE = [
   { value: "success", words: "Success", hint: "Share of the runs that succeeded" },
   { value: "error", words: "Error", hint: "Mean error of the successful runs" },
@@ -110,7 +110,7 @@ function progress({ state, runs, done, rate, seconds, seconds_left }) {
   const all = count(runs, "run");
   if (state === "done") return html`<strong>Complete</strong>, ${all} in ${duration(seconds)}`;
   const some = `${done.toLocaleString("en-GB")} of ${all}`;
-  if (state === "stopped") return html`<strong>Stopped</strong>, ${some} are there`;
+  if (state === "stopped") return html`<strong>Stopped</strong> after ${some}`;
   if (rate === null) return html`<strong>${done === 0 ? "Starting" : "Running"}</strong>, ${some}`;
   const speed = rate >= 10 ? Math.round(rate).toLocaleString("en-GB") : rate.toFixed(1);
   return html`<strong>${some}</strong>, ${speed} runs/s, about ${duration(seconds_left)} left`;
@@ -215,12 +215,7 @@ function Facts({ now: { sweep, view } }) {
   const parts = [`${count(trials, "trial")} of ${frames} frames`, `seed ${seed}`, ...fixed];
   if (pooled.length > 0) parts.push(`pooled over ${pooled.join(" and ")}`);
   const words = `${parts.join(", ")}. All trackers meet the same seeds. Intervals are Wilson's, 95\u00a0%.`;
-  const make = () => {
-    const line = element("p", { class: "hint sweep-facts" }, words);
-    explain(line, { experiment });
-    return line;
-  };
-  return h(Made, { key: words, make });
+  return html`<p class="hint">${h(Explained, { text: words, experiment })}</p>`;
 }
 
 /** @param {{now: Seen}} props */
