@@ -1,6 +1,6 @@
 /**
- * A comparison as a component: runs in step, beside what differs between them and what came of them. Whoever follows a class
- * has the same of sessions that are another's, to be looked at.
+ * A comparison as a component: runs in step, beside their differences and results. A follower of a class sees the lecturer's
+ * sessions in the same component, read-only.
  */
 
 import { messageOf, request } from "../shared/api.js";
@@ -21,12 +21,11 @@ import { Table } from "./table.js";
 /** @import { Member } from "./joint.js" */
 
 /**
- * What others need to show the same sessions, as a lecturer's page tells a class; what makes the runs is none of it, which
- * may be long.
+ * What others need to show the same sessions, as a lecturer's page tells a class. It leaves out the recipes, which may be long.
  *
  * @typedef {object} Told
  * @property {Outline} outline
- * @property {Outcome|null} outcome What came of the runs, as far as it is known.
+ * @property {Outcome|null} outcome The results of the runs, as far as they are known.
  * @property {Arrangement} arrangement
  */
 
@@ -148,7 +147,7 @@ export class RunComparison extends JointView {
     }
   }
 
-  /** @param {Outcome} outcome What is known by now of what came of the runs. */
+  /** @param {Outcome} outcome The results of the runs so far. */
   know({ state, done, total, result, error }) {
     const isNew = this.outcome.peek()?.state !== state;
     this.outcome.value = { state, done, total, result, error };
@@ -184,7 +183,6 @@ export class RunComparison extends JointView {
     this.front.value = place;
     this.store.bringToFront(place);
   }
-
 }
 
 /** @param {{compared: RunComparison}} props */

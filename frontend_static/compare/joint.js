@@ -154,7 +154,7 @@ export class JointView {
   }
 
   async #all() {
-    // All are waited for, so that whoever tries again finds the places of all free.
+    // It waits for all, so that their places are free when somebody tries again.
     await Promise.allSettled(this.#starts.map(({ begun }) => begun));
     const begun = await Promise.all(this.#starts.map((start) => start.begun));
     return begun.map(({ session }) => session.id);

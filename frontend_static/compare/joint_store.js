@@ -52,7 +52,7 @@ export class JointStore extends Store {
   }
 
   /**
-   * Take note of what is known of the runs as wholes.
+   * Take note of the losses and notes of whole runs.
    *
    * @param {JointStore["beforeLoss"]} beforeLoss
    * @param {{frame: number, note: string}[]} notes

@@ -1,4 +1,4 @@
-/** What differs between runs, only that, and what came of them, in words and figures. */
+/** The differences between runs, only those, and their results, in words and figures. */
 
 import { count, number, quantity } from "../shared/format.js";
 import { h, html } from "../vendor/preact.js";
@@ -57,7 +57,7 @@ function progressWords({ state, done, total, error }) {
 /** @typedef {{title: string, hint: string, cells: Cell[]}} Line A line of the table, a cell for each run. */
 
 /**
- * The lines of what came of the runs; those of which nothing is known are left out.
+ * The lines of the results; a line without any value is left out.
  *
  * @param {ComparisonResult} result
  * @param {{unit: string, names: readonly string[], measure: string}} known `measure` is the title of what decides on success.

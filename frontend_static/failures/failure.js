@@ -167,7 +167,7 @@ function Ways() {
   ];
 }
 
-// The sessions are the page's own; whoever comes back by the browser's cache begins anew.
+// The sessions ended with the page; from the browser's cache it begins anew.
 addEventListener("pageshow", (event) => event.persisted && location.reload());
 render(h(Neighbours, {}), part("neighbours"));
 render(h(Ways, {}), part("compare"));

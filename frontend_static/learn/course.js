@@ -27,7 +27,7 @@ const UNJUDGED = {
   class: ["The class has answered", "The figure now shows the answer."],
 };
 
-/** Text that the server has made HTML of: Markdown and formulas; all that anybody wrote is escaped there. @param {string} text */
+/** HTML that the server made of Markdown and formulas; it escapes HTML in the source. @param {string} text */
 export const written = (text) => ({ dangerouslySetInnerHTML: { __html: text } });
 
 /** What a lesson's page knows: what came of the question, and what is shown. */
@@ -61,7 +61,7 @@ export class Course {
     else if (entry !== null) this.#judged(entry.given).then((verdict) => this.#reveal(verdict), () => {});
   }
 
-  /** The run that is shown, if it is no figure. */
+  /** The run that is shown in place of a figure. */
   get run() {
     return this.used.value ?? (this.stage instanceof LessonRun ? this.stage : null);
   }

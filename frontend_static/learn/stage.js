@@ -114,7 +114,7 @@ export class Demonstration extends Shown {
   /**
    * @param {string} name
    * @param {Value} value
-   * @param {boolean} [nearest] Whether it was dragged, so that a value out of bounds is no mistake.
+   * @param {boolean} [nearest] Whether it was dragged, so that a value out of bounds becomes the nearest allowed one.
    */
   turn(name, value, nearest = false) {
     if (!this.isRevealed) return;
@@ -249,7 +249,7 @@ export class LessonRun extends Shown {
       this.turnables.value = unlocked(session, this.scenario.unlocked);
       this.id.value = session.id;
     }
-    // What somebody has in hand stays.
+    // A control in use keeps its value.
     this.values.value = Object.fromEntries(Object.entries(inForce).filter(([name]) => !this.#proposals?.holds(name)));
     if (this.#goal === null || !session.playing || session.position < this.#goal) return;
     steering.seek(this.#goal);

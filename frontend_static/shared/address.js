@@ -3,7 +3,7 @@
  * all addresses in pages and scripts are relative to that, as in `session/1f`. So a bare `#there` would lead to another page.
  */
 
-/** The start page, or that of the class for whoever came by its link. */
+/** The start page, or that of the class for a participant. */
 export const START = "./";
 
 /**

@@ -34,7 +34,7 @@ export class ApiError extends Error {
 }
 
 /**
- * What can be said of whatever was thrown.
+ * The message of anything that was thrown.
  *
  * @param {unknown} error
  */

@@ -1,6 +1,6 @@
 /**
  * Colours of maps. Viridis for amounts, a diverging map with a neutral middle for differences, and four colours for the
- * outcome of a test. Whoever cannot tell red from green reads all of them.
+ * outcome of a test. All of them can be read without telling red from green.
  */
 
 import { DIVERGING, VERDICTS, VIRIDIS } from "./palette.js";

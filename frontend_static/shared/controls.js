@@ -3,7 +3,7 @@
 import { html } from "../vendor/preact.js";
 
 /**
- * What can be chosen: the value, the words for it, and the group that it stands under in a list.
+ * What can be chosen: the value, the words for it, and its group in a list.
  *
  * @typedef {{value: string, words: string, hint?: string, group?: string}} Option
  */
@@ -20,7 +20,7 @@ export function Select({ label, options, value, choose, field }) {
   return html`<select aria-label=${label} data-field=${field} value=${value} onChange=${change}>${groups}</select>`;
 }
 
-/** @param {Props} props A row of buttons of which one is pressed. */
+/** @param {Props} props A row of buttons; the pressed one is chosen. */
 export function Segments({ label, options, value, choose }) {
   const buttons = options.map((option) =>
     html`<button type="button" title=${option.hint} aria-pressed=${option.value === value} onClick=${() => choose(option.value)}>${option.words}</button>`,

@@ -5,7 +5,7 @@ import { icon } from "./icons.js";
 
 /** @import { Child } from "./elements.js" */
 
-/** What the button of a form says by which something is done. */
+/** The value of the button that does it. */
 const DONE = "done";
 
 /**
@@ -30,7 +30,7 @@ export function openDialog(title, body, { wide = false } = {}) {
     body(close),
   );
   element.addEventListener("close", () => {
-    // What is said in it outlives it.
+    // Its messages stay on the page.
     const said = element.querySelector(".toasts");
     if (said) document.body.append(said);
     element.remove();

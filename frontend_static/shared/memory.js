@@ -20,7 +20,7 @@ export function remember(name, value) {
   try {
     localStorage.setItem(name, value);
   } catch {
-    // It lasts as long as the page.
+    // Storage is full or disabled.
   }
 }
 

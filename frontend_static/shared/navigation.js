@@ -1,4 +1,4 @@
-/** The links to all parts of the site in the header of every page, and the way past them for whoever uses the keyboard. */
+/** The links to all parts of the site in the header of every page, and the way past them by the keyboard. */
 
 import { START, here } from "./address.js";
 import { h } from "./dom.js";

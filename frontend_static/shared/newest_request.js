@@ -1,6 +1,6 @@
 /**
- * One request at a time, and of all that is wished for meanwhile only the newest: a slider that is dragged never queues.
- * Where somebody wants to know whether the server is gone, the newest wish is tried again and again until it answers.
+ * One request at a time, and then only the newest wish: a slider that is dragged never queues. A listener that wants to know
+ * whether the server is gone has the newest wish tried again until the server answers.
  */
 
 import { statusOf } from "./api.js";
@@ -11,7 +11,7 @@ import { after } from "./timing.js";
  * @template Wish, Answer
  * @typedef {object} Listener
  * @property {(answer: Answer, wish: Wish, isNewest: boolean) => unknown} [answer] The next request begins when it has settled.
- * @property {(error: unknown, wish: Wish) => void} [refused] Without it who asked is told.
+ * @property {(error: unknown, wish: Wish) => void} [refused] Without it `ask` rejects.
  * @property {(isLost: boolean) => void} [lost] Whether the server is gone.
  * @property {(waiting: Wish, newer: Wish) => Wish} [join] What is left of two wishes; the newer one if not given.
  */

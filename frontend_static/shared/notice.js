@@ -1,4 +1,4 @@
-/** What stands in the place of something that cannot be shown: why, and the one way on, if there is one. */
+/** Shown in the place of something that cannot be shown: why, and the one way on, if there is one. */
 
 import { elementOf } from "./dom.js";
 import { h, html } from "../vendor/preact.js";

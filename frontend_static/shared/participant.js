@@ -5,7 +5,7 @@ import { h } from "./dom.js";
 
 const { role = "", class: name = null } = globalThis.document?.documentElement.dataset ?? {};
 
-/** Whether the page belongs to somebody who is let in by such a link, and to nothing else of the server. */
+/** Whether the page is open to a participant of a class, who may see nothing else of the server. */
 export const isParticipant = role !== "";
 
 /** Whether that is one who follows, and tries something alone. */
@@ -14,7 +14,7 @@ export const isFollower = role === "follower";
 /** The class of the link, if the page was opened by one. */
 export const classOfLink = name;
 
-/** What stands first in the header: the way to the start page, and for followers that back to the class. */
+/** The first thing in the header: the way to the start page, for followers the way back to the class. */
 export function brand() {
   if (isFollower) return h("a", { class: "button", href: START, data: { role: "back" } }, "Back to the class");
   return isParticipant ? h("span", { class: "brand" }, "pftrack") : h("a", { class: "brand", href: START }, "pftrack");

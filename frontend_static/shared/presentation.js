@@ -1,7 +1,7 @@
 /**
  * Presentation: the page fills the screen in large type, to be read from the back of a lecture room. Sizes follow the font
- * size of the root; what gives way to the picture is said by the style sheets under `data-presenting`. It belongs to the tab:
- * the next page presents, too, until it is ended. Pages without its button are shown as ever meanwhile.
+ * size of the root; the style sheets hide other things under `data-presenting`. It belongs to the tab: the next page presents,
+ * too, until it is ended. Pages without its button look as usual meanwhile.
  */
 
 import { dialogIsOpen } from "./dialog.js";
@@ -102,7 +102,7 @@ function turn(wanted) {
 }
 
 /**
- * Whether a key is meant for the page as it stands.
+ * Whether a key is meant for the page itself, and not for the browser or a dialog.
  *
  * @param {KeyboardEvent} event
  */
@@ -111,7 +111,7 @@ export function isPlain(event) {
 }
 
 /**
- * Whether a letter is what somebody types or chooses by.
+ * Whether a letter belongs to a field in which a person types or chooses.
  *
  * @param {EventTarget|null} target
  */

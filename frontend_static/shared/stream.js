@@ -10,7 +10,7 @@ import { ApiError } from "./api.js";
 import { Backoff } from "./socket.js";
 
 const PING_EVERY_MS = 5000;
-/** Statuses that say that there is no such stream any more. */
+/** Statuses of a stream that does not exist any more. */
 const IS_GONE = [401, 403, 404, 410];
 
 /**
@@ -23,7 +23,7 @@ const IS_GONE = [401, 403, 404, 410];
  * @property {() => void} [opened] There is a new connection.
  * @property {() => void} lost
  * @property {(event: CloseEvent) => void} [closed] Called before that, where the server has ended it and said why.
- * @property {(error: ApiError) => void} gone The server answers, but there is no such stream any more.
+ * @property {(error: ApiError) => void} gone The server answers, but the stream does not exist any more.
  */
 
 /** @template {{type: string}} Message */

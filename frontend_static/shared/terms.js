@@ -1,6 +1,6 @@
 /**
  * What the words on a page mean: the one way in which pages explain them. What is explained has a dotted line under
- * it. Whoever points at it, reaches it by Tab or taps it reads what it means; Escape puts that away.
+ * it. Pointing at it, tapping it or reaching it by Tab shows its meaning; Escape hides that.
  */
 
 import { api } from "./api.js";
@@ -64,18 +64,18 @@ function wordsOf(experiment) {
 }
 
 /**
- * What is said of each marked word: of its own, and by the glossary of an experiment.
+ * The explanation of each marked word: its own, and the experiment whose glossary has others.
  *
  * @type {WeakMap<Element, {own: string, experiment: string}>}
  */
 const said = new WeakMap();
 
 /**
- * Mark the words in an element that the glossary has; or, where something is said of all of it, all of it. Text that
- * changes is marked again by whoever changes it; what is marked already stays.
+ * Mark the words in an element that the glossary has; or the whole element, where it has an explanation of its own. A
+ * caller that changes the text marks it again; what is marked already stays.
  *
  * @param {HTMLElement} element
- * @param {{own?: string, experiment?: string}} [options] What is said of all of it; whose words it has.
+ * @param {{own?: string, experiment?: string}} [options] The explanation of the whole; the experiment whose words it has.
  */
 export function explain(element, { own = "", experiment = "" } = {}) {
   if (own !== "") {
@@ -106,7 +106,7 @@ export function explainControl(element, own, experiment = "") {
 }
 
 /**
- * A text with its words marked, or all of it where something is said of all of it.
+ * A text with its words marked, or the whole of it where it has an explanation of its own.
  *
  * @param {{text: string, own?: string, experiment?: string}} props
  */
@@ -208,7 +208,7 @@ if (typeof document !== "undefined") {
   document.addEventListener("pointerdown", (event) => markedOf(event) ?? hide());
   document.addEventListener("click", (event) => {
     const marked = markedOf(event);
-    // Whatever it stands in, such as a label or the head of what unfolds, does nothing for a tap; a mouse has read it already.
+    // A tap on it does not reach the label or summary around it; a mouse has shown the meaning already.
     if (marked === null || !marked.classList.contains("term") || event.pointerType === "mouse") return;
     event.preventDefault();
     event.stopPropagation();

@@ -41,7 +41,7 @@ export function toast(message, { kind = "news", action } = {}) {
 }
 
 /**
- * Run something that talks to the server; what goes wrong is said once, here.
+ * Run something that talks to the server; an error is shown once, here.
  *
  * @template T
  * @param {() => Promise<T>} work

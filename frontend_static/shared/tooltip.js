@@ -1,4 +1,4 @@
-/** What is said of whatever is pointed at, beside it. */
+/** Words beside what is pointed at. */
 
 import { fill, h } from "./dom.js";
 

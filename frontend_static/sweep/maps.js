@@ -75,7 +75,7 @@ function useFigure(on, setting) {
  * @typedef {object} HeatMapProps
  * @property {string|null} tracker Null for a comparison.
  * @property {string} title
- * @property {string} words What is said of all cells together.
+ * @property {string} words About all cells together.
  * @property {string} shown What is shown, in words.
  * @property {(index: number) => CellLook} look
  * @property {Seen} now
@@ -142,7 +142,7 @@ function Curves({ now: { sweep, cells, quantity }, maps }) {
 }
 
 /**
- * Tell the style sheet of what a map's height follows.
+ * Give the style sheet the lengths that a map's height depends on.
  *
  * @param {HTMLElement} room
  * @param {Record<string, number|string>} lengths
@@ -152,7 +152,7 @@ function setLengths(room, lengths) {
 }
 
 /**
- * A cell for each value, in the middle of which it stands.
+ * A cell for each value, with its name in the middle.
  *
  * @param {AxisPublic|null} axis
  * @returns {Axis}
@@ -206,7 +206,7 @@ function pooled({ sweep, quantity: { measure, values } }, map) {
   const sum = (/** @type {(number|null)[]} */ column) => column.reduce((/** @type {number} */ total, value) => total + (value ?? 0), 0);
   const runs = sum(map.runs) - sum(map.problems);
   if (runs === 0) return "";
-  // Such as a filter from a file, which says of no loss how probable it is.
+  // Such as a filter from a file, which has no probability of loss.
   if (measure && values(map).every((value) => value === null)) return `has no number for “${measure.title}”`;
   return sweep.judged ? `${((100 * sum(map.successes)) / runs).toFixed(0)} % of ${count(runs, "run")} succeeded` : count(runs, "run");
 }
@@ -224,7 +224,7 @@ function verdicts({ view, comparison, problem }) {
 }
 
 /**
- * What is said of a cell: where it is, and every tracker in it.
+ * The tooltip of a cell: its place, and every tracker in it.
  *
  * @param {Seen} now
  * @param {Cell} cell

@@ -164,7 +164,7 @@ function TrackersPart({ now: { experiment } }) {
 function RunsPart({ now: { experiment } }) {
   const { loss_probability } = draft.value;
   const able = experiment.trackers.filter(({ id }) => experiment.loss_trackers.includes(id));
-  const who = able.length === experiment.trackers.length ? "" : ` Only some trackers can tell: ${able.map(({ title }) => title).join(", ")}.`;
+  const who = able.length === experiment.trackers.length ? "" : ` Only some trackers estimate it: ${able.map(({ title }) => title).join(", ")}.`;
   const field = (/** @type {"trials"|"frames"|"seed"|"title"} */ name, /** @type {string} */ title, /** @type {string} */ type = "number") =>
     html`<label class="field" data-field=${name}>
       <span>${title}</span>
@@ -180,10 +180,10 @@ function RunsPart({ now: { experiment } }) {
     ${able.length > 0 && html`<div data-field="loss_probability">
       <label class="check">
         <input type="checkbox" checked=${loss_probability} onChange=${() => change({ loss_probability: !loss_probability })} />
-        Measure how probable it is that the target is lost, too
+        Also measure the probability of loss
       </label>
       ${h(Wrong, { place: "loss_probability" })}
-      <p class="hint">As the trackers say themselves, without a look at the truth.${who} Fast trackers take longer for it, see the estimate.</p>
+      <p class="hint">The trackers' own estimate, without the truth.${who} It slows fast trackers; the estimate includes that.</p>
     </div>`}
   </section>`;
 }

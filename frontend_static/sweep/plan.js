@@ -133,7 +133,7 @@ export async function fill(id) {
   // Files, and what is only drawn, are nothing to vary or to fix.
   const declarations = experiment.declarations.filter(({ kind, role }) => kind !== "file" && role !== "drawing");
   const axes = (asked.axes ?? []).filter(({ name }) => declarations.some((declaration) => declaration.name === name));
-  // On a recording the example's scene does not exist: what is asked first is what other seeds come to.
+  // On a recording the example's scene does not exist: the first question is what other seeds give.
   const begun = upload || axes.length > 0 ? { trials: OTHER_SEEDS, ...asked, axes } : exampleWith(await sweeps.example(id), asked);
   // Of two experiments that were chosen quickly the answers may come in the other order.
   if (given.value !== asked) return;

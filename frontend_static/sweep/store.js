@@ -1,6 +1,6 @@
 /**
- * What the page knows of its sweep, and what a person has chosen to see of it; an address names that, so that a link shows
- * the same. The server decides what is so, and the newest that it said counts.
+ * What the page knows of its sweep, and what a person has chosen to see of it, which the address names, so that a link shows
+ * the same. The server decides; its newest message counts.
  */
 
 import { messageOf } from "../shared/api.js";
@@ -71,7 +71,7 @@ export const seen = computed(() => {
 });
 
 /**
- * What a wish comes to: what the sweep does not have is replaced by what it has.
+ * The view that a wish gives: what the sweep does not have is replaced by what it has.
  *
  * @param {View} wanted
  * @param {SweepPublic} known
@@ -181,7 +181,7 @@ export function look(changes) {
  * List the runs of a cell.
  *
  * @param {{i: number, j: number}} cell
- * @param {string|null} tracker Of which alone.
+ * @param {string|null} tracker List its runs alone.
  */
 export function choose({ i, j }, tracker) {
   chosen.value = { i, j, tracker, nth: (chosen.value?.nth ?? 0) + 1 };

@@ -192,7 +192,7 @@ function Review({ clip, buttons }) {
   useEffect(() => () => URL.revokeObjectURL(address), [address]);
   return html`
     <div class="camera-stage"><video src=${address} autoplay muted controls loop playsinline aria-label="The recorded clip"></video></div>
-    ${h(Step, { words: `The camera is off. The clip has ${bytes(clip.size)}, and is only in this browser yet.`, buttons })}
+    ${h(Step, { words: `The camera is off. The clip has ${bytes(clip.size)} and is still only in this browser.`, buttons })}
   `;
 }
 
@@ -236,14 +236,14 @@ function begun(stream, left, { tell, keep, refuse }) {
     parts.push(data);
     tell((performance.now() - since) / 1000);
   }, until);
-  recorder.addEventListener("error", () => refuse("The browser could not go on recording."), until);
+  recorder.addEventListener("error", () => refuse("The browser stopped recording."), until);
   recorder.addEventListener("stop", () => {
     const { mimeType: type } = recorder;
     // The Swedish form of a date has its largest part first.
     const name = `camera ${new Date().toLocaleString("sv").replaceAll(":", ".")}.${type.includes("mp4") ? "mp4" : "webm"}`;
     const clip = new File(parts, name, { type });
     if (clip.size > 0) keep(clip);
-    else refuse("The camera gave no picture.");
+    else refuse("The camera sent no picture.");
   }, until);
   recorder.start(TELL_EVERY_MS);
   return recorder;

@@ -28,7 +28,7 @@ const PLACE_MS = 1000;
 const HEAD_BYTES = 16_384;
 /** The status of a transfer that a person has stopped. */
 const STOPPED = -1;
-/** The address names a run that is being computed, so that a reload goes on showing it. */
+/** The address names a run that is being computed, so that a reload still shows it. */
 const IMPORT = /^#import\/(\w+)$/;
 
 /** What is in the zone; null while it invites. */
@@ -107,8 +107,8 @@ function Columns({ file, table, refusal }) {
   </label>`;
   return html`<form ref=${form} class="columns" aria-label="Columns of the table" onSubmit=${submit}>
     <p class="drop-words"><strong>What are the columns of ${file.name}?</strong></p>
-    <p class="hint">Say where the frame is, and of the box two edges or its middle, and its size or the other edges.</p>
-    <details><summary>Why is this asked?</summary><p class="hint">${refusal}</p></details>
+    <p class="hint">Choose the columns of the frame number and of the box: two edges or the centre, and the size or the other two edges.</p>
+    <details><summary>Why is this needed?</summary><p class="hint">${refusal}</p></details>
     <div class="columns-rows" tabindex="0" role="region" aria-label="First lines">
       <table>
         <thead><tr>${table.header.map((title) => html`<th scope="col">${title}</th>`)}</tr></thead>
@@ -257,7 +257,7 @@ async function follow(begun) {
   }
 }
 
-/** Go on showing a run that was being computed when the page was left. */
+/** Show a run again that was being computed when the page was left. */
 async function resume() {
   const id = IMPORT.exec(location.hash)?.[1];
   if (id === undefined) return;

@@ -17,7 +17,7 @@ import { Target } from "./target.js";
 /** @typedef {Event & {currentTarget: HTMLInputElement}} InputEvent */
 /** @typedef {Event & {currentTarget: HTMLSelectElement}} SelectEvent */
 
-/** @type {Record<string, string>} What recordings have frames of that are no pictures, by kind. */
+/** @type {Record<string, string>} The content of frames that are not pictures, by the kind of recording. */
 const WITHOUT_PICTURES = { tracks: " of tracks", beliefs: " of recorded beliefs" };
 /** The kind of recording in which everything has been tracked already, by the program that made the file. */
 const DONE = "beliefs";
@@ -35,10 +35,10 @@ export function TargetForm({ upload, experiments, leave }) {
   const { name, kind, frames, width, height, frame_rate_hz: rate, warnings } = upload;
   const content = WITHOUT_PICTURES[kind] ?? ` of ${width} × ${height} px at ${Number(rate.toPrecision(4))} Hz`;
   const cancel = html`<button type="button" onClick=${leave}>Cancel</button>`;
-  const nothing = html`<p class="wrong" role="alert">There is no experiment for a recording of this kind.</p>`;
+  const nothing = html`<p class="wrong" role="alert">No experiment takes a recording of this kind.</p>`;
   return html`<section class="target" aria-label="Target">
     <header>
-      <h2>${kind === DONE ? "What another tracker has said" : "What should be tracked?"}</h2>
+      <h2>${kind === DONE ? "Results of another tracker" : "What should be tracked?"}</h2>
       <p class="hint">${name}, ${count(frames, "frame")}${content}</p>
       ${warnings.map((warning) => html`<p class="note">${warning}</p>`)}
     </header>
@@ -102,7 +102,7 @@ async function propose(first, able, ended) {
   for (const experiment of able.filter((each) => each.finds !== null && each !== first.experiment)) {
     const sighting = await api.mark(first.upload.id, { experiment: experiment.id, frame: 0, last: 0 }).catch(() => null);
     if (ended.aborted || first.footage.value) return null;
-    const words = `There is a ${experiment.target} in the picture. To follow something else, choose what else it is followed as.`;
+    const words = `There is a ${experiment.target} in the picture. To follow something else, choose it above.`;
     if (sighting?.mark) return first.as(experiment, words);
   }
   return null;
@@ -242,12 +242,12 @@ function Tracker({ target: { tracker, experiment: { trackers } } }) {
   `;
 }
 
-/** @param {{target: Target}} props A table of what is truly so in the upload, which the server keeps until it is removed. */
+/** @param {{target: Target}} props A table of the truth of the upload, which the server keeps until it is removed. */
 function Truth({ target }) {
   const field = useRef(/** @type {HTMLElement|null} */ (null));
   const { kept, refused, isBusy } = target.truth.value;
   useEffect(() => void target.findTruth(), []);
-  // It was chosen at the end of a form that scrolls: what is said of it is to be seen, whole.
+  // The field is at the end of a form that scrolls: show the whole refusal.
   useEffect(() => void (refused && field.current?.scrollIntoView({ block: "nearest" })), [refused]);
   const give = (/** @type {InputEvent} */ { currentTarget: input }) => {
     target.giveTruth([...(input.files ?? [])]);

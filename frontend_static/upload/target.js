@@ -53,7 +53,7 @@ export class Target {
   isStarting = signal(false);
   /** Why no session has begun. */
   wrong = signal("");
-  /** What a session is told of the target; null while there is nothing to tell. */
+  /** The footage of a session; null while the target is not marked. */
   footage = computed(() => {
     const { finds, unmarked } = this.experiment;
     const [mark, start, kind] = [this.mark.value, this.frame.value, this.way.value?.description.kind];
@@ -194,7 +194,7 @@ export class Target {
     try {
       const sighting = await this.#search(where, ended);
       const isNowhere = sighting?.mark === null && where.last === undefined && where.hint === undefined;
-      // Of the frame that was asked for it is said why there is no target, or what may be one is shown.
+      // Say why the frame that was asked for has no target, or show what may be one.
       const known = isNowhere ? await this.#search({ last: frame }, ended) : sighting;
       if (known?.mark) this.#found({ ...known, mark: known.mark });
       else if (known) this.#tell("refused", isNowhere ? [...known.remarks, "None was found in later frames either."] : known.remarks, { hasLater: !isNowhere });

@@ -1,4 +1,4 @@
-/** One line of a list for each thing that somebody has: what it is, what came of it, and what can be done with it. */
+/** One line of a list for each thing that a person has: its name, its outcome, and its actions. */
 
 import { START } from "../shared/address.js";
 import { api } from "../shared/api.js";
@@ -177,7 +177,7 @@ function uploadItem(upload) {
 }
 
 /**
- * What somebody has of one kind.
+ * All things of one kind.
  *
  * @param {WorkPublic} work
  * @param {Kind} kind
@@ -219,7 +219,7 @@ export function Row({ kind, item, isChosen, toggle, again }) {
 }
 
 /**
- * End or delete some things, once somebody has said that they may be lost.
+ * End or delete some things, once a person has confirmed it.
  *
  * @param {Kind} kind
  * @param {readonly Item[]} items
@@ -240,7 +240,7 @@ export async function remove(kind, items, again) {
 }
 
 /**
- * Whether a run that was brought in came to the numbers here that it had where it was saved.
+ * Whether an imported run has the same numbers here as where it was saved.
  *
  * @param {RunPublic["summary"]} summary
  */
