@@ -2,15 +2,15 @@
 
 import { followChip } from "../lecturer/chip.js";
 import { ClassControl } from "../lecturer/class_control.js";
-import { popover } from "../session/popover.js";
+import { Popover } from "../session/popover.js";
 import { NO_GRAPHICS } from "../session/scene.js";
 import { graphics } from "../session/view_choice.js";
 import { api, messageOf } from "../shared/api.js";
 import { linkTo, savedOf, wantedOf } from "../shared/comparison_link.js";
 import { Segments } from "../shared/controls.js";
 import { askName, openKeys } from "../shared/dialog.js";
-import { elementOf, h as element, part } from "../shared/dom.js";
-import { exportLists } from "../shared/exports.js";
+import { part } from "../shared/dom.js";
+import { Exports } from "../shared/exports.js";
 import { Icon, IconButton } from "../shared/icons.js";
 import { navigation } from "../shared/navigation.js";
 import { Notice } from "../shared/notice.js";
@@ -32,6 +32,7 @@ const WORK = { label: "Choose saved runs", href: "work?show=runs" };
 const EMPTY = "Compare a session with its branches or with other trackers (key C on its page), two saved runs (My work), or two trackers on a row of a sweep.";
 const RECORDING = "The link does not contain recordings: on another server, upload the recording first.";
 const LONGEST_TITLE = 200;
+const FILES = { icon: /** @type {const} */ ("files"), label: "Files", title: "Export this comparison", class: "tool", "data-tool": "files" };
 /** @type {readonly [keys: string, what: string][]} */
 const KEYS = [
   ["space", "Play or pause all runs"],
@@ -87,7 +88,6 @@ async function load() {
     givenTitle.value = wanted.title ?? "";
     compared.value = shown;
     if (saved.value) saved.value = { ...saved.value, content: content.value };
-    away.draw(shown.outline.exports ?? [], []);
     shown.begun.then((ids) => {
       sessions.value = ids;
       control.find();
@@ -163,11 +163,6 @@ function share() {
 
 const help = () => openKeys(KEYS);
 
-const away = exportLists((name) => {
-  if (compared.value === null) throw new Error("Wait until the comparison is computed, then write it");
-  return api.exportComparison(name, { runs: compared.value.runs, title: title.value.slice(0, LONGEST_TITLE) });
-});
-
 /** What the header has at the right. */
 function Tools() {
   const shown = compared.value;
@@ -181,19 +176,20 @@ function Tools() {
     ${h(Segments, { label: "View", options: VIEWS, value: shown?.view.value ?? "flat", choose: view })}
     ${h(Made, { make: () => followChip(control, whole) })}
     ${h(Tool, { name: "save", text: "Save", hint: "Keep this comparison; My work lists it", isOff: isSaved.value, run: saveIt })}
-    ${h(Made, { make: fileMenu })}
+    ${h(Popover, { ...FILES, words: html`<span class="wide-only">Files</span>`, content: shown && h(Files, { shown }), disabled: shown === null })}
     ${h(Tool, { name: "share", text: "Share", hint: "Share a link to this comparison", run: share })}
     ${[themeButton, printButton, () => presentationButton({ hears: false })].map((make) => h(Made, { make }))}
     <button type="button" class="quiet icon-only" title="Keys (?)" aria-label="Keys" onClick=${help}>?</button>
   `;
 }
 
-function fileMenu() {
-  const button = elementOf(h(Tool, { name: "files", text: "Files", hint: "Export this comparison" }));
-  return popover(/** @type {HTMLButtonElement} */ (button), element("section", {}, element("h2", {}, "Take away"), away.element));
+/** @param {{shown: RunComparison}} props */
+function Files({ shown }) {
+  const begin = (/** @type {string} */ name) => api.exportComparison(name, { runs: shown.runs, title: title.value.slice(0, LONGEST_TITLE) });
+  return html`<section><h2>Take away</h2>${h(Exports, { offered: shown.outline.exports ?? [], begin })}</section>`;
 }
 
-/** @param {{name: import("../shared/icons.js").IconName, text: string, hint: string, isOff?: boolean, run?: () => void}} props */
+/** @param {{name: import("../shared/icons.js").IconName, text: string, hint: string, isOff?: boolean, run: () => void}} props */
 function Tool({ name, text, hint, isOff = false, run }) {
   return html`<button type="button" class="tool" title=${hint} disabled=${isOff || compared.value === null} data-tool=${name} onClick=${run}>
     ${h(Icon, { name })}<span class="wide-only">${text}</span>

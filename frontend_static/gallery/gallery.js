@@ -32,6 +32,7 @@ const BONE = html`<div class="late card" aria-hidden="true">
 
 /** The experiments; or why they cannot be listed; or nothing yet. */
 const experiments = signal(/** @type {ExperimentPublic[]|string|null} */ (null));
+/** How far compiling is; null where that is not known. */
 const compilation = signal(/** @type {CompilationPublic|null} */ (null));
 /** What is wrong with the experiments of other packages. */
 const problems = signal(/** @type {readonly string[]} */ ([]));
@@ -104,7 +105,7 @@ function Start() {
   const isAsking = asked !== null;
   return html`
     <div class="welcome" hidden=${isAsking}>
-      ${listed && h(TourOffer, { experiments: listed })}
+      ${listed && h(TourOffer, { listed })}
       <section aria-label="Your own video">${h(DropZone, {})}</section>
       ${h(OwnFilterOffer, {})}
     </div>
@@ -113,7 +114,7 @@ function Start() {
       <h2>Experiments</h2>
       ${h(Compiling, {})}
       <div class="families" data-part="experiments">
-        ${listed ? h(Families, { experiments: listed, compilation: compilation.value }) : without}
+        ${listed ? h(Families, { listed }) : without}
       </div>
       <div role="status" data-part="plugins">
         ${problems.value.length > 0 && html`<ul class="problems">${problems.value.map((problem) => html`<li>${problem}</li>`)}</ul>`}
@@ -125,10 +126,10 @@ function Start() {
 /**
  * The tour: large for a first visitor, a line for everybody else, nothing where there is none.
  *
- * @param {{experiments: ExperimentPublic[]}} props
+ * @param {{listed: ExperimentPublic[]}} props
  */
-function TourOffer({ experiments }) {
-  const href = tourLink(experiments);
+function TourOffer({ listed }) {
+  const href = tourLink(listed);
   if (href === null) return null;
   if (isTourKnown()) {
     return html`<section class="tour-offer known" aria-label="Guided tour"><a href=${href} data-role="tour">Take the guided tour again</a></section>`;
@@ -158,29 +159,26 @@ function OwnFilterOffer() {
   </section>`;
 }
 
-/**
- * The families in the order in which their first experiments come.
- *
- * @param {{experiments: ExperimentPublic[], compilation: CompilationPublic|null}} props `compilation` is null where it is not known.
- */
-function Families({ experiments, compilation }) {
-  const names = [...new Set(experiments.map(({ family }) => family))];
+/** @param {{listed: ExperimentPublic[]}} props The families in the order in which their first experiments come. */
+function Families({ listed }) {
+  const names = [...new Set(listed.map(({ family }) => family))];
   return names.map((name) => {
-    const members = experiments.filter(({ family }) => family === name);
+    const members = listed.filter(({ family }) => family === name);
     // A family takes as many columns as it has members, so that two small ones share a row.
     return html`<section class="family" aria-label=${name} data-family=${name} style=${{ "--members": members.length }}>
       <h3>${name}</h3>
-      <div class="cards">${members.map((experiment) => h(Card, { experiment, compilation }))}</div>
+      <div class="cards">${members.map((experiment) => h(Card, { experiment }))}</div>
     </section>`;
   });
 }
 
-/** @param {{experiment: ExperimentPublic, compilation: CompilationPublic|null}} props */
-function Card({ experiment, compilation }) {
+/** @param {{experiment: ExperimentPublic}} props */
+function Card({ experiment }) {
   const { id, title, question, presets, references, thumbnail } = experiment;
   const open = linkTo({ recipe: { experiment: id, tracker: experiment.default_tracker }, play: true });
-  const waits = compilation !== null && !compilation.finished && !compilation.usable.includes(id);
-  const isDrawn = compilation === null || compilation.finished || compilation.ready.includes(id);
+  const compiling = compilation.value?.finished === false ? compilation.value : null;
+  const waits = compiling !== null && !compiling.usable.includes(id);
+  const isDrawn = compiling === null || compiling.ready.includes(id);
   return html`<article class=${waits ? "card waits" : "card"} data-experiment=${id}>
     <a href=${open} class="thumb" tabindex="-1" aria-hidden="true">${h(Thumbnail, { key: `${isDrawn}`, address: thumbnail })}</a>
     ${waits && html`<p class="hint waiting">Compiling; a session waits until it is done.</p>`}

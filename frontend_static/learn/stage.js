@@ -20,7 +20,8 @@ import { effect, h, html, signal, useLayoutEffect, useSignal } from "../vendor/p
 import { lessons } from "./api.js";
 import { Numbers } from "./numbers.js";
 
-/** @import { Declaration, FigurePublic, FigureRequest, LessonDetail, Number as LessonNumber, ScenarioPublic, SessionPublic, VerdictPublic } from "../shared/messages.js" */
+/** @import { Declaration, FigurePublic, FigureRequest, LessonDetail, Number as LessonNumber } from "../shared/messages.js" */
+/** @import { ScenarioPublic, SessionPublic, VerdictPublic } from "../shared/messages.js" */
 /** @import { Value } from "../shared/format.js" */
 /** @import { Figure } from "../shared/figure/types.js" */
 /** @import { Mounted } from "../session/mount.js" */

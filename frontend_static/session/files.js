@@ -3,8 +3,7 @@
 import { api } from "../shared/api.js";
 import { openDialog } from "../shared/dialog.js";
 import { elementOf } from "../shared/dom.js";
-import { exportLists } from "../shared/exports.js";
-import { Made } from "../shared/page.js";
+import { Exports } from "../shared/exports.js";
 import { attempt, toast } from "../shared/toast.js";
 import { h, html, useEffect, useSignal } from "../vendor/preact.js";
 import { giveTruth } from "./truth/marking.js";
@@ -23,11 +22,7 @@ export function filesDialog(view) {
 /** @param {{view: Mounted, close: () => void}} props */
 function Files({ view, close }) {
   const { id, exports, plots, declarations, parameters, upload, truth_columns: columns } = view.store.known;
-  const away = () => {
-    const lists = exportLists((name, plot) => api.exportSession(id, name, plot));
-    lists.draw(exports, plots);
-    return lists.element;
-  };
+  const begin = (/** @type {string} */ name, /** @type {string} */ plot) => api.exportSession(id, name, plot);
   const files = declarations.filter(({ kind }) => kind === "file");
   const takesTruth = upload !== null && columns.length > 0;
   const brought = html`<section>
@@ -38,7 +33,7 @@ function Files({ view, close }) {
     </ul>
   </section>`;
   return html`<div class="files">
-    <section><h3>Take away</h3>${h(Made, { make: away })}</section>
+    <section><h3>Take away</h3>${h(Exports, { offered: exports, plots, begin })}</section>
     ${(takesTruth || files.length > 0) && brought}
   </div>`;
 }

@@ -4,9 +4,11 @@
  */
 
 import { messageOf } from "./api.js";
-import { fill, h } from "./dom.js";
-import { cancelJob, followJob } from "./jobs.js";
+import { Select } from "./controls.js";
+import { h as element } from "./dom.js";
+import { Meter, cancelJob, followJob } from "./jobs.js";
 import { attempt, toast } from "./toast.js";
+import { h, html, useEffect, useMemo, useSignal } from "../vendor/preact.js";
 
 /** @import { ExportJob, FileKind } from "./messages.js" */
 
@@ -25,73 +27,63 @@ const GROUPS = [
   ["model", "Of this frame"],
 ];
 
-/**
- * The lists, and how to fill them anew; what is being written stays.
- *
- * @param {Begin} begin
- */
-export function exportLists(begin) {
-  const lists = h("div", {});
-  const writing = h("ul", { class: "export-jobs", "aria-label": "Being written" });
-  const draw = (/** @type {readonly FileKind[]} */ offered, /** @type {readonly Plot[]} */ plots) => {
-    const choice = plotChoice(plots);
-    fill(
-      lists,
-      GROUPS.map(([group, title]) => {
-        const some = offered.filter((one) => one.group === group);
-        const plot = () => (group === "plots" ? choice.value : "");
-        const buttons = some.map((one) => button(one, () => attempt(async () => follow(await begin(one.name, plot()), writing))));
-        const words = { class: "export-group", role: "group", "aria-label": title };
-        const isChosen = group === "plots" && plots.length > 0;
-        return some.length > 0 && h("div", words, h("h3", {}, title), h("div", { class: "export-row" }, isChosen && choice, buttons));
-      }),
-    );
-  };
-  return { element: h("div", { class: "exports" }, lists, writing), draw };
+/** @param {{offered: readonly FileKind[], plots?: readonly Plot[], begin: Begin}} props */
+export function Exports({ offered, plots = [], begin }) {
+  const plot = useSignal("");
+  const writing = useSignal(/** @type {readonly ExportJob[]} */ ([]));
+  const write = (/** @type {string} */ name, /** @type {string} */ of) => attempt(async () => {
+    const begun = await begin(name, of);
+    writing.value = [...writing.value, begun];
+  });
+  const options = [{ id: "", title: "All plots" }, ...plots].map(({ id, title }) => ({ value: id, words: title }));
+  const groups = GROUPS.map(([group, title]) => {
+    const some = offered.filter((one) => one.group === group);
+    const isChosen = group === "plots" && plots.length > 0;
+    const buttons = some.map(({ name, title: long, short }) =>
+      html`<button type="button" title=${long} data-export=${name} onClick=${() => write(name, isChosen ? plot.value : "")}>${short || long}</button>`);
+    return some.length > 0 && html`<div class="export-group" role="group" aria-label=${title}>
+      <h3>${title}</h3>
+      <div class="export-row">
+        ${isChosen && h(Select, { label: "Which plot", options, value: plot.value, choose: (id) => (plot.value = id) })}${buttons}
+      </div>
+    </div>`;
+  });
+  const jobs = writing.value.map((begun) =>
+    h(Writing, { key: begun.id, begun, end: () => (writing.value = writing.value.filter(({ id }) => id !== begun.id)) }));
+  return html`<div class="exports"><div>${groups}</div><ul class="export-jobs" aria-label="Being written">${jobs}</ul></div>`;
 }
 
-/** @param {readonly Plot[]} plots */
-function plotChoice(plots) {
-  const options = [{ id: "", title: "All plots" }, ...plots].map(({ id, title }) => h("option", { value: id }, title));
-  return h("select", { "aria-label": "Which plot" }, options);
-}
-
-/**
- * @param {FileKind} offered
- * @param {() => void} press
- */
-function button({ name, title, short }, press) {
-  return h("button", { type: "button", title, data: { export: name }, on: { click: press } }, short || title);
-}
-
-/**
- * Show how far a file is, and fetch it when it is there.
- *
- * @param {ExportJob} begun
- * @param {HTMLElement} writing Where what is being written is listed.
- */
-async function follow(begun, writing) {
-  const wanted = new AbortController();
-  const meter = h("progress", { max: 1, "aria-label": `How far ${begun.name} is` });
-  const words = h("span", { class: "grow" }, begun.name);
+/** @param {{begun: ExportJob, end: () => void}} props How far a file is. It is fetched when it is there, even if its list is closed by then. */
+function Writing({ begun, end }) {
+  const { id, name } = begun;
+  const share = useSignal(0);
+  const wanted = useMemo(() => new AbortController(), []);
+  useEffect(() => void fetchFile(begun, (now) => (share.value = now), wanted.signal).finally(end), []);
   const stop = () => {
     wanted.abort();
-    row.remove();
-    cancelJob(begun.id);
+    cancelJob(id);
+    end();
   };
-  const row = h("li", { data: { writing: begun.id } }, words, meter, h("button", { type: "button", class: "quiet", on: { click: stop } }, "Stop"));
-  writing.append(row);
+  return html`<li data-writing=${id}>
+    <span class="grow">${name}</span>${h(Meter, { share: share.value, label: `How far ${name} is` })}
+    <button type="button" class="quiet" onClick=${stop}>Stop</button>
+  </li>`;
+}
+
+/**
+ * Fetch a file when it is written.
+ *
+ * @param {ExportJob} begun
+ * @param {(share: number) => void} tell
+ * @param {AbortSignal} signal Ends the waiting.
+ */
+async function fetchFile(begun, tell, signal) {
   try {
-    const tell = (/** @type {ExportJob|null} */ now) => {
-      if (now !== null && now.total > 0) meter.value = now.done / now.total;
-    };
-    const job = await followJob(begun, tell, wanted.signal);
+    const job = await followJob(begun, (now) => now && now.total > 0 && tell(now.done / now.total), signal);
     if (job === null) return;
     if (job.result === null) throw new Error(job.error ?? `${job.name} could not be written`);
-    h("a", { href: job.result.address, download: job.name }).click();
+    element("a", { href: job.result.address, download: job.name }).click();
   } catch (error) {
     toast(messageOf(error), { kind: "error" });
-  } finally {
-    row.remove();
   }
 }

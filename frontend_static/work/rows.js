@@ -3,18 +3,17 @@
 import { START } from "../shared/address.js";
 import { api } from "../shared/api.js";
 import { askName, confirmLoss } from "../shared/dialog.js";
-import { h as element } from "../shared/dom.js";
-import { exportLists } from "../shared/exports.js";
+import { Exports } from "../shared/exports.js";
 import { bytes, count, moment } from "../shared/format.js";
 import { IconButton } from "../shared/icons.js";
-import { Made, Thumbnail } from "../shared/page.js";
+import { Thumbnail } from "../shared/page.js";
 import { attempt } from "../shared/toast.js";
-import { popover } from "../session/popover.js";
+import { Popover } from "../session/popover.js";
 import { trackerTitle } from "../session/timeline.js";
 import { shortTitle, sweeps } from "../sweep/api.js";
-import { h, html } from "../vendor/preact.js";
+import { h, html, useSignal } from "../vendor/preact.js";
 
-/** @import { RunPublic, SavedComparisonPublic, SessionPublic, SweepPublic, UploadPublic, WorkPublic } from "../shared/messages.js" */
+/** @import { ExportsPublic, RunPublic, SavedComparisonPublic, SessionPublic, SweepPublic, UploadPublic, WorkPublic } from "../shared/messages.js" */
 /** @import { Child } from "../vendor/preact.js" */
 
 /** @typedef {"sessions"|"runs"|"comparisons"|"sweeps"|"uploads"} Kind */
@@ -94,28 +93,24 @@ function runItem(run) {
     picture: run.thumbnail,
     title: html`<span class="row-title">${title}</span>`,
     facts: [run.outcome, reproduced(run.summary), `seed ${run.seed}`, moment(created)],
-    ways: [html`<button type="button" onClick=${open}>Open</button>`, h(Made, { key: title, make: () => filesOf(run) })],
+    ways: [html`<button type="button" onClick=${open}>Open</button>`, h(Files, { run })],
     rename: (to) => api.renameRun(id, to),
     remove: () => api.remove(id),
   };
 }
 
-/**
- * The file of a run itself, and all that it can be written as.
- *
- * @param {RunPublic} run
- */
-function filesOf({ id, title }) {
-  const lists = exportLists((name, plot) => api.exportRun(id, name, plot));
-  const own = element("a", { class: "button quiet grow", href: api.downloadAddress(id), download: "" }, "The saved run, to open it again (.pft)");
-  const button = element("button", { type: "button", "aria-label": `Download ${title}` }, "Download");
-  const list = element("ul", { class: "menu-list" }, element("li", {}, own));
-  const root = popover(button, element("section", {}, element("h2", {}, "Take away"), list, lists.element));
-  button.addEventListener("click", () => attempt(async () => {
-    const { exports, plots } = await api.exportsOfRun(id);
-    lists.draw(exports, plots);
-  }), { once: true });
-  return root;
+/** @param {{run: RunPublic}} props The file of a run itself, and all that it can be written as. */
+function Files({ run: { id, title } }) {
+  const found = useSignal(/** @type {ExportsPublic|null} */ (null));
+  const look = () => attempt(async () => (found.value ??= await api.exportsOfRun(id)));
+  const begin = (/** @type {string} */ name, /** @type {string} */ plot) => api.exportRun(id, name, plot);
+  const own = html`<a class="button quiet grow" href=${api.downloadAddress(id)} download="">The saved run, to open it again (.pft)</a>`;
+  const content = html`<section>
+    <h2>Take away</h2>
+    <ul class="menu-list"><li>${own}</li></ul>
+    ${found.value && h(Exports, { offered: found.value.exports, plots: found.value.plots, begin })}
+  </section>`;
+  return h(Popover, { label: `Download ${title}`, title: "Download", words: "Download", content, onClick: look });
 }
 
 /**
