@@ -2,8 +2,9 @@
 
 import { api } from "./api.js";
 import { openDialog } from "./dialog.js";
-import { h } from "./dom.js";
+import { elementOf } from "./dom.js";
 import { linkToReferences } from "./comparison_link.js";
+import { h, html, useSignal } from "../vendor/preact.js";
 
 /** @import { BranchPublic, SessionPublic } from "./messages.js" */
 
@@ -22,47 +23,33 @@ export async function compareDialog(session) {
   const sessions = await api.sessions().catch(() => []);
   const within = [...branchesOf(session), ...methodsOf(session)];
   const others = [...within, ...sessionsBeside(session, sessions, within.length === 0)];
-  openDialog("Compare this run", (close) => {
-    const go = h("button", { type: "submit", class: "primary", autofocus: true }, "Compare");
-    const boxes = others.map(({ reference, isChosen }) => h("input", { type: "checkbox", value: reference, checked: isChosen, on: { change: () => look() } }));
-    const chosen = () => boxes.filter((box) => box.checked);
-    const look = () => {
-      go.disabled = chosen().length === 0;
-      for (const box of boxes) box.disabled = !box.checked && chosen().length >= MOST_OTHERS;
-    };
-    look();
-    return [
-      h(
-        "form",
-        {
-          method: "dialog",
-          on: {
-            submit: (event) => {
-              event.preventDefault();
-              const own = `${session.id}:${session.branch}`;
-              location.assign(linkToReferences([own, ...chosen().map(({ value }) => value)], session.position));
-              close();
-            },
-          },
-        },
-        h("p", {}, "It is shown with up to three others, on the same frames, in step. This session continues unchanged."),
-        others.length === 0 && h("p", { class: "note" }, "There is nothing yet to compare it with: no branch, no other tracker or session of this kind."),
-        h("ul", { class: "compare-choices" }, others.map((other, place) => h("li", {}, choice(other, boxes[place])))),
-        h("p", { class: "hint" }, SAVED),
-        h("footer", {}, h("button", { type: "button", on: { click: close } }, "Cancel"), go),
-      ),
-    ];
-  }, { wide: true });
+  openDialog("Compare this run", (close) => [elementOf(h(Choices, { session, others, close }))], { wide: true });
 }
 
-/**
- * @param {Other} other
- * @param {HTMLInputElement} box
- */
-function choice({ title, hint, colour }, box) {
-  const swatch = h("span", { class: "swatch" });
-  swatch.style.background = colour;
-  return h("label", {}, box, colour !== "" && swatch, h("span", {}, title), h("span", { class: "hint" }, hint));
+/** @param {{session: SessionPublic, others: readonly Other[], close: () => void}} props */
+function Choices({ session, others, close }) {
+  const chosen = useSignal(others.filter(({ isChosen }) => isChosen).map(({ reference }) => reference));
+  const isFull = chosen.value.length >= MOST_OTHERS;
+  const toggle = (/** @type {string} */ one) =>
+    (chosen.value = others.map(({ reference }) => reference).filter((each) => chosen.value.includes(each) !== (each === one)));
+  const choice = (/** @type {Other} */ { reference, title, hint, colour }) => {
+    const isChosen = chosen.value.includes(reference);
+    return html`<li><label>
+      <input type="checkbox" value=${reference} checked=${isChosen} disabled=${isFull && !isChosen} onChange=${() => toggle(reference)} />
+      ${colour && html`<span class="swatch" style=${{ background: colour }}></span>`}<span>${title}</span><span class="hint">${hint}</span>
+    </label></li>`;
+  };
+  const compare = () => location.assign(linkToReferences([`${session.id}:${session.branch}`, ...chosen.value], session.position));
+  return html`<form method="dialog" onSubmit=${compare}>
+    <p>It is shown with up to three others, on the same frames, in step. This session continues unchanged.</p>
+    ${others.length === 0 && html`<p class="note">There is nothing yet to compare it with: no branch, no other tracker or session of this kind.</p>`}
+    <ul class="compare-choices">${others.map(choice)}</ul>
+    <p class="hint">${SAVED}</p>
+    <footer>
+      <button type="button" onClick=${close}>Cancel</button>
+      <button type="submit" class="primary" autofocus disabled=${chosen.value.length === 0}>Compare</button>
+    </footer>
+  </form>`;
 }
 
 /**
