@@ -6,14 +6,12 @@ import { lineOver } from "../../shared/figure/kinds.js";
 import { quantity } from "../../shared/format.js";
 import { IconButton } from "../../shared/icons.js";
 import { Made } from "../../shared/page.js";
-import { h, html, useEffect, useRef, useSignal } from "../../vendor/preact.js";
-import { later } from "../../shared/timing.js";
+import { h, html, useEffect, useRef } from "../../vendor/preact.js";
 import { WhatIf } from "./what_if.js";
 
 /** @import { Evidence, Sign } from "../../shared/messages.js" */
 /** @import { Loss } from "./loss.js" */
 
-const SKELETON_AFTER_MS = 200;
 const TABS = /** @type {const} */ ([["why", "Why?"], ["what-if", "What if…"]]);
 
 /** @param {{loss: Loss}} props */
@@ -58,13 +56,11 @@ export function WhyButton({ loss }) {
 
 /** @param {{loss: Loss}} props */
 function Why({ loss }) {
-  const isLate = useSignal(false);
-  useEffect(() => later(() => (isLate.value = true), SKELETON_AFTER_MS), []);
   const { diagnosis, refusal, view } = loss;
   const told = diagnosis.value;
   const ask = () => loss.ask(view.store.known.position);
   const signs = told?.signs.map((sign) => h(Signed, { key: `${sign.title} ${sign.since}`, sign, go: () => view.steering.seek(sign.since) }));
-  const words = told === null ? isLate.value && html`<div class="bone shimmer"></div>` : html`<p class="why-sentence">${told.sentence}</p>${signs}`;
+  const words = told === null ? html`<div class="late"><div class="bone shimmer"></div></div>` : html`<p class="why-sentence">${told.sentence}</p>${signs}`;
   return html`
     <div class="why-words" role="status">${refusal.value === "" ? words : html`<p class="error">${refusal.value}</p>`}</div>
     <button type="button" class="quiet" title="Ask about the frame that is shown" onClick=${ask}>This frame</button>
