@@ -1,6 +1,6 @@
 /**
- * What a run can be taken away as: buttons by kind of thing, and below them what is being written. The server tells how far
- * it is; when a file is there it is fetched, unless it was stopped.
+ * The files that a run can be exported as: buttons by kind, and below them the files that the server is writing. A finished
+ * file is fetched, unless it was stopped.
  */
 
 import { messageOf } from "./api.js";
@@ -16,7 +16,7 @@ import { h, html, useEffect, useMemo, useSignal } from "../vendor/preact.js";
 
 /** @typedef {(name: string, plot: string) => Promise<ExportJob>} Begin Has the server write a file; all plots if that is "". */
 
-/** @type {[FileKind["group"], string][]} In the order in which they are listed. */
+/** @type {[FileKind["group"], string][]} In the order of the list. */
 const GROUPS = [
   ["numbers", "Numbers of all frames"],
   ["boxes", "Boxes that are believed"],
@@ -56,7 +56,7 @@ export function Exports({ offered, plots = [], begin }) {
 /** @param {{begun: ExportJob, end: () => void}} props How far a file is. It is fetched when it is there, even if its list is closed by then. */
 function Writing({ begun, end }) {
   const { id, name } = begun;
-  const share = useSignal(0);
+  const share = useSignal(/** @type {number|null} */ (null));
   const wanted = useMemo(() => new AbortController(), []);
   useEffect(() => void fetchFile(begun, (now) => (share.value = now), wanted.signal).finally(end), []);
   const stop = () => {
