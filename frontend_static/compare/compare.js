@@ -126,8 +126,8 @@ export class RunComparison extends JointView {
   }
 
   /**
-   * Learn what came of the runs while it is computed. A comparison that the server does not know any more, as after it was
-   * restarted, is begun anew.
+   * Follow the results while the server computes them. If it does not know the comparison any more, as after a restart, ask
+   * for it again.
    *
    * @param {ComparisonJob} begun
    */

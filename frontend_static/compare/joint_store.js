@@ -1,6 +1,6 @@
 /**
  * Several runs in step as one store: what a session has as branches, a comparison has as runs. So the scrubber and the plots
- * draw a line for each, and whatever moves through the runs has one position.
+ * draw a line for each, and all runs have one position.
  *
  * Frames are those that all runs have in common, counted from 0 on, as the run that leads counts its own.
  */

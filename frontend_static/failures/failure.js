@@ -110,7 +110,7 @@ function Runs({ begin }) {
   return [...SIDES.map((side, place) => h(Column, { pair, side, place })), h(Made, { make: () => pair.deck("failure-deck", before()) })];
 }
 
-/** @param {{pair: Pair, side: Side, place: number}} props One of the runs: what is said of it, and its picture. */
+/** @param {{pair: Pair, side: Side, place: number}} props One of the runs: its words and its picture. */
 function Column({ pair: { failure, course, places }, side, place }) {
   return html`<section class="failure-column" aria-label=${HEADS[side]} data-side=${side}>
     <div class="failure-words">
@@ -126,7 +126,7 @@ function Column({ pair: { failure, course, places }, side, place }) {
 }
 
 /**
- * Why a run is lost where it stays so, what was found in its numbers, and what shows the failure from the loss on.
+ * Why a run stays lost, what its numbers show, and the measures of the failure from the loss on.
  *
  * @param {{course: FailureResult|string|null, side: Side}} props
  */
@@ -158,7 +158,7 @@ function Ways() {
   const pair = shown.value;
   if (pair === null) return null;
   const runs = SIDES.map((side) => ({ recipe: pair.failure[side] }));
-  const title = "Compare both runs: what differs, all plots, and what came of them";
+  const title = "Compare both runs: their differences, results and plots";
   const content = [h(Icon, { name: "compare" }), html`<span class="wide-only">Compare</span>`];
   const aim = () => linkToComparison({ runs, position: pair.position });
   return [

@@ -36,7 +36,7 @@ const experiments = signal(/** @type {ExperimentPublic[]|string|null} */ (null))
 const compilation = signal(/** @type {CompilationPublic|null} */ (null));
 /** What is wrong with the experiments of other packages. */
 const problems = signal(/** @type {readonly string[]} */ ([]));
-/** The upload in which a target is asked for, as the address says; so a reload keeps the place. */
+/** The upload whose target is asked for. The address names it, so that a reload asks again. */
 const upload = signal(/** @type {UploadPublic|null} */ (null));
 
 async function load() {
@@ -159,7 +159,7 @@ function OwnFilterOffer() {
   </section>`;
 }
 
-/** @param {{listed: ExperimentPublic[]}} props The families in the order in which their first experiments come. */
+/** @param {{listed: ExperimentPublic[]}} props The families, in the order of their first experiments. */
 function Families({ listed }) {
   const names = [...new Set(listed.map(({ family }) => family))];
   return names.map((name) => {

@@ -15,12 +15,13 @@ import { Demonstration, LessonRun } from "./stage.js";
 
 const AGAIN_MS = 300;
 const WAITING = "Answer or skip the question to use the controls.";
-/** What is asked for, by kind, and what is said where it is missing. */
+/** The name of the field, by kind of question. */
 const HINTS = {
   number: "Your prediction, a number",
   choice: "Your prediction",
   point: "Place your prediction in the figure: click, or use the arrow keys there.",
 };
+/** What to say when the answer is missing. */
 const FIRST = { number: "Type a number", choice: "Choose one of the answers", point: "Place your prediction in the figure" };
 const UNJUDGED = {
   skipped: ["Skipped", "You skipped the prediction. The figure now shows the answer."],
@@ -30,17 +31,17 @@ const UNJUDGED = {
 /** HTML that the server made of Markdown and formulas; it escapes HTML in the source. @param {string} text */
 export const written = (text) => ({ dangerouslySetInnerHTML: { __html: text } });
 
-/** What a lesson's page knows: what came of the question, and what is shown. */
+/** The state of a lesson's page: the answer to its question, and what it shows. */
 export class Course {
   progress = new Progress();
   answer = signal(/** @type {Answer} */ (null));
-  /** What is said while it is asked. */
+  /** The message below the question. */
   said = signal({ words: "", isWrong: true });
   /** @type {import("../vendor/preact.js").Signal<number|null>} Where a prediction was placed, on the axis that counts. */
   placed = signal(/** @type {number|null} */ (null));
   /** @type {import("../vendor/preact.js").Signal<(() => void)|null>} Asks a class the question, where one sees the lesson. */
   askClass = signal(/** @type {(() => void)|null} */ (null));
-  /** The run in which the idea is used, where one stands in the place of the figure. */
+  /** The run that uses the idea, if one is shown in place of the figure. */
   used = signal(/** @type {LessonRun|null} */ (null));
 
   /**
@@ -110,7 +111,7 @@ export class Course {
   }
 
   /**
-   * Have an answer judged; a run that has to be computed for it is waited for.
+   * Have an answer judged, and wait for the run that decides on it.
    *
    * @param {number|string} given
    * @returns {Promise<VerdictPublic>}

@@ -15,7 +15,7 @@ const LEAD =
 const NO_LESSONS = "No lessons are installed; pftrack was installed without its course.";
 
 const SIGNS = { open: "", skipped: "–", right: "✓", wrong: "✗" };
-const STANDING = { open: "not answered yet", skipped: "viewed without an answer", right: "answered rightly", wrong: "answered, but wrong" };
+const STANDING = { open: "not answered yet", skipped: "viewed without an answer", right: "answered correctly", wrong: "answered, but wrong" };
 
 const progress = new Progress();
 
@@ -54,7 +54,7 @@ function Card({ lesson }) {
   const state = stateOf(progress.of(id));
   const words = [STANDING[state], `${minutes} min`, kind === "scenario" && "a run to watch", origin && `from ${origin}`];
   const titles = uses.map((each) => each.title);
-  // An experiment in which it is used twice has one link here.
+  // An experiment that uses it twice has one link here.
   const used = titles.flatMap((each, index) =>
     titles.indexOf(each) === index ? [index > 0 && ", ", html`<a href=${`${address(lesson)}#use-${index + 1}`}>${each}</a>`] : []);
   return html`<li class="lesson-card" data-lesson=${id} data-state=${state}>

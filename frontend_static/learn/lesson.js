@@ -135,7 +135,7 @@ function Checks({ lesson: { id, checks } }) {
 }
 
 /**
- * A run in which the idea is used, in the place of the figure.
+ * A run that uses the idea, in place of the figure.
  *
  * @param {{use: ScenarioPublic, course: Course}} props
  */

@@ -27,7 +27,7 @@ import { Numbers } from "./numbers.js";
 /** @import { Mounted } from "../session/mount.js" */
 /** @import { Child, ReadonlySignal, VNode } from "../vendor/preact.js" */
 /** @typedef {Record<string, Value>} Values By the names of the parameters, the seed and the tracker among them. */
-/** @typedef {VerdictPublic|"skipped"|"class"|null} Answer What came of the question; null as long as it is asked. */
+/** @typedef {VerdictPublic|"skipped"|"class"|null} Answer The answer to the question; null while it is asked. */
 
 const SEED = "seed";
 const TRACKER = "tracker";
@@ -259,7 +259,7 @@ export class LessonRun extends Shown {
 }
 
 /**
- * The controls of what may be turned, in the order in which the lesson names them.
+ * The controls of the unlocked parameters, in the lesson's order.
  *
  * @param {SessionPublic} session
  * @param {readonly string[]} names

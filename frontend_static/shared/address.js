@@ -1,5 +1,5 @@
 /**
- * Addresses. The server may lie below any path, and a class below its link: each page is told where by its `<base>`, and
+ * Addresses. The server may lie below any path, and a class below its link: the `<base>` of each page says where, and
  * all addresses in pages and scripts are relative to that, as in `session/1f`. So a bare `#there` would lead to another page.
  */
 

@@ -16,7 +16,7 @@ import { encode, parse } from "./share_link.js";
  * @property {ComparedRun[]} runs
  * @property {number} [position] The frame to begin at, of those that all runs have.
  * @property {Arrangement} [arrangement]
- * @property {string} [title] What somebody calls it.
+ * @property {string} [title] The title that a person gave.
  */
 
 const PAGE = "compare";

@@ -60,10 +60,10 @@ export function decode(fragment) {
 }
 
 /**
- * The JSON of a fragment, whatever it is of.
+ * The JSON of any fragment.
  *
  * @param {string} fragment
- * @throws {Error} It is none.
+ * @throws {Error} It does not hold JSON.
  */
 export function parse(fragment) {
   const raw = atob(fragment.replace(/^#/, "").replaceAll("-", "+").replaceAll("_", "/"));

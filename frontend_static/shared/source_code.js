@@ -25,7 +25,7 @@ export function openCode(title, words, ask, link) {
   openDialog(title, (close) => [
     words.map((each) => each !== "" && element("p", {}, each)),
     address && field,
-    elementOf(html`<div class="source-code">${h(Loaded, { load: () => lines(ask), failed: "Couldn't write the code" })}</div>`),
+    elementOf(html`<div class="source-code">${h(Loaded, { load: () => lines(ask), failed: "The code could not be written" })}</div>`),
     element("footer", {}, element("button", { type: "button", on: { click: close } }, "Close"), address && copyButton("Copy link", address, "the link")),
   ], { wide: true });
 }

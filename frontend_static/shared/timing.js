@@ -1,6 +1,6 @@
 /**
- * Doing less: several ways of not doing the same thing too often. Whatever waits here ends with its signal, so that a part
- * of a page that is taken away leaves no timer behind.
+ * Doing less: several ways of not doing the same thing too often. Each wait ends with its signal, so that a part of a page
+ * leaves no timer behind when it goes.
  */
 
 /**

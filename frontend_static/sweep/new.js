@@ -44,7 +44,7 @@ function Form({ experiments }) {
   `;
 }
 
-/** The rest of the form, once it is known what there is to vary. */
+/** The rest of the form, once the parameters of the experiment are known. */
 function Parts() {
   const now = subject.value;
   return now && [h(AxesPart, {}), h(TrackersPart, { now }), h(RunsPart, { now }), h(FixedPart, {})];

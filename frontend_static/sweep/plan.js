@@ -76,7 +76,7 @@ export const size = computed(() => {
   return { estimate, isStale: error !== null || of !== plan.value, isRefused };
 });
 
-/** What is wrong, the field that it is about, and the place in the form where it is said; "" is beside the size. */
+/** What is wrong, its field, and the place in the form that shows it; "" is beside the size. */
 export const wrong = computed(() => {
   const { error = null, estimate = null } = answered.value ?? {};
   if (error === null) return { field: "", place: "", words: estimate?.problem ?? "" };

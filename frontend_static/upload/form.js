@@ -19,7 +19,7 @@ import { Target } from "./target.js";
 
 /** @type {Record<string, string>} The content of frames that are not pictures, by the kind of recording. */
 const WITHOUT_PICTURES = { tracks: " of tracks", beliefs: " of recorded beliefs" };
-/** The kind of recording in which everything has been tracked already, by the program that made the file. */
+/** The kind of recording that another program has tracked already. */
 const DONE = "beliefs";
 /** So long a mark must stand still before it is looked at: while a box is dragged, it changes with every movement. */
 const STILL_MS = 250;

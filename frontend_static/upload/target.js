@@ -186,7 +186,11 @@ export class Target {
     }
   }
 
-  /** @param {{last?: number, hint?: string}} where Up to which frame, or by which mark; else in all from the one that is shown on. */
+  /**
+   * Search the frames from the shown one on, or up to `last` alone; `hint` is a mark that shows where.
+   *
+   * @param {{last?: number, hint?: string}} where
+   */
   async #look(where) {
     this.leave();
     const { signal: ended } = (this.#asked = new AbortController());

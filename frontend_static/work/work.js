@@ -11,7 +11,7 @@ import { REMOVALS, Row, itemsOf, remove } from "./rows.js";
 
 /** @import { WorkPublic } from "../shared/messages.js" */
 /** @import { Item, Kind } from "./rows.js" */
-/** @typedef {{words: string, show: Kind|null, limit: number}} Query What has to occur, of which kind alone, and how many. */
+/** @typedef {{words: string, show: Kind|null, limit: number}} Query The words to find, the one kind to list or null for all, and how many of each. */
 
 const TYPING_MS = 250;
 const MOST_COMPARED = 4;

@@ -129,7 +129,7 @@ def test_lesson_nine_is_answered_wrongly_and_then_rightly(lesson: LessonPage, co
     lesson.page.goto("learn")
     card = lesson.page.locator("[data-lesson=sir]")
     card.wait_for()
-    assert "answered rightly" in card.inner_text()
+    assert "answered correctly" in card.inner_text()
     assert card.inner_text().count("Ball behind an occluder") == 1, "two uses in one experiment are one link here"
 
 
@@ -188,7 +188,7 @@ def test_a_store_that_is_damaged_is_taken_up(lesson: LessonPage) -> None:
     lesson.page.evaluate(f"(text) => {{ {STORE} = text; }}", text)
     lesson.page.goto("learn")
     lesson.page.locator(".learn .note", has_text="those lessons are asked again").wait_for()
-    assert "answered rightly" in lesson.page.inner_text("[data-lesson=sir]")
+    assert "answered correctly" in lesson.page.inner_text("[data-lesson=sir]")
     lesson.open("joint")
     lesson.page.click(SKIP)
     lesson.becomes("skipped")
