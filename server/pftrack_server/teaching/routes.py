@@ -128,14 +128,11 @@ async def draw_figure(lesson: ALesson, body: messages.FigureRequest, lessons: Th
     return Response(await lessons.figure(lesson, body), media_type="application/json")
 
 
-@router.post(
-    "/{lesson}/answer",
-    responses={202: {"model": messages.ComputingPublic, "description": "The run is still computed; ask again"}},
-)
+@router.post("/{lesson}/answer", responses={202: {"model": messages.ComputingPublic}})
 async def answer(
     lesson: ALesson, body: messages.AnswerRequest, lessons: TheLessons, response: Response
 ) -> messages.VerdictPublic | messages.ComputingPublic:
-    """Judge a prediction: how far off it is, and why."""
+    """Judge a prediction: how far off it is, and why; 202 while the run that decides on it is still computed."""
     said = await lessons.judge(lesson, body.answer)
     if isinstance(said, messages.ComputingPublic):
         response.status_code = HTTPStatus.ACCEPTED
