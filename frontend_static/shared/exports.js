@@ -19,8 +19,8 @@ import { h, html, useEffect, useMemo, useSignal } from "../vendor/preact.js";
 /** @type {[FileKind["group"], string][]} In the order of the list. */
 const GROUPS = [
   ["numbers", "Numbers of all frames"],
-  ["boxes", "Boxes that are believed"],
-  ["truth", "Boxes that are true"],
+  ["boxes", "Estimated boxes"],
+  ["truth", "True boxes"],
   ["film", "Moving pictures"],
   ["plots", "Plots"],
   ["documents", "The run and its sources"],
