@@ -13,7 +13,7 @@ from pftrack.core.model.drawing import Layer, World
 from pftrack.core.model.glossary import Citation, Section, Term
 from pftrack.core.model.marks import Mark, read_mark
 from pftrack.core.model.measures import HIT_RATE, MEAN_LOSS_PROBABILITY, Measure, own_account
-from pftrack.core.model.model import Model
+from pftrack.core.model.model import FilterModel
 from pftrack.core.model.parameters import Declaration, Parameters, Value, declarations
 from pftrack.core.model.preset import ExampleSweep, Failure, Preset
 from pftrack.core.model.recipe import NO_PARAMETERS, Footage, Recipe, check_tracker
@@ -231,7 +231,7 @@ class Experiment:
     warm_frames: int = 2
     family: str = "Others"
     terms: tuple[Term, ...] = ()
-    model: Model | None = None
+    model: FilterModel | None = None
     joined: Mapping[str, str] = field(default_factory=dict)
     filters: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     interface: int = 0

@@ -13,7 +13,7 @@
     found = pftrack.filter(Walk(), measurements, n=1000)
 
 It is the bootstrap filter (`pftrack.filters.bootstrap`; Gordon, Salmond and Smith 1993). A model of pftrack's own
-(`pftrack.core.model.model.Model`) whose functions need no tracker's state runs as well, on a list of its frames.
+(`pftrack.core.model.model.FilterModel`) whose functions need no tracker's state runs as well, on a list of its frames.
 """
 
 import inspect

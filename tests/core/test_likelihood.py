@@ -7,6 +7,9 @@ from pftrack.core.arrays import Floats
 from pftrack.core.model.likelihood import Cloud, Component, LikelihoodMap, lattice
 from pftrack.core.model.model import Model
 from pftrack.core.model.source import Frame
+from pftrack.experiments.shared.filtered import Filter, PointModel
+from pftrack.experiments.shared.pose.state import PoseModel
+from pftrack.experiments.shared.sampling import LoopModel
 
 FRAME = Frame(3, 0.1, image_rgb=np.zeros((6, 8, 3), np.uint8))
 
@@ -95,3 +98,34 @@ def test_each_filter_has_ranks_and_samplers_of_its_own() -> None:
     assert [cloud.rank(particle) for particle in range(6)] == [3, 1, 2, 2, 2, 1]
     assert [cloud.sampler(each) for each in range(6)] == ["above", "below", "below", "above", "above", "below"]
     assert cloud.siblings(4) == slice(3, 6)
+
+
+@pytest.mark.parametrize(
+    ("base", "lacking"),
+    [
+        (PointModel, "components.*log_likelihood.*propagate"),
+        (LoopModel, "motion.*pack.*pauses"),
+        (PoseModel, "weigh"),
+        (Filter, "step"),
+    ],
+)
+def test_what_lacks_a_function_is_refused_by_name(base: type, lacking: str) -> None:
+    """It is refused when it is made, long before a run."""
+    with pytest.raises(TypeError, match=f"Half .*{lacking}"):
+        type("Half", (base,), {})()
+
+
+def test_a_model_must_say_where_it_begins() -> None:
+    """Either of two functions will do, and both are named."""
+    whole = {name: lambda *_: 1 for name in ("components", "log_likelihood", "propagate", "count")}
+    with pytest.raises(TypeError, match="the model Begun must define prior or start"):
+        type("Begun", (PointModel,), whole)().start(None, FRAME, None, None)
+
+
+def test_a_model_with_a_title_must_say_what_is_likely() -> None:
+    """A likelihood that is named and not defined is refused, in place of being impossible everywhere."""
+    named = type("Named", (Model,), {"title": "distance"})()
+    with pytest.raises(TypeError, match="the model Named must define log_likelihood"):
+        named.evaluate(None, np.zeros((1, 2)), FRAME, None)
+    with pytest.raises(TypeError, match="the model Named must define components"):
+        named.components(None)

@@ -13,7 +13,8 @@ Then the posterior can be computed exactly, and how large the noises were, given
 (`pftrack.filters.learning.online_em`).
 """
 
-from collections.abc import Mapping, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Final, Literal, NamedTuple, Protocol, TypeAlias
 
@@ -147,12 +148,6 @@ class LinearChain(NamedTuple):
         )
 
 
-def nothing(state: State) -> Mapping[str, SeriesValue]:
-    """Measure nothing beyond what every state offers."""
-    del state
-    return {}
-
-
 class Model:
     """A family's belief about the world, of states that are arrays (N, d).
 
@@ -167,10 +162,6 @@ class Model:
         axes: Which two components are the place in the picture, px; None where `place` and `put` say it, or where
             states have none.
         most_places: How many states a map of the picture may ask for, so that it takes 50 ms at most.
-        observed: What a filter in a file finds in a frame, as a sentence.
-        example: Address of the module whose text is a file to begin with; nothing imports it.
-        reads: Name of the tracker whose parameters those functions read that stand in for what a file leaves out.
-        projects: Whether states are poses of a solid, whose points `project` shows.
     """
 
     title: str = ""
@@ -179,28 +170,21 @@ class Model:
     scales: ClassVar[Mapping[str, NoiseScale]] = {}
     axes: tuple[int, int] | None = (0, 1)
     most_places: int = 4800
-    observed: str = ""
-    example: str = ""
-    reads: str = ""
-    projects: bool = False
 
     # ------------------------------------------------------------ belief
 
     def components(self, parameters: Values) -> tuple[Component, ...]:
-        """Return the d coordinates of a state, in order."""
-        raise NotImplementedError(f"{type(self).__name__} has no components")
-
-    def begin(self, target: Target, frame: Frame, parameters: Values, rng: Generator, count: int) -> Floats:
-        """Return states (count, d) of frame 0, drawn from p(x_0)."""
-        raise NotImplementedError(f"{type(self).__name__} has no begin")
-
-    def propagate(self, states: Floats, frame: Frame, parameters: Values, rng: Generator, known: State) -> Floats:
-        """Return states (N, d), each drawn from p(x_t | x_{t-1}) given one of the states (N, d)."""
-        raise NotImplementedError(f"{type(self).__name__} has no propagate")
+        """Return the d coordinates of a state, in order; a model with a title must define it."""
+        del parameters
+        raise TypeError(f"the model {type(self).__name__} must define components")
 
     def log_likelihood(self, states: Floats, frame: Frame, parameters: Values, known: State) -> Floats:
-        """Return log p(z_t | x_t) (N,) of states (N, d), up to a constant; NaN counts as impossible."""
-        raise NotImplementedError(f"{type(self).__name__} has no log_likelihood")
+        """Return log p(z_t | x_t) (N,) of states (N, d), up to a constant; NaN counts as impossible.
+
+        A model with a title must define it.
+        """
+        del states, frame, parameters, known
+        raise TypeError(f"the model {type(self).__name__} must define log_likelihood")
 
     def linear(self, frame: Frame, parameters: Values, known: State) -> LinearStep | None:
         """Return the model of a frame where it is linear and its noise Gaussian; else None."""
@@ -298,38 +282,63 @@ class Model:
         found = self.log_likelihood(self.put(self.centre(state), places, known), frame, parameters, known)
         return LikelihoodMap(np.where(np.isnan(found), -np.inf, found).reshape(rows, columns), step)
 
-    # ------------------------------------------------------------ filters that join it
 
-    @property
-    def series(self) -> tuple[Series, ...]:
-        """What a particle filter of it reports."""
-        return ()
+class FilterModel(Model, ABC):
+    """A belief that particle filters join: those of pftrack, and a person's own in a file.
 
-    def measure(self, state: State) -> Mapping[str, SeriesValue]:
-        """Return the values of these series; those that a state does not have are left out."""
-        return nothing(state)
+    Python refuses a model that lacks one of the abstract functions, and names it.
 
+    Attributes:
+        observed: What a filter in a file finds in a frame, as a sentence.
+        example: Address of the module whose text is a file to begin with; nothing imports it.
+        reads: Name of the tracker whose parameters those functions read that stand in for what a file leaves out.
+        project: (states (N, d), known) -> where each state sees the F points of a solid, (F, N, 2) px; None if states
+            are not poses.
+    """
+
+    observed: str = ""
+    example: str = ""
+    reads: str = ""
+    project: Callable[..., Floats] | None = None
+
+    @abstractmethod
     def count(self, parameters: Values) -> int:
         """Return how many particles there are to be."""
-        raise NotImplementedError(f"{type(self).__name__} has no count")
 
+    @abstractmethod
     def start(self, target: Target, frame: Frame, parameters: Values, rng: Stream) -> State:
         """Return the state of frame 0, with particles."""
-        raise NotImplementedError(f"{type(self).__name__} has no start")
 
+    @abstractmethod
     def particles(self, state: State, parameters: Values, rng: Stream) -> Any:  # noqa: ANN401 - see `ParticleSet`
         """Return the particles of a state, drawn from what it believes if another tracker was at work before."""
-        raise NotImplementedError(f"{type(self).__name__} has no particles")
 
+    @abstractmethod
+    def propagate(self, states: Floats, frame: Frame, parameters: Values, rng: Generator, known: State) -> Floats:
+        """Return states (N, d), each drawn from p(x_t | x_{t-1}) given one of the states (N, d)."""
+
+    @abstractmethod
+    def components(self, parameters: Values) -> tuple[Component, ...]:
+        """Return the d coordinates of a state, in order."""
+
+    @abstractmethod
+    def log_likelihood(self, states: Floats, frame: Frame, parameters: Values, known: State) -> Floats:
+        """Return log p(z_t | x_t) (N,) of states (N, d), up to a constant; NaN counts as impossible."""
+
+    @abstractmethod
     def believe(self, known: State, update: Any, frame: Frame, parameters: Values) -> State:  # noqa: ANN401
         """Return the state of a frame, given the particles that a filter has made (`filtered.Update`)."""
-        raise NotImplementedError(f"{type(self).__name__} has no believe")
+
+    @property
+    @abstractmethod
+    def series(self) -> tuple[Series, ...]:
+        """What a particle filter of it reports."""
+
+    @abstractmethod
+    def measure(self, state: State) -> Mapping[str, SeriesValue]:
+        """Return the values of these series; those that a state does not have are left out."""
 
     def see(self, frame: Frame, known: State) -> Frame:
         """Return a frame as a filter in a file sees it."""
         del known
         return frame
-
-    def project(self, states: Floats, known: State) -> Floats:
-        """Return where each state sees the F points of the solid, (F, N, 2) px."""
-        raise NotImplementedError(f"{type(self).__name__} has no project")

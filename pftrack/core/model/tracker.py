@@ -14,7 +14,7 @@ from pftrack.core.model.drawing import Drawing
 from pftrack.core.model.glossary import Term
 from pftrack.core.model.likelihood import Cloud
 from pftrack.core.model.measures import judge_loss
-from pftrack.core.model.model import Evidence, Model, State, nothing
+from pftrack.core.model.model import Evidence, Model, State
 from pftrack.core.model.parameters import Declaration
 from pftrack.core.model.series import Hypotheses, Series, SeriesValue, to_json
 from pftrack.core.model.source import Frame, History, Target
@@ -99,7 +99,7 @@ class Tracker:
     description: str = ""
     fold: Callable[[Any, NDArray[np.uint8], Any, int, int], Fold | None] | None = None
     series: tuple[Series, ...] = ()
-    measure: Callable[[Any], Mapping[str, SeriesValue]] = nothing
+    measure: Callable[[Any], Mapping[str, SeriesValue]] = lambda _state: {}
     searching: Callable[[Any], bool | None] | None = None
     model: Model | None = None
     replays: bool = False

@@ -28,7 +28,7 @@ from typing_extensions import override
 from pftrack.core.arrays import Floats, check_picture
 from pftrack.core.model.likelihood import Amount, Component, Part
 from pftrack.core.model.model import Model, State, Values
-from pftrack.core.model.series import Series, SeriesValue
+from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.source import Frame
 from pftrack.core.numerics.compiled import compiled, read_only
 from pftrack.core.numerics.elementary import sines_cosines
@@ -367,12 +367,6 @@ class Outline(Model):
         largest = largest_distances(find_edges(frame, parameters).distances, laid, weighed.shape)
         return np.asarray(log_likelihoods(largest, laid, weighed.sigma_d, weighed.limited))
 
-    @property
-    @override
-    def series(self) -> tuple[Series, ...]:
-        return SERIES
-
-    @override
     def measure(self, state: FishState) -> Mapping[str, SeriesValue]:
         """Report particles, pose, velocity and fit; a fit at the cap means that there is no edge anywhere near."""
         a, b, along, across, theta, phi = state.mean.tolist()

@@ -22,6 +22,7 @@ from pftrack.core.numerics.random import Stream, standard_normals
 from pftrack.experiments.fish.model import (
     GOLDFISH,
     MODEL,
+    SERIES,
     Edges,
     FishState,
     Weighing,
@@ -248,7 +249,7 @@ def step_frame(
 
 TRACKERS = {
     name: Tracker(
-        name, start, partial(_step, name), series=MODEL.series, measure=MODEL.measure, model=MODEL, sampling="prior"
+        name, start, partial(_step, name), series=SERIES, measure=MODEL.measure, model=MODEL, sampling="prior"
     )
     for name in ("guided", "ordinary", "constant-velocity")
 }

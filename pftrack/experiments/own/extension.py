@@ -21,7 +21,7 @@ from typing_extensions import override
 
 from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.likelihood import Cloud, Component, Part
-from pftrack.core.model.model import Model, State, Values
+from pftrack.core.model.model import FilterModel, Model, State, Values
 from pftrack.core.model.parameters import Parameters, Value, Within, flat, parameter
 from pftrack.core.model.recipe import Recipe
 from pftrack.core.model.series import Series, SeriesValue
@@ -48,12 +48,12 @@ def version_parameter(tracker: str) -> str:
     return f"{tracker}_version"
 
 
-def series_of(model: Model) -> tuple[Series, ...]:
+def series_of(model: FilterModel) -> tuple[Series, ...]:
     """Return what every filter from a file reports."""
     return (*model.series, NOT_REPEATABLE)
 
 
-def tracker_of(name: str, texts: tuple[str, ...], model: Model) -> Tracker:
+def tracker_of(name: str, texts: tuple[str, ...], model: FilterModel) -> Tracker:
     """Return the tracker of a file, given all its versions.
 
     Args:
@@ -83,7 +83,7 @@ class FileModel(Model):
 
     weighs = False
 
-    def __init__(self, files: tuple[FilterFile, ...], base: Model) -> None:
+    def __init__(self, files: tuple[FilterFile, ...], base: FilterModel) -> None:
         """Join the versions of a file with a model."""
         functions = files[-1].load().functions
         self.files, self.base = files, base
@@ -145,7 +145,7 @@ class _Call:
     """One step of a file: what it is given, and what stands in for what it lacks."""
 
     code: FilterCode
-    model: Model
+    model: FilterModel
     state: Any
     particles: ParticleSet
     frame: Frame
@@ -251,13 +251,13 @@ class _Call:
         return logs, float(found[1])
 
     def _call(self, function: str, rng: np.random.Generator | None, **given: Any) -> Any:  # noqa: ANN401
-        given["project"] = partial(self.model.project, known=self.state) if self.model.projects else None
+        given["project"] = partial(self.model.project, known=self.state) if self.model.project else None
         return self.code.call(function, frame=self.seen, parameters=self.parameters, rng=rng, **given)
 
 
 def _start(
     files: tuple[FilterFile, ...],
-    model: Model,
+    model: FilterModel,
     target: Target,
     frame: Frame,
     parameters: Parameters,
@@ -285,7 +285,7 @@ def _start(
 
 def _step(
     files: tuple[FilterFile, ...],
-    model: Model,
+    model: FilterModel,
     state: TrackState,
     frame: Frame,
     parameters: Parameters,
@@ -305,7 +305,7 @@ def _step(
     return believed
 
 
-def _measure(model: Model, state: TrackState) -> Mapping[str, SeriesValue]:
+def _measure(model: FilterModel, state: TrackState) -> Mapping[str, SeriesValue]:
     return {**model.measure(state), NOT_REPEATABLE.name: float(not getattr(state, "repeatable", True))}
 
 

@@ -16,7 +16,7 @@ from pftrack.core.arrays import Bools, Floats
 from pftrack.core.geometry import rotation
 from pftrack.core.model.drawing import COLOURS, Colour, Drawing, Links, Picture, Primitive
 from pftrack.core.model.measures import POSE_MEASURES
-from pftrack.core.model.model import State, Values
+from pftrack.core.model.model import FilterModel, State, Values
 from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, Landmarks, Measurements, Target
@@ -105,7 +105,7 @@ def recognised_points(measured: Measurements) -> Bools:
     return np.asarray(measured.sd_px < SEEN_FACTOR * measured.sd_px.min())
 
 
-class Prism(PoseModel):
+class Prism(PoseModel, FilterModel):
     """How well the measured vertices are where a pinhole sees those of a pose; one that was not measured says nothing.
 
     Angles and place walk at random.
@@ -118,7 +118,6 @@ class Prism(PoseModel):
     )
     example = "pftrack.experiments.prism.example_filter"
     reads = "rb-pf"
-    projects = True
 
     @override
     def weigh(self, known: PoseState, frame: Frame, parameters: Values) -> FeatureLikelihood:
@@ -126,12 +125,8 @@ class Prism(PoseModel):
         noise_sd = measured.sd_px.astype(np.float64)
         return lambda positions: points.log_likelihood(positions, measured.points_px, noise_sd)
 
-    @override
-    def begin(
-        self, target: Target, frame: Frame, parameters: TrackedPrismParameters, rng: Generator, count: int
-    ) -> Floats:
-        """Draw where theta = 0, as certain as a frame's noise."""
-        del target, frame
+    def begin(self, parameters: TrackedPrismParameters, rng: Generator, count: int) -> Floats:
+        """Return states (count, 6) of frame 0, where theta = 0, as certain as a frame's noise."""
         place = np.array([0.0, 0.0, 0.0, 0.0, 0.0, parameters.distance_mm])
         return np.asarray(place + _walk_sd(parameters) / 3.0 * rng.standard_normal((count, 6)))
 
@@ -158,7 +153,7 @@ class Prism(PoseModel):
 
     @override
     def start(self, target: Target, frame: Frame, parameters: TrackedPrismParameters, rng: Stream) -> PoseState:
-        states = self.begin(target, frame, parameters, rng, self.count(parameters))
+        states = self.begin(parameters, rng, self.count(parameters))
         solid = solid_of(landmarks_of(target).model_mm, parameters)
         belief = Belief.of_poses(ParticleSet.uniform(states), solid, 0.0)
         return PoseState(solid, belief, belief.pose, recognised_points(measured_of(frame)))

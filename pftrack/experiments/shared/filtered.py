@@ -7,6 +7,7 @@ begins, and how it goes on from particles, are the same for all. Where a model i
 the exact answer beside its own.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
@@ -17,7 +18,7 @@ from typing_extensions import override
 
 from pftrack.core.arrays import Floats
 from pftrack.core.model.likelihood import Amount, Cloud, Component, Part, Residual
-from pftrack.core.model.model import LinearStep, Model, State, Values
+from pftrack.core.model.model import FilterModel, LinearStep, State, Values
 from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Tracker
@@ -56,23 +57,24 @@ class Update:
         return Gaussian(*(self.moments or self.particles.moments))
 
 
-class PointModel(Model):
+class PointModel(FilterModel):
     """The belief in one point or signal; the first coordinates of its state are the estimate."""
 
+    @override
     def start(self, target: Target, frame: Frame, parameters: Values, rng: Stream) -> PointState:
         """Begin with particles as the model draws them, and what is known of the place; see `prior`."""
-        states = self.begin(target, frame, parameters, rng, self.count(parameters))
+        states = self.begin(target, parameters, rng, self.count(parameters))
         known = self.prior(target, parameters)
         reference = known if self.scales else None
         return PointState(known, len(target.position), ParticleSet.uniform(states), reference=reference)
 
     def prior(self, target: Target, parameters: Values) -> Gaussian:
-        """Return p(x_0) as mean and covariance (d,), (d, d)."""
-        raise NotImplementedError
+        """Return p(x_0) as mean and covariance (d,), (d, d); a model that defines `start` may do without."""
+        del target, parameters
+        raise TypeError(f"the model {type(self).__name__} must define prior or start")
 
-    @override
-    def begin(self, target: Target, frame: Frame, parameters: Values, rng: Generator, count: int) -> Floats:
-        """Draw from the prior."""
+    def begin(self, target: Target, parameters: Values, rng: Generator, count: int) -> Floats:
+        """Return states (count, d) of frame 0, drawn from p(x_0)."""
         return self.prior(target, parameters).sample(rng, count)
 
     def particles(self, state: State, parameters: Values, rng: Stream) -> ParticleSet:
@@ -161,7 +163,7 @@ M_contra = TypeVar("M_contra", bound=PointModel, contravariant=True)
 
 
 @dataclass(frozen=True)
-class Filter(Generic[M_contra]):
+class Filter(ABC, Generic[M_contra]):
     """A way of computing the posterior of a model.
 
     Attributes:
@@ -187,9 +189,9 @@ class Filter(Generic[M_contra]):
             model=model,
         )
 
+    @abstractmethod
     def step(self, model: M_contra, state: Any, frame: Frame, parameters: Values, rng: Stream) -> PointState:  # noqa: ANN401
         """Return the state of a frame, given that of the frame before."""
-        raise NotImplementedError(f"{type(self).__name__} has no step")
 
 
 class Bootstrap(Filter[PointModel]):

@@ -19,6 +19,7 @@ The families: `pftrack.experiments.ball` weighs the colour under a particle, `pf
 of a window. What can be set on them is in `reports`.
 """
 
+from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
@@ -313,22 +314,22 @@ class LoopModel(PointModel):
         """Build the loop around a compiled likelihood, (picture, states (N, d), packed parameters) -> (N,)."""
         self.kernel, self.loop = kernel, loop_with(kernel)
 
+    @abstractmethod
     def pack(self, known: Any, parameters: Values) -> tuple[Any, ...]:  # noqa: ANN401 - each family's own state
         """Return what the likelihood needs of the state before and the parameters."""
-        raise NotImplementedError
 
+    @abstractmethod
     def motion(self, known: Any, parameters: Values, size: tuple[int, int]) -> Motion:  # noqa: ANN401
         """Return how states move in a picture of some width and height, px."""
-        raise NotImplementedError
 
     def wide(self, parameters: Values) -> tuple[int, float]:
         """Return which of how many particles moves further, 0 for none, and how many times as far."""
         del parameters
         return 0, 1.0
 
+    @abstractmethod
     def pauses(self, parameters: Values) -> bool:
         """Return whether something is decided or learned between frames, so that they cannot be taken at once."""
-        raise NotImplementedError
 
     def search(self, known: Any, frame: Frame, parameters: Values, rng: Stream) -> PointState | None:  # noqa: ANN401
         """Return the state of a frame in which a lost target is looked for; None while it is followed."""

@@ -18,7 +18,7 @@ from typing_extensions import override
 from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.model.likelihood import Cloud as LaidOpen
 from pftrack.core.model.likelihood import Component
-from pftrack.core.model.model import Model, State
+from pftrack.core.model.model import FilterModel, State
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.series import Interval, Series, SeriesValue
 from pftrack.core.model.source import Frame, History, Measurements, Target
@@ -369,7 +369,7 @@ TRACKERS: dict[str, Tracker] = {
 COMPONENTS = (Component("x", "px"), Component("y", "px"), Component("x before", "px"), Component("y before", "px"))
 
 
-class Motion(Model):
+class Motion(FilterModel):
     """The second-order motion of the selected track, with Cauchy noise, as a filter in a file takes its place.
 
     The Kalman filter follows all other tracks; `known` has taken the frame for all of them.

@@ -17,7 +17,7 @@ from pydantic import Field
 from scipy import stats
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.model import Model
+from pftrack.core.model.model import FilterModel
 from pftrack.core.model.parameters import flat, revise
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, History
@@ -197,7 +197,7 @@ class Submission:
         return replace(setup, parameters=revise(setup.parameters, self.exercise.values))
 
     @property
-    def model(self) -> Model:
+    def model(self) -> FilterModel:
         """What stands in for what the file leaves out."""
         if self.experiment.model is None:
             raise FilterFileError(self.code.file, None, f"{self.experiment.id} takes no filters from files")
@@ -239,7 +239,7 @@ class Submission:
             "count": count,
             "frame": deepcopy(replace(seen, target=None)),
             "parameters": self.parameters,
-            "project": partial(self.model.project, known=state) if self.model.projects else None,
+            "project": partial(self.model.project, known=state) if self.model.project else None,
         }
         return {name: given[name] for name in FUNCTIONS[function] if name in given}
 

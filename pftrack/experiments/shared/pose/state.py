@@ -7,6 +7,7 @@ carries from frame to frame, and `PoseModel` lays it open: what poses are worth 
 """
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Self
@@ -367,7 +368,7 @@ LONGER = 5.0
 """Factor by which arrows are longer than what they show, which is a pixel or two."""
 
 
-class PoseModel(Model):
+class PoseModel(Model, ABC):
     """The likelihood of poses: the points of each, as a pinhole sees them, weighed together.
 
     Trackers weigh the particles of each point by itself, so theirs have other weights than whole poses. A family says
@@ -383,9 +384,9 @@ class PoseModel(Model):
         self.title = title
         self.names = names
 
+    @abstractmethod
     def weigh(self, known: PoseState, frame: Frame, parameters: Values) -> FeatureLikelihood:
         """Return the likelihood of points at positions (F, N, 2) px."""
-        raise NotImplementedError
 
     @override
     def components(self, parameters: Values) -> tuple[Component, ...]:
