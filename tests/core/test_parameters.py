@@ -1,7 +1,11 @@
+import importlib
 import pickle
-from typing import Literal
+import zipfile
+from pathlib import Path
+from typing import Any, Literal
 
 import pytest
+from pydantic import create_model
 
 from pftrack.core.model.parameters import (
     Parameters,
@@ -239,6 +243,48 @@ def test_a_file_has_a_kind_of_its_own() -> None:
         revise(Model(), {"text": "a" * 100_001})
 
 
+class Heir(Model):
+    """Declares two fields of its base anew."""
+
+    on: bool = parameter(True, "On")
+    """Whether it is off."""
+    count: int = parameter(9, "Count", within=(1, 100, 1))
+
+
+def help_of(model: type[Parameters]) -> dict[str, str]:
+    return {it.name: it.description for it in declarations(model)}
+
+
 def test_the_docstring_below_a_field_describes_it() -> None:
-    """It is read as one line; a description that is given has precedence."""
-    assert [it.description for it in declarations(Model)[2:4]] == ["Which way.", "Whether it is on, in every frame."]
+    """It is read as one line, in declarations as in the schema; a description that is given has precedence."""
+    assert help_of(Model)["mode"] == "Which way."
+    assert help_of(Model)["on"] == "Whether it is on, in every frame."
+    assert Model.model_json_schema()["properties"]["on"]["description"] == "Whether it is on, in every frame."
+
+
+def test_a_class_inherits_help_of_the_fields_that_it_does_not_declare() -> None:
+    """A field that is declared anew needs its own docstring; classes that are made of others keep theirs."""
+    made = create_model("Made", __base__=Heir, more=(int, parameter(1, "More", "How many more.", within=(0, 2, 1))))
+    said = {"mode": "Which way.", "on": "Whether it is off.", "count": ""}
+    assert {name: help_of(Heir)[name] for name in said} == said
+    assert help_of(made) == {**help_of(Heir), "more": "How many more."}
+
+
+CODE = '''from pftrack.core.model.parameters import Parameters, parameter
+
+class Zipped(Parameters):
+    on: bool = parameter(False, "On")
+    """Whether it is on."""
+    off: bool = parameter(False, "Off", "Whether it is off.")
+'''
+
+
+def test_docstrings_need_the_source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A class in a zip file has its help; one without source has only descriptions that are given."""
+    with zipfile.ZipFile(tmp_path / "package.zip", "w") as package:
+        package.writestr("zipped.py", CODE)
+    monkeypatch.syspath_prepend(tmp_path / "package.zip")
+    assert help_of(importlib.import_module("zipped").Zipped) == {"on": "Whether it is on.", "off": "Whether it is off."}
+    known: dict[str, Any] = {"__name__": "nowhere"}
+    exec(CODE, known)  # noqa: S102 - our own lines
+    assert help_of(known["Zipped"]) == {"on": "", "off": "Whether it is off."}

@@ -108,6 +108,12 @@ class Declaration(BaseModel):
         return " ".join(filter(None, (self.description, bounds, "" if self.live else "A change restarts the run.")))
 
 
+def _on_one_line(schema: dict[str, Any]) -> None:
+    for field in schema.get("properties", {}).values():
+        if "description" in field:
+            field["description"] = " ".join(field["description"].split())
+
+
 class Parameters(BaseModel):
     """Base of all parameter models: immutable, closed to unknown names, finite numbers only.
 
@@ -121,7 +127,9 @@ class Parameters(BaseModel):
         constants: Former parameters and the only values that they have now, which old recipes may name.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True, json_schema_extra=_on_one_line
+    )
 
     constants: ClassVar[Mapping[str, Value]] = {}
 
