@@ -70,9 +70,9 @@ def _declares_parameters(experiment: Experiment) -> None:
     for declared in declarations(type(experiment.simulate().parameters)):
         name = declared.name
         demand(declared.title[:1].isupper(), f"{name} must have a title in sentence case, got {declared.title!r}")
-        _demand_end(declared.description, ".", f"the description of {name}")
+        _demand_end(declared.description, ".", f"the help of {name}, the docstring below it,")
         _demand_words(declared.title, f"the title of {name}")
-        _demand_words(declared.description, f"the description of {name}")
+        _demand_words(declared.description, f"the help of {name}")
         demand(declared.group, f"{name} must have a group: the heading under which a panel shows it")
         unknown = set(declared.trackers) - set(experiment.trackers)
         demand(not unknown, f"{name} names trackers that the experiment does not have: {', '.join(sorted(unknown))}")

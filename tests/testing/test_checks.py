@@ -131,8 +131,20 @@ class Formula(SineParameters, group="Signal"):
 
 def test_what_a_page_would_show_as_underscores_is_found() -> None:
     """Titles and descriptions are shown as they are, so that a subscript has to be said in words."""
-    with pytest.raises(CheckError, match=r"the description of observation_noise_sd must be in words, .*sigma_z"):
+    with pytest.raises(CheckError, match=r"the help of observation_noise_sd must be in words, .*sigma_z"):
         checks_of(declaring(Formula))["its parameters are declared whole"]()
+
+
+class Silent(SineParameters, group="Signal"):
+    """A field that is declared anew without a docstring below it."""
+
+    observation_noise_sd: float = parameter(0.1, "Observation noise", within=(0.05, 0.5, 0.05))
+
+
+def test_a_parameter_without_help_is_found() -> None:
+    """The sentence says where the help belongs."""
+    with pytest.raises(CheckError, match="observation_noise_sd, the docstring below it, must be a sentence"):
+        checks_of(declaring(Silent))["its parameters are declared whole"]()
 
 
 class Coarse(SineParameters, group="Signal"):
