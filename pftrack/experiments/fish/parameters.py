@@ -61,7 +61,7 @@ class _Motion(Parameters, group=MODES):
     diffusion_scale: float = diffusion_scale(trackers=TRACKERS)
     learned: str = learned_motion(trackers=TRACKERS)
     shown_mode: int = parameter(3, "Shown mode", within=(1, 4, 1), role="drawing")
-    """Which of the learned modes the ghost fish shows, the strongest first."""
+    """Number of the learned mode that the ghost fish shows, the strongest first."""
     along_mode: float = parameter(2, "Along the mode", unit="sd", within=(-4, 4, 0.1), role="drawing")
     """How far along that mode the ghost fish is, at most if it sways: drag it to see what belongs together."""
     mode_sways: bool = parameter(True, "Swaying mode", role="drawing")
@@ -86,13 +86,13 @@ class _Foreground(Parameters, group=FOREGROUND):
     foreground: Told = parameter("colour", "Told by")
     """How the fish is separated from the rest: by its colour, or by being darker or lighter than what is around it."""
     lowest_hue: int = parameter(3, "Lowest hue", within=(0, 179, 1))
-    """Of the fish's colour, 0 to 179 round the circle; above the highest hue the range goes through red."""
+    """Lowest hue of the fish, 0 to 179 round the circle; above the highest hue the range goes through red."""
     highest_hue: int = parameter(22, "Highest hue", within=(0, 179, 1))
-    """Of the fish's colour, 0 to 179 round the circle."""
+    """Highest hue of the fish, 0 to 179 round the circle."""
     saturation_low: int = parameter(110, "Least saturation", within=(0, 255, 1))
-    """Of the fish's colour."""
+    """Least saturation of the fish."""
     value_low: int = parameter(110, "Least brightness", within=(0, 255, 1))
-    """Of the fish's colour."""
+    """Least brightness of the fish."""
     least_contrast: int = parameter(25, "Least contrast", unit="grey levels", within=(1, 255, 1), useful=(1, 100))
     """By how much a dark or light fish differs from the mean around it."""
     contrast_radius_px: int = parameter(40, "Surroundings", unit="px", within=(1, 200, 1), useful=(5, 100))
@@ -105,9 +105,9 @@ class _Shape(Parameters, group=SHAPE):
     half_length_px: float = parameter(40, "Half length", unit="px", within=(2, 400, 0.5), useful=(10, 100))
     """Half of the body from head to the root of the tail. What was learned is scaled to it."""
     half_width_px: float = parameter(15, "Half width", unit="px", within=(1, 400, 0.5), useful=(4, 40))
-    """Half of the body across."""
+    """Half of the width of the body."""
     tail_length_px: float = parameter(40, "Tail length", unit="px", within=(0, 400, 0.5), useful=(0, 100))
-    """From the root of the tail to its tip."""
+    """Length from the root of the tail to its tip."""
 
 
 class FishTrackerParameters(_Shape, _Foreground, _Likelihood, _Motion, _Sampling, group="Scoring"):

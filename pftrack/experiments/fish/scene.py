@@ -55,14 +55,14 @@ class FishSceneParameters(OverlayParameters, group=TANK):
     """The scene: which clip, how many fish, how they turn, and what is laid over the picture."""
 
     tank_number: int = parameter(200, "Clip", within=(0, 9999, 1), useful=(0, 500), live=False)
-    """Which clip is seen: the seed of the swimming, of the gravel and of the noise. The paper's test is done on 200 to
+    """Number of the clip: the seed of the swimming, of the gravel and of the noise. The paper's test is done on 200 to
     211, and what the trackers know was learned on 100 to 109."""
     fish_count: int = parameter(2, "Fish", within=(1, 2, 1), live=False)
     """How many fish swim."""
     lively: bool = parameter(True, "Lively first fish", live=False)
     """Whether the first fish turns sharply at least once: by 60 degrees within four frames."""
     followed_fish: int = parameter(1, "Followed fish", within=(1, 2, 1), live=False)
-    """Which of them is tracked; the second is always calm."""
+    """Number of the fish that is tracked; the second fish is always calm."""
     tank: TankName = parameter("goldfish", "Water", live=False)
     """How the water answers a bend. With the strong rudder the return stroke turns a fish the same way as the bend, so
     that bend and turn are not coupled with one sign."""

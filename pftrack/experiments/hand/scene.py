@@ -87,19 +87,19 @@ class _Hand(OverlayParameters, group=HAND):
     """The hand and its gestures."""
 
     motion: MotionName = parameter("occlusion", "Motion", live=False)
-    """What the hand does: it turns at the wrist, bends all fingers, or folds two of them within two frames."""
+    """Gesture of the hand: it turns at the wrist, bends all fingers, or folds two of them within two frames."""
     speed: float = parameter(1.0, "Speed", within=(0.25, 4, 0.25), live=False, role="world")
     """How fast it does that; at 1 a motion takes 24 to 30 frames."""
     passes: int = parameter(1, "Passes", within=(1, 40, 1), useful=(1, 10), live=False)
     """How often the motion is gone through, forwards and backwards in turn."""
     hand: Literal["right", "left"] = parameter("right", "Which hand", live=False)
-    """Whose palm is seen: a right hand with the thumb on the right, or a left one."""
+    """Hand that shows its palm: a right one with the thumb on the right, or a left one."""
     turn_deg: float = parameter(0, "Turn", unit="°", within=(-180, 180, 5), live=False)
-    """By how much hand and arm are turned on the screen, counter-clockwise."""
+    """Angle by which hand and arm are turned on the screen, counter-clockwise."""
     palm_axis_px: float = parameter(52, "Palm axis", unit="px", within=(20, 70, 1), live=False)
-    """From the wrist to the middle of the knuckles, in a picture with sides of 200 px."""
+    """Length from the wrist to the middle of the knuckles, in a picture with sides of 200 px."""
     proportions: float = parameter(0.04, "Other proportions", within=(0, 0.2, 0.01), live=False)
-    """By which share lengths and widths of a finger differ at most from those that the trackers expect."""
+    """Share by which lengths and widths of a finger may differ from those that the trackers expect."""
 
 
 class HandSceneParameters(_Hand, group=CAMERA):

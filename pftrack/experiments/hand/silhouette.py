@@ -166,7 +166,7 @@ class SilhouetteParameters(Parameters, group=GROUP, constants={"working_side_px"
     background, which is the colour along the border, by the colour of skin, or by differing from the backdrop, which is
     what each pixel of a recording by a fixed camera shows without the hand."""
     brightness_level: int = parameter(100, "Brightness level", unit="grey levels", within=(0, 254, 1))
-    """Which a light hand exceeds, and a dark one does not."""
+    """Level that a light hand exceeds, and a dark one does not."""
     background_difference: int = parameter(40, "Least difference", unit="grey levels", within=(1, 254, 1))
     """By how much a hand differs from the background in one channel at least."""
     backdrop_frames: int = parameter(

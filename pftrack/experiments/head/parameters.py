@@ -70,7 +70,7 @@ class _Face(Parameters, group=calibrated.UPPER):
     """Whether the face grows from the mean of other people to the person's own while it is tracked, or is assumed to be
     that mean, or the person's own (on a recording, the mean face stretched over the points of the first picture)."""
     focal_widths: float = parameter(1.875, "Focal length", unit="widths", within=(0.3, 20, 0.05), useful=(0.5, 3))
-    """Of the pinhole, in widths of the picture; a recording does not say it, and 1 is a usual guess."""
+    """Focal length in widths of the picture; a recording does not give it, and 1 is a usual guess."""
 
 
 class _Look(Parameters, group=LOOK, constants={"templates_by_pose": False}):
@@ -128,7 +128,7 @@ class _Growth(Parameters, group=GROWTH, constants={"model_restarts": 0}):
     model_frozen: bool = parameter(False, "Freeze the model")
     """Whether the growing face model learns no more; the frames still decide whether mean or own face is used."""
     model_memory: float = parameter(1, "Memory of the model", within=(0.5, 1, 0.001), useful=(0.9, 1), role="memory")
-    """What the growing face model keeps of a well-seen point with each frame; 1 forgets nothing."""
+    """Share that the growing face model keeps of a well-seen point with each frame; 1 forgets nothing."""
     starting_face: str = parameter("", "Begin with a face model", accept=".json")
     """With which face the growing model begins: one that was exported as JSON, or the mean face if there is none."""
 

@@ -64,7 +64,7 @@ class HeadSceneParameters(_Look, group=COVER):
     pillar_width_px: float = parameter(0, "Pillar width", unit="px", within=(0, 640, 1), useful=(0, 320), role="world")
     """Width of the vertical pillar in front of everything, in px of a picture 640 px wide."""
     pillar_offset_px: float = parameter(0, "Pillar place", unit="px", within=(-320, 320, 1))
-    """Where the middle of the pillar is, to the right of the middle, in px of a picture 640 px wide."""
+    """Distance of the pillar's middle to the right of the picture's middle, in px of a picture 640 px wide."""
     hand_cover: float = parameter(0, "Hand", within=(0, 1, 0.01), role="world")
     """How far a hand has come up in front of the face, from 0, out of sight, to 1, before the eyes."""
     sunglasses: bool = parameter(False, "Sunglasses")

@@ -85,8 +85,8 @@ class _Colour(Parameters, group=COLOUR):
     )
     """How much a frame is trusted: the likelihood is exp(-lambda (1 - rho)) of the likeness rho."""
     colour_space: Space = parameter("hsv", "Colour space")
-    """What the histogram counts: hue and saturation, the a and b of Lab, or the shares of red and green; all count
-    pixels without a colour by their brightness."""
+    """Colours that the histogram counts: hue and saturation, the a and b of Lab, or the shares of red and green; each
+    counts pixels without a colour by their brightness."""
     spatial_kernel: bool = parameter(False, "Weigh the middle")
     """Count pixels in the middle of the window more than those near its edge, by Epanechnikov's kernel."""
     parts_across: int = parameter(1, "Parts across", within=(1, 4, 1))

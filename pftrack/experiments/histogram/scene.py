@@ -45,12 +45,12 @@ class LawnSceneParameters(Parameters, group=GROUP):
     """What the scene looks like."""
 
     scene_number: int = parameter(0, "Scene number", within=(0, 9999, 1), useful=(0, 99), live=False)
-    """Which lawn it is, with its column and its noise; the seed of a run is that of its tracker alone."""
+    """Number of the lawn, with its column and its noise; the seed of a run is that of its tracker alone."""
     look_alike_red: float = parameter(0.68, "Red of the look-alike", within=(0, 1, 0.01), role="world")
-    """Share of its height that is red; the target's is 0.5."""
+    """Red share of the look-alike's height; the target has 0.5."""
     occlusion_width_px: float = occlusion_width(46)
     occlusion_offset_px: float = parameter(69, "Occluder place", unit="px", within=(-160, 160, 1), group=OCCLUSION)
-    """Where the middle of the column is, to the right of the middle of the picture."""
+    """Distance of the column's middle to the right of the picture's middle."""
     column_colours: Literal["lawn", "grey"] = parameter("lawn", "Colours of the column")
     """Those of the lawn, or greys, which look like no part of a window."""
     lighting_amplitude: float = parameter(0.08, "Change of light", within=(0, 0.9, 0.01), role="world")

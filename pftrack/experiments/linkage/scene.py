@@ -116,7 +116,7 @@ class _Measured(_Chain, group=MEASUREMENTS, constants={"bounded_noise": True, **
     measurement_noise_px: float = parameter(1, "Noise", unit="px", within=(0, 10, 0.1), role="world")
     """Standard deviation of a measured coordinate."""
     links_seen_as: Literal["points", "lines", "lines-and-ends"] = parameter("points", "Links seen as", live=False)
-    """What is measured in space: root, joints and tip; or the line on which each link lies, without its ends; or the
+    """Measurements in space: root, joints and tip; or the line on which each link lies, without its ends; or the
     lines, and root and tip. The image of a chain in the plane has one coordinate, and no lines."""
     outlier_share: float = parameter(0, "Outliers", within=(0, 0.5, 0.01), role="world")
     """Share of the measured points that are far off."""

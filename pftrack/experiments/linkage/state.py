@@ -258,17 +258,17 @@ class _Joints(Parameters, group=JOINTS):
     """Angles that joints may have."""
 
     first_joint_low_deg: float = parameter(-360, "First joint from", unit="°", within=(-360, 360, 5))
-    """Least angle of the first link, 0 parallel to the image; -360 is no bound."""
+    """Least angle of the first link, 0 parallel to the image; -360 leaves it free."""
     first_joint_high_deg: float = parameter(360, "First joint to", unit="°", within=(-360, 360, 5))
-    """Greatest angle of the first link; 360 is no bound."""
+    """Greatest angle of the first link; 360 leaves it free."""
     joint_low_deg: float = parameter(0, "Other joints from", unit="°", within=(-360, 360, 5))
     """Least angle by which the second and the third joint bend."""
     joint_high_deg: float = parameter(90, "Other joints to", unit="°", within=(-360, 360, 5))
     """Greatest angle by which the second and the third joint bend."""
     joint_difference_12_deg: float = parameter(360, "Joints 1 and 2", unit="°", within=(0, 360, 5))
-    """By how much the angles of the first two joints may differ; 360 is no bound."""
+    """By how much the angles of the first two joints may differ; 360 leaves them free."""
     joint_difference_23_deg: float = parameter(30, "Joints 2 and 3", unit="°", within=(0, 360, 5))
-    """By how much the angles of the last two joints may differ; 360 is no bound."""
+    """By how much the angles of the last two joints may differ; 360 leaves them free."""
 
 
 class _Lengths(Parameters, group=LENGTHS):
@@ -312,7 +312,7 @@ class _Noise(Parameters, group=NOISE, trackers=SAMPLED):
     linearisations: int = parameter(
         1, "Linearisations", within=(1, 10, 1), trackers=("ekf", "ekf-truncated", "ekf-mirrors")
     )
-    """How often an observation is linearised: once at the prediction, and then where the round before came to. In
+    """How often an observation is linearised: once at the prediction, and then at the result of the last round. In
     space, and if noise is small, more than one keep the filter from being sure too soon; in the plane they lose mirror
     images."""
 
@@ -323,19 +323,19 @@ class _Start(Parameters, group=START, trackers=SAMPLED):
     start_angle_variance_rad2: float = parameter(
         0.2, "Variance of angles", unit="rad²", within=(1e-6, 10, 0.01), useful=(0.01, 1), live=False
     )
-    """Of each angle in the first frame."""
+    """Variance of each angle in the first frame."""
     start_rate_variance_rad2: float = parameter(
         0.01, "Variance of turning", unit="rad²", within=(1e-8, 1, 0.001), useful=(0.0001, 0.1), live=False
     )
-    """Of the change of each angle in a frame, in the first frame."""
+    """Variance of the change of each angle in a frame, in the first frame."""
     start_length_variance_px2: float = parameter(
         400, "Variance of lengths", unit="px²", within=(1e-4, 1e5, 10), useful=(10, 1000), live=False
     )
-    """Of each length in the first frame."""
+    """Variance of each length in the first frame."""
     start_root_variance_px2: float = parameter(
         9, "Variance of the root", unit="px²", within=(1e-4, 1e5, 1), useful=(1, 100), live=False
     )
-    """Of each coordinate of the root in space, in the first frame."""
+    """Variance of each coordinate of the root in space, in the first frame."""
 
 
 class _Mirrors(Parameters, group=MIRRORS, trackers=("ekf-mirrors",), constants={"score_memory": 0.7}):

@@ -98,11 +98,11 @@ class _Camera(Parameters, group=CAMERA, constants={"hidden_noise_px": HIDDEN_NOI
     """How it is seen."""
 
     distance_mm: float = parameter(80, "Distance", unit="mm", within=(60, 1000, 5), useful=(60, 300), live=False)
-    """From the camera to the prism's centre; the nearer it is, the stronger the perspective."""
+    """Distance from the camera to the prism's centre; the nearer it is, the stronger the perspective."""
     focal_length_px: float = parameter(
         400, "Focal length", unit="px", within=(50, 2000, 10), useful=(100, 1000), live=False
     )
-    """Of the pinhole camera."""
+    """Focal length of the pinhole camera."""
     noise_px: float = parameter(1, "Noise", unit="px", within=(0.1, 50, 0.1), role="world")
     """Standard deviation of the measurement of a visible vertex."""
 

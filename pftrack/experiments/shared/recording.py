@@ -63,7 +63,7 @@ class OccluderParameters(Parameters, group=GROUP):
 
     occlusion_width_px: float = occlusion_width(0)
     occlusion_offset_px: float = parameter(0, "Occluder place", unit="px", within=(-960, 960, 1), useful=(-160, 160))
-    """Where the middle of the strip is, to the right of the middle of the picture."""
+    """Distance of the strip's middle to the right of the picture's middle."""
     occluder_colour: str = parameter("#3c3c3c", "Occluder colour", colour=True)
     """Colour of the strip."""
 

@@ -109,7 +109,7 @@ def learned_motion(*, trackers: tuple[str, ...] | None = None) -> Any:  # noqa: 
     return parameter(
         "",
         "Learned motion",
-        "How motion and shape change, by which particles are guided: a file that pftrack learn or the Files menu has "
+        "How motion and shape change, which guides the particles: a file that pftrack learn or Export and import has "
         "written, or what comes with the experiment if there is none.",
         accept=".json",
         trackers=trackers,

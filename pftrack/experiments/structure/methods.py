@@ -101,7 +101,7 @@ class StructureTrackerParameters(Parameters, group=METHOD, constants={"kept_prec
     window_frames: int = parameter(90, "Window", unit="frames", within=(5, 180, 5), trackers=WINDOWED, role="memory")
     """How many frames the online methods look at together; until there are as many, all of them."""
     kept_share: float = parameter(0.5, "Memory", within=(0, 1, 0.05), trackers=WINDOWED)
-    """What the average of the online methods keeps of itself with each frame; 1 forgets nothing."""
+    """Share that the average of the online methods keeps of itself with each frame; 1 forgets nothing."""
     first_frames: int = parameter(20, "First frames", unit="frames", within=(3, 90, 1), trackers=("growing",))
     """From how many frames at least the first shape is made where nothing is known of the body."""
     frozen: bool = parameter(False, "Freeze", trackers=("growing",))
@@ -109,10 +109,10 @@ class StructureTrackerParameters(Parameters, group=METHOD, constants={"kept_prec
     trust_px: float = parameter(0, "Least noise", unit="px", within=(0, 50, 0.5), useful=(0, 10))
     """No measurement is taken as more exact than this, in case the variances are too small."""
     wrong_odds: float = parameter(0.02, "Silently wrong", within=(0, 0.5, 0.01), trackers=("growing", *WINDOWED))
-    """What share of the measurements is taken to be wrong without their variance saying so; at 0 all are believed, as
+    """Share of the measurements that is taken to be wrong without their variance saying so; at 0 all are believed, as
     Bando does."""
     lens_factor: float = parameter(1, "Focal length", within=(0.1, 10, 0.05), useful=(0.5, 2), group=CAMERA)
-    """What the camera is assumed to have, as a multiple of what is known of it."""
+    """Assumed focal length, as a multiple of the camera's."""
     wrong_share: float = parameter(0.6, "Frames that may be off", within=(0, 1, 0.01), group=SCORING, role="loss_share")
     """A run is a success if its shape is off by over 5 % in no more than this share."""
 

@@ -260,7 +260,7 @@ class _Camera(Parameters, group=CAMERA):
     """How far away it is."""
 
     camera_distance: float = parameter(9, "Distance", within=(4, 1000, 1), useful=(4, 300), live=False)
-    """From the camera to the body, in sizes of the body; far away there is no perspective."""
+    """Distance from the camera to the body, in sizes of the body; far away there is no perspective."""
 
 
 class _Seen(Parameters, group=SEEN):

@@ -137,7 +137,7 @@ class _Upper(Parameters, group=UPPER):
     """How far each angle may turn in a frame, beside the affine camera."""
     learned: str = parameter("", "Learned turns", accept=".json")
     """How far the angles turn in a frame, and which of them together, beside the affine camera: a file that pftrack
-    learn or the Files menu has written. It takes the place of the pose noise."""
+    learn or Export and import has written. It takes the place of the pose noise."""
     camera_noise: float = parameter(1, "Camera noise", within=(0.05, 20, 0.05), useful=(0.05, 5), role="noise")
     """How fast the upper layer may change, as a multiple of Bando's noise."""
     pose_band: Literal["calibrated", "document"] = parameter("calibrated", "Band of the pose")
