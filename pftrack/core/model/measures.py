@@ -247,9 +247,7 @@ def _within(limit: float, course: EvaluatedRun) -> Floats:
 
 
 def _loss_probability(course: EvaluatedRun) -> Floats:
-    if course.loss_probabilities is None:
-        return np.full(len(course.errors), np.nan)
-    return course.loss_probabilities
+    return np.full(len(course.errors), np.nan) if course.loss_probabilities is None else course.loss_probabilities
 
 
 def _following(course: EvaluatedRun) -> Floats:

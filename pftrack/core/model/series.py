@@ -22,7 +22,7 @@ d of a vector, may vary from frame to frame; columns are then as wide as the wid
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -227,14 +227,12 @@ Known: TypeAlias = Annotated[
 
 def as_json(value: object) -> dict[str, Any]:
     """Return a dataclass or a pydantic model as JSON values; a `Known` number that is not finite becomes None."""
-    adapter = _adapter_of(type(value))  # type: ignore[arg-type] # a type has a hash; mypy looks at that of its values
+    adapter = _adapter_of(type(value))
     values: dict[str, Any] = adapter.dump_python(value, mode="json", by_alias=True)
     return values
 
 
-@cache
-def _adapter_of(kind: type) -> TypeAdapter[Any]:
-    return TypeAdapter(kind)
+_adapter_of: Callable[[type], TypeAdapter[Any]] = cache(TypeAdapter)
 
 
 def columns(series: Series, values: Sequence[SeriesValue | None]) -> dict[str, Floats]:

@@ -276,8 +276,7 @@ def find_export(exports: Iterable[N], name: str) -> N:
         ParameterError: No export has it; the sentence lists all of them.
     """
     offered = tuple(exports)
-    found = [one for one in offered if name in {one.name, one.suffix}]
-    if not found:
-        known = ", ".join(one.name for one in offered) or "none"
-        raise ParameterError("export", name, f"one of {known}")
-    return found[0]
+    for one in offered:
+        if name in {one.name, one.suffix}:
+            return one
+    raise ParameterError("export", name, f"one of {', '.join(one.name for one in offered) or 'none'}")
