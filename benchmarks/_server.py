@@ -7,6 +7,7 @@ import shutil
 import struct
 import subprocess
 import sys
+import tempfile
 import time
 import urllib.parse
 import urllib.request
@@ -28,6 +29,7 @@ __all__ = [
     "chromium",
     "echoes",
     "memory_mib",
+    "new_server",
     "percentile",
     "row",
     "scene_of",
@@ -111,6 +113,13 @@ class Server:
         """End the server."""
         self.process.terminate()
         self.process.wait(timeout=30)
+
+
+@contextlib.contextmanager
+def new_server() -> Iterator[Server]:
+    """Start a server without data, and end it."""
+    with tempfile.TemporaryDirectory() as folder, contextlib.closing(Server(folder)) as server:
+        yield server
 
 
 @contextlib.contextmanager

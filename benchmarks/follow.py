@@ -15,7 +15,6 @@ single_threaded()
 import asyncio  # noqa: E402
 import contextlib  # noqa: E402
 import re  # noqa: E402
-import tempfile  # noqa: E402
 import urllib.request  # noqa: E402
 from collections.abc import Callable, Iterator  # noqa: E402
 from dataclasses import dataclass, field  # noqa: E402
@@ -26,7 +25,7 @@ from urllib.parse import urlsplit  # noqa: E402
 
 import psutil  # noqa: E402
 from _bare import BareSocket, open_socket  # noqa: E402
-from _server import Server, percentile, row  # noqa: E402
+from _server import Server, new_server, percentile, row  # noqa: E402
 
 RATE_HZ = 30.0
 LATE_S = 0.5
@@ -191,16 +190,12 @@ def main() -> None:
         seconds=Size(20.0, 0.3, "for how long"),
         settling=Size(3.0, 0.3, "how long before they all have come to rest, s"),
     )
-    with tempfile.TemporaryDirectory() as folder:
-        server = Server(folder)
-        try:
-            rows = [
-                *measure(server, 1, 0, given.seconds, given.settling),
-                *measure(server, given.followers, 0, given.seconds, given.settling),
-                *measure(server, given.followers, given.slow, given.seconds, given.settling),
-            ]
-        finally:
-            server.close()
+    with new_server() as server:
+        rows = [
+            *measure(server, 1, 0, given.seconds, given.settling),
+            *measure(server, given.followers, 0, given.seconds, given.settling),
+            *measure(server, given.followers, given.slow, given.seconds, given.settling),
+        ]
     report("A class that follows one session", rows, as_json=given.json)
 
 

@@ -9,12 +9,11 @@ from _table import Size, arguments, progress, report, single_threaded
 
 single_threaded()
 
-import tempfile  # noqa: E402
 from collections.abc import Iterator  # noqa: E402
 from statistics import median  # noqa: E402
 from typing import Any  # noqa: E402
 
-from _server import Server, chromium, percentile, row, until  # noqa: E402
+from _server import Server, chromium, new_server, percentile, row, until  # noqa: E402
 
 GOAL_MS = 50.0
 
@@ -85,12 +84,8 @@ def main() -> None:
         repeats=Size(60, 2, "moves of each slider"),
         lessons=Size(100, 1, "how many lessons at most"),
     )
-    with tempfile.TemporaryDirectory() as folder:
-        server = Server(folder)
-        try:
-            rows = list(measure(server, given.repeats, given.lessons))
-        finally:
-            server.close()
+    with new_server() as server:
+        rows = list(measure(server, given.repeats, given.lessons))
     report("Slider to figure", rows, as_json=given.json)
 
 

@@ -20,7 +20,7 @@ from pathlib import Path  # noqa: E402
 from urllib.parse import urlsplit  # noqa: E402
 
 import psutil  # noqa: E402
-from _server import Server, memory_mib, row  # noqa: E402
+from _server import Server, memory_mib, new_server, row  # noqa: E402
 from follow import seat, watch  # noqa: E402
 
 IDLE_MIB = 250.0
@@ -30,20 +30,16 @@ SWEEP = ("sweep", "ball", "--axis", "occlusion_width_px=5:95:1", "--trackers", "
 def measure_server(count: int, followers: int, settling: float) -> Iterator[dict[str, object]]:
     """Measure a server without and with sessions, and with a class."""
     progress("a server")
-    with tempfile.TemporaryDirectory() as folder:
-        server = Server(folder)
-        try:
-            time.sleep(settling)
-            idle = memory_mib(server.family())
-            yield row("a server without sessions, MiB", idle, None, IDLE_MIB)
-            sessions = [server.start(play=True) for _ in range(count)]
-            time.sleep(settling)
-            busy = memory_mib(server.family())
-            yield row("each session, MiB", (busy - idle) / count, None)
-            progress("a class")
-            yield row("each follower, MiB", asyncio.run(follow(server, sessions[0], followers, settling)), None)
-        finally:
-            server.close()
+    with new_server() as server:
+        time.sleep(settling)
+        idle = memory_mib(server.family())
+        yield row("a server without sessions, MiB", idle, None, IDLE_MIB)
+        sessions = [server.start(play=True) for _ in range(count)]
+        time.sleep(settling)
+        busy = memory_mib(server.family())
+        yield row("each session, MiB", (busy - idle) / count, None)
+        progress("a class")
+        yield row("each follower, MiB", asyncio.run(follow(server, sessions[0], followers, settling)), None)
 
 
 async def follow(server: Server, session: str, count: int, settling: float) -> float:

@@ -14,7 +14,6 @@ single_threaded()
 import asyncio  # noqa: E402
 import contextlib  # noqa: E402
 import json  # noqa: E402
-import tempfile  # noqa: E402
 import threading  # noqa: E402
 import time  # noqa: E402
 from collections.abc import Iterator  # noqa: E402
@@ -29,6 +28,7 @@ from _server import (  # noqa: E402
     Server,
     chromium,
     echoes,
+    new_server,
     row,
     scene_of,
     unpack,
@@ -248,16 +248,12 @@ def main() -> None:
         seconds=Size(15.0, 0.3, "for how long"),
         settling=Size(2.0, 0.3, "how long before they all have come to rest, s"),
     )
-    with tempfile.TemporaryDirectory() as folder:
-        server = Server(folder)
-        try:
-            rows = [
-                *measure_start(server, given.repeats, given.reading),
-                *measure_crowd(server, given.sessions, given.seconds, given.settling),
-                *measure_exploration(server, given.seconds, given.settling),
-            ]
-        finally:
-            server.close()
+    with new_server() as server:
+        rows = [
+            *measure_start(server, given.repeats, given.reading),
+            *measure_crowd(server, given.sessions, given.seconds, given.settling),
+            *measure_exploration(server, given.seconds, given.settling),
+        ]
     report("Sessions, measured from outside", rows, as_json=given.json)
 
 

@@ -5,11 +5,10 @@ Words are those that can be read without scrolling or unfolding. The picture's p
 width, and the picture itself as a share of the height above the strips.
 """
 
-import tempfile
 from collections.abc import Iterator
 from typing import Any
 
-from _server import Server, chromium, row, until
+from _server import Server, chromium, new_server, row, until
 from _table import Size, arguments, progress, report
 
 BALL_CONTROLS, BALL_WORDS, CONTROLS, WORDS, REQUESTS = 24, 90, 34, 130, 60
@@ -81,12 +80,8 @@ def measure(server: Server, most: int) -> Iterator[dict[str, object]]:
 def main() -> None:
     """Measure and report."""
     given = arguments(__doc__.splitlines()[0], experiments=Size(20, 1, "experiments to look at"))
-    with tempfile.TemporaryDirectory() as folder:
-        server = Server(folder)
-        try:
-            rows = list(measure(server, given.experiments))
-        finally:
-            server.close()
+    with new_server() as server:
+        rows = list(measure(server, given.experiments))
     report("First sight", rows, as_json=given.json)
 
 

@@ -13,7 +13,6 @@ from _table import Size, arguments, progress, report, single_threaded
 single_threaded()
 
 import contextlib  # noqa: E402
-import tempfile  # noqa: E402
 import time  # noqa: E402
 from collections.abc import Iterator  # noqa: E402
 from itertools import pairwise  # noqa: E402
@@ -30,6 +29,7 @@ from _server import (  # noqa: E402
     Server,
     chromium,
     echoes,
+    new_server,
     percentile,
     row,
     scene_of,
@@ -244,12 +244,8 @@ def measure(server: Server, repeats: int) -> Iterator[dict[str, object]]:
 def main() -> None:
     """Measure and report."""
     given = arguments(__doc__.splitlines()[0], repeats=Size(60, 2, "moves of the slider"))
-    with tempfile.TemporaryDirectory() as folder:
-        server = Server(folder)
-        try:
-            rows = list(measure(server, given.repeats))
-        finally:
-            server.close()
+    with new_server() as server:
+        rows = list(measure(server, given.repeats))
     report("Slider to picture", rows, as_json=given.json)
 
 

@@ -22,7 +22,7 @@ from http import HTTPStatus  # noqa: E402
 from pathlib import Path  # noqa: E402
 from statistics import median  # noqa: E402
 
-from _server import Server, row  # noqa: E402
+from _server import Server, new_server, row  # noqa: E402
 
 ROOT = Path(__file__).parents[1]
 PAGE_S, SESSION_S = 3.0, 6.0
@@ -31,16 +31,12 @@ INSTALLED_PAGE_S, INSTALLED_BALL_S = 8.0, 25.0
 
 def time_start() -> dict[str, float]:
     """Start a server as people do, and tell when there was a page, and a session with a frame, s."""
-    with tempfile.TemporaryDirectory() as folder:
-        begun = time.perf_counter()
-        server = Server(folder)
-        try:
-            server.ask("GET", "/")
-            page = time.perf_counter() - begun
-            show(server)
-            return {"page": page, "session": time.perf_counter() - begun}
-        finally:
-            server.close()
+    begun = time.perf_counter()
+    with new_server() as server:
+        server.ask("GET", "/")
+        page = time.perf_counter() - begun
+        show(server)
+        return {"page": page, "session": time.perf_counter() - begun}
 
 
 def show(server: Server) -> None:
