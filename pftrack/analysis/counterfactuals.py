@@ -42,8 +42,8 @@ __all__ = ["Alternative", "Finding", "Report", "alternatives", "find_loss", "joi
 # A trial is a run that goes on from shortly before a loss, with a change and with other seeds.
 
 Verdict: TypeAlias = Literal["baseline", "better", "brief", "worse", "unclear", "few"]
-"""What may be said of a change: "brief" where it holds soon after the loss and no longer than without it, "unclear"
-where chance alone would do as much, "few" before it was tried with enough seeds."""
+"""What may be said of a change: "brief" if it helps soon after the loss and not at the end, "unclear" if chance alone
+would do as much, "few" before it was tried with enough seeds."""
 
 LEAST_P = 0.001
 """Smaller p-values are told as below this."""
@@ -335,7 +335,7 @@ class Report:
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """All of it in sentences: what it comes to, each finding, and what it does not say."""
+        """The report in sentences: the result, each finding, and what the result does not say."""
         which = () if self.asked is None else (self.loss_sentence,)
         return (*which, self.sentence, *map(self._line, self.best_first), self.correction, CAVEAT)
 
@@ -455,8 +455,8 @@ def what_if(
 ) -> Iterator[Report]:
     """Try what would have saved a run, and yield the report again and again as it grows.
 
-    Whoever has seen enough stops asking: each report holds for what has been tried. Several may share the work, each
-    with its part of the changes; `join` puts their reports together.
+    Stop iterating when you have seen enough: each report holds for what has been tried. Several processes may share
+    the work, each with its part of the changes; `join` puts their reports together.
 
     Args:
         run: As far as it has been computed; it is left as it is.
@@ -504,7 +504,7 @@ class _Trials:
     def extend(self, finding: Finding, seeds: Sequence[int], last: int) -> Iterator[Finding]:
         """Yield a finding with more and more seeds tried up to a frame, where a tracker can with all of them at once.
 
-        Seeds of which nobody knows what came are left out; after one of those no other is tried.
+        A seed whose outcome nobody knows is left out, and ends the trials of its change.
         """
         timeline, run, first = self._timeline(finding.alternative), self._run, self.begin + 1
         source, together = self._source(finding.alternative, timeline), takes_all_at_once(run, timeline, first)

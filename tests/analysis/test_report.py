@@ -62,7 +62,7 @@ def test_verdicts_and_sentence() -> None:
 
 
 def test_below_eleven_seeds_nothing_is_said() -> None:
-    """Whoever looks early reads that there are too few seeds, and not that nothing helps or that it was bad luck."""
+    """An early look says that there are too few seeds, and not that nothing helps or that it was bad luck."""
     few = replace(report(), findings=(finding(BASELINE, 10 * "-"), finding(GOOD, 10 * "+")), is_complete=False)
     assert (few.sentence, few.verdict(few.findings[1])) == ("Too few seeds to tell.", "few")
     luck = "Of 12 other seeds with the same settings 0 hold."
@@ -73,7 +73,7 @@ def test_below_eleven_seeds_nothing_is_said() -> None:
 
 
 def test_a_cure_that_does_not_last_is_not_called_better() -> None:
-    """What holds soon after the loss and is lost again at the end comes after what lasts, and both shares are told."""
+    """A change that helps soon after the loss and not at the end stands below one that lasts; both shares are given."""
 
     def followed(alternative: Alternative, held: str, at_end: str) -> Finding:
         return replace(finding(alternative, held), at_end=finding(alternative, at_end).held)

@@ -312,7 +312,7 @@ def test_a_face_that_comes_late_or_has_to_be_marked(gallery: Gallery) -> None:
 
 
 def test_a_search_that_lasts_can_be_stopped(gallery: Gallery) -> None:
-    """How far it has come is told, whoever stops it hears no more of it, and the box is there instead."""
+    """The page says how far the search is; after *Stop* it takes no more of it, and a box may be drawn instead."""
     held: list[Any] = []
     half = {"frame": 3, "mark": None, "placed": [], "remarks": [], "looked": 4, "of": 8}
     gallery.page.route(
@@ -516,7 +516,7 @@ def test_a_box_is_judged_as_soon_as_it_is_drawn(gallery: Gallery, clip: bytes) -
 
 
 def the_map_keeps_its_proportions(gallery: Gallery, width: int) -> None:
-    """In a window of a width, of which nothing sticks out."""
+    """Nothing sticks out of a window of this width, and the picture keeps its shape."""
     gallery.page.set_viewport_size({"width": width, "height": 800})
     gallery.until(lambda: gallery.page.evaluate("innerWidth") == width, "the window has its width")
     gallery.until(lambda: gallery.page.evaluate("document.documentElement.scrollWidth") <= width, "nothing sticks out")

@@ -214,7 +214,7 @@ def test_a_whole_experiment_is_compiled_and_kept(tmp_path: Path, monkeypatch: py
 
 
 def test_an_idle_process_helps_the_fullest_from_its_end() -> None:
-    """Of what is begun it takes the last case of the experiment of which most wait; its own it takes in order."""
+    """It takes the last case of the begun experiment with the most cases left, and its own cases in order."""
     schedule = Schedule(["short", "long"])
     for name, count in (("short", 3), ("long", 5)):
         assert schedule.take(None) == (name, 0)

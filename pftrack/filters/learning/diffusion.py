@@ -337,7 +337,7 @@ def _describe(chart: Chart) -> str:
 # Guidance: that an experiment's recorded states can be learned from, and its particles be guided by what was learned.
 #
 # An experiment whose states have a place, a heading or a shape declares how they are to be read (`Guidance`). From that
-# alone `pftrack learn` and a session's menu of files learn from its runs (`pftrack.filters.learning.diffusion`). The
+# alone `pftrack learn` and the page of a session learn from its runs (`pftrack.filters.learning.diffusion`). The
 # text of a learned file is the value of a parameter of its trackers
 # (`pftrack.experiments.shared.reports.learned_motion`), so that a run, a sweep, a session and a share link carry it
 # whole.

@@ -84,7 +84,7 @@ def test_every_usual_mistake_is_explained(lesson: Lesson) -> None:
 
 
 def test_any_wrong_answer_gets_words(lesson: Lesson) -> None:
-    """What is wrong is told what is right and why."""
+    """A wrong answer gets the right one, with the reason."""
     question, answer = lesson.question, right_answer(lesson)
     wrong = set(question.choices or question.bounds) - {answer.exact}
     for given in wrong:
