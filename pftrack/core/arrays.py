@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any, Literal, NoReturn, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,7 +51,9 @@ def check(*, missing: bool = False, **arrays: Given) -> dict[str, int]:
         for axis, size in zip(axes, array.shape, strict=False):
             fits = fits and size == (int(axis) if axis.isdecimal() else sizes.setdefault(axis, size))
         if not fits:
-            _refuse_shape(name, array, axes, sizes)
+            known = " and ".join(f"{axis} = {sizes[axis]}" for axis in dict.fromkeys(axes) if axis in sizes)
+            where = f" with {known}" if known and array.ndim == len(axes) else ""
+            raise ValueError(f"{name} must be ({', '.join(axes)}){where}, got {array.shape}")
         if not array.size:
             raise ValueError(f"{name} must not be empty, got shape {array.shape}")
         if not (missing or array.dtype.kind in "iu" or _is_finite(array)):
@@ -91,9 +93,3 @@ _axes = lru_cache(maxsize=256)(str.split)
 def _is_finite(array: NDArray[Any]) -> bool:
     # NaN and infinity remain in a sum of squares, which costs a third of looking at each; it may overflow, too.
     return math.isfinite(np.vdot(array, array)) or bool(np.isfinite(array).all())
-
-
-def _refuse_shape(name: str, array: NDArray[Any], axes: list[str], sizes: dict[str, int]) -> NoReturn:
-    known = " and ".join(f"{axis} = {sizes[axis]}" for axis in dict.fromkeys(axes) if axis in sizes)
-    where = f" with {known}" if known and array.ndim == len(axes) else ""
-    raise ValueError(f"{name} must be ({', '.join(axes)}){where}, got {array.shape}")
