@@ -84,8 +84,7 @@ export class RunComparison extends JointView {
   outcome = signal(/** @type {Outcome|null} */ (null));
   arrangement = signal(/** @type {Arrangement} */ ("side"));
   view = signal(/** @type {ViewKind} */ ("flat"));
-  /** Title of what decides on success; empty until that is known. */
-  judgedBy = signal("");
+
   /**
    * @param {Outline} outline
    * @param {readonly Pick<Member, "recipe"|"session">[]} sessions
@@ -99,7 +98,6 @@ export class RunComparison extends JointView {
     this.outline = outline;
     this.onFewer = outline.runs.length > 2 ? onFewer : undefined;
     if (!readOnly) this.listen({ ...actions, difference: () => this.toDifference() });
-    this.store.on(["session"], () => (this.judgedBy.value = this.measure));
     this.arrange(arrangement);
     this.choose(0);
   }
@@ -167,7 +165,7 @@ export class RunComparison extends JointView {
     this.arrangement.value = arrangement;
     if (arrangement === "over") this.show("flat");
     this.overlays.forEach((overlay, place) => {
-      overlay.wear(arrangement === "over" ? { tint: rgb(this.outline.runs[place].colour), isLowest: place === 0 } : null);
+      overlay.coat.value = arrangement === "over" ? { tint: rgb(this.outline.runs[place].colour), isLowest: place === 0 } : null;
     });
   }
 
@@ -192,7 +190,7 @@ export function Comparison({ compared }) {
   return html`<div class="comparison" data-runs=${runs.length} data-arrangement=${compared.arrangement.value} style=${{ "--runs": String(runs.length) }}>
     <div class="comparison-views">${runs.map((run, place) => h(Compared, { compared, run, place }))}</div>
     <aside class="comparison-side" aria-label="What differs">
-      ${h(Table, { outline, outcome: compared.outcome.value, measure: compared.judgedBy.value })}
+      ${h(Table, { outline, outcome: compared.outcome.value, measure: compared.measure })}
       ${h(Made, { make: () => compared.plotted() })}
     </aside>
     ${h(Made, { make: () => compared.deck("comparison-deck", elementOf(h(DifferenceButton, { compared }))) })}

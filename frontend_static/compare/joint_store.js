@@ -5,6 +5,7 @@
  * Frames are those that all runs have in common, counted from 0 on, as the run that leads counts its own.
  */
 
+import { computed, effect, signal } from "../vendor/preact.js";
 import { HistoryWindow } from "../session/history_window.js";
 import { eventFramesOf } from "../session/series.js";
 import { Steering } from "../session/steering.js";
@@ -14,15 +15,13 @@ import { Store } from "../session/store.js";
 
 /** @typedef {{name: string, colour: string, first: number}} Run `colour` as CSS has it; `first` is its frame that is frame 0 here. */
 /** @typedef {Run & {store: Store}} JointRun With what is known of its session. */
+/** @typedef {{beforeLoss: number|null, notes: {frame: number, note: string}[]}} Whole What is known of the runs as wholes. */
 
 export class JointStore extends Store {
   #runs;
   #lead;
-  #front = 0;
-  /** @type {{frame: number, note: string}[]} Frames worth finding again. */
-  #notes = [];
-  /** @type {number|null} From where to watch the first loss of any run, where there is one. */
-  beforeLoss = null;
+  #front = signal(0);
+  #whole = signal(/** @type {Whole} */ ({ beforeLoss: null, notes: [] }));
 
   /**
    * @param {readonly JointRun[]} runs
@@ -35,9 +34,27 @@ export class JointStore extends Store {
     this.#lead = lead;
     runs.forEach(({ store, first }, place) => {
       this.histories.set(String(place), new HistoryWindow(() => store.history, first, () => this.#frames));
-      store.onAll((topics) => this.#heard(...topics));
     });
-    this.#heard("session", "connection");
+    effect(() => {
+      this.connection = worst(runs.map(({ store }) => store.connection));
+      // There is nothing to show of all before all are there.
+      if (runs.every(({ store }) => store.session !== null)) this.session = this.#joined();
+    });
+  }
+
+  // Lists stay the same as long as what they are made of does, so that nothing is drawn for them.
+
+  #branches = computed(() => this.#runs.map(branchOf));
+  #bookmarks = computed(() => this.#whole.value.notes.map((note, place) => ({ id: String(place), branch: "", ...note })));
+  #timeline = computed(() => shifted(this.#shown.store.known.timeline, this.#shown.first));
+  #thresholds = computed(() => {
+    const { store, first } = this.#shown;
+    return store.known.thresholds.map((limit) => ({ ...limit, steps: shifted(limit.steps, first) }));
+  });
+
+  /** The run in front. */
+  get #shown() {
+    return this.#runs[this.#front.value];
   }
 
   /** How many frames all runs have. */
@@ -47,20 +64,21 @@ export class JointStore extends Store {
 
   /** @param {number} place Of the run whose bands, strips and changes are shown, and whose curves lie above. */
   bringToFront(place) {
-    this.#front = place;
-    this.#heard("session", "branch", "branches", "history", "timeline");
+    this.#front.value = place;
   }
 
   /**
    * Take note of the losses and notes of whole runs.
    *
-   * @param {JointStore["beforeLoss"]} beforeLoss
-   * @param {{frame: number, note: string}[]} notes
+   * @param {Whole["beforeLoss"]} beforeLoss From where to watch the first loss of any run, where there is one.
+   * @param {Whole["notes"]} notes Frames worth finding again.
    */
   know(beforeLoss, notes) {
-    this.beforeLoss = beforeLoss;
-    this.#notes = notes;
-    this.#heard("session", "bookmarks", "history");
+    this.#whole.value = { beforeLoss, notes };
+  }
+
+  get beforeLoss() {
+    return this.#whole.value.beforeLoss;
   }
 
   get knowsLoss() {
@@ -78,42 +96,35 @@ export class JointStore extends Store {
     return this.#runs.map(({ colour }, place) => ({ colour, history: this.historyOf(String(place)) }));
   }
 
-  /** @param {...import("../session/store.js").Topic} topics */
-  #heard(...topics) {
-    this.connection = worst(this.#runs.map(({ store }) => store.connection));
-    // There is nothing to show of all before all are there.
-    if (this.#runs.some(({ store }) => store.session === null)) return;
-    const [lead, front] = [this.#runs[this.#lead], this.#runs[this.#front]];
-    this.session = this.#joined(lead.store.known, front.store.known, front.first);
-    this.tell(...topics);
-  }
-
-  /**
-   * @param {SessionPublic} lead Has the position and all that moves.
-   * @param {SessionPublic} front Has what is shown of one run alone.
-   * @param {number} first
-   * @returns {SessionPublic}
-   */
-  #joined(lead, front, first) {
+  /** @returns {SessionPublic} What moves is that of the run which leads, all else that of the run in front. */
+  #joined() {
     const lengths = this.#runs.map((_, place) => this.historyOf(String(place)).length);
     const frames = this.#frames;
-    const { id, position, goal, playing, speed, speeds, state, message, recipe } = lead;
+    const { id, position, goal, playing, speed, speeds, state, message, recipe } = this.#runs[this.#lead].store.known;
     return {
-      ...front,
+      ...this.#shown.store.known,
       ...{ id, goal, playing, speed, speeds, state, message, recipe },
       position: Math.min(position, frames - 1),
       frames,
       computed: Math.max(0, Math.min(...lengths) - 1),
-      branch: String(this.#front),
-      branches: this.#runs.map(branchOf),
-      bookmarks: this.#notes.map((note, place) => ({ id: String(place), branch: "", ...note })),
-      timeline: front.timeline.map((change) => ({ ...change, frame: Math.max(0, change.frame - first) })),
-      thresholds: front.thresholds.map((limit) => ({
-        ...limit,
-        steps: limit.steps.map((step) => ({ ...step, frame: Math.max(0, step.frame - first) })),
-      })),
+      branch: String(this.#front.value),
+      branches: this.#branches.value,
+      bookmarks: this.#bookmarks.value,
+      timeline: this.#timeline.value,
+      thresholds: this.#thresholds.value,
     };
   }
+}
+
+/**
+ * What happened in frames of one run, in the frames of all.
+ *
+ * @template {{frame: number}} Happened
+ * @param {readonly Happened[]} all
+ * @param {number} first Its frame that is frame 0 of all.
+ */
+function shifted(all, first) {
+  return all.map((each) => ({ ...each, frame: Math.max(0, each.frame - first) }));
 }
 
 /**
@@ -138,10 +149,10 @@ export class JointSteering extends Steering {
   /**
    * @param {Store} lead
    * @param {JointStore} joint
-   * @param {AbortSignal} signal
+   * @param {AbortSignal} end
    */
-  constructor(lead, joint, signal) {
-    super(lead, signal);
+  constructor(lead, joint, end) {
+    super(lead, end);
     this.#joint = joint;
   }
 

@@ -208,8 +208,8 @@ export class LessonRun extends Shown {
     const place = element("div", { class: "lesson-session", data: { part: "session" } });
     const own = new OwnSession(place, { recipe: { recipe, position: frame }, parts: PARTS, view: "flat", layers });
     const mounted = (this.#mounted = mount(place, { start: own.start, plots }));
-    this.#proposals = new Proposals((values) => sendValues(mounted.store.known.id, values), () => this.#told(mounted), gone);
-    mounted.store.on(["parameters", "tracker", "recipe", "state", "connection", "position"], () => this.#told(mounted), gone);
+    const proposals = (this.#proposals = new Proposals((values) => sendValues(mounted.store.known.id, values), gone));
+    gone.addEventListener("abort", effect(() => this.#told(mounted, proposals)));
     gone.addEventListener("abort", () => {
       mounted.dispose();
       own.end();
@@ -240,18 +240,19 @@ export class LessonRun extends Shown {
    * The session has told about itself.
    *
    * @param {Mounted} mounted
+   * @param {Proposals} proposals
    */
-  #told({ able, steering, store: { session } }) {
+  #told({ able, steering, store: { session } }, proposals) {
     this.isAble.value = able;
     if (session === null) return;
     const inForce = { ...session.parameters, [TRACKER]: session.tracker, [SEED]: session.recipe.seed };
-    if (this.id.value === null) {
+    if (this.id.peek() === null) {
       this.#first = inForce;
       this.turnables.value = unlocked(session, this.scenario.unlocked);
       this.id.value = session.id;
     }
     // A control in use keeps its value.
-    this.values.value = Object.fromEntries(Object.entries(inForce).filter(([name]) => !this.#proposals?.holds(name)));
+    this.values.value = Object.fromEntries(Object.entries(inForce).filter(([name]) => !proposals.holds(name)));
     if (this.#goal === null || !session.playing || session.position < this.#goal) return;
     steering.seek(this.#goal);
     this.#goal = null;

@@ -12,8 +12,8 @@
  * apart, with 15 requests a second.
  */
 
-
-import { signal } from "../vendor/preact.js";
+import { follow } from "../shared/effects.js";
+import { batch, signal } from "../vendor/preact.js";
 
 /** @import { SessionPublic } from "../shared/messages.js" */
 /** @import { Steering } from "./steering.js" */
@@ -177,11 +177,11 @@ export class Follower {
  */
 
 export class Clock {
-  #members = signal(/** @type {readonly {member: Member, follower: Follower}[]} */ ([]));
+  #members = signal(/** @type {readonly Member[]} */ ([]));
 
   /** The session that leads, if there is any; components that read it follow it. */
   get leader() {
-    return this.#members.value.at(0)?.member;
+    return this.#members.value.at(0);
   }
 
   /**
@@ -189,33 +189,35 @@ export class Clock {
    * @param {AbortSignal} end Ends the membership; if it led, the next one leads.
    */
   join(member, end) {
-    const joined = { member, follower: new Follower(member.store, member.steering) };
-    this.#members.value = [...this.#members.peek(), joined];
-    member.store.on(["position", "goal", "playing", "speed", "state", "connection"], () => this.#moved(joined));
-    end.addEventListener("abort", () => this.#leave(joined));
+    const follower = new Follower(member.store, member.steering);
+    this.#members.value = [...this.#members.peek(), member];
+    const move = () => {
+      const lead = this.leader;
+      if (lead !== member && lead?.store.session) follower.follow(lead.store.session, member.first);
+    };
+    follow(() => [movesOf(this.leader), movesOf(member)], move, end);
+    end.addEventListener("abort", () => this.#leave(member));
   }
 
-  /** @param {{member: Member, follower: Follower}} left */
+  /** @param {Member} left */
   #leave(left) {
     const [first] = this.#members.peek();
-    this.#members.value = this.#members.peek().filter((other) => other !== left);
-    const [next] = this.#members.peek();
-    if (next === undefined) return;
-    const [before, now] = [left, next].map(({ member }) => member.store.session?.speed);
-    // To follow, it went a little faster or slower.
-    if (left === first && before !== undefined && before !== now) next.member.steering.setSpeed(before);
-    this.#moved(next);
+    batch(() => {
+      this.#members.value = this.#members.peek().filter((other) => other !== left);
+      const next = this.leader;
+      const [before, now] = [left, next].map((member) => member?.store.session?.speed);
+      // To follow, it went a little faster or slower.
+      if (left === first && before !== undefined && before !== now) next?.steering.setSpeed(before);
+    });
   }
+}
 
-  /** @param {{member: Member, follower: Follower}} moved */
-  #moved(moved) {
-    const [first, ...others] = this.#members.peek();
-    if (moved !== first) {
-      const lead = first.member.store.session;
-      if (lead !== null) moved.follower.follow(lead, moved.member.first);
-      return;
-    }
-    // Each looks where it has to go, and shows again what it has of the leader: whether it plays, and how fast.
-    for (const { member } of others) member.store.touch("position");
-  }
+/**
+ * What decides where a member is and where it goes.
+ *
+ * @param {Member|undefined} member
+ */
+function movesOf(member) {
+  const { connection, session } = member?.store ?? {};
+  return [connection, session?.state, session?.position, session?.goal, session?.playing, session?.speed];
 }

@@ -6,12 +6,12 @@
 import { START } from "../shared/address.js";
 import { api, messageOf, statusOf } from "../shared/api.js";
 import { fill, h as made } from "../shared/dom.js";
+import { follow, until } from "../shared/effects.js";
 import { remember, remembered } from "../shared/memory.js";
 import { isParticipant } from "../shared/participant.js";
 import { notice } from "../shared/notice.js";
 import { toast } from "../shared/toast.js";
 import { h, html, options as drawing, render } from "../vendor/preact.js";
-import { Commands } from "./steering.js";
 import { Inspection, Inspector } from "./inspect/inspector.js";
 import { listen, moves } from "./keys.js";
 import { Panel } from "./panel/panel.js";
@@ -21,7 +21,7 @@ import { SceneNotes } from "./scene_notes.js";
 import { Scrubber } from "./scrubber/scrubber.js";
 import { SessionStart } from "./session_start.js";
 import { SessionStream } from "./session_stream.js";
-import { Steering } from "./steering.js";
+import { Commands, Steering } from "./steering.js";
 import { Store } from "./store.js";
 import { Bookmarks, transport } from "./transport.js";
 import { Loss } from "./why/loss.js";
@@ -156,7 +156,8 @@ export class Mounted {
       this.scene.lay(this.#placeOf(h(SceneNotes, { view: this })));
     }
     if (this.#keys) listen(this.#keys, this.actions, this.signal);
-    this.store.on(["refused"], () => toast(this.store.refusal, { kind: "error" }));
+    const { refused } = this.store;
+    follow(() => refused.value, () => refused.value && toast(refused.value.message, { kind: "error" }), this.signal);
   }
 
   /**
@@ -217,20 +218,18 @@ export class Mounted {
     if (this.signal.aborted) return;
     const { session, recipe } = begun;
     const on = {
-      lost: () => this.store.setConnection("lost"),
+      lost: () => (this.store.connection = "lost"),
       gone: (/** @type {Error} */ { message }) => {
-        this.store.setConnection("gone");
+        this.store.connection = "gone";
         this.#fail("This session has ended", isParticipant ? message : KEPT);
       },
     };
     new SessionStream(session.id, this.store, this.scene, on, this.signal);
-    if (recipe?.play) {
-      await this.scene?.seen;
-      this.#whenOpen(async () => {
-        if (isFirstVisit(session.recipe.experiment)) await this.steering.slowDown();
-        await this.steering.toggle();
-      });
-    }
+    if (!recipe?.play) return;
+    await this.scene?.seen;
+    await until(() => this.able, this.signal);
+    if (isFirstVisit(session.recipe.experiment)) await this.steering.slowDown();
+    await this.steering.toggle();
   }
 
   /** @param {unknown} error */
@@ -247,22 +246,6 @@ export class Mounted {
     const way = this.store.isReadOnly ? null : WAY;
     if (this.scene) this.scene.fail(title, message, way);
     else fill(this.#start.element, notice(title, message, way));
-  }
-
-  /**
-   * Do something as soon as the session listens.
-   *
-   * @param {() => void} work
-   */
-  #whenOpen(work) {
-    let done = false;
-    const look = () => {
-      if (done || !this.able) return;
-      done = true;
-      work();
-    };
-    this.store.on(["state", "connection"], look);
-    look();
   }
 
   /** @returns {Partial<import("./keys.js").Actions>} */

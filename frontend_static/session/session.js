@@ -11,13 +11,13 @@ import { linkTo } from "../shared/share_link.js";
 import { attempt, toast } from "../shared/toast.js";
 import { tourOfAddress } from "../shared/tour_link.js";
 import { ClassControl } from "../lecturer/class_control.js";
-import { h, html, render, signal } from "../vendor/preact.js";
+import { effect, h, html, render, signal } from "../vendor/preact.js";
 import { Header } from "./header.js";
 import { mount } from "./mount.js";
 import { start } from "./page_start.js";
 import { sessionTitle } from "./timeline.js";
 
-/** @import { ExperimentDetail, Preset } from "../shared/messages.js" */
+/** @import { ExperimentDetail, Preset, SessionPublic } from "../shared/messages.js" */
 
 const WIDE_NOTE = "pftrack-wide-note";
 const experiment = signal(/** @type {ExperimentDetail|null} */ (null));
@@ -48,7 +48,7 @@ render(h(Header, { page }), part("header"));
 render(h(Bars, {}), part("bars"));
 skipLink();
 if (!isFollower) start.begun.then(() => control.find(), () => {});
-store.on(["tracker", "recipe", "state", "connection"], () => control.update());
+effect(() => control.update());
 document.addEventListener("keydown", (event) => {
   if (event.key.toLowerCase() !== "k" || !(event.ctrlKey || event.metaKey) || event.altKey || event.shiftKey) return;
   event.preventDefault();
@@ -58,6 +58,7 @@ const tour = tourOfAddress();
 start.begun.then(async ({ session }) => {
   if (session.remark) toast(session.remark, { kind: "error" });
   if (tour !== null) (await import("./tour/tour.js")).guide(view, tour);
+  page.editor.isOffered.value = (await offered(session).catch(() => [])).length > 0;
   experiment.value = await api.experiment(session.recipe.experiment);
 }).catch(() => {});
 
@@ -109,18 +110,15 @@ function offerEditor() {
       /** @type {HTMLElement|null} */ (element.querySelector(".cm-content"))?.focus();
       if (isMade) return;
       isMade = true;
-      const [file] = await offered();
+      const [file] = await offered(store.known);
       // The editor is large, and few pages need it.
       const { Editor } = await import("./editor/editor.js");
       render(h(Editor, { store, file, close: toggle }), element);
     });
-  store.on(["session"], async () => {
-    if (!isOffered.value) isOffered.value = (await offered().catch(() => [])).length > 0;
-  });
   return { isOffered, toggle };
 }
 
-async function offered() {
-  const { recipe } = store.known;
+/** @param {SessionPublic} session */
+async function offered({ recipe }) {
   return (await api.filters()).filter((file) => file.editable && file.experiment === recipe.experiment);
 }

@@ -2,6 +2,7 @@
 
 import { api } from "../shared/api.js";
 import { fill, h } from "../shared/dom.js";
+import { follow } from "../shared/effects.js";
 import { beforePrinting } from "../shared/print.js";
 import { isDark, onTheme } from "../shared/theme.js";
 import { after, later, throttle } from "../shared/timing.js";
@@ -83,16 +84,18 @@ export class SpatialScene {
   follow({ store }) {
     let down = false;
     let alive = true;
-    store.on(["state", "connection"], () => {
+    const hear = () => {
       if (store.connection === "lost") down = true;
-      if (this.#signal.aborted || store.session === null || store.connection !== "open") return;
+      if (store.session === null || store.connection !== "open") return;
       // A frame without focus does not look for its server again, and a revived worker has a new one: load it again.
       if (store.isAwake && (down || !alive)) this.#load();
       alive = store.isAwake;
       if (this.#preview) this.#preview.stopped = !alive;
       if (alive) down = false;
-    });
-    store.on(["position", "playing", "branch"], () => this.#preview?.refresh(store.session?.playing ?? false));
+    };
+    follow(() => [store.connection, store.isAwake], hear, this.#signal);
+    const shown = () => store.session && [store.session.position, store.session.playing, store.session.branch];
+    follow(shown, () => store.session && this.#preview?.refresh(store.session.playing), this.#signal);
   }
 
   /**

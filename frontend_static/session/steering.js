@@ -1,6 +1,7 @@
 /** What a person can do to a session: move through its run, by buttons, keys and the scrubber, and all else. */
 
 import { api } from "../shared/api.js";
+import { follow } from "../shared/effects.js";
 import { NewestRequest } from "../shared/newest_request.js";
 import { later } from "../shared/timing.js";
 import { attempt, toast } from "../shared/toast.js";
@@ -31,9 +32,10 @@ export class Steering {
     this.#store = store;
     this.#signal = signal;
     this.#seeking = new NewestRequest((/** @type {number} */ frame) => this.#send({ kind: "seek", frame }), {}, signal);
-    store.on(["position"], () => {
-      if (store.known.position === this.#goal) this.#goal = null;
-    });
+    const arrive = () => {
+      if (store.session?.position === this.#goal) this.#goal = null;
+    };
+    follow(() => store.session?.position, arrive, signal);
   }
 
   get #session() {
@@ -142,9 +144,10 @@ export class Steering {
   async setSpeed(value) {
     if (!this.#able) return;
     const before = this.speed;
-    this.#store.setSpeed(value);
+    // Shown until the server says otherwise.
+    this.#store.known.speed = value;
     const accepted = await this.#send({ kind: "speed", speed: value });
-    if (accepted === undefined && this.speed === value) this.#store.setSpeed(before);
+    if (accepted === undefined && this.speed === value) this.#store.known.speed = before;
   }
 
   /** Play slowly enough for eyes that do not know yet where to look. */

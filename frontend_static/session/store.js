@@ -3,11 +3,10 @@
  *
  * The server decides everything; this is its latest word. Answers of REST are not taken over: they may be older than what
  * the stream has already brought. Each field is a signal: a component that reads `store.session.position` is drawn again when
- * the position changes. Parts that are not components listen to topics, the names of the fields.
+ * the position changes. Parts that are not components follow what they draw (`shared/effects.js`).
  */
 
 import { api } from "../shared/api.js";
-import { Topics } from "../shared/topics.js";
 import { batch, signal } from "../vendor/preact.js";
 import { History, isGone } from "./history.js";
 
@@ -16,13 +15,9 @@ import { History, isGone } from "./history.js";
  * @typedef {import("../shared/messages.js").SessionPublic} SessionPublic
  * @typedef {import("../shared/messages.js").Bands} Bands
  * @typedef {import("./history.js").Row} Row
- * @typedef {import("../shared/messages.js").SessionSnapshot} SessionSnapshot
- * @typedef {keyof SessionSnapshot|"session"|"history"|"connection"|"refused"} Topic A field that moves, or "session" for all that
- *   is known of it, fixed or not.
  */
 
-/** @extends {Topics<Topic>} */
-export class Store extends Topics {
+export class Store {
   #session = signal(/** @type {SessionPublic|null} */ (null));
   #connection = signal(/** @type {"connecting"|"open"|"lost"|"gone"} */ ("connecting"));
   #ensemble = signal(/** @type {Bands|null} */ (null));
@@ -32,25 +27,25 @@ export class Store extends Topics {
    * @type {Map<string, History>}
    */
   histories = new Map();
-  /** Why a change that came through the scene's panel was refused, the last time that one was. */
-  refusal = "";
+  /** The last message that refused a change from the scene's panel. */
+  refused = signal(/** @type {import("../shared/messages.js").Refused|null} */ (null));
   /** @type {Set<string>} */
   #fetching = new Set();
-  /** @param {{readOnly?: boolean}} [options] Whether whoever looks on here cannot steer it. */
+
+  /** @param {{readOnly?: boolean}} [options] Whether it can be watched here and not be steered. */
   constructor({ readOnly = false } = {}) {
-    super();
     this.isReadOnly = readOnly;
   }
 
-  /** The session as the server describes it, or null before the first `hello`. */
+  /** @returns {SessionPublic|null} As the server describes it; null before the first `hello`. */
   get session() {
     return this.#session.value;
   }
 
-  /** @param {SessionPublic|null} values */
+  /** @param {SessionPublic} values */
   set session(values) {
     const known = this.#session.peek();
-    if (values === null || known === null) this.#session.value = values && alive(/** @type {SessionPublic} */ ({}), values);
+    if (known === null) this.#session.value = alive(/** @type {SessionPublic} */ ({}), values);
     else batch(() => alive(known, values));
   }
 
@@ -71,7 +66,7 @@ export class Store extends Topics {
     this.#ensemble.value = found;
   }
 
-  /** The session, where there must be one: who listens to what changes in it is only called then. */
+  /** The session, where there must be one. */
   get known() {
     if (this.session === null) throw new Error("The session has not been loaded yet");
     return this.session;
@@ -91,6 +86,11 @@ export class Store extends Topics {
     const known = this.histories.get(branch) ?? new History();
     this.histories.set(branch, known);
     return known;
+  }
+
+  /** How many frames of each branch are known; what reads it follows their histories. */
+  get lengths() {
+    return this.branches.map(({ id }) => this.historyOf(id).length);
   }
 
   /** Whether there is a loss to go back to. */
@@ -118,18 +118,9 @@ export class Store extends Topics {
     return this.session !== null && ["ready", "playing", "ended"].includes(this.session.state);
   }
 
-  /** Whether it listens to whoever looks on here. */
+  /** Whether it can be steered from here. */
   get isSteerable() {
     return this.isAwake && !this.isReadOnly;
-  }
-
-  /**
-   * Have the views of a topic drawn again, since something that they show beside the session has changed.
-   *
-   * @param {Topic} topic
-   */
-  touch(topic) {
-    if (this.session !== null) this.tell(topic);
   }
 
   /**
@@ -140,26 +131,7 @@ export class Store extends Topics {
   receive(message) {
     if (message.type === "hello") this.#greeted(message);
     else if (this.session !== null && message.type === "changes") this.#merge(this.session, message);
-    else if (this.session !== null && message.type === "refused") {
-      this.refusal = message.message;
-      this.tell("refused");
-    }
-  }
-
-  /**
-   * Show a speed that was asked for, until the server says otherwise.
-   *
-   * @param {number} speed
-   */
-  setSpeed(speed) {
-    this.known.speed = speed;
-    this.tell("speed");
-  }
-
-  /** @param {Store["connection"]} connection */
-  setConnection(connection) {
-    this.connection = connection;
-    this.tell("connection");
+    else if (this.session !== null && message.type === "refused") this.refused.value = message;
   }
 
   /** @param {import("../shared/messages.js").SessionHello} message */
@@ -170,7 +142,6 @@ export class Store extends Topics {
       this.historyOf(session.branch).replace(diagnostics);
     });
     for (const { id } of session.branches) if (id !== session.branch) this.#fetch(id);
-    this.tell("connection", "session", "history", .../** @type {Topic[]} */ (Object.keys(session)));
   }
 
   /**
@@ -188,8 +159,6 @@ export class Store extends Topics {
       return rows.map((row) => this.history.add(/** @type {Row} */ (row)));
     });
     if (changes.branch !== undefined || added.includes(false)) this.#fetch(session.branch);
-    const topics = /** @type {(keyof SessionSnapshot)[]} */ (Object.keys(changes));
-    this.tell(...topics, ...(rows.length > 0 ? /** @type {const} */ (["history"]) : []));
   }
 
   /** @param {string} branch */
@@ -199,7 +168,6 @@ export class Store extends Topics {
     try {
       const { columns } = await api.diagnostics(this.known.id, branch);
       this.historyOf(branch).merge(columns);
-      this.tell("history");
     } catch {
       // The next hello brings it.
     } finally {

@@ -7,6 +7,7 @@ import { outcomeLines } from "../../frontend_static/compare/table.js";
 import { coated } from "../../frontend_static/session/flat/overlay.js";
 import { Clock } from "../../frontend_static/session/clock.js";
 import { Store } from "../../frontend_static/session/store.js";
+import { effect } from "../../frontend_static/vendor/preact.js";
 
 /** A session of so many frames, of which some are computed. */
 function session({ frames = 50, computed = 10, position = 0, ...more } = {}) {
@@ -31,6 +32,16 @@ describe("several runs as one store", () => {
     assert.deepEqual(joint.branches.map(({ title }) => title), ["one", "two"]);
     joint.bringToFront(1);
     assert.deepEqual(joint.branches.map(({ title }) => title), ["two", "one"]);
+  });
+
+  it("moves without having drawn anew what stays", () => {
+    const lead = session();
+    const joint = new JointStore([run(lead, "one"), run(session(), "two")], 0, false);
+    const drawn = [];
+    effect(() => void drawn.push([joint.known.branches, joint.known.bookmarks, joint.known.timeline, joint.known.thresholds]));
+    lead.receive({ type: "changes", session: { position: 4 }, rows: [] });
+    assert.equal(joint.known.position, 4);
+    assert.equal(drawn.length, 1);
   });
 
   it("counts the frames that all of them have", () => {
@@ -79,7 +90,6 @@ describe("runs that begin at different pictures", () => {
     const steering = { seek: (frame) => sought.push(frame), setSpeed: () => {}, pause: () => {} };
     const { signal } = new AbortController();
     const [lead, other] = [session(), session({ position: 3 })];
-    for (const store of [lead, other]) store.setConnection("open");
     const clock = new Clock();
     clock.join({ store: lead, steering, first: 0 }, signal);
     clock.join({ store: other, steering, first: 3 }, signal);

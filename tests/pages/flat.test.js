@@ -5,6 +5,7 @@ import { decode } from "../../frontend_static/session/flat/decode.js";
 import { Layers } from "../../frontend_static/session/flat/layers.js";
 import { nameAt } from "../../frontend_static/session/flat/flat_view.js";
 import { css, placed } from "../../frontend_static/session/flat/paint.js";
+import { follow } from "../../frontend_static/shared/effects.js";
 
 const HEAD = { frame: 7, width: 320, height: 240, caption: "frame 7 · σ 2 px" };
 
@@ -93,17 +94,17 @@ describe("layers", () => {
     assert.equal(layers.isShown("time"), false);
   });
 
-  it("tell of each change once, until the signal", () => {
+  it("are followed, each change once, until the end", () => {
     const layers = new Layers([layer("a", true)]);
     const end = new AbortController();
-    let told = 0;
-    layers.on(() => (told += 1), end.signal);
+    const seen = [];
+    follow(() => layers.isShown("a"), () => seen.push(layers.isShown("a")), end.signal);
     layers.set("a", false);
     layers.set("a", false);
-    assert.equal(told, 1);
+    assert.deepEqual(seen, [true, false]);
     end.abort();
     layers.set("a", true);
-    assert.equal(told, 1);
+    assert.deepEqual(seen, [true, false]);
   });
 });
 

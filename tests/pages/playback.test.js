@@ -3,6 +3,8 @@ import { beforeEach, describe, it } from "node:test";
 
 import { Playback } from "../../frontend_static/session/recorded/playback.js";
 import { Store } from "../../frontend_static/session/store.js";
+import { until } from "../../frontend_static/shared/effects.js";
+import { effect } from "../../frontend_static/vendor/preact.js";
 
 const FRAMES = 5;
 
@@ -57,11 +59,11 @@ describe("a run that is played from a file", () => {
   it("plays to the end, and from there once more", async () => {
     for (let round = 0; round < 2; round += 1) {
       const positions = [];
-      store.on(["position"], () => positions.push(store.known.position));
-      const ended = new Promise((resolve) => store.on(["playing"], () => store.known.playing || resolve()));
+      const stop = effect(() => void positions.push(store.known.position));
       await playback.carryOut({ kind: "play" });
-      await ended;
-      assert.deepEqual(positions.slice(round), [1, 2, 3, 4]);
+      await until(() => !store.known.playing, new AbortController().signal);
+      stop();
+      assert.deepEqual(positions.slice(1 + round), [1, 2, 3, 4]);
     }
   });
 

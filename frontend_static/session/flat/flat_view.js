@@ -8,6 +8,7 @@
 
 import { enlargement, watchCanvasSize } from "../../shared/canvas_size.js";
 import { fill, h, setText } from "../../shared/dom.js";
+import { follow } from "../../shared/effects.js";
 import { coalesce, later } from "../../shared/timing.js";
 import { h as component, render } from "../../vendor/preact.js";
 import { decode } from "./decode.js";
@@ -156,8 +157,7 @@ export class FlatView {
     this.#soon = coalesce(() => this.#paint(), signal);
     fill(element, this.#root);
     watchCanvasSize(this.#place, (room) => this.#resize(room), signal);
-    layers.on(this.#soon, signal);
-    overlay?.on(this.#soon, signal);
+    follow(() => [layers.declared.map(({ name }) => layers.isShown(name)), overlay?.coat.value], this.#soon, signal);
     if (hasLegend) this.#addLegend();
     this.#nameWhatIsPointedAt();
     signal.addEventListener("abort", () => this.#pictures.free(Infinity));
@@ -214,7 +214,7 @@ export class FlatView {
     /** @param {number} key */
     const picture = (key) => bitmaps.get(key);
     const surface = { context, width, height, scale, density: devicePixelRatio * enlargement(this.#place), picture };
-    paint(surface, drawing, (layer) => this.#layers.isShown(layer), this.#overlay?.coat);
+    paint(surface, drawing, (layer) => this.#layers.isShown(layer), this.#overlay?.coat.value);
     this.#showWorlds(drawing.worlds);
     this.#say(drawing);
     this.#layers.tell(drawing.legend);

@@ -1,6 +1,6 @@
 /** Which layers of a session's drawings are shown, as signals; views paint by it, panels switch it. */
 
-import { effect, html, signal, untracked } from "../../vendor/preact.js";
+import { html, signal } from "../../vendor/preact.js";
 
 /** @import { Layer } from "../../shared/messages.js" */
 /** @import { DrawnKey } from "./decode.js" */
@@ -41,23 +41,6 @@ export class Layers {
     const known = this.#legend.peek();
     const isSame = legend.length === known.length && legend.every(({ meaning }, place) => meaning === known[place].meaning);
     if (!isSame) this.#legend.value = legend;
-  }
-
-  /**
-   * Call `listener` after each change.
-   *
-   * @param {() => void} listener
-   * @param {AbortSignal} end Ends it.
-   */
-  on(listener, end) {
-    let isFirst = true;
-    const dispose = effect(() => {
-      void this.#shown.value;
-      void this.#legend.value;
-      if (!isFirst) untracked(listener);
-      isFirst = false;
-    });
-    end.addEventListener("abort", dispose);
   }
 }
 

@@ -3,6 +3,8 @@
  * only what their trackers believe.
  */
 
+import { signal } from "../../vendor/preact.js";
+
 /** @import { Colour, Primitive } from "./decode.js" */
 
 /** @typedef {{tint: Colour, isLowest: boolean}} Coat What becomes of a view that is one of several. */
@@ -11,35 +13,12 @@
 const TRUTH = "0,0,0";
 
 export class Overlay {
-  /**
-   * Null for a view by itself.
-   *
-   * @type {Coat|null}
-   */
-  coat = null;
-  /** @type {Set<() => void>} */
-  #listeners = new Set();
+  /** Null for a view by itself. */
+  coat = signal(/** @type {Coat|null} */ (null));
 
   /** @param {number} first The frame of the run that is frame 0 of all: a caption counts as all do. */
   constructor(first) {
     this.first = first;
-  }
-
-  /** @param {Coat|null} coat */
-  wear(coat) {
-    this.coat = coat;
-    for (const listener of this.#listeners) listener();
-  }
-
-  /**
-   * Call `listener` after each change.
-   *
-   * @param {() => void} listener
-   * @param {AbortSignal} signal Ends it.
-   */
-  on(listener, signal) {
-    this.#listeners.add(listener);
-    signal.addEventListener("abort", () => this.#listeners.delete(listener));
   }
 }
 

@@ -35,7 +35,7 @@ export function Panel({ view }) {
 /** @param {{view: Mounted, session: SessionPublic}} props */
 function Parameters({ view, session }) {
   const { store, scene, signal } = view;
-  const proposals = useMemo(() => new Proposals((values) => sendValues(session.id, values), () => {}, signal), []);
+  const proposals = useMemo(() => new Proposals((values) => sendValues(session.id, values), signal), []);
   /** Where there is little room they open above the rest. */
   const isOpen = useSignal(false);
   const { declarations, parameters, tracker, trackers, recipe, title } = session;

@@ -35,20 +35,17 @@ export async function sendValues(id, { seed, ...values }) {
 export class Proposals {
   /** @type {NewestRequest<Values, boolean>} */
   #requests;
-  #onSettled;
   #end;
   #held = signal(/** @type {Values} */ ({}));
   #stopRest = () => {};
 
   /**
    * @param {(values: Values) => Promise<boolean>} send Tells whether the values were accepted.
-   * @param {() => void} onSettled Called when nothing is proposed any more: every control shows what is in force then.
    * @param {AbortSignal} end
    */
-  constructor(send, onSettled, end) {
+  constructor(send, end) {
     const join = (/** @type {Values} */ waiting, /** @type {Values} */ newer) => ({ ...waiting, ...newer });
     this.#requests = new NewestRequest(send, { answer: (isAccepted, _, isNewest) => isNewest && this.#rest(isAccepted), join }, end);
-    this.#onSettled = onSettled;
     this.#end = end;
   }
 
@@ -78,12 +75,8 @@ export class Proposals {
 
   /** @param {boolean} isAccepted What is refused is let go at once. */
   #rest(isAccepted) {
-    if (isAccepted) this.#stopRest = later(() => this.#settle(), REST_MS, this.#end);
-    else this.#settle();
-  }
-
-  #settle() {
-    this.#held.value = {};
-    this.#onSettled();
+    const settle = () => (this.#held.value = {});
+    if (isAccepted) this.#stopRest = later(settle, REST_MS, this.#end);
+    else settle();
   }
 }

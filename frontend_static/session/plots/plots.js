@@ -6,6 +6,7 @@
 
 import { api } from "../../shared/api.js";
 import { h } from "../../shared/dom.js";
+import { follow, until } from "../../shared/effects.js";
 import { plainAxis } from "../../shared/figure/axes.js";
 import { FigureView } from "../../shared/figure/figure.js";
 import { lineOver, told } from "../../shared/figure/kinds.js";
@@ -30,8 +31,8 @@ const REDRAW_MS = 100;
 const WIDE_PX = 1000;
 /** From this width on the plots have room for names that are written out. */
 const ROOMY_PX = 350;
-/** What is drawn of a session. */
-const DRAWN = /** @type {const} */ (["branch", "branches", "connection", "doubts", "history", "parameters", "position", "playing", "thresholds", "tracker"]);
+/** What is drawn of a session, beside its histories. */
+const DRAWN = /** @type {const} */ (["branch", "doubts", "parameters", "position", "playing", "thresholds", "tracker"]);
 /** Of the numbers at the axes, in the size of the page's letters. */
 const LETTERS = 11 / 16;
 /** Heights, px: of a plot, and of one with rows what it has for these and for each. */
@@ -42,8 +43,9 @@ const [PLOT_PX, BESIDE_PX, ROW_PX] = [66, 52, 15];
  * @param {View} view
  */
 export async function plots(root, view) {
-  await begun(view.store);
-  if (!view.signal.aborted) new Plots(root, view);
+  // It is known then what there is to plot.
+  await until(() => view.store.session?.plots.length, view.signal);
+  new Plots(root, view);
 }
 
 class Plots {
@@ -86,7 +88,7 @@ class Plots {
     this.#figure = new FigureView(this.#place, on, signal, { isCompact: true, letters: LETTERS, inks });
     this.#zoom = new Zoom(this.#place, { at: (event) => this.#figure.valuesAt(event), position: () => store.known.position, changed: draw }, signal);
     this.#place.addEventListener("click", (event) => this.#choose(event));
-    store.on(DRAWN, draw);
+    follow(() => [store.connection, store.ensemble, store.lengths, DRAWN.map((name) => store.known[name])], draw, signal);
     document.addEventListener("visibilitychange", draw, { signal });
     const [sizes, asked] = [new ResizeObserver(draw), new MutationObserver(draw)];
     sizes.observe(this.#outer);
@@ -151,20 +153,6 @@ class Plots {
     const at = this.#view.store.isReadOnly ? null : this.#figure.valuesAt(event);
     if (at !== null) this.#all.find(({ plot }) => plot.id === at.panel)?.choose?.(this.#view, Math.round(at.x), at.y);
   }
-}
-
-/**
- * Resolves when it is known what there is to plot.
- *
- * @param {Store} store
- * @returns {Promise<void>}
- */
-function begun(store) {
-  return new Promise((resolve) => {
-    const look = () => store.session !== null && store.session.plots.length > 0 && resolve();
-    store.on(["session"], look);
-    look();
-  });
 }
 
 /**

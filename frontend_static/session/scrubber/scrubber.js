@@ -5,6 +5,7 @@
 
 import { enlargement } from "../../shared/canvas_size.js";
 import { fill, h } from "../../shared/dom.js";
+import { follow } from "../../shared/effects.js";
 import { percent, quantity } from "../../shared/format.js";
 import { explain } from "../../shared/terms.js";
 import { onTheme, tokens } from "../../shared/theme.js";
@@ -62,11 +63,13 @@ export class Scrubber {
     fill(root, this.#slider, this.#names);
     this.#drawPlayhead = coalesce(() => this.#paintPlayhead(), view.signal);
     this.#drawAll = throttle(() => this.#paintAll(), REPAINT_MS, view.signal);
-    view.store.on(["position", "computed"], () => {
-      if (view.store.known.position === this.#settling) this.#settling = null;
+    const { store, signal } = view;
+    const move = () => {
+      if (store.session?.position === this.#settling) this.#settling = null;
       this.#drawPlayhead();
-    });
-    view.store.on(["timeline", "bookmarks", "branch", "branches", "history"], this.#drawAll);
+    };
+    follow(() => [store.session?.position, store.session?.computed], move, signal);
+    follow(() => [store.session?.timeline, store.session?.bookmarks, store.session?.branch, store.lengths], this.#drawAll, signal);
     const sizes = new ResizeObserver(this.#drawAll);
     sizes.observe(this.#slider);
     view.signal.addEventListener("abort", () => sizes.disconnect());

@@ -9,6 +9,7 @@
 import { api } from "../../shared/api.js";
 import { dialogIsOpen } from "../../shared/dialog.js";
 import { fill, h } from "../../shared/dom.js";
+import { until } from "../../shared/effects.js";
 import { icon } from "../../shared/icons.js";
 import { after } from "../../shared/timing.js";
 import { leaveAddress, rememberTour } from "../../shared/tour_link.js";
@@ -80,7 +81,7 @@ export async function guide(view, name) {
   document.addEventListener("keydown", (event) => {
     if (event.key === "Escape" && !dialogIsOpen() && !event.defaultPrevented) leave("left");
   }, { signal: end.signal });
-  await until(view, () => view.able, end.signal);
+  await until(() => view.able, end.signal);
   const tour = await tourOf(view.store.known.recipe.experiment, name);
   if (end.signal.aborted) return;
   if (tour === null) leaveAddress();
@@ -108,7 +109,7 @@ async function lead(view, tour, signal, leave) {
   const callout = new Callout(signal);
   const way = h("button", { type: "button", class: "quiet leave", title: "Leave the tour (escape)", on: { click: () => leave("left") } }, "Leave the tour");
   const step = (/** @type {number} */ number) => h("span", { class: "step" }, `Step ${number} of 3`);
-  const come = (/** @type {() => unknown} */ holds) => until(view, holds, signal);
+  const come = (/** @type {() => unknown} */ holds) => until(holds, signal);
   const lostSince = () => store.history.at(store.known.position)?.lost_since ?? null;
 
   if (store.known.position === 0 && !store.known.playing) {
@@ -174,25 +175,4 @@ async function seen(selector, signal) {
     if (found instanceof HTMLElement) return found;
     await after(SOON_MS, signal);
   }
-}
-
-/**
- * Resolves as soon as something holds of a session that listens; never after the signal.
- *
- * @param {Mounted} view
- * @param {() => unknown} holds
- * @param {AbortSignal} signal
- * @returns {Promise<void>}
- */
-function until(view, holds, signal) {
-  return new Promise((resolve) => {
-    let isDone = false;
-    const look = () => {
-      if (isDone || signal.aborted || view.store.session === null || !holds()) return;
-      isDone = true;
-      resolve();
-    };
-    view.store.on(["position", "playing", "history", "connection"], look);
-    look();
-  });
 }

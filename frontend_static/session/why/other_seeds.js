@@ -29,7 +29,6 @@ export function OtherSeeds({ view: { store, signal } }) {
   const bands = result && "holding" in result ? result : null;
   useEffect(() => {
     store.ensemble = bands;
-    store.touch("history");
   }, [bands]);
   // What was computed elsewhere is the same whatever one changes.
   if (!store.isAwake || store.known.trackers.some(({ id, replays }) => id === store.known.tracker && replays)) return null;

@@ -2,7 +2,7 @@
 
 The worker makes a snapshot of its run and tells what has changed of it since the last time. The web process keeps the
 newest one, adds what it alone knows, and tells the pages which of the fields are new to them. Neither knows a field by
-name for that: what is declared here and set where it is known travels to the pages, where each field is a topic.
+name for that: what is declared here and set where it is known travels to the pages, where each field is a signal.
 """
 
 from collections.abc import Mapping
