@@ -5,7 +5,7 @@
 
 import { messageOf, request } from "../shared/api.js";
 import { whenCompiled } from "../shared/compiling.js";
-import { elementOf, h as element } from "../shared/dom.js";
+import { h as element } from "../shared/dom.js";
 import { IconButton } from "../shared/icons.js";
 import { cancelJob, followJob } from "../shared/jobs.js";
 import { Made } from "../shared/page.js";
@@ -193,7 +193,7 @@ export function Comparison({ compared }) {
       ${h(Table, { outline, outcome: compared.outcome.value, measure: compared.measure })}
       ${h(Made, { make: () => compared.plotted() })}
     </aside>
-    ${h(Made, { make: () => compared.deck("comparison-deck", elementOf(h(DifferenceButton, { compared }))) })}
+    ${h(Made, { make: () => compared.deck("comparison-deck", h(DifferenceButton, { compared })) })}
   </div>`;
 }
 

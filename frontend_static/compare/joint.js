@@ -20,6 +20,7 @@ import { JointSteering, JointStore } from "./joint_store.js";
 /** @import { Actions } from "../session/keys.js" */
 /** @import { ViewKind } from "../session/view_choice.js" */
 /** @import { NewSession } from "../shared/share_link.js" */
+/** @import { Child } from "../vendor/preact.js" */
 /** @import { Run } from "./joint_store.js" */
 
 /**
@@ -110,12 +111,12 @@ export class JointView {
    * The transport and the scrubber; where nothing can be moved, the scrubber alone.
    *
    * @param {string} kind Class of the element.
-   * @param {Node} extra A further control, at the right of the transport.
+   * @param {Child} extra A further control, at the right of the transport.
    */
   deck(kind, extra) {
     const place = element("div", { class: kind });
     const places = arrange(place, this.#readOnly ? ["scrubber"] : ["transport", "scrubber"]);
-    if (places.transport) transport(places.transport, this, [extra]);
+    if (places.transport) transport(places.transport, this, extra);
     if (places.scrubber) new Scrubber(places.scrubber, this);
     return place;
   }

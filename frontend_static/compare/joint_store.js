@@ -6,11 +6,12 @@
  */
 
 import { computed, effect, signal } from "../vendor/preact.js";
-import { HistoryWindow } from "../session/history_window.js";
+import { History } from "../session/history.js";
 import { eventFramesOf } from "../session/series.js";
 import { Steering } from "../session/steering.js";
 import { Store } from "../session/store.js";
 
+/** @import { Row } from "../session/history.js" */
 /** @import { BranchPublic, SessionPublic } from "../shared/messages.js" */
 
 /** @typedef {{name: string, colour: string, first: number}} Run `colour` as CSS has it; `first` is its frame that is frame 0 here. */
@@ -140,6 +141,46 @@ function branchOf({ name, colour, store }, place) {
 function worst(all) {
   const order = /** @type {const} */ (["gone", "lost", "connecting"]);
   return order.find((each) => all.includes(each)) ?? "open";
+}
+
+/** A part of a run's history as if it were all of it: so many frames from one on, counted from 0. */
+class HistoryWindow extends History {
+  #whole;
+  #first;
+  #frames;
+
+  /**
+   * @param {() => History} whole The history as it is now.
+   * @param {number} first The frame of it that is frame 0 here.
+   * @param {() => number} frames How many there are at most.
+   */
+  constructor(whole, first, frames) {
+    super();
+    this.#whole = whole;
+    this.#first = first;
+    this.#frames = frames;
+  }
+
+  get edition() {
+    return this.#whole().edition;
+  }
+
+  get length() {
+    return Math.min(Math.max(0, this.#whole().length - this.#first), this.#frames());
+  }
+
+  /**
+   * @param {number} frame
+   * @returns {Row|undefined}
+   */
+  at(frame) {
+    return frame < this.length ? this.#whole().at(frame + this.#first) : undefined;
+  }
+
+  /** @param {string} name */
+  measures(name) {
+    return this.#whole().measures(name);
+  }
 }
 
 /** Moving through the runs: the one that leads is moved, and the others follow it. */

@@ -106,8 +106,8 @@ function Runs({ begin }) {
   if (pair === null) return null;
   if (pair.problem.value) return h(Failed, { title: "The two runs could not be started", message: pair.problem.value, again: begin });
   const { frame } = pair.failure;
-  const before = () => element("button", { type: "button", on: { click: () => pair.steering.seek(frame) } }, `Frame ${frame}, before it happens`);
-  return [...SIDES.map((side, place) => h(Column, { pair, side, place })), h(Made, { make: () => pair.deck("failure-deck", before()) })];
+  const before = html`<button type="button" onClick=${() => pair.steering.seek(frame)}>Frame ${frame}, before it happens</button>`;
+  return [...SIDES.map((side, place) => h(Column, { pair, side, place })), h(Made, { make: () => pair.deck("failure-deck", before) })];
 }
 
 /** @param {{pair: Pair, side: Side, place: number}} props One of the runs: its words and its picture. */

@@ -1,5 +1,5 @@
 /**
- * One clock for several sessions of a page: the first of them leads, and the others follow it. Whoever steers any of them
+ * One clock for several sessions of a page: the first of them leads, and the others follow it. Steering any of them
  * steers the first one. Runs on one recording may begin at different pictures: each says which of its frames belongs to
  * frame 0 of the one that leads.
  *
@@ -78,7 +78,7 @@ export class Pace {
 const AWAY_S = 1;
 /** Between two corrections of its speed, */
 const CORRECT_EVERY_MS = 250;
-/** none of which is smaller than this share. */
+/** and the smallest one, as a share of the speed. */
 const CORRECTION = 0.04;
 /** Speeds that a session takes, times real time. */
 const SLOWEST = 0.1;

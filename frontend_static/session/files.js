@@ -6,7 +6,7 @@ import { elementOf } from "../shared/dom.js";
 import { Exports } from "../shared/exports.js";
 import { attempt, toast } from "../shared/toast.js";
 import { h, html, useEffect, useSignal } from "../vendor/preact.js";
-import { giveTruth } from "./truth/marking.js";
+import { giveTruth, markTruth } from "./truth/marking.js";
 
 /** @import { Declaration } from "../shared/messages.js" */
 /** @import { Mounted } from "./mount.js" */
@@ -82,9 +82,9 @@ function Truth({ view, upload, close }) {
     input.value = "";
     if (files.length > 0 && (await giveTruth(id, files))) await look();
   };
-  const start = async () => {
+  const start = () => {
     close();
-    (await import("./truth/marking.js")).markTruth(view);
+    markTruth(view);
   };
   const address = api.truthAddress(upload, recipe.experiment);
   const known = html`<a class="button quiet" download title="The truth that is known, CSV" data-role="known-truth" href=${address}>Download</a>`;

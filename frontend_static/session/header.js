@@ -105,7 +105,7 @@ function Line({ entry: { words, tool, icon, keys, title, href, run }, isOff }) {
 }
 
 /**
- * Everything that can be done here, in groups; whoever came by the link of a class keeps nothing here.
+ * Everything that can be done here, in groups. A participant of a class can keep nothing.
  *
  * @param {Page} page
  * @returns {[title: string, entries: Entry[]][]}

@@ -193,7 +193,7 @@ export const curve = {
 };
 
 /**
- * Whether the target is lost, whoever says so.
+ * Whether the target is lost, by truth or by the tracker.
  *
  * @param {Row|undefined} row
  */

@@ -113,7 +113,7 @@ export function listen(element, actions, signal) {
     if (!isMine(event.target) || event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented || takesKeys(event.target, event.key)) return;
     if (press(event.key, event.shiftKey)) event.preventDefault();
   }, { signal });
-  // Who clicks in the page has left the scene's text boxes, even if what was clicked takes no focus.
+  // A click in the page leaves the scene's text boxes, even where the clicked element takes no focus.
   document.addEventListener("pointerdown", () => {
     if (document.activeElement instanceof HTMLIFrameElement) document.activeElement.blur();
   }, { signal });

@@ -19,7 +19,7 @@ export const PARTS = ["scene", "panel", "branches", "inspection", "why", "plots"
  */
 export function arrange(element, parts) {
   const unknown = parts.filter((part) => !PARTS.includes(part));
-  if (unknown.length > 0) throw new Error(`A session has the parts ${PARTS.join(", ")}, and no ${unknown.join(", ")}`);
+  if (unknown.length > 0) throw new Error(`A session has the parts ${PARTS.join(", ")}, not ${unknown.join(", ")}`);
   /** @type {Places} */
   const places = {};
   /** @param {Part} part @param {"section"|"nav"|"div"} tag @param {Properties} properties */

@@ -144,7 +144,7 @@ export class Mounted {
 
   #fill() {
     const { places } = this.#start;
-    if (places.transport) transport(places.transport, this, [h(Bookmarks, { view: this })]);
+    if (places.transport) transport(places.transport, this, h(Bookmarks, { view: this }));
     if (places.scrubber) new Scrubber(places.scrubber, this);
     if (places.panel) this.#show(places.panel, h(Panel, { view: this }));
     if (!this.store.isReadOnly) this.#questions(places);

@@ -8,6 +8,7 @@ import { linkTo, presetRecipe } from "../shared/share_link.js";
 import { attempt } from "../shared/toast.js";
 import { h, html, useEffect, useSignal } from "../vendor/preact.js";
 import { menuOf } from "./header.js";
+import { readBy } from "./panel/panel.js";
 
 /** @import { ExperimentPublic, LessonsPublic, Preset } from "../shared/messages.js" */
 /** @import { Entry, Page } from "./header.js" */
@@ -62,11 +63,7 @@ function near(page) {
   const { session } = view.store;
   const menu = menuOf(page).flatMap(([kind, entries]) => entries.filter(({ needsRun }) => view.able || !needsRun).map((entry) => ({ ...entry, kind })));
   if (session === null) return menu;
-  const { declarations, parameters, tracker } = session;
-  const read = declarations.filter(
-    ({ name, kind, trackers }) => name in parameters && kind !== "file" && (trackers.length === 0 || trackers.includes(tracker)),
-  );
-  const turned = read.map(({ label }) => ({ words: label, kind: "Parameter", run: () => turn(label) }));
+  const turned = readBy(session).map(({ label }) => ({ words: label, kind: "Parameter", run: () => turn(label) }));
   const listed = isParticipant ? [] : (experiment.value?.presets ?? []);
   const presets = listed.map((preset) => ({ words: preset.title, kind: "Preset", run: () => openPreset(preset) }));
   return [...menu, ...turned, ...presets];

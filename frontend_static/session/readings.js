@@ -1,6 +1,6 @@
 /**
- * What is said of one frame: the lines that the experiment declares, and how it goes. The box of numbers and the text for
- * whoever cannot see the picture say the same.
+ * One frame in words: the lines that the experiment declares, and how the run goes. The box of numbers and the text for screen
+ * readers share them.
  */
 
 import { number, quantity } from "../shared/format.js";

@@ -39,7 +39,7 @@ export function Numbers({ view: { store } }) {
   if (session === null) return null;
   const row = history.at(session.position);
   const experiment = session.recipe.experiment;
-  // A line of which the method has nothing at all is left out; one that is not known in this frame stays in its place.
+  // A line that this tracker never reports is left out; one that is unknown in this frame only stays in its place.
   const shown = session.readings.filter((reading) => row === undefined || isMeasured(reading, row, session, history));
   return html`
     <dl>

@@ -10,10 +10,10 @@ import { isMeasured, state, words } from "./readings.js";
 /** @import { Mounted } from "./mount.js" */
 /** @import { Store } from "./store.js" */
 
-/** What takes no longer than this is over before anybody could read of it. */
+/** Work that takes no longer ends before anybody could read about it. */
 const SHOWN_AFTER_MS = 500;
 const SETTLED_MS = 400;
-/** A goal that is no frame. */
+/** The goal while functions are compiled: not a frame. */
 const COMPILED = Infinity;
 /** So long of the run the note on what to look at stays once that plays, s. */
 const STAYS_S = 5;
@@ -78,7 +78,7 @@ function WatchNote({ view: { store, steering } }) {
   const { session } = store;
   useSignalEffect(() => {
     const { playing = false, position = 0, frame_rate_hz: rate = 0 } = store.session ?? {};
-    // Who only goes through the frames by hand still reads it.
+    // A person who steps through the frames still reads it.
     if (playing) from.current ??= position;
     if (from.current !== null && position > from.current + STAYS_S * rate) isAway.value = true;
   });
@@ -101,7 +101,7 @@ function WatchNote({ view: { store, steering } }) {
 }
 
 /**
- * The frame in words, for whoever cannot see it: told when the run stands, not thirty times a second.
+ * The frame in words, for screen readers: spoken when the run stands still, not thirty times a second.
  *
  * @param {{view: Mounted}} props
  */

@@ -40,7 +40,7 @@ export class SessionStart {
     /** The scene, if it is among the parts. */
     this.scene = this.places.scene ? new Scene(this.places.scene, this.signal, { view, hasLegend: parts.includes("panel"), layers, overlay, isBare }) : null;
     this.begun = recipe === undefined ? this.#find(session ?? "") : this.#start(recipe, name);
-    // Whoever waits for it says what was wrong; until somebody does, it is no accident.
+    // A failure is reported by the code that awaits this promise.
     this.begun.catch(() => {});
   }
 

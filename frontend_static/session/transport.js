@@ -11,7 +11,7 @@ import { ofRole } from "./series.js";
 /** @import { Bookmark, SessionPublic } from "../shared/messages.js" */
 /** @import { IconName } from "../shared/icons.js" */
 /** @import { Mounted, View } from "./mount.js" */
-/** @import { Child, VNode } from "../vendor/preact.js" */
+/** @import { Child } from "../vendor/preact.js" */
 
 /** Less is not worth telling. */
 const LATE_S = 0.5;
@@ -29,10 +29,10 @@ const RECORDING = ["Stop when lost", "Stop playing where a mark or the tracker i
  *
  * @param {HTMLElement} root
  * @param {View} view
- * @param {readonly (Node|VNode)[]} extras Further controls, at the right.
+ * @param {Child} extras Further controls, at the right.
  */
 export function transport(root, view, extras) {
-  render(h(Transport, { view, extras: extras.map((each) => (each instanceof Node ? html`<span class="made" ref=${standing(each)}></span>` : each)) }), root);
+  render(h(Transport, { view, extras }), root);
   view.signal.addEventListener("abort", () => render(null, root));
   // A click must not leave the focus on a button, where the space bar would press it again instead of playing.
   root.addEventListener("mousedown", (event) => {
@@ -40,15 +40,6 @@ export function transport(root, view, extras) {
     event.preventDefault();
     /** @type {HTMLElement|null} */ (root.closest(".session-view"))?.focus({ preventScroll: true });
   });
-}
-
-/**
- * Puts something that is made elsewhere where it belongs.
- *
- * @param {Node} made
- */
-function standing(made) {
-  return (/** @type {Element|null} */ place) => place !== null && made.parentNode !== place && place.append(made);
 }
 
 /** @param {{view: View, extras: Child}} props */

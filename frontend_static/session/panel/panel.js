@@ -38,16 +38,13 @@ function Parameters({ view, session }) {
   const proposals = useMemo(() => new Proposals((values) => sendValues(session.id, values), signal), []);
   /** Where there is little room they open above the rest. */
   const isOpen = useSignal(false);
-  const { declarations, parameters, tracker, trackers, recipe, title } = session;
+  const { parameters, tracker, trackers, recipe, title } = session;
   /** @type {Values} */
   const inForce = { ...parameters, tracker, seed: recipe.seed, ...proposals.held };
   const of = (/** @type {string} */ name) => (/** @type {import("../../shared/format.js").Value} */ value) => proposals.propose(name, value);
   const control = (/** @type {Declaration} */ declaration) =>
     h(DeclaredControl, { key: declaration.name, declaration, value: inForce[declaration.name], propose: of(declaration.name) });
-  // Files are brought in by the menu.
-  const read = declarations.filter(
-    ({ name, kind, trackers: readers }) => name in parameters && kind !== "file" && (readers.length === 0 || readers.includes(tracker)),
-  );
+  const read = readBy(session);
   const first = firstOf(session, read);
   const others = read.filter((each) => !first.includes(each));
   const groups = [...new Set(others.map(({ group }) => group))];
@@ -81,6 +78,17 @@ function Parameters({ view, session }) {
 }
 
 /**
+ * The parameters that a session's tracker reads, without the files, which are brought in by the menu.
+ *
+ * @param {SessionPublic} session
+ */
+export function readBy({ declarations, parameters, tracker }) {
+  return declarations.filter(
+    ({ name, kind, trackers }) => name in parameters && kind !== "file" && (trackers.length === 0 || trackers.includes(tracker)),
+  );
+}
+
+/**
  * The parameters of a filter of one's own, and those that the preset is about; failing them, the first that have a slider.
  *
  * @param {SessionPublic} session
@@ -93,7 +101,7 @@ function firstOf({ about, recipe, tracker }, read) {
 }
 
 /**
- * What a change does, said before it is made, where that is more than to count from the next frame on.
+ * What a change will do, where it does more than count from the next frame on.
  *
  * @param {{session: SessionPublic}} props
  */

@@ -1,6 +1,6 @@
 /**
- * The page of a run that was exported: the parts of a session's page, played from what the file holds. There is no server:
- * what the parts ask of it, the file answers.
+ * The page of an exported run: the parts of a session's page, played from the file. The file answers what the parts ask of a
+ * server.
  */
 
 import { api } from "../../shared/api.js";
@@ -57,7 +57,7 @@ async function begin() {
     glossary: async () => recording.glossary,
   });
   const view = { store, steering: new Steering(store, signal), able: true, signal, scene: null, plots: [] };
-  transport(places.transport, view, []);
+  transport(places.transport, view, null);
   new Scrubber(places.scrubber, view);
   render(html`${component(Status, { view })}${component(Numbers, { view })}`, places.readout);
   plots(places.plots, view);

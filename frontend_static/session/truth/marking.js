@@ -13,8 +13,9 @@ import { h as element } from "../../shared/dom.js";
 import { count } from "../../shared/format.js";
 import { markEditor } from "../../shared/marks/mark_editor.js";
 import { markOf, valueAt } from "../../shared/marks/mark_json.js";
+import { Made } from "../../shared/page.js";
 import { attempt, toast } from "../../shared/toast.js";
-import { h, html, render, signal, useEffect, useMemo, useSignalEffect } from "../../vendor/preact.js";
+import { h, html, render, signal, useEffect, useSignalEffect } from "../../vendor/preact.js";
 import { readTable, tableText } from "./truth_table.js";
 
 /** @import { Mark } from "../../shared/marks/mark_json.js" */
@@ -42,24 +43,14 @@ const EVERY = 5;
 const CLICK_PX = 4;
 
 /**
- * Whether truth can be marked in a session's pictures here.
- *
- * @param {Mounted} view
- */
-export function canMarkTruth({ store, scene, able }) {
-  const { session } = store;
-  return able && scene !== null && session !== null && session.upload !== null && session.truth_mark !== null;
-}
-
-/**
- * Have truth marked, beginning with what is known already.
+ * Have truth marked, beginning with what is known already; nothing where it cannot be marked in pictures.
  *
  * @param {Mounted} view
  */
 export async function markTruth(view) {
-  if (!canMarkTruth(view) || document.querySelector(".truth-marking")) return;
+  if (!view.able || view.scene === null || document.querySelector(".truth-marking")) return;
   const { upload, recipe, truth_mark: kind } = view.store.known;
-  if (upload === null || !kind) return;
+  if (upload === null || kind === null) return;
   await attempt(async () => {
     await view.steering.pause();
     const rows = await knownRows(upload, recipe.experiment);
@@ -165,7 +156,7 @@ class Marking {
     this.put(values);
   }
 
-  /** @param {number[]} [values] Without them there is no truth of this frame, as where the target is hidden; go on. */
+  /** @param {number[]} [values] Left out where the frame has no truth, as when the target is hidden. Goes on. */
   put(values) {
     const { frame } = this;
     this.done.value = [...this.done.value, { frame, before: this.rows.value.get(frame) }];
@@ -234,10 +225,8 @@ function TruthMarking({ marking, upload }) {
   const keep = html`<button type="button" class="primary" disabled=${marking.mark.value === null} onClick=${() => marking.keep()}>Keep and go on</button>`;
   const isOff = marking.isGiving.value || hasNone || rows.value.size === 0;
   const press = (/** @type {KeyboardEvent} */ event) => marking.press(event);
-  const surface = useMemo(() => clickable(marking), []);
-  const stand = (/** @type {Element|null} */ place) => place !== null && surface.parentNode !== place && place.append(surface);
   return html`<section class="truth-marking" aria-label="Mark truth" data-state=${marking.isKept ? "kept" : "proposed"} onKeyDown=${press}>
-    <div class="truth-stage" ref=${stand}></div>
+    <div class="truth-stage">${h(Made, { make: () => clickable(marking) })}</div>
     <div class="truth-tools">
       <p class="truth-state" role="status">Picture ${frame} is ${state}. ${count(rows.value.size, "frame")} marked.</p>
       <p class="hint">${clicked}${by}. Frames in between stay without truth: they count neither for the tracker nor against it.</p>
