@@ -79,8 +79,6 @@ export function watch(place, { outline, outcome, arrangement }, sessions) {
 }
 
 export class RunComparison extends JointView {
-  /** Place of the run whose losses, changes and limits are shown. */
-  front = signal(0);
   outcome = signal(/** @type {Outcome|null} */ (null));
   arrangement = signal(/** @type {Arrangement} */ ("side"));
   view = signal(/** @type {ViewKind} */ ("flat"));
@@ -99,7 +97,6 @@ export class RunComparison extends JointView {
     this.onFewer = outline.runs.length > 2 ? onFewer : undefined;
     if (!readOnly) this.listen({ ...actions, difference: () => this.toDifference() });
     this.arrange(arrangement);
-    this.choose(0);
   }
 
   /** What makes the runs, where that is known. @returns {ComparedRun[]} */
@@ -175,12 +172,6 @@ export class RunComparison extends JointView {
     if (kind === "scene") this.arrange("side");
     super.show(kind);
   }
-
-  /** @param {number} place Of the run whose losses, changes and limits are to be shown. */
-  choose(place) {
-    this.front.value = place;
-    this.store.bringToFront(place);
-  }
 }
 
 /** @param {{compared: RunComparison}} props */
@@ -203,7 +194,7 @@ export function Comparison({ compared }) {
  * @param {{compared: RunComparison, run: Outline["runs"][number], place: number}} props
  */
 function Compared({ compared, run: { name, title, colour, recipe, first }, place }) {
-  const { front, runs, onFewer } = compared;
+  const { store, runs, onFewer } = compared;
   const hint = `${title ?? name}. Show its losses, changes and limits below`;
   const aim = () => linkTo({ recipe: /** @type {Recipe} */ (recipe), position: first + compared.position });
   const open = html`<span>Open</span>`;
@@ -211,7 +202,7 @@ function Compared({ compared, run: { name, title, colour, recipe, first }, place
   return html`<section class="compared" aria-label=${`Run ${place + 1}, ${name}`} data-place=${place} style=${{ "--run": colour }}>
     <header class="compared-head">
       <h2>
-        <button type="button" class="chip" aria-pressed=${String(place === front.value)} title=${hint} onClick=${() => compared.choose(place)}>
+        <button type="button" class="chip" aria-pressed=${String(place === store.front.value)} title=${hint} onClick=${() => (store.front.value = place)}>
           <span class="swatch" style=${{ background: colour }}></span><strong>${place + 1}</strong><span>${name}</span>
         </button>
       </h2>

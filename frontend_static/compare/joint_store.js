@@ -6,12 +6,11 @@
  */
 
 import { computed, effect, signal } from "../vendor/preact.js";
-import { History } from "../session/history.js";
+import { HistoryWindow } from "../session/history.js";
 import { eventFramesOf } from "../session/series.js";
 import { Steering } from "../session/steering.js";
 import { Store } from "../session/store.js";
 
-/** @import { Row } from "../session/history.js" */
 /** @import { BranchPublic, SessionPublic } from "../shared/messages.js" */
 
 /** @typedef {{name: string, colour: string, first: number}} Run `colour` as CSS has it; `first` is its frame that is frame 0 here. */
@@ -21,7 +20,8 @@ import { Store } from "../session/store.js";
 export class JointStore extends Store {
   #runs;
   #lead;
-  #front = signal(0);
+  /** Place of the run whose bands, strips and changes are shown, and whose curves lie above. */
+  front = signal(0);
   #whole = signal(/** @type {Whole} */ ({ beforeLoss: null, notes: [] }));
 
   /**
@@ -55,17 +55,12 @@ export class JointStore extends Store {
 
   /** The run in front. */
   get #shown() {
-    return this.#runs[this.#front.value];
+    return this.#runs[this.front.value];
   }
 
   /** How many frames all runs have. */
   get #frames() {
     return Math.min(...this.#runs.map(({ store, first }) => (store.session?.frames ?? 0) - first));
-  }
-
-  /** @param {number} place Of the run whose bands, strips and changes are shown, and whose curves lie above. */
-  bringToFront(place) {
-    this.#front.value = place;
   }
 
   /**
@@ -108,7 +103,7 @@ export class JointStore extends Store {
       position: Math.min(position, frames - 1),
       frames,
       computed: Math.max(0, Math.min(...lengths) - 1),
-      branch: String(this.#front.value),
+      branch: String(this.front.value),
       branches: this.#branches.value,
       bookmarks: this.#bookmarks.value,
       timeline: this.#timeline.value,
@@ -141,46 +136,6 @@ function branchOf({ name, colour, store }, place) {
 function worst(all) {
   const order = /** @type {const} */ (["gone", "lost", "connecting"]);
   return order.find((each) => all.includes(each)) ?? "open";
-}
-
-/** A part of a run's history as if it were all of it: so many frames from one on, counted from 0. */
-class HistoryWindow extends History {
-  #whole;
-  #first;
-  #frames;
-
-  /**
-   * @param {() => History} whole The history as it is now.
-   * @param {number} first The frame of it that is frame 0 here.
-   * @param {() => number} frames How many there are at most.
-   */
-  constructor(whole, first, frames) {
-    super();
-    this.#whole = whole;
-    this.#first = first;
-    this.#frames = frames;
-  }
-
-  get edition() {
-    return this.#whole().edition;
-  }
-
-  get length() {
-    return Math.min(Math.max(0, this.#whole().length - this.#first), this.#frames());
-  }
-
-  /**
-   * @param {number} frame
-   * @returns {Row|undefined}
-   */
-  at(frame) {
-    return frame < this.length ? this.#whole().at(frame + this.#first) : undefined;
-  }
-
-  /** @param {string} name */
-  measures(name) {
-    return this.#whole().measures(name);
-  }
 }
 
 /** Moving through the runs: the one that leads is moved, and the others follow it. */

@@ -97,7 +97,7 @@ async function open(run) {
 }
 
 /**
- * Go to the control of a parameter, unfolding what it is in.
+ * Go to the control of a parameter, unfolding what it is in; where there is little room, that is the panel, too.
  *
  * @param {string} label
  */
@@ -105,7 +105,10 @@ function turn(label) {
   const found = [...document.querySelectorAll(".controls .control")].find((each) => each.querySelector("label, span")?.textContent === label);
   for (let at = found?.parentElement; at; at = at.parentElement) if (at.tagName === "DETAILS") at.setAttribute("open", "");
   const field = found?.querySelector("input, select");
-  if (field instanceof HTMLElement) field.focus();
+  const opener = /** @type {HTMLElement|null} */ (document.querySelector(".controls-opener[aria-expanded=false]"));
+  if (opener?.checkVisibility()) opener.click();
+  // It takes the focus as soon as the panel is drawn.
+  if (field instanceof HTMLElement) requestAnimationFrame(() => field.focus());
 }
 
 /** @param {KeyboardEvent & {currentTarget: HTMLElement}} event The arrows go through the field and the lines. */

@@ -42,7 +42,7 @@ def test_a_filter_is_changed_broken_and_mended_in_the_page(owner: Server, tmp_pa
 
     field.press("Control+End")
     page.keyboard.type("\ndef broken(:\n")
-    assert "Not saved yet" in state.inner_text()
+    state.get_by_text("Not saved yet").wait_for()
     page.keyboard.press("Control+s")
     shown.until(lambda: "invalid syntax" in state.inner_text(), "the mistake is told")
     assert f"Line {len(TEXT.splitlines()) + 2}" in state.inner_text()
@@ -57,7 +57,7 @@ def test_a_filter_is_changed_broken_and_mended_in_the_page(owner: Server, tmp_pa
     noise = page.get_by_role("spinbutton", name="Noise (px)")
     shown.until(lambda: noise.input_value() == "6", "its default is in force")
     page.get_by_role("button", name="Close the editor").click()
-    assert page.locator(".editor").is_hidden()
+    page.locator(".editor").wait_for(state="hidden")
 
 
 def test_a_filter_is_swept_from_the_form(owner: Server, tmp_path: Path, chromium: Any) -> None:

@@ -19,6 +19,7 @@ def test_the_keyboard_in_one_visit(watch: Watch, server: Server) -> None:
     enter_in_the_branch_dialog_branches(shown)
     a_run_that_has_ended_says_what_a_change_does(shown, server)
     no_digit_leaves_the_session(shown)
+    a_parameter_is_found_by_words(shown)
     a_preset_is_asked_for_by_a_menu(shown)
 
 
@@ -133,6 +134,17 @@ def no_digit_leaves_the_session(shown: SessionPage) -> None:
     shown.until(lambda: shown.position == frame - 1, "keys that came after have been heard")
     assert shown.id == before
     shown.press("ArrowRight")
+
+
+def a_parameter_is_found_by_words(shown: SessionPage) -> None:
+    """Ctrl+K and a few words lead to a control, also where the panel is folded."""
+    shown.page.set_viewport_size({"width": 800, "height": 700})
+    shown.press("Control+k")
+    shown.page.get_by_label("What to find").fill("particles parameter")
+    shown.press("Enter")
+    focused = "document.activeElement.labels?.[0].textContent"
+    shown.until(lambda: shown.page.evaluate(focused) == "Particles", "its field has the focus")
+    shown.page.locator(".counter").click()
 
 
 def a_preset_is_asked_for_by_a_menu(shown: SessionPage) -> None:

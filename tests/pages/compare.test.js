@@ -30,7 +30,7 @@ describe("several runs as one store", () => {
   it("has them as branches, the one in front first", () => {
     const joint = new JointStore([run(session(), "one"), run(session(), "two")], 0, false);
     assert.deepEqual(joint.branches.map(({ title }) => title), ["one", "two"]);
-    joint.bringToFront(1);
+    joint.front.value = 1;
     assert.deepEqual(joint.branches.map(({ title }) => title), ["two", "one"]);
   });
 

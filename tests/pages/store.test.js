@@ -2,8 +2,7 @@ import assert from "node:assert/strict";
 import { beforeEach, describe, it } from "node:test";
 
 import { Clock } from "../../frontend_static/session/clock.js";
-import { Commands } from "../../frontend_static/session/steering.js";
-import { Steering } from "../../frontend_static/session/steering.js";
+import { Commands, Steering } from "../../frontend_static/session/steering.js";
 import { Store } from "../../frontend_static/session/store.js";
 import { effect } from "../../frontend_static/vendor/preact.js";
 
@@ -143,15 +142,19 @@ describe("a clock of several sessions", () => {
     };
     return { store, goals, asked, steering, end: new AbortController() };
   };
-  const join = (clock, one) => clock.join({ store: one.store, steering: one.steering }, one.end.signal);
+  const together = (count, more = {}) => {
+    const clock = new Clock();
+    const members = Array.from({ length: count }, member);
+    for (const { store, steering, end } of members) {
+      clock.join({ store, steering }, end.signal);
+      store.receive(hello(more));
+    }
+    return [clock, ...members];
+  };
   const at = (frame, more = {}) => changes({ position: frame, computed: frame, goal: null, playing: false, speed: 1, ...more });
 
   it("brings the others to the frame of the first one", () => {
-    const [clock, first, second] = [new Clock(), member(), member()];
-    for (const one of [first, second]) {
-      join(clock, one);
-      one.store.receive(hello());
-    }
+    const [, first, second] = together(2);
     first.store.receive(at(7));
     assert.deepEqual(second.goals, [7]);
     second.store.receive(at(7));
@@ -159,20 +162,15 @@ describe("a clock of several sessions", () => {
   });
 
   it("asks no shorter run for more than it has", () => {
-    const [clock, first, second] = [new Clock(), member(), member()];
-    join(clock, first);
-    join(clock, second);
+    const [, first, second] = together(2);
     first.store.receive(hello({ position: 30 }));
+    second.goals.length = 0;
     second.store.receive(hello({ frames: 10, position: 9 }));
     assert.deepEqual(second.goals, []);
   });
 
   it("brings the others at once to where the first one is still going", () => {
-    const [clock, first, second] = [new Clock(), member(), member()];
-    for (const one of [first, second]) {
-      join(clock, one);
-      one.store.receive(hello());
-    }
+    const [, first, second] = together(2);
     first.store.receive(at(7, { goal: 40 }));
     assert.deepEqual(second.goals, [40]);
     second.store.receive(at(3, { goal: 40 }));
@@ -183,11 +181,7 @@ describe("a clock of several sessions", () => {
   const playing = (frame, speed = 1) => at(frame, { playing: true, speed });
 
   it("has the others play while the first one plays, and asks for no single frame", async () => {
-    const [clock, first, second] = [new Clock(), member(), member()];
-    for (const one of [first, second]) {
-      join(clock, one);
-      one.store.receive(hello({ frame_rate_hz: 30, frames: 500 }));
-    }
+    const [, first, second] = together(2, { frame_rate_hz: 30, frames: 500 });
     first.store.receive(playing(1));
     assert.deepEqual([second.goals, second.asked], [[], ["play"]]);
     await new Promise(setImmediate);
@@ -200,11 +194,7 @@ describe("a clock of several sessions", () => {
   });
 
   it("brings the others to the very frame at which the first one stops, at its speed", () => {
-    const [clock, first, second] = [new Clock(), member(), member()];
-    for (const one of [first, second]) {
-      join(clock, one);
-      one.store.receive(hello({ frame_rate_hz: 30, frames: 500 }));
-    }
+    const [, first, second] = together(2, { frame_rate_hz: 30, frames: 500 });
     second.store.receive(playing(19, 1.2));
     second.goals.length = second.asked.length = 0;
     first.store.receive(at(20));
@@ -214,11 +204,7 @@ describe("a clock of several sessions", () => {
   });
 
   it("goes on with the next one when the first one leaves", () => {
-    const [clock, first, second, third] = [new Clock(), member(), member(), member()];
-    for (const one of [first, second, third]) {
-      join(clock, one);
-      one.store.receive(hello());
-    }
+    const [clock, first, second, third] = together(3);
     first.end.abort();
     assert.equal(clock.leader.store, second.store);
     second.store.receive(at(3));
