@@ -84,7 +84,7 @@ const CORRECTION = 0.04;
 const SLOWEST = 0.1;
 const FASTEST = 10;
 
-export class Follower {
+class Follower {
   #store;
   #steering;
   /** @type {Pace|null} While the leader plays. */

@@ -250,7 +250,7 @@ export class Scene {
  * @param {ViewKind} kind Which is shown.
  * @param {(kind: ViewKind) => void} choose
  */
-export function viewSwitch(kind, choose) {
+function viewSwitch(kind, choose) {
   const buttons = [button("flat", "Flat", "The picture from the front"), button("scene", "3-D", "The scene in three dimensions")];
   /**
    * @param {ViewKind} is
