@@ -203,7 +203,7 @@ def test_presented_the_picture_is_the_hero(watch: Watch) -> None:
 
 
 def left_at_once_it_leaves_the_whole_screen(shown: SessionPage) -> None:
-    """Whoever presses F twice need not wait for the browser in between."""
+    """F can be pressed twice without a wait for the browser in between."""
     shown.page.evaluate("""() => {
         window.changes = 0;
         document.addEventListener('fullscreenchange', () => (window.changes += 1));

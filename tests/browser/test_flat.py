@@ -1,4 +1,4 @@
-"""The flat view: the run from the front on a canvas, with its parameters beside it, for whoever has no fast WebGL."""
+"""The flat view: the run from the front on a canvas, with its parameters beside it, for browsers without fast WebGL."""
 
 from collections.abc import Callable
 from typing import Any
@@ -99,7 +99,7 @@ def look(unchosen: Any, server: Server) -> Look:
 
 
 def test_where_webgl_runs_in_software_the_view_is_flat(look: Look, server: Server) -> None:
-    """The canvas shows each frame that the run comes to, and says in words what it shows; no scene is loaded.
+    """The canvas shows each frame that the run reaches, and says in words what it shows; no scene is loaded.
 
     It keeps its proportions in any window, and its layers are switched on and off.
     """

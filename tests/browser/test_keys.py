@@ -126,7 +126,7 @@ def a_run_that_has_ended_says_what_a_change_does(shown: SessionPage, server: Ser
 
 
 def no_digit_leaves_the_session(shown: SessionPage) -> None:
-    """A class that is asked has answers by number; whoever presses one on the lecturer's page changes nothing."""
+    """A class answers a poll by number keys; on the lecturer's page they change nothing."""
     before, frame = shown.id, shown.position
     for key in "123456789":
         shown.press(key)
@@ -142,7 +142,7 @@ def a_parameter_is_found_by_words(shown: SessionPage) -> None:
     shown.press("Control+k")
     shown.page.get_by_label("What to find").fill("particles parameter")
     shown.press("Enter")
-    focused = "document.activeElement.labels?.[0].textContent"
+    focused = "document.activeElement.labels?.[0]?.textContent"
     shown.until(lambda: shown.page.evaluate(focused) == "Particles", "its field has the focus")
     shown.page.locator(".counter").click()
 

@@ -91,7 +91,7 @@ def it_has_its_sliders_and_plots(shown: SessionPage, server: Server) -> None:
 def test_a_link_brings_the_same_numbers_back(page: Any, server: Server, chromium: Any) -> None:
     """Given as a link to somebody else, a run computes the same errors.
 
-    Whoever comes by the link without the token of the server is asked for it, led on, and asked for no more.
+    The link alone, without the server's token, leads to a form that asks for the token once and then leads on.
     """
     shown = opened(page, server, tracker="straight")
     server.seek(shown.id, 30)

@@ -223,7 +223,7 @@ export class FlatView {
     this.#onPainted();
   }
 
-  /** The caption stays for whoever cannot see the picture, and for what is pointed at. */
+  /** The caption stays: it serves screen readers and names what the pointer is at. */
   #addLegend() {
     const place = h("div", { class: "made" });
     this.#line.prepend(place);
@@ -266,7 +266,7 @@ export class FlatView {
   #say(drawing) {
     const words = wordsOf(drawing, this.#overlay);
     setText(this.#caption, words);
-    // Once it stands: who listens to the page is not told of every picture of a run that plays.
+    // Once it stands: a screen reader need not speak every picture of a run that plays.
     this.#unsettle();
     this.#unsettle = later(() => this.#canvas.setAttribute("aria-label", `The current frame with what the tracker believes: ${words}`), QUIET_MS, this.#signal);
     this.#canvas.dataset.frame = String(drawing.frame);

@@ -280,7 +280,7 @@ export class WorldView {
     this.#turnByHand();
     signal.addEventListener("abort", () => this.#end.abort());
     watchCanvasSize(this.#place, ({ width, height }) => this.#fit(Math.min(width, height)), this.#end.signal);
-    // Paper has another size, of which nothing else is told.
+    // Paper has another size, and no observer reports it.
     onTheme(() => this.#fit(Math.round(this.#place.clientWidth * devicePixelRatio)), this.#end.signal);
   }
 

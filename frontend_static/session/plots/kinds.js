@@ -31,7 +31,7 @@ import { column, enclose, extent, reach, remembered, shades } from "./columns.js
 /**
  * @typedef {object} Kind
  * @property {(store: Store, isRoomy: boolean) => Shown} show `isRoomy` where there is room for names that are written out.
- * @property {string[]} [needs] Names of series of which one has to be measured; it needs none if they are not given.
+ * @property {string[]} [needs] Names of series; one of them has to be measured. It needs none if they are not given.
  * @property {number} [rows] How many rows it has, one above the other.
  * @property {(view: View, frame: number, y: number) => void} [choose] Take what a person points at.
  */

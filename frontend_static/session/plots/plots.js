@@ -56,7 +56,7 @@ class Plots {
   #zoom;
   /** How many hypotheses there are to choose from. */
   #most = 1;
-  /** What each plot says to who cannot see it: of the frame in which the run last stood.
+  /** Each plot in words, for screen readers: of the frame in which the run last stood.
    *
    * @type {Map<string, string>} */
   #words = new Map();

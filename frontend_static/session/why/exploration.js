@@ -93,7 +93,7 @@ export class Exploration {
       this.job.value = now.result === null && before?.result ? { ...now, result: before.result, branch: before.branch, stale: true } : now;
       if (now.state === "failed") this.error.value = now.error ?? "This could not be found out.";
     });
-    // What is about another branch can still be tried; a run that is no more cannot.
+    // Changes to another branch can still be tried; changes to a run that was replaced cannot.
     if (now.stale && now.branch === this.#store.known.branch) this.stop();
   }
 }
