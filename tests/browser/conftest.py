@@ -174,10 +174,17 @@ def page(unchosen: Any, request: pytest.FixtureRequest) -> Any:
     return unchosen
 
 
-# What the pages share, and no script of theirs.
-BARE = """<head><title>Bare</title><link rel="stylesheet" href="static/shared/palette.css">
-<link rel="stylesheet" href="static/shared/style.css">
-<link rel="stylesheet" href="static/session/session.css"></head><body><main></main></body>"""
+# The styles of a page with sessions, and no script.
+STYLES = (
+    "shared/palette",
+    "shared/style",
+    "shared/figure/figure",
+    "session/session",
+    "session/inspect/inspect",
+    "session/why/why",
+)
+LINKS = "".join(f'<link rel="stylesheet" href="static/{style}.css">' for style in STYLES)
+BARE = f"<head><title>Bare</title>{LINKS}</head><body><main></main></body>"
 
 
 @pytest.fixture
