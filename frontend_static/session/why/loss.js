@@ -49,6 +49,8 @@ export class Loss {
       effect(() => {
         if (store.session?.branch !== undefined && this.tab.peek() === "why") this.tab.value = null;
       }),
+      // An answer that comes after the end begins nothing.
+      () => this.#asked.abort(),
     ];
     for (const ending of endings) end.addEventListener("abort", ending);
   }
