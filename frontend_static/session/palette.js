@@ -28,9 +28,12 @@ function Palette({ page, close }) {
   const words = useSignal("");
   const far = useSignal(/** @type {Found[]} */ ([]));
   useEffect(() => void distant().then((found) => (far.value = found)), []);
-  const asked = words.value.toLowerCase().split(/\s+/u).filter(Boolean);
-  const fits = (/** @type {Found} */ entry) => asked.every((word) => `${entry.words} ${entry.kind}`.toLowerCase().includes(word));
-  const found = [...near(page), ...far.value].filter(fits).slice(0, MOST);
+  const find = () => {
+    const asked = words.value.toLowerCase().split(/\s+/u).filter(Boolean);
+    const fits = (/** @type {Found} */ entry) => asked.every((word) => `${entry.words} ${entry.kind}`.toLowerCase().includes(word));
+    return [...near(page), ...far.value].filter(fits).slice(0, MOST);
+  };
+  const found = find();
   const press = (/** @type {Found} */ { href, run }) => {
     close();
     if (href !== undefined) location.assign(href);
@@ -39,7 +42,9 @@ function Palette({ page, close }) {
   const type = (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget }) => (words.value = currentTarget.value);
   const submit = (/** @type {Event} */ event) => {
     event.preventDefault();
-    if (found.length > 0) press(found[0]);
+    // The list may not be drawn yet for the newest words.
+    const [first] = find();
+    if (first) press(first);
   };
   return html`<form class="palette" onSubmit=${submit} onKeyDown=${walk}>
     <input type="search" autofocus aria-label="What to find" placeholder="Parameter, preset, lesson, run…" value=${words.value} onInput=${type} />
