@@ -1530,7 +1530,7 @@ export interface Report {
   trials: number;
   is_complete: boolean;
   first_lost_frame: number | null;
-  /** Which loss is meant, a sentence. */
+  /** The loss that is explained, in a sentence. */
   loss_sentence: string;
   /** What the p-values are, a sentence. */
   correction: string;

@@ -1,7 +1,7 @@
 """Counterfactuals: what would have saved a run that lost its target, found by experiment.
 
 A run can be repeated from any of its frames, to the same numbers. So one goes back to shortly before the loss
-(`pftrack.runs.scoring`), changes one thing, and lets the run go on with many other seeds: does it then hold? The
+(`pftrack.runs.loss`), changes one thing, and lets the run go on with many other seeds: does it then hold? The
 changes (`pftrack.analysis.alternatives`) are found by what parameters declare of themselves, their roles, so that they
 exist for every tracker. First of all nothing is changed: of the same settings with other seeds many may hold, and then
 it was bad luck.
@@ -37,7 +37,7 @@ from pftrack.runs.run import Run
 __all__ = ["Alternative", "Finding", "Report", "alternatives", "find_loss", "join", "read_record", "record", "what_if"]
 
 
-# Reports: what came of the changes that were tried, and how sure one may be of it; and the trials themselves.
+# Reports: the results of the changes that were tried, and how certain they are; and the trials themselves.
 #
 # A trial is a run that goes on from shortly before a loss, with a change and with other seeds.
 
@@ -207,7 +207,7 @@ class Report:
     """What came of all changes, as far as they have been tried; its JSON has findings as they are told.
 
     Attributes:
-        loss: Frame in which the loss began.
+        loss: Frame in which the loss began that is explained, as *Why?* names it.
         begin: Last frame that all runs have in common; the changes are in force from the next one on.
         end: Frame soon after the loss up to which runs are compared.
         last: Last frame of the run, to which they are followed.
@@ -216,7 +216,6 @@ class Report:
         trials: Seeds that each is tried with in the end.
         findings: Of the unchanged settings first, then in the order in which they were tried.
         is_complete: Whether all that was planned was tried.
-        asked: First frame of the loss that was asked about, if an earlier one goes on in it; else None.
         first_lost_frame: The first frame of all in which the run has lost its target.
     """
 
@@ -229,21 +228,14 @@ class Report:
     trials: int
     findings: Annotated[tuple[Finding, ...], Field(exclude=True)]
     is_complete: bool = False
-    asked: Annotated[int | None, Field(exclude=True)] = None
     first_lost_frame: int | None = None
 
     @computed_field  # type: ignore[prop-decorator]
     @property
     def loss_sentence(self) -> str:
-        """Which loss is meant, a sentence."""
+        """The loss that is explained, in a sentence."""
         first = self.first_lost_frame
-        lost = f"Lost in frame {self.loss}" + ("" if first in {None, self.loss} else f", first in frame {first}")
-        if self.asked is None:
-            return f"{lost}."
-        return (
-            f"{lost}, of which the loss in frame {self.asked} is a part: between them the target "
-            "was back for too few frames to hold."
-        )
+        return f"Lost in frame {self.loss}" + ("." if first in {None, self.loss} else f", first in frame {first}.")
 
     @property
     def baseline(self) -> Finding:
@@ -271,7 +263,7 @@ class Report:
     def best_first(self) -> tuple[Finding, ...]:
         """The unchanged settings, then the changes, best first.
 
-        Those of which nothing is known, since a tracker gives no account of itself, are left out.
+        Changes without a verdict, since their tracker reports no losses, are left out.
         """
         known = [each for each in self.findings[1:] if each.held]
         return (self.baseline, *sorted(known, key=lambda each: each.rank))
@@ -291,11 +283,11 @@ class Report:
 
     def shares(self, finding: Finding) -> str:
         """Return how many runs hold soon after the loss, and at their end as far as that is known."""
-        near = f"{finding.holding} of {finding.runs} hold"
+        near = f"{finding.holding} of {finding.runs} hold to"
         if self.end == self.last:
-            return f"{near} to the end"
+            return f"{near} the end"
         far = f", {sum(finding.at_end.values())} of {len(finding.at_end)} to the end" if finding.at_end else ""
-        return f"{near} {self.end - self.loss} frames on{far}"
+        return f"{near} frame {self.end}{far}"
 
     @computed_field  # type: ignore[prop-decorator]
     @property
@@ -336,8 +328,7 @@ class Report:
     @property
     def lines(self) -> tuple[str, ...]:
         """The report in sentences: the result, each finding, and what the result does not say."""
-        which = () if self.asked is None else (self.loss_sentence,)
-        return (*which, self.sentence, *map(self._line, self.best_first), self.correction, CAVEAT)
+        return (self.sentence, *map(self._line, self.best_first), self.correction, CAVEAT)
 
     def _line(self, each: Finding) -> str:
         low, high = each.interval
@@ -420,10 +411,9 @@ end."""
 
 
 def find_loss(run: Run, frame: int | None = None) -> tuple[int, int]:
-    """Return the frame in which a loss began that is to be explained, and that of the loss that was asked about.
+    """Return the frame in which the loss that is explained began, and the one since which the run has not held.
 
-    A target that was seen again for a moment only, fewer frames than a run must have it in to hold, was lost all along:
-    then the one is earlier than the other.
+    The second is earlier where the target came back between two losses, but for fewer frames than a run needs to hold.
 
     Args:
         run: As far as it has been computed.
@@ -433,16 +423,16 @@ def find_loss(run: Run, frame: int | None = None) -> tuple[int, int]:
     Raises:
         RefusedError: The run has not lost its target so far.
     """
-    loss = Loss.of(run.diagnostics)
-    lasting, found = loss.lasting, loss.spans
+    known = Loss.of(run.diagnostics)
+    lasting, found = known.lasting, known.spans
     if lasting is None:
         raise RefusedError("the run has not lost its target so far")
-    asked = lasting if frame is None else max((start for start, _ in found if start <= frame), default=found[0][0])
-    meant = asked
+    loss = lasting if frame is None else max((start for start, _ in found if start <= frame), default=found[0][0])
+    since = loss
     for start, end in reversed(found):
-        if end < meant <= end + END_FRAMES:
-            meant = start
-    return meant, asked
+        if end < since <= end + END_FRAMES:
+            since = start
+    return loss, since
 
 
 def what_if(
@@ -468,16 +458,16 @@ def what_if(
     Raises:
         RefusedError: The run has not lost its target so far or begins with that, or was computed elsewhere.
     """
-    loss, asked = find_loss(run, frame)
-    check_not_replayed(run, loss)
-    if loss == 0:
-        raise RefusedError("the run begins with its target lost: there is nothing before that could be changed")
-    trials = _Trials(run, _begin(run, loss), loss)
+    loss, since = find_loss(run, frame)
+    check_not_replayed(run, since)
+    if since == 0:
+        raise RefusedError("the run begins with its target lost, so there is no earlier frame to change anything in")
+    trials = _Trials(run, _begin(run, since), since)
     tried = alternatives(run, trials.begin + 1, allow=allow)
     seeds = other_seeds(run.seed, rounds[-1])
     limits = loss, trials.begin, trials.end, trials.last, trials.judged
-    first, meant = Loss.of(run.diagnostics).first_lost_frame, None if asked == loss else asked
-    report = Report(*limits, len(tried) - 1, rounds[-1], (), asked=meant, first_lost_frame=first)
+    first = Loss.of(run.diagnostics).first_lost_frame
+    report = Report(*limits, len(tried) - 1, rounds[-1], (), first_lost_frame=first)
     findings = {place: Finding(tried[place], {}, place=place) for place in range(share[0], len(tried), share[1])}
     stages = [(count, trials.end) for count in rounds if count <= FEW]
     stages += [(count, trials.last) for count in rounds if count >= min(FEW, rounds[-1])]
@@ -532,10 +522,10 @@ class _Trials:
             yield finding
 
     def _holds(self, truly: Floats, lost: Floats) -> bool | None:
-        """Return whether a run holds its target, by who says so; None if nobody does.
+        """Return whether a run holds its target, by the truth, else by the tracker's own account; None without either.
 
-        Where the truth of any of the last frames is known, it alone counts, and where only of a few frames it is, that
-        of all since the loss: what else is said may be what was wrong with the run.
+        Where the truth is known in any of the last frames, it alone counts; where it is known in earlier frames only,
+        all frames since the loss count. The tracker's own account may be what was wrong with the run.
         """
         for each in (truly, lost):
             last, since = each[-self.judged :], each[self._since :]

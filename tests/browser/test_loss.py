@@ -63,8 +63,8 @@ def test_a_loss_calls_and_says_why_and_what_would_have_saved_it(
     why = server.get(f"sessions/{view.id}/explanation")["diagnosis"]
     expect(card.locator("summary")).to_have_text(why["sentence"])
     tracker, scene = (card.locator("li").nth(place) for place in range(2))
-    expect(tracker).to_contain_text("Tracker Condensation 11 of 12 hold 30 frames on, 10 of 12 to the end")
-    expect(scene).to_contain_text("Occluder width 100 px to 50 px 12 of 12 hold 30 frames on, 12 of 12 to the end")
+    expect(tracker).to_contain_text("Tracker Condensation 11 of 12 hold to frame 45, 10 of 12 to the end")
+    expect(scene).to_contain_text("Occluder width 100 px to 50 px 12 of 12 hold to frame 45, 12 of 12 to the end")
     assert told["asked"] == [{"kind": "what-if", "frame": why["frame"]}]
 
     card.get_by_role("button", name="Why", exact=True).click()

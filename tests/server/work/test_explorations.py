@@ -56,7 +56,7 @@ def test_what_was_found_of_a_run_before_it_changed_is_stale(client: httpx.Client
     assert (found["stale"], told["end"], told["last"]) == (False, 37, 59)
     assert 0 < found["done"] <= found["total"]
     for each in told["findings"]:
-        assert each["shares"].startswith(f"{each['holding']} of {each['runs']} hold 30 frames on")
+        assert each["shares"].startswith(f"{each['holding']} of {each['runs']} hold to frame 37")
         assert each["holding_at_end"] <= each["runs_to_end"] <= each["runs"]
     assert all(each["verdict"] in {"baseline", "few"} for each in told["findings"] if each["runs"] < 11)
     made = command(client, session, "branch", frame=told["begin"], values={"occlusion_width_px": 30})
@@ -68,13 +68,14 @@ def test_what_was_found_of_a_run_before_it_changed_is_stale(client: httpx.Client
 
 
 def test_an_exported_page_says_what_would_have_saved_it(client: httpx.Client) -> None:
-    """What was found of the run as it is stands in its page, even when the list was closed; of another it does not."""
+    """What was found of the run as it is stands in its page beside *Why?*, both of one loss; of another it does not."""
     session = lost_session(client)
-    found = ended(client, explore(client, session, kind="what-if", frame=7, seconds=1))
+    found = ended(client, explore(client, session, kind="what-if", seconds=1))
     client.delete(f"/api/v1/jobs/{found['id']}")
     for is_there in (True, False):
         page = taken(client, session, "html").text
         assert (found["result"]["sentence"] in page) == is_there
+        assert "Lost in frame 7:" not in page
         steer(client, session, "restart", seed=77)
 
 
