@@ -114,7 +114,7 @@ export class Pictures {
  * @property {boolean} [hasLegend] Whether the line below the picture says what its colours mean, instead of what it shows.
  */
 
-/** A run that plays comes to its next frame sooner than this. */
+/** A playing run shows its next frame sooner than this. */
 const QUIET_MS = 400;
 
 /** @typedef {{drawing: Drawing, bitmaps: Map<number, ImageBitmap>, number: number, painted: () => void}} Ready */
@@ -157,7 +157,7 @@ export class FlatView {
     this.#soon = coalesce(() => this.#paint(), signal);
     fill(element, this.#root);
     watchCanvasSize(this.#place, (room) => this.#resize(room), signal);
-    follow(() => [layers.declared.map(({ name }) => layers.isShown(name)), overlay?.coat.value], this.#soon, signal);
+    follow(() => [layers.shown.value, overlay?.coat.value], this.#soon, signal);
     if (hasLegend) this.#addLegend();
     this.#nameWhatIsPointedAt();
     signal.addEventListener("abort", () => this.#pictures.free(Infinity));

@@ -6,20 +6,20 @@ import { html, signal } from "../../vendor/preact.js";
 /** @import { DrawnKey } from "./decode.js" */
 
 export class Layers {
-  /** By name. */
-  #shown;
+  /** Whether each layer is shown, by name. */
+  shown;
   #legend = signal(/** @type {readonly DrawnKey[]} */ ([]));
 
   /** @param {readonly Layer[]} [declared] A layer that is not among them is shown. */
   constructor(declared = []) {
     /** Those that can be seen from the front. */
     this.declared = declared.filter(({ role }) => role !== "through time");
-    this.#shown = signal(Object.fromEntries(declared.map(({ name, shown, role }) => [name, shown && role !== "through time"])));
+    this.shown = signal(Object.fromEntries(declared.map(({ name, shown, role }) => [name, shown && role !== "through time"])));
   }
 
   /** @param {string} layer */
   isShown(layer) {
-    return this.#shown.value[layer] ?? true;
+    return this.shown.value[layer] ?? true;
   }
 
   /**
@@ -27,7 +27,7 @@ export class Layers {
    * @param {boolean} shown
    */
   set(layer, shown) {
-    if (this.isShown(layer) !== shown) this.#shown.value = { ...this.#shown.peek(), [layer]: shown };
+    if (this.isShown(layer) !== shown) this.shown.value = { ...this.shown.peek(), [layer]: shown };
   }
 
   /** What the colours mean on layers that are shown, each meaning once. */
