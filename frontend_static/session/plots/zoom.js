@@ -28,6 +28,8 @@ export class Zoom {
   /** @type {Frames|null} */
   #window = null;
   #last = 1;
+  /** Whether the pointer that went down last has moved the window. */
+  #isMoved = false;
 
   /**
    * @param {HTMLElement} place Has the plots in it, and can have the focus.
@@ -39,7 +41,8 @@ export class Zoom {
     place.addEventListener("wheel", (event) => this.#wheel(event), { passive: false, signal });
     place.addEventListener("dblclick", () => this.#set(null), { signal });
     place.addEventListener("keydown", (event) => this.#key(event), { signal });
-    place.addEventListener("pointerdown", (event) => this.#drag(place, event), { signal });
+    place.addEventListener("pointerdown", (event) => this.#drag(event), { signal });
+    place.addEventListener("click", (event) => this.#click(event), { capture: true, signal });
   }
 
   /**
@@ -71,24 +74,26 @@ export class Zoom {
     this.#set(factor === undefined ? null : scaled(this.within(this.#last), this.#plotted.position(), factor));
   }
 
-  /**
-   * @param {HTMLElement} place
-   * @param {PointerEvent} begun
-   */
-  #drag(place, begun) {
+  /** @param {MouseEvent} event */
+  #click(event) {
+    // What was dragged was not chosen.
+    if (this.#isMoved) event.stopImmediatePropagation();
+    this.#isMoved = false;
+  }
+
+  /** @param {PointerEvent} begun */
+  #drag(begun) {
+    this.#isMoved = false;
     const [window, held] = [this.#window, this.#plotted.at(begun)];
     if (window === null || held === null || begun.button !== 0 || begun.pointerType === "touch") return;
     const end = new AbortController();
-    let isMoved = false;
     const move = (/** @type {PointerEvent} */ event) => {
       const px = event.clientX - begun.clientX;
-      isMoved ||= Math.abs(px) >= MOVED_PX;
-      if (isMoved) this.#set([window[0] - px * held.perPx, window[1] - px * held.perPx]);
+      this.#isMoved ||= Math.abs(px) >= MOVED_PX;
+      if (this.#isMoved) this.#set([window[0] - px * held.perPx, window[1] - px * held.perPx]);
     };
     document.addEventListener("pointermove", move, { signal: end.signal });
     for (const type of /** @type {const} */ (["pointerup", "pointercancel"])) document.addEventListener(type, () => end.abort(), { signal: end.signal });
-    // What was dragged was not chosen.
-    place.addEventListener("click", (event) => isMoved && event.stopImmediatePropagation(), { capture: true, once: true });
   }
 
   /** @param {Frames|null} window */
