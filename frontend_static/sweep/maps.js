@@ -5,16 +5,15 @@
 
 import { css, diverging, gradient, verdict, viridis } from "../shared/colours.js";
 import { elementOf } from "../shared/dom.js";
-import { FigureView } from "../shared/figure/figure.js";
+import { useFigure } from "../shared/figure/figure.js";
 import { count, measureValue, number, parameterValue } from "../shared/format.js";
 import { onTheme } from "../shared/theme.js";
 import { Tooltip } from "../shared/tooltip.js";
-import { h, html, signal, useEffect, useLayoutEffect, useRef } from "../vendor/preact.js";
+import { h, html, signal, useEffect, useLayoutEffect } from "../vendor/preact.js";
 import { shortTitle } from "./api.js";
 import { comparisonLook, differenceEnd, endOf, methodLook, short } from "./cells.js";
 import { choose, chosen, seen } from "./store.js";
 
-/** @import { Listener, Setting } from "../shared/figure/figure.js" */
 /** @import { Axis, Cell, CellLook } from "../shared/figure/traces.js" */
 /** @import { AxisPublic, ComparisonPublic, MapPublic, SweepPublic } from "../shared/messages.js" */
 /** @import { Seen } from "./store.js" */
@@ -52,23 +51,6 @@ export function Maps({ now }) {
       ${compares && h(HeatMap, { key: "", tracker: null, title: against(now), words: verdicts(now), shown: view.show, look: comparisonLook(now), now })}
     </div>
   `;
-}
-
-/**
- * A place for a figure, and the figure once it is there.
- *
- * @param {Listener} on
- * @param {Setting} [setting]
- */
-function useFigure(on, setting) {
-  const room = useRef(/** @type {HTMLElement|null} */ (null));
-  const figure = useRef(/** @type {FigureView|null} */ (null));
-  useLayoutEffect(() => {
-    const end = new AbortController();
-    figure.current = room.current && new FigureView(room.current, on, end.signal, setting);
-    return () => end.abort();
-  }, []);
-  return { room, figure };
 }
 
 /**

@@ -1,8 +1,10 @@
 /** Figures of a look into the frame: numbers with a limit over the last frames, and the ancestors of the present particles. */
 
-import { FigureView } from "../../shared/figure/figure.js";
+import { plainAxis } from "../../shared/figure/axes.js";
+import { useFigure } from "../../shared/figure/figure.js";
+import { lineOver } from "../../shared/figure/kinds.js";
 import { count } from "../../shared/format.js";
-import { h, html, useEffect, useRef } from "../../vendor/preact.js";
+import { h, html, useLayoutEffect } from "../../vendor/preact.js";
 
 /** @import { Course, GenealogyPublic } from "../../shared/messages.js" */
 /** @import { Panel } from "../../shared/figure/traces.js" */
@@ -13,20 +15,13 @@ const SPACE = 1.1;
 const FEW = 4;
 /** Lines that run close together still stand apart. */
 const OPACITY = 0.6;
-const AXIS = { title: "", unit: "", log: false, names: [], hidden: false };
 const PANEL = { title: "", handles: [], words: "" };
 
 /** @param {{label: string, panels: Panel[]}} props */
 function Figure({ label, panels }) {
-  const place = useRef(/** @type {HTMLElement|null} */ (null));
-  const figure = useRef(/** @type {FigureView|null} */ (null));
-  useEffect(() => {
-    const end = new AbortController();
-    if (place.current) figure.current = new FigureView(place.current, {}, end.signal, { isCompact: true, letters: LETTERS });
-    return () => end.abort();
-  }, []);
-  useEffect(() => figure.current?.show({ panels }, { locked: true }), [panels]);
-  return html`<div ref=${place} class="lineage" role="img" aria-label=${label}></div>`;
+  const { room, figure } = useFigure({}, { isCompact: true, letters: LETTERS });
+  useLayoutEffect(() => figure.current?.show({ panels }, { locked: true }), [panels]);
+  return html`<div ref=${room} class="lineage" role="img" aria-label=${label}></div>`;
 }
 
 /**
@@ -64,14 +59,13 @@ function coursePanel({ title, limit, first, values }, row) {
   const x = values.map((_, place) => first + place);
   const y = values.map((value) => value ?? NaN);
   const last = first + values.length - 1;
-  const line = /** @type {const} */ ({ kind: "line", title: "", unit: "", width: 1.8 });
   return {
     ...{ ...PANEL, id: title, row, share: [1, 1] },
-    x: { ...AXIS, low: first, high: last },
-    y: { ...AXIS, low: 0, high: SPACE * Math.max(limit, ...y.filter(Number.isFinite)) },
+    x: plainAxis({ low: first, high: last }),
+    y: plainAxis({ low: 0, high: SPACE * Math.max(limit, ...y.filter(Number.isFinite)) }),
     traces: [
-      { ...line, name: `${title} limit`, ink: "muted", dashed: true, x: [first, last], y: [limit, limit], said: "" },
-      { ...line, name: title, ink: "estimate", x, y, said: title },
+      lineOver({ name: `${title} limit`, ink: "muted", width: 1.8, dashed: true, x: [first, last], y: [limit, limit] }),
+      lineOver({ name: title, ink: "estimate", width: 1.8, x, y, said: title }),
     ],
   };
 }
@@ -90,8 +84,8 @@ function genealogyPanel({ first, lines }, frame) {
   const ticks = Array.from({ length: frame - first + 1 }, (_, place) => ({ at: first + place, text: String(first + place) }));
   return {
     ...{ ...PANEL, id: "genealogy", row: 0, share: [1, 1] },
-    x: { ...AXIS, low: first, high: frame, ...(frame - first <= FEW && { ticks }) },
-    y: { ...AXIS, low: 0, high: 1, ticks: [] },
+    x: plainAxis({ low: first, high: frame, ...(frame - first <= FEW && { ticks }) }),
+    y: plainAxis({ low: 0, high: 1, ticks: [] }),
     traces: [
       {
         ...{ kind: "segments", title: "", name: "ancestors", ink: "estimate", opacity: edges.map(() => OPACITY) },

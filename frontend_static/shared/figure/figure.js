@@ -8,6 +8,7 @@ import { fill, h } from "../dom.js";
 import { watchCanvasSize } from "../canvas_size.js";
 import { onTheme, tokens } from "../theme.js";
 import { Tooltip } from "../tooltip.js";
+import { useLayoutEffect, useRef } from "../../vendor/preact.js";
 import { isSame, scales } from "./axes.js";
 import { KINDS } from "./kinds.js";
 import { LOOKS } from "./paint.js";
@@ -39,7 +40,7 @@ import { PanelView } from "./panel.js";
  * @property {number} [letters] Size of the letters, in that of the page's.
  * @property {boolean} [isCompact] Whether it makes do with the room that there is, however little.
  * @property {string[]} [inks] Colours that its traces have beside those of the lessons, by token.
- * @property {Tooltip} [tip] That of several figures, of which only one is pointed at.
+ * @property {Tooltip} [tip] Shared by several figures; its own if not given.
  */
 
 /** A figure below the first width, or with panels below the second, stacks them; in units of the size of the letters. */
@@ -106,7 +107,7 @@ export class FigureView {
     this.#asked += 1;
     this.#figure = figure;
     this.#locked = locked;
-    // For who looks at a page from outside: a test, or somebody at the browser's console.
+    // For tests, and for the browser's console.
     Object.assign(this.#root, { figure });
     this.#draw();
   }
@@ -256,10 +257,27 @@ function styleOf(element, { inks }) {
 }
 
 /**
- * Lines with nothing around them, where there is no room for a panel. What stands around a panel is said in words.
+ * A hook for components: where the figure goes, and the figure once it is there.
+ *
+ * @param {Listener} on
+ * @param {Setting} [setting]
+ */
+export function useFigure(on, setting) {
+  const room = useRef(/** @type {HTMLElement|null} */ (null));
+  const figure = useRef(/** @type {FigureView|null} */ (null));
+  useLayoutEffect(() => {
+    const end = new AbortController();
+    figure.current = room.current && new FigureView(room.current, on, end.signal, setting);
+    return () => end.abort();
+  }, []);
+  return { room, figure };
+}
+
+/**
+ * Lines without axes, where there is no room for a panel. Words say what the axes would.
  *
  * @param {{x: Axis, y: Axis, traces: readonly Line[]}} panel
- * @param {string} words For who cannot see it.
+ * @param {string} words For screen readers.
  * @param {AbortSignal} signal Nothing is painted after it.
  */
 export function miniature({ x, y, traces }, words, signal) {
