@@ -1,6 +1,6 @@
 /** Jobs: work on the server that takes a while, which is asked for how far it is until it has ended. */
 
-import { pathOf, request, statusOf } from "./api.js";
+import { ROOT, pathOf, request, statusOf } from "./api.js";
 import { duration } from "./format.js";
 import { after } from "./timing.js";
 import { html } from "../vendor/preact.js";
@@ -26,12 +26,12 @@ export function jobOf(id) {
 }
 
 /**
- * Stop a job, or have the server forget it; nobody waits for that.
+ * Stop a job, or have the server forget it. The request outlives the page, and nobody waits for its answer.
  *
  * @param {string} id
  */
 export function cancelJob(id) {
-  request("DELETE", job(id)).catch(() => {});
+  fetch(ROOT + job(id), { method: "DELETE", keepalive: true }).catch(() => {});
 }
 
 /**
