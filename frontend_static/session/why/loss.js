@@ -1,6 +1,6 @@
 /**
- * What is asked of a session's loss: why the target was lost, and what would have saved it. Both begin by themselves when a
- * loss is seen. The card over the picture and the tab beside it show them.
+ * Why a session lost its target, and what would have saved it. The page asks both by itself when it sees a loss; the card over
+ * the picture and the tab in the place of the plots show the answers.
  */
 
 import { api, messageOf } from "../../shared/api.js";
@@ -15,36 +15,41 @@ import { Exploration, settingsOf } from "./exploration.js";
 /** @import { Value } from "../../shared/format.js" */
 /** @import { Mounted } from "../mount.js" */
 
-/** A loss is let go on for a moment, and a slider that is dragged settles. */
+/** How long a loss may go on, and a dragged slider settle, before anything is asked. */
 const SETTLE_MS = 300;
 
 export class Loss {
   view;
   exploration;
-  /** Why the target was lost, of the loss that was asked about last. */
+  /** Why the target was lost, for the loss that was asked about last. */
   diagnosis = signal(/** @type {Diagnosis|null} */ (null));
   /** Why the server could not say why. */
   refusal = signal("");
   /** What is shown in the place of the plots. */
   tab = signal(/** @type {"why"|"what-if"|null} */ (null));
-  /** Whether a person has put the card away, or fetched it; else it is there while the target is lost and no tab is open. */
+  /** Whether a person put the card away or opened it; null until then: it is open while the run has a loss and no tab is open. */
   isAway = signal(/** @type {boolean|null} */ (null));
-  /** @type {Record<string, Value>} Those of the run that is explored. */
+  /** @type {Record<string, Value>} Of the explored run. */
   parameters = {};
   #asked = new AbortController();
-  /** @type {number|null} The loss that is explored. */
+  /** @type {number|null} First frame of the explored loss. */
   #frame = null;
+  /** The run with a loss that a person chose to ask about; the page then asks about no other one by itself. */
+  #chosen = "";
 
   /** @param {Mounted} view */
   constructor(view) {
     this.view = view;
     const { store, signal: end } = view;
     this.exploration = new Exploration(store, end);
-    const run = computed(() => (store.session === null ? "" : settingsOf(store.session)));
-    const lost = computed(() => (this.isLost.value ? store.known.branch : ""));
+    // As a loss begins or ends, another one may be the first that lasts.
+    const losses = computed(() => {
+      const { history } = store;
+      return this.isLost.value ? `${store.known.branch} ${history.spans(isGone).length} ${isGone(history.at(history.length - 1))}` : "";
+    });
     const endings = [
-      effect(() => (lost.value === "" ? undefined : later(() => this.ask(), SETTLE_MS, end))),
-      effect(() => (run.value === "" ? undefined : later(() => this.exploration.look(), SETTLE_MS, end))),
+      effect(() => (losses.value === "" ? undefined : later(() => this.#chosen !== this.#run.value && this.ask(), SETTLE_MS, end))),
+      effect(() => (this.#run.value === "" ? undefined : later(() => this.exploration.look(), SETTLE_MS, end))),
       // Why belongs to one branch.
       effect(() => {
         if (store.session?.branch !== undefined && this.tab.peek() === "why") this.tab.value = null;
@@ -55,6 +60,8 @@ export class Loss {
     for (const ending of endings) end.addEventListener("abort", ending);
   }
 
+  #run = computed(() => (this.view.store.session === null ? "" : settingsOf(this.view.store.session)));
+
   /** Whether the active branch has lost its target anywhere. */
   isLost = computed(() => this.view.store.isAwake && this.view.store.knowsLoss);
 
@@ -64,13 +71,13 @@ export class Loss {
     return result !== null && "findings" in result ? /** @type {Report} */ (result) : null;
   });
 
-  /** Whether changes can be tried here: in a class nobody may, and what was computed elsewhere is the same whatever one changes. */
+  /** Whether changes can be tried: not by participants of a class, and not on a replay, which no change alters. */
   get offersChanges() {
     const { session } = this.view.store;
     return !isParticipant && session !== null && !session.trackers.some(({ id, replays }) => id === session.tracker && replays);
   }
 
-  /** Ask about the loss in which the frame is that is shown, else about the first one that lasts; and show why. */
+  /** Show why, for the loss that the shown frame is in, else for the first that lasts. */
   open() {
     const { able, store } = this.view;
     if (!able) return; // a key may be pressed before there is a session
@@ -82,6 +89,7 @@ export class Loss {
   /** @param {number} [frame] The first lasting loss if not given. */
   async ask(frame) {
     if (!this.view.able) return;
+    this.#chosen = frame === undefined ? "" : this.#run.value;
     this.#asked.abort();
     const { signal: now } = (this.#asked = new AbortController());
     try {
@@ -112,13 +120,13 @@ export class Loss {
     await this.exploration.begin({ kind: "what-if", frame });
   }
 
-  /** Whether changes may be tried once more, since that has ended early or was about another run. */
+  /** Whether to offer another try: the last one failed, was stopped, or is about a run that has changed since. */
   get isCut() {
     const { error, isWorking, job } = this.exploration;
     return this.isLost.value && !isWorking && (error.value !== "" || job.value?.stale === true);
   }
 
-  /** Whether a change can be opened: its run is there, as itself or as another branch. */
+  /** Whether a change can be opened as a branch: the run that it belongs to still exists. */
   get canTry() {
     const { known } = this.view.store;
     const job = this.exploration.job.value;
@@ -126,7 +134,7 @@ export class Loss {
   }
 
   /**
-   * Open a change as a branch beside the lost run, and let it go on to where it was judged.
+   * Open a change as a branch beside the lost run, and go to the frame where it was judged.
    *
    * @param {ToldFinding} finding
    */
