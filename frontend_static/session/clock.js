@@ -3,13 +3,12 @@
  * steers the first one. Runs on one recording may begin at different pictures: each says which of its frames belongs to
  * frame 0 of the one that leads.
  *
- * While the leader stands the others go to the same frame; while it plays they play, too, as fast as it really goes, and a
- * little faster or slower while they are behind or ahead, so that nothing has to be asked for each frame.
+ * While the leader is paused, followers go to its frame. While it plays, they play at its measured rate, a little faster when
+ * behind and a little slower when ahead, so that no frame needs a request of its own.
  *
- * Measured for ten seconds, three times, on two sessions of 30 frames a second and a machine with six times as much to do
- * as it has processors for: from the second second on they were 1.0 frames apart on average and at most 2 to 3 in 95 of 100
- * pictures, with 4 requests a second. When the second one went to each frame of the first they were 4.1 and 9 to 18 frames
- * apart, with 15 requests a second.
+ * Measured three times over ten seconds, with two sessions at 30 frames a second on a machine at six times its capacity: after
+ * the first second the sessions were 1.0 frames apart on average and at most 2 to 3 in 95 % of the pictures, at 4 requests a
+ * second. With a request for each frame they were 4.1 and 9 to 18 frames apart, at 15 requests a second.
  */
 
 import { follow } from "../shared/effects.js";
@@ -19,17 +18,16 @@ import { batch, signal } from "../vendor/preact.js";
 /** @import { Steering } from "./steering.js" */
 /** @import { Store } from "./store.js" */
 
-/** The rate is that of the last second, */
+/** Window over which the leader's rate is measured, and the shortest one that counts. */
 const RATE_OVER_MS = 1000;
-/** at least of so long, */
 const KNOWN_AFTER_MS = 300;
-/** and a distance is made up in about this time, */
+/** Time in which a follower makes up its distance. */
 const MADE_UP_IN_MS = 600;
-/** by going at most so much faster or slower. */
+/** Largest change of speed for that, as a share of the rate. */
 const MOST = 0.6;
-/** How much the newest distance counts beside those before it. */
+/** Weight of the newest distance in the running mean. */
 const NEWEST = 0.3;
-/** A distance of less is that of messages, which do not come at the same time. */
+/** Smaller distances are jitter of the messages. */
 const UNSEEN_FRAMES = 0.5;
 
 export class Pace {
@@ -39,7 +37,7 @@ export class Pace {
   #distance = null;
   #nominal;
 
-  /** @param {number} nominal Frames a second of the leader, as long as it has not been heard for a while. */
+  /** @param {number} nominal Frames a second of the leader, until its rate is measured. */
   constructor(nominal) {
     this.#nominal = nominal;
   }
@@ -74,13 +72,13 @@ export class Pace {
   }
 }
 
-/** Further away than this it goes there at once. */
+/** A follower further away than this seeks. */
 const AWAY_S = 1;
-/** Between two corrections of its speed, */
+/** Time between two corrections of the speed, */
 const CORRECT_EVERY_MS = 250;
 /** and the smallest one, as a share of the speed. */
 const CORRECTION = 0.04;
-/** Speeds that a session takes, times real time. */
+/** Speeds that a session accepts, times real time. */
 const SLOWEST = 0.1;
 const FASTEST = 10;
 
@@ -102,7 +100,7 @@ class Follower {
   }
 
   /**
-   * Go where the leader is, or along with it.
+   * Go to the leader's frame, or play along with it.
    *
    * @param {SessionPublic} leader
    * @param {number} [first] The own frame that belongs to the leader's frame 0.
@@ -111,9 +109,9 @@ class Follower {
     const { session: own, connection } = this.#store;
     if (own === null || connection !== "open") return;
     const lead = { ...leader, position: leader.position + first };
-    // A long way is computed frame by frame; both go it at the same time.
+    // A long seek takes a while; both do it at the same time.
     const goal = Math.min((leader.goal ?? leader.position) + first, own.frames - 1);
-    // As fast as possible has no pace, and at its end a run stands.
+    // "As fast as possible" has no rate, and a run pauses at its end.
     if (lead.playing && lead.speed > 0 && goal < own.frames - 1) this.#goAlong(lead, own);
     else this.#stand(lead, own, goal);
   }
@@ -154,7 +152,7 @@ class Follower {
   }
 
   /**
-   * Ask for one thing at a time; what is next is seen when it is done.
+   * Make one request at a time; the next message shows what is left to do.
    *
    * @param {() => Promise<void>} work
    */
@@ -206,7 +204,7 @@ export class Clock {
       this.#members.value = this.#members.peek().filter((other) => other !== left);
       const next = this.leader;
       const [before, now] = [left, next].map((member) => member?.store.session?.speed);
-      // To follow, it went a little faster or slower.
+      // As a follower it played a little faster or slower.
       if (left === first && before !== undefined && before !== now) next?.steering.setSpeed(before);
     });
   }

@@ -7,15 +7,15 @@ import { beforePrinting } from "../shared/print.js";
 import { isDark, onTheme } from "../shared/theme.js";
 import { after, later, throttle } from "../shared/timing.js";
 
-/** How long the scene's script, which keeps the browser busy, waits for the picture that shall be seen before it. */
+/** How long the scene's script, which keeps the browser busy, waits for the still picture. */
 const PREVIEW_FIRST_MS = 400;
-/** How often to look which frame the scene shows, and how long to wait for one that it may never show. */
+/** How often to look which frame the scene shows, and how long to wait for a frame that may never come. */
 const LOOK_EVERY_MS = 8;
 const PATIENCE_MS = 5000;
-/** The same for whether it shows anything at all. */
+/** The same for the first picture of the scene. */
 const READY_EVERY_MS = 40;
 const READY_PATIENCE_MS = 3000;
-/** How often the picture in its place is asked for anew, and how long after the run has come to stand. */
+/** How often the still picture is renewed while the run plays, and how long after it pauses. */
 const EVERY_MS = 200;
 const SETTLED_MS = 250;
 

@@ -502,12 +502,12 @@ export interface Explanation {
   untried: string;
 }
 
-/** What to find out of the active branch of a session. */
+/** What to find out about the active branch of a session. */
 export interface ExplorationCreate {
   kind: "what-if" | "ensemble";
-  /** Of what-if, a frame of the loss; by default the first lasting */
+  /** For what-if: a frame of the loss; default: the first lasting */
   frame?: number | null;
-  /** Of ensemble, whether each run sees what its own seed makes of the scene */
+  /** For an ensemble: whether each run sees the scene of its own seed */
   scene?: "same" | "other";
   /** Time limit, s */
   seconds?: number;
@@ -530,7 +530,7 @@ export interface ExplorationJob {
   error: string | null;
   session: string;
   branch: string;
-  /** Whether the session's run is no longer the one that this is about */
+  /** Whether the session's run has changed since */
   stale: boolean;
 }
 
@@ -1532,9 +1532,9 @@ export interface Report {
   first_lost_frame: number | null;
   /** The loss that is explained, in a sentence. */
   loss_sentence: string;
-  /** What the p-values are, a sentence. */
+  /** Where the p-values come from, a sentence. */
   correction: string;
-  /** The result in one or two sentences, which say no more than the seeds tried so far allow. */
+  /** The result in one or two sentences, as far as the seeds tried so far allow. */
   sentence: string;
   /** One entry a change, best first. */
   findings: ToldFinding[];

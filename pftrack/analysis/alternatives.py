@@ -12,7 +12,7 @@ from pftrack.runs.run import Run
 Kind: TypeAlias = Literal[
     "seeds", "particles", "tracker", "resampling", "noise", "sharpness", "threshold", "memory", "world"
 ]
-"""What a change is of: nothing but the seeds, the tracker, or parameters of a role."""
+"""What a change alters: the seeds alone, the tracker, or a parameter with a role."""
 
 KINDS: tuple[Kind, ...] = get_args(Kind)
 """In the order in which they are tried."""
@@ -26,7 +26,7 @@ FACTORS: Mapping[Role, tuple[float, ...]] = {
     "world": (0.5, 2.0),
     "resampling": (0.5,),
 }
-"""By which numbers of a role are multiplied."""
+"""Factors by which a parameter with a role is multiplied."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,7 +34,7 @@ class Alternative:
     """One change of a run.
 
     Attributes:
-        kind: What it is of.
+        kind: What it alters.
         title: In words, such as "Particles 800 to 3,200".
         values: By parameter name; `tracker` names a tracker. Empty where nothing but the seeds is changed.
         parameter: Name of the one parameter that is changed; empty if none is.
@@ -54,7 +54,7 @@ Allow: TypeAlias = Callable[[str, Parameters], bool]
 
 
 def allow_all(tracker: str, parameters: Parameters) -> bool:
-    """Allow whatever the bounds of parameters allow."""
+    """Allow everything within the bounds of the parameters."""
     del tracker, parameters
     return True
 
@@ -117,8 +117,8 @@ def _kind(role: Role) -> Kind:
 def _times(declared: Declaration, value: float, factor: float) -> Value:
     """Multiply a value, within its bounds.
 
-    A share that is kept from frame to frame, whose bound is 1, is a memory of 1 / (1 - share) frames, and it is those
-    that are multiplied. Of a memory that never ends half the share is left.
+    A share that is kept from frame to frame, whose bound is 1, is a memory of 1 / (1 - share) frames; these frames are
+    multiplied. A memory that never ends is halved as a share.
     """
     low, high = declared.minimum, declared.maximum
     if declared.role == "memory" and high == 1.0 and value < 1.0:

@@ -292,17 +292,18 @@ class Report:
     @computed_field  # type: ignore[prop-decorator]
     @property
     def correction(self) -> str:
-        """What the p-values are, a sentence."""
-        return f"Each p is McNemar's against no change on the same seeds, corrected for all {self.planned} (Holm)."
+        """Where the p-values come from, a sentence."""
+        tests = f"Holm's correction for {self.planned} changes"
+        return f"p is from McNemar's test against no change on the same seeds, after {tests}."
 
     @computed_field  # type: ignore[prop-decorator]
     @property
     def sentence(self) -> str:
-        """The result in one or two sentences, which say no more than the seeds tried so far allow."""
+        """The result in one or two sentences, as far as the seeds tried so far allow."""
         base = self.baseline
         if base.runs < LEAST_PAIRS:
             return "Too few seeds to tell."
-        luck = f"Of {base.runs} other seeds with the same settings {base.holding} hold"
+        luck = f"{base.holding} of {base.runs} other seeds with the same settings hold"
         luck += ": it was bad luck." if 2 * base.holding > base.runs else "."
         verdicts = list(map(self.verdict, self.best_first))
         few = "few" in verdicts or len(self.findings) <= self.planned
@@ -312,8 +313,7 @@ class Report:
             return f"{luck} {among}: {best.alternative.title}: {self.shares(best)}."
         if few:
             return f"{luck} Too few seeds to tell what helps."
-        none = "None" if self.is_complete else "So far none"
-        return f"{luck} {none} of the {self.planned} changes is clearly better."
+        return f"{luck} No change is clearly better{'' if self.is_complete else ' so far'}."
 
     @property
     def done(self) -> int:
@@ -391,7 +391,7 @@ def read_record(values: Mapping[str, Any]) -> Report:
 def join(reports: Sequence[Report]) -> Report | None:
     """Return one report of what several have found of one run, each of other changes; None before anything is.
 
-    Until somebody has told of the unchanged settings there is nothing to compare with.
+    Without findings about the unchanged settings there is nothing to compare with.
     """
     found = sorted((each for report in reports for each in report.findings), key=lambda each: each.place)
     if not found or found[0].place != 0:
@@ -552,7 +552,7 @@ class _Trials:
 def _begin(run: Run, loss: int) -> int:
     """Return the frame from which on things are changed: some before the loss, or before what led to it.
 
-    Of a loss that a mark tells, nobody knows when it began: it was held for sure in the last mark before that held.
+    A loss that a mark tells began in an unknown frame after the last mark that held.
     """
     said = Loss.of(run.diagnostics)
     found = said.approach([row.hidden is True for row in run.diagnostics], loss)

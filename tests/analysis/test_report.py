@@ -51,13 +51,13 @@ def test_verdicts_and_sentence() -> None:
     found = report()
     assert [found.verdict(it) for it in found.best_first] == ["baseline", "better", "better", "unclear"]
     assert found.sentence == (
-        "Of 12 other seeds with the same settings 1 hold. Best of the 3 changes: good: 12 of 12 hold to the end."
+        "1 of 12 other seeds with the same settings hold. Best of the 3 changes: good: 12 of 12 hold to the end."
     )
     findings = finding(BASELINE, 11 * "+" + "-"), finding(SAME, 12 * "-")
     worse = Report(50, 40, 80, 80, 10, 1, 12, findings, True)
     assert worse.verdict(worse.findings[1]) == "worse"
     assert worse.sentence == (
-        "Of 12 other seeds with the same settings 11 hold: it was bad luck. None of the 1 changes is clearly better."
+        "11 of 12 other seeds with the same settings hold: it was bad luck. No change is clearly better."
     )
 
 
@@ -65,7 +65,7 @@ def test_below_eleven_seeds_nothing_is_said() -> None:
     """An early look says that there are too few seeds, and not that nothing helps or that it was bad luck."""
     few = replace(report(), findings=(finding(BASELINE, 10 * "-"), finding(GOOD, 10 * "+")), is_complete=False)
     assert (few.sentence, few.verdict(few.findings[1])) == ("Too few seeds to tell.", "few")
-    luck = "Of 12 other seeds with the same settings 0 hold."
+    luck = "0 of 12 other seeds with the same settings hold."
     begun = replace(few, findings=(finding(BASELINE, 12 * "-"), finding(GOOD, 10 * "+")))
     assert begun.sentence == f"{luck} Too few seeds to tell what helps."
     found = replace(few, findings=(finding(BASELINE, 12 * "-"), finding(GOOD, 12 * "+")))

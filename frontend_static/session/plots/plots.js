@@ -145,7 +145,7 @@ class Plots {
   }
 
   /**
-   * Take what somebody points at, where that means something.
+   * Choose what is clicked, in a plot where that has a meaning.
    *
    * @param {MouseEvent} event
    */

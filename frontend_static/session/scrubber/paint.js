@@ -39,7 +39,7 @@ const ROWS = /** @type {const} */ ({
 });
 /** What is left out first where not all of them have room: the plots say it, too. */
 const DISPENSABLE = /** @type {const} */ (["proposal", "ess", "sigma", "loss"]);
-/** The rows that are about series, and of which role. */
+/** The rows that show series, and the role of these. */
 const ROLES = /** @type {const} */ ({ ess: "ess", proposal: "share", events: "event", loss: "loss_probability" });
 /** What the first curve gives to the others before, px. */
 const GIVEN = 20;

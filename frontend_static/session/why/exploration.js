@@ -1,7 +1,6 @@
 /**
- * An exploration: work of the server beside a session, which is asked again and again for what it has found, and ended when
- * nobody wants to know any more. What it has found stays until there is something newer; where the session's run has changed
- * since, it is stale.
+ * An exploration: work of the server beside a session. The page polls it for its findings, and ends it when it no longer needs
+ * them. Findings stay until there are newer ones; they are stale once the session's run has changed.
  */
 
 import { messageOf, pathOf, request } from "../../shared/api.js";
@@ -12,27 +11,27 @@ import { batch, signal } from "../../vendor/preact.js";
 /** @import { Store } from "../store.js" */
 
 const sessions = pathOf("sessions");
-/** The server forgets what has ended a little later. */
+/** The server forgets a finished job a little later. */
 const KEPT_MS = 590_000;
 
 export class Exploration {
-  /** The newest one as it was told last, with the newest findings of any. */
+  /** The newest job, with the newest findings of any job. */
   job = signal(/** @type {ExplorationJob|null} */ (null));
-  /** Why there is nothing to tell, a sentence. */
+  /** Why there are no findings, a sentence. */
   error = signal("");
   #store;
   #wanted = new AbortController();
-  /** Until when the server knows it. */
+  /** Until when the server knows the job. */
   #until = Infinity;
 
   /**
    * @param {Store} store Of the session.
-   * @param {AbortSignal} end It ends with it.
+   * @param {AbortSignal} end Ends the exploration.
    */
   constructor(store, end) {
     this.#store = store;
     end.addEventListener("abort", () => this.stop());
-    // Who leaves the page does not wait for answers.
+    // A page that is left reads no answers.
     globalThis.addEventListener("pagehide", () => this.stop(), { signal: end });
   }
 
@@ -41,7 +40,7 @@ export class Exploration {
   }
 
   /**
-   * Begin; what was under way ends.
+   * Begin a new job, and end the one under way.
    *
    * @param {ExplorationCreate} body
    */
@@ -65,7 +64,7 @@ export class Exploration {
     }
   }
 
-  /** End what is under way; what it has found stays. */
+  /** End the job under way; its findings stay. */
   stop() {
     this.#wanted.abort();
     const job = this.job.peek();
@@ -75,7 +74,7 @@ export class Exploration {
     this.job.value = { ...job, state: "done" };
   }
 
-  /** Ask whether what was found is still about the session's run. */
+  /** Ask whether the findings are still about the session's run. */
   async look() {
     const job = this.job.peek();
     if (job === null) return;
@@ -99,7 +98,7 @@ export class Exploration {
 }
 
 /**
- * What the runs of other seeds follow from: while it is the same, so are they.
+ * All that determines the runs with other seeds.
  *
  * @param {SessionPublic} session
  */

@@ -1,6 +1,6 @@
 /**
- * What lies over the foot of the picture when the target was lost: the cause in a sentence, the best change of the tracker and of
- * the scene, and the ways on. It can be put away, and stays small then.
+ * The card over the foot of the picture of a run that lost its target: the cause in a sentence, the best change of the tracker and
+ * of the scene, and buttons that lead on. Put away, it stays small.
  */
 
 import { h, html } from "../../vendor/preact.js";
@@ -13,9 +13,9 @@ export function LostCard({ loss }) {
   const { diagnosis, isAway, isLost, tab, view } = loss;
   const told = diagnosis.value;
   if (told === null || !told.lost) return null;
-  // What a tab shows need not stand here as well.
+  // An open tab shows the same.
   const isOpen = !(isAway.value ?? (!isLost.value || tab.value !== null));
-  // Where the first sign of it shows, or the loss itself.
+  // The first sign of the loss, or the loss itself.
   const goal = Math.min(told.frame ?? 0, ...told.signs.map(({ since }) => since));
   const turn = (/** @type {Event & {currentTarget: HTMLDetailsElement}} */ { currentTarget: { open } }) => {
     if (open !== isOpen) isAway.value = !open;
@@ -37,14 +37,14 @@ export function LostCard({ loss }) {
 }
 
 /**
- * The best change of a kind, as far as one is better than none.
+ * The best change of the tracker or of the scene, where one is better than no change.
  *
  * @param {{loss: Loss, ofScene: boolean}} props
  */
 function Cure({ loss, ofScene }) {
   const { exploration, report } = loss;
   const findings = report.value?.findings.filter(({ kind }) => (ofScene ? kind === "world" : !["world", "seeds"].includes(kind))) ?? [];
-  // A recording has a scene that nobody can change.
+  // The scene of a recording cannot change.
   if (ofScene && findings.length === 0) return null;
   const best = findings.find(({ verdict }) => verdict === "better");
   const of = ofScene ? "Scene" : "Tracker";
@@ -65,7 +65,7 @@ function Cure({ loss, ofScene }) {
  */
 function without({ exploration }, isOpen) {
   if (exploration.error.value !== "") return exploration.error.value;
-  if (exploration.isWorking) return isOpen ? "Too few seeds to tell. Trying…" : "None is clearly better so far. Trying…";
+  if (exploration.isWorking) return isOpen ? "Too few seeds to tell. Trying…" : "No change is clearly better so far. Trying…";
   return isOpen ? "Too few seeds to tell" : "No change is clearly better";
 }
 

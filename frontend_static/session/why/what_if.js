@@ -1,4 +1,4 @@
-/** What would have saved the run: changes of the tracker and of the scene, best first, in lists that fill while one looks. */
+/** What would have saved the run: changes of the tracker and of the scene, best first, in lists that fill. */
 
 import { number } from "../../shared/format.js";
 import { newSweep } from "../../shared/share_link.js";
@@ -14,12 +14,12 @@ const TRIALS = 40;
 export function WhatIf({ loss }) {
   const { diagnosis, exploration, report } = loss;
   const [job, found, error] = [exploration.job.value, report.value, exploration.error.value];
-  // Another loss than the one that is asked about may be meant.
+  // The findings may be about another loss than *Why?* was asked about last.
   const which = found?.loss === diagnosis.value?.frame ? "" : found?.loss_sentence;
   const words = found === null ? error || "Going back to before the loss…" : `${which} ${found.sentence} ${error}`;
   const stop = () => {
     exploration.stop();
-    exploration.error.value = "It was stopped.";
+    exploration.error.value = "Stopped.";
   };
   const again = () => loss.ask(diagnosis.value?.frame ?? undefined);
   return html`<div class="what-if" data-stale=${String(job?.stale)}>
@@ -46,7 +46,7 @@ function Changes({ loss, found }) {
       <ol class="what-if-lines" aria-label=${`Changes of the ${of}, best first`}>${(isWhole.value ? some : some.slice(0, 1)).map(line)}</ol>`,
   );
   const best = changes.find(({ verdict }) => verdict === "better");
-  const hint = "The best change beside none, on the scenes and seeds of a sweep";
+  const hint = "Compare the best change with no change over many scenes and seeds";
   return html`
     <ul class="what-if-lines" aria-label="No change">${line(first)}</ul>
     ${shown}
@@ -54,14 +54,14 @@ function Changes({ loss, found }) {
       ${changes.length > shown.length && html`<button type="button" aria-expanded=${String(isWhole.value)} onClick=${() => (isWhole.value = !isWhole.value)}>
         ${isWhole.value ? "The best alone" : `All ${found.planned}`}
       </button>`}
-      ${best && html`<a class="button" href=${sweepOf(loss, best)} title=${hint}>Check on the whole sweep</a>`}
+      ${best && html`<a class="button" href=${sweepOf(loss, best)} title=${hint}>Check in a sweep…</a>`}
     </footer>
     <p class="hint">${found.correction} A cure of this run is not a cure in general.</p>
   `;
 }
 
 /**
- * A change in words, the share of runs that hold, its cost, and what it may be called.
+ * A change with the share of runs that hold, its verdict and its cost.
  *
  * @param {{loss: Loss, finding: ToldFinding}} props
  */

@@ -22,7 +22,7 @@ export function Beside({ loss }) {
   useEffect(() => root.current?.scrollIntoView({ block: "nearest" }), [shown]);
   if (shown === null) return null;
   const close = () => {
-    // The keys go on to steer the session.
+    // Keys keep steering the session.
     /** @type {HTMLElement|null|undefined} */ (root.current?.closest(".session-view"))?.focus({ preventScroll: true });
     tab.value = null;
   };
@@ -44,7 +44,7 @@ export function Beside({ loss }) {
 }
 
 /**
- * The button that asks where no loss is told: a clip may have one that nobody knows of, and there it says what to do.
+ * The button that asks why on a clip without a known loss; the answer then says how to mark the truth.
  *
  * @param {{loss: Loss}} props
  */
@@ -77,7 +77,7 @@ function Signed({ sign: { title, since, words, evidence }, go }) {
 }
 
 /**
- * A column of numbers around the frame since when a sign holds, small, with a mark there.
+ * A small plot of a column around the frame in which a sign began, which a line marks.
  *
  * @param {{column: Evidence, since: number}} props
  */

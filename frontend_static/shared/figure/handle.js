@@ -57,7 +57,7 @@ export class Handle {
   constructor(tell, name) {
     this.#tell = tell;
     if (name) this.element.classList.add(name);
-    // What nobody moves here is a line, and none of the ways through the page leads to it.
+    // A handle that cannot be moved is a line, and the Tab key passes it over.
     if (name === "fixed") this.element.removeAttribute("tabindex");
     const { element } = this;
     // Taken a little beside its line, it does not jump to the pointer.

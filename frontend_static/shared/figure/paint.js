@@ -32,19 +32,19 @@
 /** @typedef {"disc"|"ring"|"triangle"|"diamond"|"cross"|"square"} Shape */
 /** @typedef {{ink: string, width: number, dash?: number[], opacity?: number}} Stroke Lengths in px at letters of 16 px. */
 
-/** So near a pointer has to be, px at letters of 16 px. What has an area is as near as that, so that lines on it win. */
+/** Reach of a pointer, px at letters of 16 px. Areas are at this distance, so that lines on them win. */
 export const REACH = 14;
 /** How far the rim of what is cased stands out, in all, px at letters of 16 px. */
 const RIM = 2.5;
-/** Opacities of single things are shown in so many steps, each of which is one path. */
+/** Number of steps in which opacities are painted; each step is one path. */
 const LEVELS = 12;
-/** From so many points on each is a copy of one picture, which is as fast and lets those below shine through. */
+/** From this number of points on, each is a copy of one picture: as fast, and those below shine through. */
 const COPIED_FROM = 1500;
 /** Width of the lines that points are made of. */
 const LINE = 1.5;
-/** From so many points a column of pixels on, a line is thinned. */
+/** From this number of points per column of pixels on, a line is thinned. */
 const CROWDED = 4;
-/** Half the length of what is drawn of a point that no other one is joined to, px. */
+/** Half the length of the dash for a point without neighbours, px. */
 const ALONE = 0.75;
 
 /**

@@ -256,7 +256,7 @@ export function saying({ title }, ...parts) {
 }
 
 /**
- * All that a panel shows, for who cannot see it.
+ * All that a panel shows, in words for screen readers.
  *
  * @param {Panel} panel
  * @param {string} [mark] What is marked in it.

@@ -1,7 +1,7 @@
 """Explorations: what else a session's run might have been, computed beside it, at low priority.
 
-Each is a job with processes of its own. It tells what it has found while it goes on, and ends when nobody asks any
-more, when it is cancelled, or with its session. What it has found of a run that has changed since is stale.
+Each is a job with its own processes. It reports findings as they come, and ends when no client polls it any more, when
+it is cancelled, or with its session. Findings are stale once the session's run has changed.
 """
 
 import asyncio
@@ -28,11 +28,11 @@ LONGEST_S = 600.0
 
 
 class ExplorationCreate(RequestBody):
-    """What to find out of the active branch of a session."""
+    """What to find out about the active branch of a session."""
 
     kind: Literal["what-if", "ensemble"]
-    frame: FrameNumber | None = Field(None, description="Of what-if, a frame of the loss; by default the first lasting")
-    scene: Scene = Field("same", description="Of ensemble, whether each run sees what its own seed makes of the scene")
+    frame: FrameNumber | None = Field(None, description="For what-if: a frame of the loss; default: the first lasting")
+    scene: Scene = Field("same", description="For an ensemble: whether each run sees the scene of its own seed")
     seconds: Annotated[float, Field(ge=1.0, le=LONGEST_S), NOT_BOOLEAN] = Field(LONGEST_S, description="Time limit, s")
 
 
@@ -42,12 +42,11 @@ class ExplorationJob(Job[Report | Bands]):
     kind: Literal["exploration"] = "exploration"
     session: str
     branch: str
-    stale: bool = Field(False, description="Whether the session's run is no longer the one that this is about")
+    stale: bool = Field(False, description="Whether the session's run has changed since")
 
 
 NICENESS: Mapping[str, int] = {"ensemble": 6, "what-if": 14}
-"""They come after every session. A band follows a slider, and is soon there; a list fills in the background, after all
-other work."""
+"""Both give way to sessions. A band has to follow a slider; a list fills in the background, after all other work."""
 
 SILENCE_S = 300.0
 """A run that is followed to its end may be long, and comes after all others."""
@@ -56,7 +55,7 @@ LONGEST_BAND = 2000
 
 MOST_OF_SESSION = 3
 MOST_KEPT = 100
-"""Of how many runs it is kept what was found last: after the list is closed the run can still be exported with it."""
+"""Runs whose latest findings are kept: their exports have them, also after the list was closed."""
 MOST_PROCESSES = 4
 """Of one exploration; each has a part of the changes. Several explorations share them."""
 
@@ -64,12 +63,12 @@ BANDS = TypeAdapter(Bands)
 
 
 class Exploration(ExplorationJob):
-    """An exploration under way, with what is told to nobody.
+    """An exploration with what clients are not told.
 
     Attributes:
         body: What was asked.
-        run: What tells its run from all others.
-        now: Returns the same of the run that its session has now.
+        run: Identity of the explored run.
+        now: Returns the identity of the session's present run.
         parts: What each of its processes has found so far.
     """
 
@@ -80,11 +79,11 @@ class Exploration(ExplorationJob):
 
     @property
     def report(self) -> Report | None:
-        """What all processes have found of changes."""
+        """What all processes have found about changes."""
         return join([read_record(self.parts[number]) for number in sorted(self.parts)])
 
     def refresh(self) -> None:
-        """Say what has been found so far."""
+        """Take over the findings so far."""
         self.stale = self.now() != self.run
         found = self.report if self.body.kind == "what-if" else None
         if found is not None:
@@ -141,7 +140,7 @@ class Explorations:
             niceness=NICENESS[job.body.kind],
         )
         try:
-            async with asyncio.TaskGroup() as group:  # of which one that fails ends all, each of them once
+            async with asyncio.TaskGroup() as group:  # one that fails ends all
                 for number, each in enumerate(asked):
                     group.create_task(self._compute_part(session, job, number, each, budget))
         except BaseExceptionGroup as errors:
@@ -169,5 +168,5 @@ class Explorations:
 
 
 def _run(session: Session) -> tuple[str, str]:
-    """Return what tells the run of a session from all others: its name, and what makes the run."""
+    """Return the identity of a session's run: the session's name, and the recipe."""
     return session.spec.id, session.spec.run.recipe.model_dump_json()
