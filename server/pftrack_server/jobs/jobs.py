@@ -9,7 +9,7 @@ import contextlib
 import time
 from collections.abc import Callable, Coroutine
 from dataclasses import dataclass, field
-from typing import Any, Generic, Literal, TypeAlias, TypeVar
+from typing import Any, Generic, Literal, TypeAlias, TypeVar, cast
 
 import structlog
 from pydantic import BaseModel, Field
@@ -99,26 +99,30 @@ class Jobs:
         """Return those of a kind that are under way; this asks for none."""
         return [each.job for each in self._all.values() if each.ended is None and isinstance(each.job, kind)]
 
-    def find(self, name: str) -> Job[Any] | None:
-        """Return a job, which then goes on; None if it is unknown, or ended long ago."""
-        self._forget()
-        found = self._all.get(name)
-        if found is None:
-            return None
-        found.unasked = 0
-        found.job.refresh()
-        return found.job
-
     def get(self, name: str) -> Job[Any]:
         """Return a job, which then goes on.
 
         Raises:
             NotFoundError: It is unknown, or ended long ago.
         """
-        found = self.find(name)
+        self._forget()
+        found = self._all.get(name)
         if found is None:
             raise NotFoundError("This job does not exist; it may have been cancelled, or have ended long ago.")
-        return found
+        found.unasked = 0
+        found.job.refresh()
+        return found.job
+
+    def find_or_begin(self, job: OneJob, work: Work) -> OneJob:
+        """Return the job of the same id, which then goes on, or begin this one; one that was left alone begins anew.
+
+        Raises:
+            UnavailableError: There are as many under way as there may be.
+        """
+        self._forget()
+        known = self._all.get(job.id)
+        is_kept = known is not None and known.unasked < MOST_LOOKS
+        return cast("OneJob", self.get(job.id)) if is_kept else self.begin(job, work)
 
     async def wait(self, name: str, patience_s: float) -> None:
         """Wait for a job to end, but no longer than this."""

@@ -2,8 +2,8 @@
 
 A pool of workers draws figures and judges their answers. Checks, and the runs that questions are about, are computed
 once and kept under a hash of all that they depend on, the program among it. A child task computes one when somebody
-first asks for it, so that a class that opens a lesson at one time waits for one computation; who asks meanwhile
-hears how far it is. They are computed one after the other, and what takes a moment waits for nothing that takes longer.
+first asks for it, so that a class that opens a lesson at one time waits for one computation, and hears meanwhile how
+far it is. They are computed one after the other, and what takes a moment waits for nothing that takes longer.
 """
 
 import asyncio
@@ -94,8 +94,7 @@ class LessonResults:
             await asyncio.to_thread(self._kept.write, job.id, found)
             return found
 
-        known = self.jobs.find(job.id)
-        return known if isinstance(known, LessonJob) else self.jobs.begin(job, work)
+        return self.jobs.find_or_begin(job, work)
 
 
 class Lessons:

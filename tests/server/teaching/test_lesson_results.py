@@ -35,7 +35,7 @@ def refused() -> None:
     """What cannot be computed."""
 
 
-async def answer_beside(folder: Path) -> None:
+async def answer_beside(folder: Path, monkeypatch: Any) -> None:
     results = LessonResults(DiskCache(folder), cast("ChildTasks", Answers()))
     slow = [await results.get(f"slow {number}", heavy) for number in range(2)]
     job = await results.get("quick", light)
@@ -46,12 +46,17 @@ async def answer_beside(folder: Path) -> None:
     await results.jobs.wait(failed.id, 60)
     assert (failed.result, failed.error) == (None, "There is nothing to compute")
     assert await results.get("refused", refused) is failed, "nobody tries again at once"
+    monkeypatch.setattr("pftrack_server.jobs.jobs.LOOK_S", 0.001)
+    left = await results.get("left alone", heavy)
+    await results.jobs.wait(left.id, 60)
+    again = (await results.get("left alone", heavy)).state
+    assert (left.state, again) == ("failed", "working"), "the next visitor has not left it"
     results.jobs._kept_s = -1.0
     assert await results.get("refused", refused) is not failed
     await results.jobs.close()
 
 
 def test_a_light_answer_does_not_wait_for_heavy_ones(tmp_path: Path, monkeypatch: Any) -> None:
-    """However many lessons are computed that take minutes; and one that is refused says why."""
+    """However many lessons take minutes; one that is refused says why, and one that was left alone begins anew."""
     monkeypatch.setattr("pftrack_server.teaching.lessons.MOMENT_S", 0.05)
-    run(answer_beside(tmp_path / "kept"))
+    run(answer_beside(tmp_path / "kept", monkeypatch))
