@@ -12,6 +12,8 @@ import { Backoff } from "./socket.js";
 const PING_EVERY_MS = 5000;
 /** Statuses of a stream that does not exist any more. */
 const IS_GONE = [401, 403, 404, 410];
+/** The server refuses a socket with an HTTP status plus this. */
+const CODES_FROM = 4000;
 
 /**
  * Who hears what comes over a stream.
@@ -136,7 +138,10 @@ export class Stream {
     if (event !== null) this.#on.closed?.(event);
     if (this.#end.signal.aborted) return;
     this.#on.lost();
-    const error = wasGreeted ? null : await this.#look().then(() => null, (failure) => failure);
+    const status = (event?.code ?? 0) - CODES_FROM;
+    const told = IS_GONE.includes(status) ? new ApiError(status, { message: event?.reason ?? "" }) : null;
+    // A greeted page hears the same code from a server that only stops.
+    const error = wasGreeted ? null : (told ?? (await this.#look().then(() => null, (failure) => failure)));
     if (error instanceof ApiError && IS_GONE.includes(error.status)) {
       this.stop();
       this.#on.gone(error);

@@ -102,14 +102,16 @@ describe("a stream", () => {
     assert.equal(made(), 2);
   });
 
-  it("stays away where there is nothing to hear any more", async (test) => {
-    const { heard, tick, made } = stage(test, () => Promise.reject(new ApiError(404, { message: "none" })));
-    FakeSocket.made[0].ends(4404);
-    await turn();
-    page.dispatchEvent(new Event("online"));
-    tick(10_000);
-    assert.deepEqual([heard, made()], [[4404, "lost", "gone"], 1]);
-  });
+  for (const code of [1006, 4404]) {
+    it(`stays away where there is nothing to hear any more, and asks only where the code ${code} does not say so`, async (test) => {
+      const { heard, tick, made } = stage(test, () => Promise.reject(new ApiError(404, { message: `${heard.push("asked")}` })));
+      FakeSocket.made[0].ends(code);
+      await turn();
+      page.dispatchEvent(new Event("online"));
+      tick(10_000);
+      assert.deepEqual([heard, made()], [[code, "lost", ...(code === 1006 ? ["asked"] : []), "gone"], 1]);
+    });
+  }
 
   it("connects anew at once where it is told to, and nobody hears of that", async (test) => {
     const { stream, heard, tick, made } = stage(test);
