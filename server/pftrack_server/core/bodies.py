@@ -36,7 +36,10 @@ GivenTitle = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(
 
 
 def fields_of(model: type[BaseModel], *sources: object) -> dict[str, Any]:
-    """Return the fields of a model that objects have as attributes of the same names; the last one counts."""
+    """Return the fields of a model that objects have as attributes of the same names; the last one counts.
+
+    Such a model has no defaults, so that it fails where an attribute was renamed.
+    """
     return {name: getattr(it, name) for it in sources for name in model.model_fields if hasattr(it, name)}
 
 

@@ -54,27 +54,27 @@ class SweepPublic(BaseModel):
     experiment: str
     unit: str
     judged: bool
-    has_truth: bool = True
+    has_truth: bool
     axes: list[AxisPublic]
     trackers: list[TrackerPublic]
-    measures: list[MeasurePublic] = []
+    measures: list[MeasurePublic]
     trials: int
     frames: int
-    recording: str | None = None
+    recording: str | None
     seed: int
-    loss_probability: bool = False
+    loss_probability: bool
     parameters: dict[str, Value]
     fixed: list[AxisPublic]
     runs: int
     conditions: int
     done: int
-    successes: int | None = None
+    successes: int | None
     problems: int
     state: State
-    message: str | None = None
-    rate: float | None = None
+    message: str | None
+    rate: float | None
     seconds: float
-    seconds_left: float | None = None
+    seconds_left: float | None
     created: str
     outcome: str
     page: str

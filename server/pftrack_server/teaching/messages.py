@@ -136,7 +136,7 @@ class PollPublic(BaseModel):
     votes: int | None = Field(description="How many have answered; null for followers until it is revealed")
     counts: list[int] | None = Field(description="Of each answer; null until it is revealed")
     revealed: bool
-    lesson: str | None = Field(None, description="Whose question it is, if it is a lesson's")
+    lesson: str | None = Field(description="Whose question it is, if it is a lesson's")
 
 
 class PollKept(BaseModel):
@@ -364,7 +364,7 @@ class LessonPublic(_Public):
     checks: list[CheckPublic]
     uses: list[ScenarioPublic]
     minutes: float = Field(description="How long it takes a class")
-    problem: str | None = Field(None, description="Why it cannot be run here, one sentence")
+    problem: str | None = Field(description="Why it cannot be run here, one sentence")
 
 
 class LessonsPublic(BaseModel):
