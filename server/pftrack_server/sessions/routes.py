@@ -21,9 +21,9 @@ from pftrack_server.core.requests import MULTIPART, AName, TakesFiles, service, 
 from pftrack_server.jobs.child_tasks import TheTasks
 from pftrack_server.sessions.create import SessionCreate, as_spec
 from pftrack_server.sessions.duplex import GONE, converse
-from pftrack_server.sessions.manager import Manager
+from pftrack_server.sessions.manager import Manager, Prepare
 from pftrack_server.sessions.session import Answer, Session
-from pftrack_server.sessions.spec import Bookmark, Phase
+from pftrack_server.sessions.spec import Bookmark, Phase, SessionSpec
 from pftrack_server.sessions.state import Columns
 from pftrack_server.sessions.stream import SessionPublic
 from pftrack_server.sessions.worker.protocol import Command, Explain, MakeBranch, Picture
@@ -60,12 +60,12 @@ async def _session(session: AName, manager: AManager) -> Session:
 ASession = Annotated[Session, Depends(_session)]
 
 
-Begins: TypeAlias = Callable[..., Awaitable[Session]]
+Begins: TypeAlias = Callable[[SessionSpec, Prepare | None], Awaitable[Session]]
 """Takes a spec, and how to prepare its session, as `Manager.create` does."""
 
 
 def _begin(request: Request, manager: AManager) -> Begins:
-    return lambda *asked: unless_client_gone(request, manager.create(*asked))
+    return lambda spec, prepare: unless_client_gone(request, manager.create(spec, prepare))
 
 
 Begin = Annotated[Begins, Depends(_begin)]
@@ -76,7 +76,7 @@ Begin = Annotated[Begins, Depends(_begin)]
 async def start_session(body: SessionCreate, begin: Begin, store: AStore, filters: TheFilters) -> SessionPublic:
     """Start a session: an experiment on its own scene, or on an upload with the box of its target."""
     body = body.model_copy(update={"recipe": filters.bring(body.recipe)})
-    session = await begin(await asyncio.to_thread(as_spec, body, store))
+    session = await begin(await asyncio.to_thread(as_spec, body, store), None)
     return session.view()
 
 

@@ -156,7 +156,7 @@ async def open_row(
     """Start a session with exactly this run, or the same with another method, ten frames before the first loss."""
     tracker = body.tracker if body else None
     spec = await asyncio.to_thread(session_spec, store, sweep.row.id, sweep.plan, sweep.results, run, tracker)
-    return (await begin(spec)).view()
+    return (await begin(spec, None)).view()
 
 
 WRITING_S = 120.0
