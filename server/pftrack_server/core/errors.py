@@ -89,7 +89,7 @@ class UnavailableError(ApiError):
 def status_of(error: RefusedError) -> int:
     """Return the HTTP status of the answer to a refusal."""
     usual = HTTPStatus.CONFLICT if isinstance(error, ConflictError) else HTTPStatus.UNPROCESSABLE_ENTITY
-    return getattr(error, "status", usual)
+    return error.status if isinstance(error, ApiError) else usual
 
 
 def detail_of(error: RefusedError) -> dict[str, Any]:
