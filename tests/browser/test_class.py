@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from playwright.sync_api import Page
 
 from tests.browser.accessible import check, fits
 from tests.browser.class_room import PHONE, WIDE, Follower, Lecturer, all_of
@@ -55,7 +56,7 @@ def test_a_lecturer_and_three_followers(
         follower.open(link)
     lecturer.counts("3 follow")
 
-    # The same frame and the same parameters; whoever follows steers nothing.
+    # The same frame and the same parameters; followers steer nothing.
     first, second, third = followers
     lecturer.press("ArrowRight")
     lecturer.stands_at(1)
@@ -197,15 +198,21 @@ def tried(lecturer: Lecturer, follower: Follower, server: Server) -> None:
     )
 
 
-def shown_a_lesson(lecturer: Lecturer, followers: list[Follower]) -> None:
-    """The class goes with its lecturer to another page, and sees a lesson's figure with what is moved."""
+def shows_another(lecturer: Lecturer, address: str) -> Page:
+    """Open another page, which the class sees once it is shown to it; return it."""
     page = lecturer.page
-    page.goto("learn/9")
+    page.goto(address)
     lecturer.counts("3 see another page")
     page.locator(".follow-chip").click()
     page.get_by_role("button", name="Show this page").click()
     page.locator("[data-role=class-link]").wait_for()
     lecturer.press("Escape")
+    return page
+
+
+def shown_a_lesson(lecturer: Lecturer, followers: list[Follower]) -> None:
+    """The class goes with its lecturer to another page, and sees a lesson's figure with what is moved."""
+    page = shows_another(lecturer, "learn/9")
     all_of(followers, lambda one: one.page.locator(".figure-view[data-shown]").count() == 1, "the figure is there")
     all_of(followers, lambda one: "400" in one.text(".in-force"), "the number of particles is listed")
     page.locator(".lesson-question").get_by_role("button", name="Skip").click()
@@ -228,13 +235,7 @@ def shown_a_lesson(lecturer: Lecturer, followers: list[Follower]) -> None:
 
 def shown_a_failure(lecturer: Lecturer, followers: list[Follower]) -> None:
     """A failure is seen beside its cure, with what the cure changes, and the class comes along to the next one."""
-    page = lecturer.page
-    page.goto("failures/4")
-    lecturer.counts("3 see another page")
-    page.locator(".follow-chip").click()
-    page.get_by_role("button", name="Show this page").click()
-    page.locator("[data-role=class-link]").wait_for()
-    lecturer.press("Escape")
+    page = shows_another(lecturer, "failures/4")
     for frame in ("6", "7"):
         painted = f".flat-canvas[data-frame='{frame}']"
         all_of(followers, lambda one, it=painted: one.page.locator(it).count() == 2, f"both stand at frame {frame}")
@@ -263,7 +264,7 @@ def compared(outcome: dict[str, Any] | None, arrangement: str) -> dict[str, Any]
 
 
 def shown_a_comparison(lecturer: Lecturer, followers: list[Follower], late: Follower, server: Server) -> None:
-    """Two runs stand side by side; whoever comes when the class is full waits; a forged link leads nowhere."""
+    """Two runs stand side by side; a follower who comes when the class is full waits; a forged link leads nowhere."""
     first = followers[0]
     [follow] = server.get("follows")
     sessions = [lecturer.session_id, server.start_session(tracker="condensation")["id"]]

@@ -1,7 +1,6 @@
 """A class in tests: a lecturer with the rights of the server, and followers in browsers of their own."""
 
 import contextlib
-import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -54,11 +53,6 @@ def follower(server: Server, follow: dict[str, Any]) -> Iterator[Follower]:
         yield one
     finally:
         one.http.close()
-
-
-def hear(socket: ClientConnection) -> dict[str, Any]:
-    message: dict[str, Any] = json.loads(socket.recv(timeout=30))
-    return message
 
 
 def farewell(socket: ClientConnection) -> tuple[int, str]:

@@ -5,14 +5,14 @@ from typing import Any
 import httpx
 
 from tests.server.host import Server, error_of, steer
-from tests.server.sessions.test_duplex import has_changed, until
-from tests.server.teaching.class_room import farewell, follower, hear
+from tests.server.sessions.test_duplex import has_changed, hear, until
+from tests.server.teaching.class_room import farewell, follower
 
 
 def test_a_class_sees_what_the_lecturer_does(
     guarded: Server, lecturer: httpx.Client, session: str, follow: dict[str, Any]
 ) -> None:
-    """Whoever opens the link sees the same frame, hears a poll and answers it; the lecturer sees how many."""
+    """Followers see the same frame, hear a poll and answer it; the lecturer sees how many."""
     with follower(guarded, follow) as one, follower(guarded, follow) as other:
         assert one.page.status_code == 200
         assert f'<base href="{one.place}/">' in one.page.text

@@ -3,6 +3,7 @@
 import re
 from contextlib import ExitStack
 from typing import Any
+from unittest.mock import patch
 from urllib.parse import urlsplit
 
 import httpx
@@ -16,7 +17,8 @@ from pftrack_server.sessions.spec import SessionSpec
 from pftrack_server.teaching.follow import MOST_SOCKETS
 from pftrack_server.teaching.follows import Follows
 from tests.server.host import Server, begin, change_values, command, error_of, steer
-from tests.server.teaching.class_room import Follower, change, farewell, follower, hear, lead
+from tests.server.sessions.test_duplex import hear
+from tests.server.teaching.class_room import Follower, change, farewell, follower, lead
 from tests.viewer.host import Peer
 from tests.waiting import wait_for
 
@@ -143,7 +145,7 @@ def test_a_full_class(guarded: Server, lecturer: httpx.Client, follow: dict[str,
 def test_what_is_not_followed_any_more(
     lecturer: httpx.Client, session: str, other: str, follow: dict[str, Any], one: Follower
 ) -> None:
-    """Where the lecturer goes on to another session, whoever looked at the first is sent on."""
+    """Where the lecturer goes on to another session, followers of the first are sent on."""
     with one.socket() as stream, one.socket(f"api/v1/sessions/{session}/stream") as before:
         hear(stream)
         change(lecturer, follow, sessions=[other], arrangement={"scenes": "over"})
@@ -202,12 +204,7 @@ def test_a_fork_is_its_followers_own(
 
 
 def test_a_copy_that_is_not_wanted_any_more_when_it_is_made(
-    guarded: Server,
-    lecturer: httpx.Client,
-    session: str,
-    follow: dict[str, Any],
-    one: Follower,
-    monkeypatch: pytest.MonkeyPatch,
+    guarded: Server, lecturer: httpx.Client, session: str, follow: dict[str, Any], one: Follower
 ) -> None:
     """It ends at once, whether its follower has given it back or its class is over."""
     follows, create = guarded.app.state.services[Follows], guarded.manager.create
@@ -221,8 +218,7 @@ def test_a_copy_that_is_not_wanted_any_more_when_it_is_made(
         else:
             follows.end(found)
 
-    monkeypatch.setattr(guarded.manager, "create", create_late)
-    with one.socket() as stream:
+    with patch.object(guarded.manager, "create", create_late), one.socket() as stream:
         hear(stream)
         error_of(one.ask("POST", "follow/fork", session=session), 409)
         error_of(one.ask("POST", "follow/fork", session=session), 410)
@@ -309,7 +305,7 @@ def test_the_scene_turns_and_does_nothing_else(
 
 
 def test_a_lesson_is_followed(lecturer: httpx.Client, guarded: Server, session: str) -> None:
-    """The figure that the lecturer's page gets goes to the class, whoever tries it has one, and then gives it back."""
+    """The figure of the lecturer's page goes to the class; a follower who tries it has one, and gives it back."""
     lessons = lecturer.get("/api/v1/lessons").json()["lessons"]
     lesson = next(each for each in lessons if each["kind"] == "demonstration")["id"]
     follow = lead(lecturer, lesson=lesson)
