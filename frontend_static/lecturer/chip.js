@@ -26,7 +26,6 @@ import { Answered, ClassPoll, PollForm } from "./poll.js";
 
 /** @typedef {"folded"|"whole"|"staged"} Size How large a poll is: a line of the page, over its lower edge, or all of it where it is presented. */
 
-
 const WHAT =
   "Everybody who opens a short link sees what you show here: the same frame, the same parameters, read only. " +
   "No name is asked for. The server keeps how many gave which answer in a poll.";
