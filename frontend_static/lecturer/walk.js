@@ -14,7 +14,7 @@ import { KeptInTab } from "../shared/memory.js";
  */
 /**
  * @typedef {object} Progress
- * @property {number} spent How long it has taken, without the time since it was come to, if it is the one that is shown.
+ * @property {number} spent How long it has taken; for the step that is shown, until it was opened last.
  * @property {boolean} asked Whether the class was asked what it asks.
  * @property {string|null} opened Where what it began is, as a session that has a name by now.
  */
@@ -26,7 +26,7 @@ import { KeptInTab } from "../shared/memory.js";
  * @property {Step[]} steps
  * @property {number} at Which step is shown.
  * @property {number} begun When.
- * @property {number} since When the step that is shown was come to.
+ * @property {number} since When the step that is shown was opened last.
  * @property {number|null} ended
  */
 

@@ -23,7 +23,7 @@ import { Palette } from "./palette.js";
 
 /** @typedef {Omit<LecturePublic, "items"> & {items: readonly Entry[]}} Shown */
 
-const EMPTY = "Nothing is in it yet. Add a lesson, a failure, a session, a comparison or a poll.";
+const EMPTY = "This lecture is empty. Add a lesson, a failure, a session, a comparison or a poll.";
 const RUN_MINUTES = 5;
 const id = lastOfAddress();
 /** Nothing ends what listens here but the page itself. */
@@ -126,7 +126,7 @@ function Lecture() {
         ${items.length === 0 && html`<p class="empty">${EMPTY}</p>`}
         ${h(Order, { entries: items, change: (entries) => change({ items: entries }), rename, note })}
         ${answered.value.length > 0 && html`<section aria-label="Polls of this lecture">
-          <header><h2>What was answered</h2><a class="button" href=${polls.csvAddress(id)} download="">Download as CSV</a></header>
+          <header><h2>Poll results</h2><a class="button" href=${polls.csvAddress(id)} download="">Download as CSV</a></header>
           ${h(Answered, { kept: answered.value, removed: findAnswered, isOpen: true })}
         </section>`}
         <label for="lecture-notes">Notes, for you alone</label>
@@ -165,7 +165,7 @@ function Over({ walk }) {
   const finish = html`<button type="button" class="primary" data-role="end-class" onClick=${() => control.end()}>End for the class</button>`;
   return html`<section class="lecture-over" aria-label="The lecture is over" role="status">
     <h2>The lecture is over</h2>
-    <p>It took ${clockWords(clock(walk, Date.now()).whole)}. Below stand how long each item took, and what was answered.</p>
+    <p>It took ${clockWords(clock(walk, Date.now()).whole)}. Each item's time and the poll results are below.</p>
     ${hadClass.current && html`<p class="lecture-class"><span>${words}</span>${follow !== null && finish}</p>`}
   </section>`;
 }

@@ -16,8 +16,8 @@ import { h, html, signal, useRef } from "../vendor/preact.js";
 const LEAD =
   "A lecture puts lessons, failures, sessions, comparisons and polls into an order. While you present, Next moves on, the class " +
   "comes along, and a clock tells how long each item takes.";
-const EMPTY = "No lecture has been made yet. A new one is empty; or open the file of one that somebody shared.";
-const UNANSWERED = "No class has answered a poll yet. Answers are kept here without names.";
+const EMPTY = "No lectures yet. Create one, or open a file that somebody shared.";
+const UNANSWERED = "No polls yet. Answers of classes are kept here without names.";
 
 const known = signal(/** @type {{all: LectureSummary[], answered: PollKept[]}} */ ({ all: [], answered: [] }));
 
@@ -39,7 +39,7 @@ function Lectures() {
     </section>
     <section aria-label="Polls">
       <header>
-        <h2>What classes have answered</h2>
+        <h2>Poll results</h2>
         ${answered.length > 0 && html`<a class="button" href=${polls.csvAddress()} download="">Download as CSV</a>`}
       </header>
       ${answered.length > 0 ? h(Answered, { kept: answered, removed: look }) : html`<p class="empty">${UNANSWERED}</p>`}

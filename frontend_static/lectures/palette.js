@@ -75,7 +75,7 @@ async function listSessions(add) {
   `);
   return html`
     <h3>Running sessions and saved runs</h3>
-    ${own.length === 0 && html`<p class="hint">There are none. Presets are below; a session's link can be pasted.</p>`}
+    ${own.length === 0 && html`<p class="hint">None yet. Add a preset from the list below, or paste a session's link.</p>`}
     ${rows(own.map(({ title, hint, item }) => row(title, hint, () => add(item))))}
     ${presets}
   `;
@@ -88,7 +88,7 @@ async function listSessions(add) {
  */
 function Compared({ add, all }) {
   const chosen = useSignal(/** @type {readonly typeof all[number][]} */ ([]));
-  if (all.length < 2) return html`<p class="hint">Two sessions or saved runs make a comparison. There are fewer; the link of one can be pasted.</p>`;
+  if (all.length < 2) return html`<p class="hint">A comparison needs two sessions or saved runs. Start another, or paste the link of a comparison.</p>`;
   const box = (/** @type {typeof all[number]} */ run) => {
     const isChosen = chosen.value.includes(run);
     const turn = () => (chosen.value = isChosen ? chosen.value.filter((other) => other !== run) : [...chosen.value, run]);
