@@ -123,7 +123,7 @@ class DiskBudget:
         if free - wanted_bytes < self._reserve_bytes:
             reserve = mebibytes(self._reserve_bytes)
             raise DiskFullError(
-                f"The server's disk has {mebibytes(free)} left, of which it keeps {reserve} free; "
+                f"The server's disk has {mebibytes(free)} left and keeps {reserve} free; "
                 f"this needs {mebibytes(wanted_bytes)}. Delete uploads, saved runs, sweeps or sessions, and try again."
             )
 

@@ -100,8 +100,8 @@ def check_room(store: Store, settings: Settings, wanted_bytes: int) -> None:
     used = store.uploads_bytes()
     if used + wanted_bytes > settings.max_uploads_bytes:
         raise DiskFullError(
-            f"All uploads together may have {mebibytes(settings.max_uploads_bytes)}, of which {mebibytes(used)} are in "
-            f"use, and this one has {mebibytes(wanted_bytes)}; delete one first."
+            f"Uploads take {mebibytes(used)} of {mebibytes(settings.max_uploads_bytes)}, and this one has "
+            f"{mebibytes(wanted_bytes)}; delete one first."
         )
 
 
@@ -154,7 +154,7 @@ async def take_in(
         columns: Places of a table's columns by their meaning, as a person says.
 
     Raises:
-        RefusedError: They are no sequence of pictures, or exceed the limits.
+        RefusedError: They are not a sequence of pictures, or exceed the limits.
         ConflictError: There are as many uploads as there may be.
         DiskFullError: There is no room for this one.
     """
