@@ -611,7 +611,7 @@ export interface FailureResult {
   cured: FailureSide;
 }
 
-/** What came of one of the two runs of a failure. */
+/** The result of one of the two runs of a failure. */
 export interface FailureSide {
   /** Of each frame; null where the truth is unknown */
   errors: (number | null)[];
@@ -1588,7 +1588,7 @@ export interface RunComparisonPublic {
   settings: Setting[];
   /** Files that can be made of it */
   exports: FileKind[];
-  /** What came of the runs, once they have been computed */
+  /** Results of the runs, once they are computed */
   found: ComparisonResult | null;
 }
 
@@ -1946,7 +1946,7 @@ export interface SourceCode {
   command: string;
 }
 
-/** Of which runs: of one, or of several that are compared. */
+/** The runs: one, or several that are compared. */
 export interface SourceCodeRequest {
   runs: ComparedRun[];
   /** Most frames each */

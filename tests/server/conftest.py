@@ -83,7 +83,7 @@ def start_server(tmp_path: Path) -> Iterator[Callable[..., Any]]:
 @pytest.fixture
 def client(server: Server) -> Iterator[httpx.Client]:
     """A client of the shared server; the sessions that it leaves behind are ended."""
-    # Reading certificates, of which none is needed here, takes 20 ms for each of hundreds of clients.
+    # Reading certificates, which nothing here needs, takes 20 ms for each of hundreds of clients.
     with httpx.Client(base_url=server.url, timeout=60, verify=False) as http:  # noqa: S501
         yield http
         for session in http.get("/api/v1/sessions").json():

@@ -71,7 +71,7 @@ def hang_up(*_: object) -> None:
 
 
 def answer_nonsense(*_: object) -> str:
-    """Answer with what is no index."""
+    """Answer with something other than an index."""
     return "nonsense"
 
 
@@ -94,12 +94,12 @@ def say(*parts: bytes) -> None:
 
 
 def say_no_json(*_: object) -> None:
-    """Say what is no JSON."""
+    """Say something other than JSON."""
     say((7).to_bytes(8, "big"), b"no json")
 
 
 def say_a_pickle(*_: object) -> None:
-    """Say a pickle, which would run a command in whoever reads it."""
+    """Say a pickle, which would run a command in its reader."""
     text = f"cos\nsystem\n(S'touch {HARM}'\ntR.".encode()
     say(len(text).to_bytes(8, "big"), text)
 

@@ -3,7 +3,7 @@
 On the first start after an installation or an update nothing is compiled yet. Processes of low priority see to that
 while pages are served: first for the tour, then in the order of the start page, but for what somebody opens, which
 comes next. A session needs what its experiment is by default, and until that is compiled it is refused with a sentence
-that says how long it will take; what else it comes to use it compiles itself, if that has not been done by then.
+that says how long it will take; the rest it compiles itself when it needs it, if that has not been done by then.
 """
 
 import asyncio

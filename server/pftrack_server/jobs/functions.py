@@ -94,7 +94,7 @@ def draw_experiment(experiment_id: str) -> dict[str, Any]:
 
 
 class FailureSide(BaseModel):
-    """What came of one of the two runs of a failure."""
+    """The result of one of the two runs of a failure."""
 
     errors: list[Known] = Field(description="Of each frame; null where the truth is unknown")
     lost: list[bool] = Field(description="Whether the target is lost in a frame")
@@ -170,7 +170,7 @@ class TargetSearch:
 
 
 def find_mark(recording: Recording, question: TargetSearch) -> dict[str, Any]:
-    """Look for a target in an upload for a while, and return what came of it."""
+    """Look for a target in an upload for a while, and return what was found."""
     finder = find(question.experiment).video.finder
     if finder is None:
         raise RefusedError(f"the experiment {question.experiment} cannot find its target automatically; mark it")

@@ -127,7 +127,7 @@ class Manager:
         return session
 
     async def create(self, spec: SessionSpec, prepare: Prepare | None = None) -> Session:
-        """Start a new session, and prepare it for who has asked for it; where that fails, it is ended.
+        """Start a new session, and prepare it for its client; where that fails, it is ended.
 
         Raises:
             UnavailableError: The house is full.
@@ -255,7 +255,7 @@ class Manager:
         """End the session that was left longest ago, of those that nobody holds.
 
         Raises:
-            UnavailableError: No session may give way, as to a follower's copy none may.
+            UnavailableError: All of them are held, or the new one is a follower's copy, to which none gives way.
         """
         plain = [session for session in self._sessions.values() if not self._is_held(session)]
         if new.follow or not plain:

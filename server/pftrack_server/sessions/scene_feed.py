@@ -83,7 +83,7 @@ class SceneFeed:
             self.watchers -= 1
 
     def want(self) -> None:
-        """Ask the worker for a drawing if somebody looks on; who comes later asks again."""
+        """Ask the worker for a drawing if somebody looks on; a browser that comes later asks again."""
         if self.watchers:
             self._credit()
 

@@ -102,7 +102,7 @@ class Session(SessionState):
             self.stream.want()
 
     async def wait_until_open(self, patience_s: float) -> None:
-        """Wait for the run to be where it was, but no longer than this; who wants to see it can watch it on its way.
+        """Wait for the run to be where it was, but no longer than this; a page can watch it on its way.
 
         Raises:
             WorkerLostError: The worker ended first.

@@ -88,7 +88,7 @@ class ComparisonPublic(BaseModel):
 
     `measure` is "success", "error" or the name of one of the sweep's measures. `difference` is positive where the first
     is better: that of the success rates, of the mean errors of successful runs, or of a measure's means over all runs.
-    `paired` is the mean difference between runs on the same scenes, of which there are `pairs`, with its 95 % interval.
+    `paired` is the mean difference between runs on the same scenes, with its 95 % interval; `pairs` counts them.
     `verdict` is the outcome of the test; "untested" where its conditions of use do not hold.
     """
 

@@ -227,7 +227,7 @@ async def weigh(
     target = _read("mark", mark, MARK)
     recording = await recording_of(store, settings, tasks, upload.id)
     found = SuitabilityPublic(**await tasks.run(weigh_target, recording, experiment.id, frame, target))
-    # An upload never changes: who asks the same again has the answer already.
+    # An upload never changes: a page that asks the same again has the answer already.
     answer.headers["Cache-Control"] = f"private, max-age={KEPT_S}"
     return found
 

@@ -86,8 +86,8 @@ logger = logging.getLogger(__name__)
 class Connection:
     """A browser's websocket, as viser's handler of connections sees it.
 
-    viser is given it in place of a `websockets.asyncio.server.ServerConnection`, of which it uses `subprotocol`,
-    `send`, `recv` and `close`. Messages pass as they are: from viser whole, from the browser only if they are small and
+    viser is given it in place of a `websockets.asyncio.server.ServerConnection`, and uses its `subprotocol`, `send`,
+    `recv` and `close`. Messages pass as they are: from viser whole, from the browser only if they are small and
     of a kind that the scene and the panel need. The browser's leg does not compress: positions of particles hardly
     shrink, and deflating 50,000 of them takes ten times as long as sending them.
 

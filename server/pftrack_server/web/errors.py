@@ -95,7 +95,7 @@ def install(app: FastAPI) -> None:
 
 
 async def _leave(_: Request, error: Exception) -> Response:
-    # It is an OSError, but none of this machine: the server below ends the connection, and nobody is there to answer.
+    # An OSError, but not this machine's: the server below ends the connection, and no client waits for an answer.
     raise error
 
 

@@ -1,4 +1,4 @@
-"""The gallery of failures: the list of them, each by itself, and what its runs come to."""
+"""The gallery of failures: the list of them, each by itself, and the results of its runs."""
 
 from typing import Annotated
 

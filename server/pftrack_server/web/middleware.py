@@ -3,9 +3,8 @@
 What a trusted proxy says takes the place of what the request itself says: `X-Forwarded-Proto` that of the scheme,
 `X-Forwarded-Host` that of the host, and `X-Forwarded-Prefix` is what the proxy has taken off the path, which comes
 before the server's own base path. From here on the request is as the browser has sent it, so that nothing else knows
-of proxies. Of anybody else these headers count for nothing: of all who come from another address than a
-named one, or with a Host that is not this server's: a page of a stranger, opened on the machine of the proxy, could
-send such headers as well.
+of proxies. From any other address than a named one, or with a Host that is not this server's, these headers count for
+nothing: a page of a stranger, opened on the machine of the proxy, could send them as well.
 
 What lies outside the base does not exist.
 

@@ -156,7 +156,7 @@ def page(request: Request, name: str, status: int = HTTPStatus.OK, *, content: s
     """Return a page, told where the server is and what its scripts import.
 
     Args:
-        request: Somebody's who asks for it.
+        request: For it.
         name: Of its file.
         status: Of the answer.
         content: HTML for its main part.

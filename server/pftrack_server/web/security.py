@@ -2,9 +2,6 @@
 
 Three checks stand in one ASGI middleware, because FastAPI's own http middleware never sees a websocket:
 
-Answers are for holders of the token alone: caches between a browser and the server keep nothing that does not
-say so.
-
 1. *Host* must be a name of this server. A page of a stranger whose name was rebound to 127.0.0.1 carries its own.
 2. *Origin* of every state-changing request and of every websocket must be the server itself. Programs that are no
    browsers send none, and cannot be tricked by a page.
@@ -13,7 +10,8 @@ say so.
    sees a page that asks for it. Those who come by the link of a class have none; they are checked at its own door
    (`pftrack_server.teaching.access`), to which all addresses below `/f/` lead.
 
-Scheme, host and path are by then those that the browser has used (`pftrack_server.web.middleware`).
+Scheme, host and path are by then those that the browser has used (`pftrack_server.web.middleware`). Answers are for
+holders of the token alone, so caches on the way keep only what says that they may.
 """
 
 import hashlib

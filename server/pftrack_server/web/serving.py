@@ -2,9 +2,10 @@
 
 A connection that says nothing keeps nobody out. A client has some seconds to send the head of a request, which has a
 longest length, and some to send the next one after an answer. When the process has nearly as many connections as it may
-have files, those that have been silent for longest make room. A page that does not
-answer a ping within 20 s loses its websocket. Bodies have a limit of their own (`pftrack_server.core.requests`); a
-proxy watches over slow clients. An answer that a client stops taking ends with its connection.
+have files, those that have been silent for longest make room. A page that does not answer a ping within 20 s loses its
+websocket. On Linux a connection ends when its client stops taking an answer; one that takes a little now and then, or
+waits for a late answer, stays. Bodies have a limit of their own (`pftrack_server.core.requests`); a proxy watches over
+slow clients.
 """
 
 import asyncio
@@ -40,7 +41,7 @@ FAILED, WRONG_USE = 1, 2
 HEAD_S = 20.0
 """Time for the head of a request."""
 UNTAKEN_S = 120.0
-"""Time in which a client has to take something of an answer; uvicorn waits for ever."""
+"""Longest time in which a client takes nothing of an answer; uvicorn would wait for ever."""
 LARGEST_HEAD = 64 * 1024
 LARGEST_MESSAGE = 64 * 1024
 CLOSING = {"connection": "close"}

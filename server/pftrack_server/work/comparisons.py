@@ -1,6 +1,6 @@
 """Comparisons: outlined before they begin, so that what cannot be compared is refused at once, and kept under a name.
 
-Of a kept comparison the recipes of its runs are stored. What came of them is computed again when it is opened.
+The store keeps the recipes of a comparison's runs; their results are computed again when it is opened.
 """
 
 from collections.abc import Sequence
@@ -46,7 +46,7 @@ class RunComparisonPublic(BaseModel):
     runs: list[ComparedPublic]
     settings: tuple[Setting, ...] = Field(description="What differs, and that alone")
     exports: list[FileKind] = Field(description="Files that can be made of it")
-    found: ComparisonResult | None = Field(None, description="What came of the runs, once they have been computed")
+    found: ComparisonResult | None = Field(None, description="Results of the runs, once they are computed")
 
 
 class ComparisonJob(Job[RunComparisonPublic]):
@@ -181,7 +181,7 @@ def save(store: Store, settings: Settings, body: SavedComparisonCreate) -> Compa
 
 
 def saved_view(row: ComparisonRow) -> SavedComparisonPublic:
-    """Return a comparison as lists show it; of a recipe that is no longer one, nothing is told."""
+    """Return a comparison as lists show it; a recipe that cannot be read any more is left out."""
     runs = row.content.get("runs")
     recipes = [run.get("recipe", {}) for run in runs if isinstance(run, dict)] if isinstance(runs, list) else []
     named = [recipe for recipe in recipes if isinstance(recipe, dict)]

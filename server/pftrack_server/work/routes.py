@@ -148,7 +148,7 @@ def _pattern(word: str) -> re.Pattern[str]:
 
 
 def experiment_words(experiment: str, trackers: Iterable[str]) -> str:
-    """Return an experiment and trackers of it by names and titles; of what there is no more, the names alone."""
+    """Return an experiment and trackers of it by names and titles; what was removed, by its name alone."""
     names = [experiment, *trackers]
     known = EXPERIMENTS.get(experiment)
     if known is not None:
@@ -347,7 +347,7 @@ PlotId = Annotated[str | None, Query(max_length=64, description="The one plot th
 
 @jobs.get("/jobs", response_model=list[AnyJob])
 async def list_jobs(house: TheHouse) -> list[Job[Any]]:
-    """List the jobs under way, and what came of those of the last minutes, the newest first."""
+    """List the jobs under way, and those that ended in the last ten minutes, the newest first."""
     return house.jobs.all()
 
 
@@ -359,7 +359,7 @@ async def show_job(job: AName, house: TheHouse) -> Job[Any]:
 
 @jobs.delete("/jobs/{job}", status_code=HTTPStatus.NO_CONTENT)
 async def cancel_job(job: AName, house: TheHouse) -> None:
-    """Stop a job, or forget what came of it."""
+    """Stop a job, or forget its result."""
     await house.jobs.cancel(job)
 
 
@@ -415,7 +415,7 @@ async def export_run(run: ARun, export: AName, house: TheHouse, plot: PlotId = N
 
 @jobs.post("/comparisons", status_code=HTTPStatus.ACCEPTED)
 async def compare_runs(body: ComparisonCreate, request: Request, house: TheHouse) -> ComparisonJob:
-    """Compare two to four runs: what differs is told at once, what came of them when they have been computed."""
+    """Compare two to four runs: what differs is answered at once, results follow once the runs are computed."""
     return await requests.unless_client_gone(request, comparisons.compare(house, body.runs))
 
 
@@ -423,7 +423,7 @@ async def compare_runs(body: ComparisonCreate, request: Request, house: TheHouse
 async def export_comparison(
     export: AName, body: ComparisonExportCreate, request: Request, house: TheHouse
 ) -> ExportJob:
-    """Begin to write what two to four runs come to beside each other as a file."""
+    """Begin to write a comparison of two to four runs as a file."""
     return await requests.unless_client_gone(request, runs.export_comparison(house, body.runs, body.title, export))
 
 
@@ -436,7 +436,7 @@ async def show_place(
 
 
 class SourceCodeRequest(RequestBody):
-    """Of which runs: of one, or of several that are compared."""
+    """The runs: one, or several that are compared."""
 
     runs: list[ComparedRun] = Field(min_length=1, max_length=4)
     frames: Annotated[int, Field(ge=1, le=10_000_000), NOT_BOOLEAN] | None = Field(None, description="Most frames each")

@@ -53,7 +53,7 @@ def read_record(path: str) -> dict[str, Any]:
 
 
 def weigh_record(path: str, upload: Recording | None, most_frames: int, filters: tuple[str, ...] = ()) -> Steps:
-    """Compute the run of a record as far as it was computed, and return what came of it; a step is a frame.
+    """Compute the run of a record as far as it was computed, and return its outcome; a step is a frame.
 
     Args:
         path: The record.
@@ -141,7 +141,7 @@ def write_export(
 
 
 def fit_run(config: WorkerConfig, names: tuple[str, ...]) -> Steps:
-    """Fit numbers of a run's tracker to what the run has seen, from where it stands, and return what came of it."""
+    """Fit numbers of a run's tracker to what the run has seen, from where it stands, and return the fit."""
     run = _run(config)
     last = min(config.run.computed, run.frames - 1)
     for step in run.seeking(last):
@@ -164,14 +164,14 @@ def outline_comparison(configs: Sequence[WorkerConfig]) -> dict[str, Any]:
 
 
 def compare_runs(configs: Sequence[WorkerConfig]) -> Steps:
-    """Compute all frames that runs have in common, and return what they come to; a step is a frame of a run."""
+    """Compute all frames that runs have in common, and return the comparison; a step is a frame of a run."""
     compared = _compare(configs)
     yield from compared.computing()
     return as_json(compared.result)
 
 
 def write_comparison(configs: Sequence[WorkerConfig], export: str, path: str) -> Steps:
-    """Compute all frames that runs have in common, and write what they come to as a file.
+    """Compute all frames that runs have in common, and write the comparison as a file.
 
     Args:
         configs: Of the runs.

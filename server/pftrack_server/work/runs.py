@@ -128,7 +128,7 @@ def check_room(store: Store, settings: Settings) -> None:
 
 
 async def save_run(store: Store, session: Session, title: str | None) -> RunRow:
-    """Save the active branch of a session: its record, a picture, and what came of it."""
+    """Save the active branch of a session: its record, a picture, and its outcome."""
     name = new_name()
     run = session.spec.run
     saved = await session.order(Save(str(store.files.record(name))))
@@ -223,13 +223,13 @@ async def fit(house: House, session: Session, names: tuple[str, ...]) -> FitJob:
 
 
 async def compare(store: Store, tasks: ChildTasks, row: RunRow, session: Session) -> None:
-    """Have a session that goes on with a saved run say so if it has come to other numbers."""
+    """Tell people if a session that continues a saved run has other numbers than it."""
     estimates = session.columns(session.spec.branch).get("estimate", [])
     session.keep(remark=await tasks.run(functions.compare_record, str(store.files.record(row.id)), estimates))
 
 
 def outcome(summary: dict[str, Any]) -> str:
-    """Say in a few words what came of a run, by the measure that decided on its success."""
+    """Return a run's outcome in a few words, by the measure that decided on its success."""
     frames, lost = summary["frames"], summary.get("lost_frames")
     if summary.get("success") is None:
         return f"{frames} frames"
@@ -270,7 +270,7 @@ async def export_run(
 
 
 async def export_comparison(house: House, runs: Sequence[ComparedRun], title: str, export: str) -> ExportJob:
-    """Begin to write what runs come to beside each other as a file, called by a title or else by the runs.
+    """Begin to write a comparison as a file, called by a title or else by its runs.
 
     Raises:
         NotFoundError: The export is unknown, or one of the runs is not here.

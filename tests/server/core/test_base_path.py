@@ -142,7 +142,7 @@ class TestProxies:
         ],
     )
     def test_nobody_else_is(self, who: dict[str, Any]) -> None:
-        """Whoever is no named proxy, or asks for another server, is taken at the request's own word."""
+        """From any address but a named proxy's, or for another server, the request's own word counts."""
         headers = FORWARDED | who.pop("headers", {})
         seen = _seen("/work", headers, **who)
         assert _told(seen) == ("http", headers.get("host", HOST), "", "/work")

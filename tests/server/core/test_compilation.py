@@ -105,7 +105,7 @@ def test_a_class_that_waits_holds_nobody_up(
     monkeypatch.setattr(pftrack_server.core.compilation, "PATIENCE_S", 60.0)
     address = "api/v1/experiments/{}/thumbnail.png"
     with ThreadPoolExecutor(50) as pool:
-        # Without certificates, of which none is needed here: to read them takes 20 ms each time.
+        # Without certificates, which nothing here needs: to read them takes 20 ms each time.
         ask = partial(httpx.get, f"{client.base_url}{address.format('sine')}", timeout=60, verify=False)
         waiting = [pool.submit(ask) for _ in range(50)]
         wait_for(lambda: all(each.running() for each in waiting))

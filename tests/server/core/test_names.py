@@ -62,7 +62,7 @@ def test_a_name_that_is_given_stays(client: httpx.Client, session: dict[str, obj
 def test_a_name_is_one_line_of_what_can_be_seen(
     client: httpx.Client, session: dict[str, object], given: str, kept: str
 ) -> None:
-    """Of a session, a run and a branch: what turns the direction of all that follows is no part of it."""
+    """Of a session, a run and a branch: what turns the direction of all that follows is left out."""
     path = f"/api/v1/sessions/{session['id']}"
     assert client.patch(path, json={"name": given}).json()["name"] == kept
     run = client.post("/api/v1/runs", json={"session": session["id"], "title": given}).json()
@@ -103,7 +103,7 @@ def test_names_of_files_are_plain() -> None:
 
 
 def test_a_clip_gives_its_name_and_what_follows_it_another(client: httpx.Client, upload: str) -> None:
-    """What is tracked by its colour is no ball behind an occluder, and what matters on a clip is turned first."""
+    """A target tracked by its colour is not a ball behind an occluder, and what matters on a clip is turned first."""
     recipe = {"experiment": "ball", "footage": {"mark": box(31, 51), "start": 0}}
     session: dict[str, Any] = client.post("/api/v1/sessions", json={"recipe": recipe, "upload": upload}).json()
     assert (session["name"], session["title"]) == ("walk", "Colour blob")

@@ -1,4 +1,4 @@
-"""Pictures leave a worker as files, each encoded once for whoever wants it."""
+"""Pictures leave a worker as files, each encoded once for all that want it."""
 
 from typing import Any
 

@@ -89,7 +89,7 @@ def test_the_process_is_silent(capfd: pytest.CaptureFixture[str]) -> None:
 
 
 def test_what_the_process_has_started_ends_with_it(tmp_path: Path) -> None:
-    """A process that a decoder has managed to start is no way out."""
+    """A process that a decoder has managed to start does not outlive it."""
     told = tmp_path / "child"
 
     def started() -> bool:

@@ -61,7 +61,7 @@ def test_a_probe_tells_what_a_survey_finds(clip: Path) -> None:
 
 
 def test_a_probed_file_opens_at_once(clip: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The probe's index spares the survey to whoever opens the file next."""
+    """The probe's index spares the next reader of the file the survey."""
     index = probe(clip)
     monkeypatch.setattr("pftrack.sources.video.VideoSequence._survey", None)
     with closing(open_sequence(clip, index=index)) as sequence:

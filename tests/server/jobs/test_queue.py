@@ -163,8 +163,8 @@ async def leave() -> list[str]:
     return works.given_up
 
 
-def test_whoever_leaves_takes_the_work_along() -> None:
-    """Nothing is computed of which nobody hears."""
+def test_a_client_that_leaves_takes_the_work_along() -> None:
+    """Work whose client is gone is not computed."""
     assert run(leave()) == ["one"]
 
 

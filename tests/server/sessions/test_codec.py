@@ -150,7 +150,7 @@ def test_a_picture_keeps_its_colours_and_edges() -> None:
 
 
 def test_a_picture_that_stays_is_sent_once() -> None:
-    """Whoever has the picture gets the rest alone; another picture has another key."""
+    """A page that has the picture gets the rest alone; another picture has another key."""
     encoder = DrawingEncoder()
     first = encoder.encode(model.Drawing(80, 60, {"picture": model.Picture(picture(0))}), 0)
     same = encoder.encode(model.Drawing(80, 60, {"picture": model.Picture(picture(0))}), 1)

@@ -299,7 +299,7 @@ def test_who_comes_sees_the_frame_that_is_shown(
 def test_every_seek_is_seen_by_everybody(
     client: httpx.Client, session: dict[str, Any], look: Callable[[], Page]
 ) -> None:
-    """Two pages see the same frames, whoever came first, and one that comes back sees where the run is now."""
+    """Two pages see the same frames, in whatever order they came, and one that comes back sees where the run is now."""
     with look() as first:
         first.until(0)
         steer(client, session["id"], "seek", frame=4)

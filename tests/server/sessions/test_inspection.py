@@ -98,7 +98,7 @@ class TestRoute:
         assert all(len(line) == 11 for line in lineage["lines"])
 
     def test_nonsense_is_refused(self, client: httpx.Client, session: dict[str, Any]) -> None:
-        """A place that is no number, and a particle that is not there, are refused with the field's name."""
+        """A place that is not a number, and a particle that is not there, are refused with the field's name."""
         assert command(client, session["id"], "inspect", place=[1e9, 0]).status_code == 422
         refused = command(client, session["id"], "inspect", particle=10**6)
         assert (refused.status_code, error_of(refused, 422)["field"]) == (422, "particle")

@@ -56,7 +56,7 @@ class TestParameters:
         "body", ["", "{", "[]", "null", "7", '"x"', '{"a": 1', "\x00", '{"kind": "change", "values": {"a": "\\ud800"}}']
     )
     def test_refuses_what_is_no_object(self, client: httpx.Client, session: dict[str, Any], body: str) -> None:
-        """A body that is no JSON object is refused in the one error shape."""
+        """A body that is not a JSON object is refused in the one error shape."""
         url = f"/api/v1/sessions/{session['id']}/commands"
         error_of(client.post(url, content=body, headers={"content-type": "application/json"}), 422)
 

@@ -107,7 +107,7 @@ class SessionMachine(RuleBasedStateMachine):
 
     @rule(speed=st.sampled_from([1.0, 10.0]))
     def play_and_pause(self, speed: float) -> None:
-        """Play and pause; it stands somewhere on the way, of which the server alone knows."""
+        """Play and pause; it stands somewhere on the way, which the server alone knows."""
         self.steer("speed", speed=speed)
         self.steer("play")
         self.model.pass_through(Phase.PLAYING)

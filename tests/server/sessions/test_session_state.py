@@ -122,7 +122,7 @@ def test_the_controls_to_turn_first_stay_those_of_the_beginning(ear: Ear) -> Non
 
 
 def test_the_same_again_is_no_news(ear: Ear) -> None:
-    """A worker of which nothing has changed tells nothing, and what pages know is not told again."""
+    """A worker without changes tells nothing, and what pages know is not told again."""
     ear.state.dirty = False
     assert ear.told() == ear.told(position=0, playing=False) == []
     ear.state.dirty = False
@@ -131,7 +131,7 @@ def test_the_same_again_is_no_news(ear: Ear) -> None:
 
 
 def test_whatever_changes_is_told_as_it_is(ear: Ear) -> None:
-    """Nothing between worker and pages knows the fields by name: each travels by itself, and to whoever comes later."""
+    """Nothing between worker and pages knows the fields by name: each travels by itself, and to later pages, too."""
     assert ear.told(position=1, computed=1) == [{"position": 1, "computed": 1}]
     assert ear.told(goal=40, goal_position=9) == [{"goal": 40, "goal_position": 9}]
     assert ear.told(measured={"inside_share": 0.5}) == [{"measured": {"inside_share": 0.5}}]
@@ -274,7 +274,7 @@ def test_history_replaces_what_it_knows() -> None:
 def test_before_the_loss_leads_to_the_loss_that_is_told(ear: Ear) -> None:
     """What a frame says of its loss and where one goes from there to see it coming are about the same loss.
 
-    The truth has the word: that the tracker searches a little earlier is no loss yet.
+    The truth has the word: that the tracker searches a little earlier is not a loss yet.
     """
     rows = [row(frame, searching=15 <= frame < 18, lost=18 <= frame < 30, hidden=False) for frame in range(1, 30)]
     ear.state.begin(Ready(DESCRIPTION, START, [row(0, searching=False, lost=False, hidden=False)]))

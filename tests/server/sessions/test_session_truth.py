@@ -56,7 +56,7 @@ def test_truth_is_added_and_replaced_while_a_session_lives(server: Server, clien
 
 
 def test_a_run_that_plays_goes_on_playing(client: httpx.Client, upload: str) -> None:
-    """Measured by a table of a longer clip, of which what it lists beyond this one is left out, and told."""
+    """Measured by a table of a longer clip: its rows beyond this one are left out, and told."""
     recipe = {"experiment": "ball", "footage": {"mark": box(31, 51), "start": 0}}
     session = client.post("/api/v1/sessions", json={"recipe": recipe, "upload": upload}).json()["id"]
     steer(client, session, "speed", speed=0.1)

@@ -1,4 +1,4 @@
-"""The stream of a session: one order of all that is told and drawn, for everybody, at everybody's own pace."""
+"""The stream of a session: one order of all messages and drawings, for everybody, at everybody's own pace."""
 
 import asyncio
 import json
@@ -179,7 +179,7 @@ def test_a_full_queue_is_a_new_greeting(*, paints: bool) -> None:
 
 
 def test_a_picture_is_sent_to_each_page_once() -> None:
-    """A drawing with the picture of the one before carries no file, except to whoever comes only now."""
+    """A drawing with the picture of the one before carries no file, except to a page that has just come."""
 
     async def scenario(worker: Worker) -> None:
         with worker.stream.join(paints=True) as first:

@@ -92,7 +92,7 @@ async def play_with_one_credit_each(heard: list[protocol.Progress]) -> None:
 
 
 def test_a_credit_is_for_one_drawing() -> None:
-    """Whoever takes none is sent none; the scene and flat views share what is encoded for both."""
+    """A page that takes none is sent none; the scene and flat views share what is encoded for both."""
     heard: list[protocol.Progress] = []
     run(play_with_one_credit_each(heard))
     (scene,) = (event.scene for event in heard if event.scene is not None)

@@ -101,7 +101,7 @@ def test_a_damaged_sweep(start_server: Any, tmp_path: Path) -> None:
 
 
 def test_a_damaged_index(start_server: Any, tmp_path: Path) -> None:
-    """An upload of which the index is damaged or missing is decoded again, and its index is whole from then on."""
+    """An upload whose index is damaged or missing is decoded again, and its index is whole from then on."""
     with start_server() as (_, client):
         for frames, damage in enumerate(("", "{", '{"kind": "video"}', "\xff", None), start=8):
             upload = send(client, ("ball.mp4", video(frames))).json()  # one whose index nobody has in memory
@@ -120,7 +120,7 @@ def test_a_damaged_index(start_server: Any, tmp_path: Path) -> None:
 
 
 def test_a_damaged_truth(start_server: Any, tmp_path: Path) -> None:
-    """An upload of which the truth is damaged is one without truth, until it is given again."""
+    """An upload whose truth is damaged is one without truth, until it is given again."""
     table = {"file": ("truth.csv", b"frame,x,y,w,h\n0,10,20,10,10\n")}
     with start_server() as (_, client):
         upload = send(client, ("ball.mp4", video(8))).json()

@@ -147,7 +147,7 @@ def test_few_pictures_of_an_upload_are_kept(tmp_path: Path, monkeypatch: pytest.
 
 
 def test_a_folder_may_lie_elsewhere(tmp_path: Path) -> None:
-    """Where the server's own folders lie is the choice of whoever runs it."""
+    """Where the server's own folders lie is the choice of its owner."""
     (tmp_path / "large").mkdir()
     (tmp_path / "data").mkdir()
     (tmp_path / "data" / "uploads").symlink_to(tmp_path / "large")

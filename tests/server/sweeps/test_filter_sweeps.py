@@ -97,7 +97,7 @@ def test_a_mistake_is_told_with_its_line(client: httpx.Client, file: Path) -> No
 
 
 def test_text_of_nobody_is_not_executed(client: httpx.Client) -> None:
-    """A file that the server was not started with is no tracker, and a body brings none."""
+    """A file that the server was not started with is not a tracker, and a body brings none."""
     refused = error_of(client.post("/api/v1/sweeps", json={**SMALL, "trackers": ["theirs"]}), 422)
     assert refused["field"] == "trackers"
     assert client.post("/api/v1/sweeps", json={**SMALL, "filters": {"theirs": [TEXT]}}).status_code == 422

@@ -376,7 +376,7 @@ class TestStream:
             assert refused.value.rcvd.code == code
 
     def test_only_pings(self, served: Server, sweep: dict[str, Any]) -> None:
-        """Whoever says anything but a ping is sent away."""
+        """A page that says anything but a ping is sent away."""
         with connect(f"{served.ws}/api/v1/sweeps/{sweep['id']}/stream") as socket:
             hear(socket)
             socket.send("cancel")

@@ -37,7 +37,7 @@ def test_a_link_is_read_however_it_is_typed(links: Links) -> None:
 
 
 def test_every_other_letter_is_refused(links: Links) -> None:
-    """A link with any one letter changed is no link."""
+    """A link with any one letter changed is refused."""
     link = links.of("k7q2", "follower").replace("-", "")
     others = [
         link[:at] + letter + link[at + 1 :] for at in range(len(link)) for letter in LETTERS if letter != link[at]

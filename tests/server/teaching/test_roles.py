@@ -110,7 +110,7 @@ def test_a_follower_steers_a_fork(routes: set[str]) -> None:
 
 
 def test_a_follower_turns_the_lesson(routes: set[str]) -> None:
-    """Whoever tries the lesson may turn its figure and answer its question."""
+    """A follower who tries the lesson may turn its figure and answer its question."""
     assert _allowed(routes, "follower", TRYING, session="seen", lesson="bayes") == LOOKING | FOLLOWING | TURNING
 
 
@@ -143,5 +143,5 @@ def test_a_stranger_gets_the_page_alone(routes: set[str]) -> None:
     ],
 )
 def test_addresses_that_are_nearly_allowed(path: str) -> None:
-    """What is no address of the app's own is none of a follower's either."""
+    """Followers reach only addresses that the app has."""
     assert not any(is_allowed("follower", REACH, method, path) for method in (*METHODS, "WS"))

@@ -239,7 +239,7 @@ class TestTracked:
         assert len(begun_at(session)[1]) == len(FEATURES)
 
     def test_a_crash_changes_nothing(self, server: Server, client: httpx.Client, known_late: str) -> None:
-        """A worker that is killed and made again has the same face and comes to the same numbers."""
+        """A worker that is killed and made again has the same face and gives the same numbers."""
         session = begin(client, experiment="head", upload=known_late)
         steer(client, session["id"], "seek", frame=9)
         before = estimates(client, session["id"])
@@ -312,7 +312,7 @@ class TestTracked:
 
 class TestKept:
     def test_a_saved_run_reopens_with_the_same_face(self, client: httpx.Client, late: bytes, tmp_path: Path) -> None:
-        """Points, start and poses are in the saved run: here and in the library it comes to the same hash."""
+        """Points, start and poses are in the saved run: here and in the library it has the same hash."""
         upload = put(client, late)["id"]
         assert put_truth(client, upload, poses(7)).status_code == 200
         session = begin(client, experiment="head", upload=upload)

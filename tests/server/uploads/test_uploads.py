@@ -144,7 +144,7 @@ class TestRefused:
         ],
     )
     def test_what_is_no_sequence(self, server: Server, client: httpx.Client, content: bytes) -> None:
-        """What is no sequence of pictures is refused with what is allowed, and nothing of it is kept."""
+        """Anything but a sequence of pictures is refused with what is allowed, and nothing of it is kept."""
         files = server.app.state.services.store.files
         before = len(list(files.uploads.iterdir()))
         error_of(send(client, ("video.mp4", content)), 422)
@@ -223,7 +223,7 @@ class TestRefused:
         ],
     )
     def test_bodies(self, server: Server, client: httpx.Client, content_type: str, body: bytes) -> None:
-        """A body that is no form with a file is refused, and nothing of it is kept."""
+        """A body without a form and a file is refused, and nothing of it is kept."""
         answer = client.post("/api/v1/uploads", content=body, headers={"content-type": content_type})
         assert answer.status_code in {400, 422}
         error_of(answer, answer.status_code)

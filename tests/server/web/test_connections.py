@@ -102,7 +102,7 @@ def test_what_comes_after_an_early_answer_keeps_no_connection(
 
 
 def test_a_head_has_a_longest_length(server: Server) -> None:
-    """Whoever sends headers without end is cut off, and not only when time is up."""
+    """A client that sends headers without end is cut off, and not only when time is up."""
     with socket.create_connection(("127.0.0.1", server.port), timeout=30) as raw:
         raw.sendall(START + b" HTTP/1.1\r\nHost: localhost\r\n")
         with contextlib.suppress(BrokenPipeError, ConnectionResetError):

@@ -27,7 +27,7 @@ def test_workers_start_beside_an_experiment_that_does_not_run(server: Server) ->
 
 
 def test_its_own_session_is_refused_in_a_sentence(server: Server) -> None:
-    """Whoever begins it is told that it failed, without the words of the exception; the server goes on."""
+    """Its visitor hears that it failed, without the words of the exception; the server goes on."""
     answer = httpx.post(f"{server.url}/api/v1/sessions", json={"recipe": {"experiment": "failing"}}, timeout=60)
     assert answer.is_error
     message = answer.json()["error"]["message"]

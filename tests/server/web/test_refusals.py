@@ -26,7 +26,7 @@ def execute(path: Path, statement: str) -> None:
 
 
 def databases(below: Path) -> dict[str, Path]:
-    """Folders with what is no database, and with one that is damaged, of a newer version or of another program."""
+    """Folders with a file that is not a database, and with one that is damaged, newer or another program's."""
     folders = {name: below / name for name in ("none", "damaged", "newer", "older", "foreign")}
     folders["none"].mkdir()
     (folders["none"] / "pftrack.sqlite").write_bytes(b"certainly no database" * 100)
@@ -82,7 +82,7 @@ def test_what_the_shell_allows(said: dict[str, str]) -> None:
 
 
 def test_what_is_no_database_of_ours(said: dict[str, str]) -> None:
-    """What is no database, damaged, of another version or of another program."""
+    """A file that is not a database, is damaged, or is another version's or program's."""
     assert "is not a database, or is damaged" in said["none"]
     assert "--data-dir" in said["none"]
     assert "is damaged: restore a copy of it" in said["damaged"]

@@ -157,14 +157,14 @@ class TestToken:
 
     @pytest.mark.parametrize("token", ["Übers Meer → und zurück", 'salt & pepper; 100% "a=b+c\\,#d'])
     def test_a_token_of_any_characters(self, start_server: Any, token: str) -> None:
-        """Whoever chooses a token need not know what stands for what in an address or a cookie."""
+        """A token may have any characters, also those that mean something in an address or a cookie."""
         with start_server(token=token) as (server, client):
             printed = server.app.state.services.settings.link(server.port)
             assert client.get(printed).status_code == 303
             assert client.get("/").status_code == 200
 
     def test_the_form_keeps_the_rest_of_the_address(self, start_server: Any) -> None:
-        """Whoever types the token comes to where the link led, whatever stands in it."""
+        """A person who types the token gets to where the link led, whatever stands in it."""
         with start_server(token=TOKEN) as (server, client):
             asked = {"of": "hit rate", "x": "", "evil": '"><script>', "token": "wrong"}
             page = client.get("/sweep/1", params=asked, headers={"accept": "text/html"})

@@ -77,7 +77,7 @@ def test_a_session_is_guided_by_a_learned_file(client: httpx.Client) -> None:
 
 
 def test_a_session_is_taken_away_as_a_notebook_with_its_numbers(client: httpx.Client) -> None:
-    """What was changed on the way is in it; run, it comes to the estimates that the session has."""
+    """What was changed on the way is in it; run, it gives the estimates that the session has."""
     session = begin(client, experiment="sine", seed=5)
     address = f"/api/v1/sessions/{session['id']}"
     steer(client, session["id"], "seek", frame=3)

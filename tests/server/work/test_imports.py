@@ -23,7 +23,7 @@ FRAMES = 12
 
 @pytest.fixture(scope="module")
 def heavy(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """A saved run of which a frame takes some 0.15 s."""
+    """A saved run whose frames take some 0.15 s each."""
     ball = find("ball")
     change = Change(0, {"sample_count": 100_000})
     run = Run(ball, ball.simulate(), tracker="upf", frames=60, timeline=(change,))
@@ -80,7 +80,7 @@ def test_it_can_be_cancelled(server: Server, client: httpx.Client, heavy: bytes)
 def test_it_goes_on_while_somebody_asks(
     server: Server, client: httpx.Client, heavy: bytes, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """An import that nobody asks for any more is dropped, and says so to whoever comes later; one asked for arrives."""
+    """An import that nobody asks for any more is dropped, and says so to later questions; one asked for arrives."""
     monkeypatch.setattr("pftrack_server.jobs.jobs.LOOK_S", 0.5)
     monkeypatch.setattr("pftrack_server.jobs.jobs.MOST_LOOKS", 2)
     saved = client.get("/api/v1/runs").json()
@@ -110,7 +110,7 @@ def test_short_work_does_not_wait_for_it(client: httpx.Client, heavy: bytes) -> 
 def test_why_it_failed_can_be_asked(
     server: Server, client: httpx.Client, heavy: bytes, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What cannot be computed here says why, for a while; what is no run is refused at once."""
+    """What cannot be computed here says why, for a while; a file that is not a run is refused at once."""
     error_of(send_run(client, b"no run"), 422)
     with zipfile.ZipFile(BytesIO(heavy)) as archive:
         raw = json.loads(archive.read("run.json"))

@@ -124,7 +124,7 @@ def test_a_run_that_no_page_could_show(
 
 @pytest.mark.parametrize("content", [b"", b"hello", b"PK\x03\x04" + b"\0" * 100, b"PK\x05\x06" + b"\0" * 18])
 def test_what_is_no_run(server: Server, client: httpx.Client, content: bytes) -> None:
-    """A file that is no run is refused with a sentence, and nothing of it is kept."""
+    """A file that is not a run is refused with a sentence, and nothing of it is kept."""
     files = server.app.state.services.store.files
     before = len(list(files.runs.iterdir()))
     assert "not a saved run" in error_of(send_run(client, content), 422)["message"]

@@ -11,7 +11,7 @@ from tests.server.host import begin
 
 @pytest.fixture
 def kept(client: httpx.Client) -> dict[str, str]:
-    """A session of the ball and one of a signal, of which the first was saved."""
+    """A session of the ball, which was saved, and one of a signal."""
     ball, sine = (begin(client, experiment=name, seed=seed)["id"] for name, seed in (("ball", 3), ("sine", 41)))
     run = client.post("/api/v1/runs", json={"session": ball, "title": "Straße bei Nacht"}).json()
     return {"ball": ball, "sine": sine, "run": run["id"]}

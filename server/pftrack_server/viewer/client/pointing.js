@@ -63,7 +63,7 @@ const pointAt = ([across, up], { width, height }) => {
     const { array, count } = /** @type {ViserPoints} */ (item).geometry.attributes.position;
     for (let n = 0; n < count; n += 1) {
       const [x, y, z] = [array[3 * n], -array[3 * n + 1], array[3 * n + 2]];
-      // Points of a world that stands beside the picture are no particles.
+      // Points of a world that stands beside the picture are not particles.
       if (x < -0.5 || y < -0.5 || x > image.width - 0.5 || y > image.height - 0.5) continue;
       item.localToWorld(seen.set(x, -y, z)).project(camera);
       const off = Math.hypot(((seen.x - across) * width) / 2, ((seen.y - up) * height) / 2);
