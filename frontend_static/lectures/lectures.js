@@ -75,7 +75,7 @@ function Row({ lecture: { id, title, count: items, minutes, updated, page } }) {
     if (lecture !== undefined) beginLecture(lecture);
   };
   const remove = async () => {
-    const text = `${title} is lost for good, unless you downloaded it. What was answered in it stays.`;
+    const text = `${title} is lost for good, unless you downloaded it. Its poll results stay.`;
     if (await confirmLoss({ title: "Delete this lecture?", text, action: "Delete it" })) await attempt(() => lectures.remove(id).then(look));
   };
   return html`<li class="row" data-lecture=${id}>
