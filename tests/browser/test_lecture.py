@@ -81,7 +81,7 @@ def test_a_lecture_is_made_and_held(
     wanted = [lesson, session, failure, poll]
     until(lambda: [item["title"] for item in server.get(address)["items"]] == wanted, "the order is saved")
     until(lambda: server.get(address)["items"][0]["minutes"] == 12, "the minutes are saved")
-    assert "4 items, 24 min" in page.inner_text(".lecture-total")
+    made.until(lambda: "4 items, 24 min" in page.inner_text(".lecture-total"), "the total is there")
     check(page)
     held(page, made, server, newcomer, wanted)
     page.wait_for_url(f"**/{address}")
