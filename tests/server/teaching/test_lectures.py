@@ -12,7 +12,7 @@ from pftrack_server.core.settings import Settings
 from pftrack_server.store.database import LectureRow
 from pftrack_server.teaching.lectures import LARGEST_BYTES, read_lecture, write_lecture
 from pftrack_server.teaching.messages import KINDS
-from tests.server.host import begin, error_of, running
+from tests.server.host import begin, error_of, running, steer
 
 FILE = """---
 title: From Bayes to particles
@@ -146,6 +146,7 @@ def test_what_is_not_here_is_told(client: httpx.Client) -> None:
 def test_an_order_of_the_page(client: httpx.Client) -> None:
     """A page sends items; runs by reference become what makes them, and what is written is read as the same."""
     session = begin(client, frames=20)
+    steer(client, session["id"], "seek", frame=4)
     run = client.post("/api/v1/runs", json={"session": session["id"], "title": "= Mine"}).json()
     references = [{"reference": run["id"]}, {"reference": f"{session['id']}:b0"}]
     items = [
@@ -161,7 +162,7 @@ def test_an_order_of_the_page(client: httpx.Client) -> None:
     client.delete(f"/api/v1/runs/{run['id']}")
     own, compared, poll = lecture["items"]
     assert own["title"] == "= Mine"
-    assert fragment(own["page"])["recipe"]["frames"] == 20
+    assert (fragment(own["page"])["recipe"]["frames"], own["item"]["session"]["position"]) == (20, 4)
     assert fragment(compared["page"])["arrangement"] == "over"
     assert [each["recipe"]["seed"] for each in fragment(compared["page"])["runs"]] == [7, 7]
     assert poll["asks"]["answers"] == ["yes", "- off", "1e5"]
