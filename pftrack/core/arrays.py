@@ -25,10 +25,8 @@ def spans(flags: Sequence[bool] | Bools) -> list[tuple[int, int]]:
 # that the interpreter calls says what it expects as sides, "N d", and gets a sentence with both sides if they do not
 # agree. Functions of compiled loops, which cannot format numbers, compare sizes themselves.
 
-Given: TypeAlias = tuple[Any, str] | tuple[Any, str, Literal["whole"]]
 
-
-def check(*, missing: bool = False, **arrays: Given) -> dict[str, int]:
+def check(*, missing: bool = False, **arrays: tuple[Any, str] | tuple[Any, str, Literal["whole"]]) -> dict[str, int]:
     """Refuse arrays whose sides do not agree, and return the sizes of the sides.
 
     Args:
@@ -56,7 +54,8 @@ def check(*, missing: bool = False, **arrays: Given) -> dict[str, int]:
             raise ValueError(f"{name} must be ({', '.join(axes)}){where}, got {array.shape}")
         if not array.size:
             raise ValueError(f"{name} must not be empty, got shape {array.shape}")
-        if not (missing or array.dtype.kind in "iu" or _is_finite(array)):
+        # NaN and infinity remain in a sum of squares, a third of the work; it may overflow, too.
+        if not (missing or array.dtype.kind != "f" or math.isfinite(np.vdot(array, array)) or np.isfinite(array).all()):
             raise ValueError(f"{name} must be finite, got NaN or infinity")
     return sizes
 
@@ -88,8 +87,3 @@ def check_count(name: str, count: object, least: int = 1) -> None:
 
 
 _axes = lru_cache(maxsize=256)(str.split)
-
-
-def _is_finite(array: NDArray[Any]) -> bool:
-    # NaN and infinity remain in a sum of squares, which costs a third of looking at each; it may overflow, too.
-    return math.isfinite(np.vdot(array, array)) or bool(np.isfinite(array).all())

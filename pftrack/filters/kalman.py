@@ -85,8 +85,7 @@ def update(
         ValueError: One has another shape, or is not finite.
         numpy.linalg.LinAlgError: The innovation covariance is singular.
     """
-    _check(prior, measurement, observation, noise_covariance)
-    return _condition(prior, measurement, product(observation, prior.mean), observation, noise_covariance)
+    return condition(prior, measurement, product(observation, prior.mean), observation, noise_covariance)
 
 
 def innovate(
@@ -127,12 +126,6 @@ def condition(
         numpy.linalg.LinAlgError: The innovation covariance is singular.
     """
     _check(prior, measurement, jacobian, noise_covariance, predicted)
-    return _condition(prior, measurement, predicted, jacobian, noise_covariance)
-
-
-def _condition(
-    prior: Gaussian, measurement: Floats, predicted: Floats, jacobian: Floats, noise_covariance: Floats
-) -> tuple[Gaussian, float]:
     known = prior.mean, prior.covariance, np.subtract(measurement, predicted), jacobian, noise_covariance
     mean, covariance, log_evidence, regular = condition_on_innovation(*map(contiguous_copy, known))
     if not regular:

@@ -183,9 +183,8 @@ def _flags(flags: ArrayLike, known: ArrayLike) -> Floats:
 
 
 def _held(course: EvaluatedRun) -> Floats:
-    if course.lost is None:
-        return np.full(len(course.errors), np.nan)
-    return _flags(~course.lost, ~np.isnan(course.errors))
+    unknown = np.full(len(course.errors), np.nan)
+    return unknown if course.lost is None else _flags(~course.lost, ~np.isnan(course.errors))
 
 
 def _missed(course: EvaluatedRun) -> Floats:
@@ -255,9 +254,8 @@ def _following(course: EvaluatedRun) -> Floats:
 
 
 def _deviation(course: EvaluatedRun) -> Floats:
-    if course.deviations is None:
-        return np.full(len(course.errors), np.nan)
-    return np.where(np.isfinite(course.deviations), course.deviations, np.nan)
+    deviations, unknown = course.deviations, np.full(len(course.errors), np.nan)
+    return unknown if deviations is None else np.where(np.isfinite(deviations), deviations, np.nan)
 
 
 # ---------------------------------------------------------------- the families

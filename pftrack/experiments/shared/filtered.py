@@ -151,13 +151,6 @@ def condition(predicted: Gaussian, linear: LinearStep) -> tuple[Gaussian, float]
     return kalman.update(predicted, linear.measurement, linear.observation, linear.covariance)
 
 
-def innovate(predicted: Gaussian, linear: LinearStep) -> Innovation | None:
-    """Return the innovation of a frame; None without a measurement."""
-    if linear.measurement is None:
-        return None
-    return kalman.innovate(predicted, linear.measurement, linear.observation, linear.covariance)
-
-
 M = TypeVar("M", bound=PointModel)
 M_contra = TypeVar("M_contra", bound=PointModel, contravariant=True)
 
@@ -252,7 +245,8 @@ class Kalman(Filter[PointModel]):
             )
         predicted = kalman.predict(known.reference or known.posterior, linear.dynamics)
         posterior, log_evidence = condition(predicted, linear)
-        innovation = innovate(predicted, linear)
+        found = linear.measurement
+        innovation = None if found is None else kalman.innovate(predicted, found, linear.observation, linear.covariance)
         following = PointState(
             posterior,
             known.tracked,
